@@ -1,0 +1,244 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.files.trajectories import JOINTS, appended, deltas, initial, planned, puma
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
+from vrs_cli.files.records import Motions
+from vrs_cli.files.trajectory_file import (
+    TrajectoryWriter,
+    decode_delta,
+    encode_delta,
+    read_trajectory,
+    write_trajectory,
+)
+from vrs_cli.trajectory.timeline import Timeline
+
+
+@pytest.fixture
+def saved(tmp_path: Path) -> Path:
+    path = tmp_path / "t.vrst"
+    write_trajectory(path, puma(), [initial()], planned(6)[1])
+    return path
+
+
+def edited(path: Path, line: int, old: str, new: str) -> Path:
+    """The file with one line changed (counted from 1)."""
+    lines = path.read_text(encoding="utf-8").split("\n")
+    assert old in lines[line - 1]
+    lines[line - 1] = lines[line - 1].replace(old, new, 1)
+    path.write_text("\n".join(lines), encoding="utf-8")
+    return path
+
+
+# --- laws --------------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@given(st.lists(deltas, min_size=1, max_size=3))
+def test_decoding_an_encoded_delta_gives_it_back_to_the_bit(given_deltas: list) -> None:
+    written, read = Motions(), Motions()
+    for delta in given_deltas:
+        line = encode_delta(delta, written)
+        again = decode_delta(line, read, JOINTS)
+        assert repr(again) == repr(delta)  # repr tells -0.0 from 0.0, == does not
+        assert line.count(b"\n") == 1
+
+
+def test_reading_gives_the_deltas_and_the_timeline_they_make(tmp_path: Path) -> None:
+    timeline, changes = planned(60)
+    path = tmp_path / "t.vrst"
+    write_trajectory(path, puma(), [initial()], changes)
+    recording = read_trajectory(path)
+    assert recording.deltas == changes
+    assert recording.timeline == timeline
+    assert recording.timeline.version == timeline.version
+    assert recording.model == puma()
+    assert recording.initial == (initial(),)
+    assert not recording.dropped_tail
+
+
+def test_the_same_trajectory_gives_the_same_bytes(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        write_trajectory(tmp_path / name, puma(), [initial()], planned(12)[1])
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+
+
+def test_what_was_read_is_written_with_the_same_bytes(saved: Path, tmp_path: Path) -> None:
+    recording = read_trajectory(saved)
+    again = tmp_path / "again.vrst"
+    write_trajectory(again, recording.model, recording.initial, recording.deltas)
+    assert again.read_bytes() == saved.read_bytes()
+
+
+def test_a_file_cut_at_any_byte_loses_the_torn_line_only(tmp_path: Path) -> None:
+    changes = planned(3, seed=4)[1]
+    path = tmp_path / "t.vrst"
+    write_trajectory(path, puma(), [initial()], changes)
+    data = path.read_bytes()
+    header = data.index(b"\n")
+    for size in range(len(data)):
+        path.write_bytes(data[:size])
+        if size < header:
+            with pytest.raises(FileDamaged):
+                read_trajectory(path)
+            continue
+        recording = read_trajectory(path)
+        whole = data[:size].count(b"\n") - 1 + (data[size : size + 1] == b"\n")
+        assert recording.deltas == changes[: max(whole, 0)]
+        torn = data[size - 1 : size] != b"\n" and data[size : size + 1] != b"\n"
+        assert recording.dropped_tail == torn
+
+
+def test_a_motion_is_described_once(saved: Path) -> None:
+    text = saved.read_text(encoding="utf-8")
+    for delta in read_trajectory(saved).deltas:
+        assert text.count(json.dumps(delta.motion.text, ensure_ascii=False)) == 1
+
+
+# --- the journal -------------------------------------------------------------------------------------------
+
+
+def test_a_journal_holds_every_delta_as_soon_as_it_is_appended(tmp_path: Path) -> None:
+    path, changes = tmp_path / "t.vrst", planned(5)[1]
+    with TrajectoryWriter(path, puma(), [initial()]) as journal:
+        assert read_trajectory(path).deltas == ()
+        for count, delta in enumerate(changes, 1):
+            journal.append(delta)
+            assert read_trajectory(path).deltas == changes[:count]
+    saved = tmp_path / "saved.vrst"
+    write_trajectory(saved, puma(), [initial()], changes)
+    assert path.read_bytes() == saved.read_bytes()
+
+
+def test_a_batch_journal_is_whole_when_it_is_closed(tmp_path: Path) -> None:
+    path, changes = tmp_path / "t.vrst", planned(5)[1]
+    with TrajectoryWriter(path, puma(), [initial()], durable=False) as journal:
+        for delta in changes:
+            journal.append(delta)
+    assert read_trajectory(path).deltas == changes
+
+
+def test_a_failed_save_leaves_the_old_file(saved: Path) -> None:
+    before = saved.read_bytes()
+
+    def broken():
+        yield planned(2)[1][0]
+        raise RuntimeError("the disk caught fire")
+
+    with pytest.raises(RuntimeError):
+        write_trajectory(saved, puma(), [initial()], broken())
+    assert saved.read_bytes() == before
+    assert [entry.name for entry in saved.parent.iterdir()] == [saved.name]
+
+
+# --- files that are not what they should be ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        (b"", "no whole first line"),
+        (b"\n", "line 1: no header"),
+        (b"\x00\xff\xfe junk", "no whole first line"),
+        (b"\x89PNG\r\n\x1a\n\x00\x00\n", "line 1: no header"),
+        (b".PROGRAM pick\n.END\n", "line 1: no header"),
+        (b'{"type":"FeatureCollection"}\n', "line 1: no header"),
+        (b"[" * 100_000 + b"\n", "line 1: no header"),
+        (b'{"vrst":2,"vrs":"9.1"}\n', "line 1: version 2 of the file format of vrs 9.1"),
+        (b'{"vrst":1}\n', "line 1: Object missing required field `vrs`"),
+    ],
+)
+def test_a_foreign_file_is_refused_by_name(tmp_path: Path, data: bytes, told: str) -> None:
+    path = tmp_path / "foreign.vrst"
+    path.write_bytes(data)
+    with pytest.raises(FileDamaged) as caught:
+        read_trajectory(path)
+    assert str(path) in str(caught.value)
+    assert told in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("line", "old", "new", "told"),
+    [
+        (1, '"puma560"', "7", "robot: name"),
+        (1, '"initial":[', '"initial":[],"other":[', "line 1: the initial timeline has no segment"),
+        (3, '"version":1', '"version":2', "line 3: a delta of timeline version 2; version 1 is due here"),
+        (3, '"keep":', '"keep":99', "line 3: keeps"),
+        (3, '"segments":', '"segmenst":', "line 3: Object"),
+        (3, '"phase":"', '"phase":"very', "line 3: Invalid enum value 'very"),
+        (3, '{"version"', "{version", "line 3: JSON is malformed"),
+        (3, '"motion":{', '"motion":77,"extra":{', "line 3: Object contains unknown field `extra`"),
+        (2, '"issued":', '"issued":1e999,"x":', "line 2: "),
+    ],
+)
+def test_a_damaged_line_is_named_with_its_reason(saved: Path, line: int, old: str, new: str, told: str) -> None:
+    with pytest.raises(FileDamaged) as caught:
+        read_trajectory(edited(saved, line, old, new))
+    assert told in str(caught.value)
+
+
+def damaged_record(path: Path, change) -> Path:
+    """The file with the record of line 2 changed by `change`."""
+    lines = path.read_text(encoding="utf-8").split("\n")
+    record = json.loads(lines[1])
+    change(record)
+    lines[1] = json.dumps(record)
+    path.write_text("\n".join(lines), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda r: r.update(motion=5), "motion 5 is referred to but not described"),
+        (lambda r: r.update(keep=0, drop=1, segments=[]), "leaves a timeline without segments"),
+        (lambda r: r["segments"][0].update(start=90.0, finish=91.0), "the segments overlap in time"),
+        (lambda r: r["segments"][0].update(start=1.0, finish=0.5), "finishes at 0.5 s, before it starts"),
+        (lambda r: r["segments"][0].pop("joints"), "a segment needs either joints or line"),
+        (lambda r: r["segments"][0]["joints"].pop(), "5 joint values for a robot of 6 joints"),
+        (lambda r: r["segments"][0]["joints"].insert(0, []), "Expected `array` of length >= 1"),
+    ],
+)
+def test_a_record_that_cannot_be_is_refused(tmp_path: Path, change, told: str) -> None:
+    path = tmp_path / "t.vrst"
+    write_trajectory(path, puma(), [initial()], appended(2))
+    with pytest.raises(FileDamaged, match=r"line 2: ") as caught:
+        read_trajectory(damaged_record(path, change))
+    assert told in str(caught.value)
+
+
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(NonexistentFile, match="nowhere"):
+        read_trajectory(tmp_path / "nowhere.vrst")
+    with pytest.raises(FileError, match="is a folder"):
+        read_trajectory(tmp_path)
+
+
+@pytest.mark.parametrize("place", ["file/t.vrst", "missing/t.vrst", "folder"])
+def test_an_unwritable_place_is_one_clear_error(tmp_path: Path, place: str) -> None:
+    (tmp_path / "file").write_text("")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(FileError, match=place):
+        TrajectoryWriter(tmp_path / place, puma(), [initial()])
+    with pytest.raises(FileError, match=place):
+        write_trajectory(tmp_path / place, puma(), [initial()], ())
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["file", "folder"]
+
+
+def test_a_full_disk_is_a_file_error() -> None:
+    with pytest.raises(FileError, match=r"/dev/full cannot be written: no space left"):
+        write_trajectory("/dev/full", puma(), [initial()], ())
+
+
+def test_an_old_timeline_is_equal_to_one_applied_step_by_step(saved: Path) -> None:
+    recording = read_trajectory(saved)
+    timeline = Timeline(recording.initial)
+    for delta in recording.deltas:
+        timeline = timeline.apply(delta)
+    assert timeline == recording.timeline

@@ -1,0 +1,134 @@
+"""Timelines for the tests of this folder: planned ones, and arbitrary values by hypothesis."""
+
+from __future__ import annotations
+
+import random
+from functools import cache
+from math import radians
+
+from hypothesis import strategies as st
+
+from vrs_cli.engine.planner import plan
+from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.configuration import ALL
+from vrs_cli.kinematics.model import RobotModel, load_robot
+from vrs_cli.kinematics.transform import Transform, compose, translation
+from vrs_cli.trajectory.delta import Cause, TimelineDelta
+from vrs_cli.trajectory.instant import on_grid
+from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start
+from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment, Turn
+from vrs_cli.trajectory.timeline import Timeline
+
+JOINTS = 6
+STAND = (0.0, radians(-45.0), radians(150.0), 0.0, radians(30.0), 0.0)
+
+
+@cache
+def puma() -> RobotModel:
+    return load_robot("puma560")
+
+
+def initial(joints: tuple[float, ...] = STAND) -> Segment:
+    """s_0: the robot stands at `joints` from t = 0 on."""
+    still = JointPath(tuple((angle,) for angle in joints))
+    return Segment(0.0, 0.0, still, Phase.REST, Motion(0, Kind.REST, Start.AT, goal=joints))
+
+
+def planned(count: int, seed: int = 1) -> tuple[Timeline, tuple[TimelineDelta, ...]]:
+    """A timeline made by `count` motions: appended, spliced in, of all kinds, and some undone again."""
+    rng, arm = random.Random(seed), arm_for(puma())
+    timeline, deltas = Timeline([initial()]), []
+    for number in range(1, count + 1):
+        executed = on_grid(rng.uniform(0.0, timeline.end) if rng.random() < 0.4 else timeline.end)
+        delta = plan(arm, timeline, motion(rng, number), executed, executed)
+        deltas.append(delta)
+        before, timeline = timeline, timeline.apply(delta)
+        if rng.random() < 0.2:
+            deltas.append(before.inverse(delta))
+            timeline = timeline.apply(deltas[-1])
+    return timeline, tuple(deltas)
+
+
+def appended(count: int) -> tuple[TimelineDelta, ...]:
+    """Joint motions one after another."""
+    rng, arm = random.Random(2), arm_for(puma())
+    timeline, deltas = Timeline([initial()]), []
+    for number in range(1, count + 1):
+        goal = tuple(angle + rng.uniform(-0.2, 0.2) for angle in STAND)
+        step = Motion(number, Kind.JOINT, Start.AFTER, goal=goal, text=f"MOVE p[{number}]")
+        deltas.append(plan(arm, timeline, step, timeline.end, timeline.end))
+        timeline = timeline.apply(deltas[-1])
+    return tuple(deltas)
+
+
+def motion(rng: random.Random, number: int) -> Motion:
+    kind = rng.choice(list(Kind))
+    goal = tuple(angle + rng.uniform(-0.2, 0.2) for angle in STAND)
+    frames = Frames(tool=translation(0.0, 0.0, 0.1)) if rng.random() < 0.3 else Frames()
+    pose = compose(arm_for(puma()).forward(goal), frames.tool)
+    return Motion(
+        number,
+        kind,
+        rng.choice((Start.AT, Start.AFTER)),
+        goal=goal if kind is Kind.JOINT else None,
+        pose=pose if kind is Kind.STRAIGHT else None,
+        speed=rng.choice((1.0, 0.3)),
+        duration=0.5 if kind is Kind.REST else 0.0,
+        hand=rng.choice((0.0, 1.0)),
+        frames=frames,
+        text=f"MOVE p[{number}] ;größer",
+    )
+
+
+# --- arbitrary values: as a file must give them back, whether or not a robot could do them -----------------
+
+floats = st.floats(allow_nan=False, allow_infinity=False)
+polynomials = st.lists(floats, min_size=1, max_size=5).map(tuple)
+joints = st.tuples(*[floats] * JOINTS)
+transforms = st.tuples(*[floats] * 12).map(lambda numbers: Transform(*numbers))
+frames = st.builds(Frames, base=transforms, tool=transforms) | st.just(Frames())
+motions = st.builds(
+    Motion,
+    number=st.integers(0, 9),
+    kind=st.sampled_from(Kind),
+    start=st.sampled_from(Start),
+    goal=st.none() | joints,
+    pose=st.none() | transforms,
+    speed=floats,
+    acceleration=floats,
+    tip_speed=st.none() | floats,
+    duration=floats,
+    hand=floats,
+    frames=frames,
+    text=st.text(st.characters(codec="utf-8")),
+)
+joint_paths = st.tuples(*[polynomials] * JOINTS).map(JointPath)
+lines = st.builds(
+    CartesianPath,
+    position=st.tuples(*[polynomials] * 3),
+    orientation=transforms,
+    turns=st.lists(st.builds(Turn, st.tuples(floats, floats, floats), polynomials), max_size=2).map(tuple),
+    configuration=st.sampled_from(ALL),
+    seeds=st.lists(joints, min_size=1, max_size=3).map(tuple),
+    seed_interval=st.floats(1e-6, 10.0),
+)
+segments = st.builds(
+    lambda edges, path, phase, motion: Segment(min(edges), max(edges), path, phase, motion),
+    st.tuples(floats, floats),
+    joint_paths | lines,
+    st.sampled_from(Phase),
+    motions,
+)
+deltas = st.builds(
+    TimelineDelta,
+    version=st.integers(0, 10**6),
+    cause=st.sampled_from(Cause),
+    motion=motions,
+    issued=floats,
+    executed=floats,
+    cut=floats,
+    keep=st.integers(0, 10**6),
+    drop=st.integers(0, 10**6),
+    shift=floats,
+    segments=st.lists(segments, max_size=2).map(tuple),
+)

@@ -1,0 +1,182 @@
+"""Laws that hold for every timeline, after every command: random sequences of motions, inserted and appended."""
+
+from __future__ import annotations
+
+from math import radians, sqrt
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from vrs_cli.engine.commands import Delay, JointTarget, Move, OperateHand, PoseTarget, SetParameter, SetSpeed, Stamp
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.planner import segment_joints, state_at
+from vrs_cli.engine.position import position_at
+from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.joints import joints_outside, largest_change
+from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.transform import angle_between, compose, distance, from_oat
+from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.motion import Kind, Start
+from vrs_cli.trajectory.segment import CartesianPath
+from vrs_cli.trajectory.timeline import Timeline
+
+MODEL = load_robot("puma560")
+POSITION = 1e-8  # [rad] joints at a boundary, where one side may be found by inverse kinematics
+VELOCITY = 1e-6  # [rad/s]
+LIMIT = 1.0 + 1e-5  # rounding
+ON_LINE = 1e-6  # [m]
+
+fractions = st.floats(0.0, 1.0)
+joint_targets = st.tuples(*[fractions] * 6).map(
+    lambda u: JointTarget(
+        tuple(low + (high - low) * f for f, low, high in zip(u, MODEL.lower, MODEL.upper, strict=True))
+    )
+)
+pose_targets = st.tuples(
+    st.floats(0.3, 0.6), st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(0, 360), st.floats(20, 90)
+).map(lambda p: PoseTarget(from_oat(p[0], p[1], p[2], radians(p[3]), radians(p[4]), 0.0)))
+stamps = st.none() | st.floats(0.0, 12.0).map(Stamp)
+moves = st.builds(
+    Move,
+    target=joint_targets | pose_targets,
+    straight=st.booleans(),
+    hand=st.none() | st.sampled_from([0.0, 1.0]),
+    stamp=stamps,
+    text=st.just("MOVE"),
+)
+speeds = st.builds(SetSpeed, value=st.floats(5.0, 100.0), always=st.booleans())
+others = (
+    speeds
+    | st.builds(Delay, seconds=st.floats(0.0, 2.0))
+    | st.builds(OperateHand, opening=st.sampled_from([0.0, 1.0]), immediate=st.booleans())
+    | st.builds(SetParameter, name=st.just("INSERT"), value=st.sampled_from(["ON", "ON", "OFF"]))
+)
+steps = st.lists(st.tuples(moves | moves | moves | others, st.booleans()), min_size=1, max_size=14)
+
+
+def performed(sequence: list[tuple[object, bool]]) -> tuple[Engine, list[tuple[Timeline, TimelineDelta, Timeline]]]:
+    """The engine after a sequence of requests (those not possible are refused), with every edit: before, delta, after."""
+    engine = Engine(MODEL)
+    edits: list[tuple[Timeline, TimelineDelta, Timeline]] = []
+    before = [engine.timeline]
+
+    def note(delta: TimelineDelta, after: Timeline) -> None:
+        edits.append((before[-1], delta, after))
+        before.append(after)
+
+    engine.listeners.append(note)
+    for request, program in sequence:
+        try:
+            engine.perform(request, program=program)  # type: ignore[arg-type]
+        except MotionError:
+            assert engine.timeline is before[-1], "a refused motion leaves the timeline as it was"
+    return engine, edits
+
+
+def check_continuous(engine: Engine) -> None:
+    segments = list(engine.timeline)
+    for a, b in zip(segments, segments[1:], strict=False):
+        assert a.finish <= b.start
+        left, right = state_at(engine.arm, a, a.duration).joints, state_at(engine.arm, b, 0.0).joints
+        assert largest_change(left.joints, right.joints) <= POSITION, (a, b)
+        if a.finish == b.start and a.duration and b.duration:
+            assert largest_change(left.velocity, right.velocity) <= VELOCITY, (a, b)
+        if a.finish < b.start:
+            assert max(map(abs, left.velocity)) <= VELOCITY, "the robot stands still in a gap"
+
+
+def check_limits(engine: Engine) -> None:
+    for segment in engine.timeline:
+        for k in range(9):
+            t = segment.start + segment.duration * (k + 0.37) / 9.4
+            here = position_at(engine.arm, engine.timeline, t)
+            assert not joints_outside(here.joints, MODEL.lower, MODEL.upper), (segment, t)
+            for v, v_max in zip(here.velocity, MODEL.max_velocity, strict=True):
+                assert abs(v) <= v_max * LIMIT, (segment, t)
+            if not isinstance(segment.path, CartesianPath) or k:  # a singular start at rest has no rate to compare
+                for a, a_max in zip(here.acceleration, MODEL.max_acceleration, strict=True):
+                    assert abs(a) <= a_max * LIMIT, (segment, t)
+
+
+def check_targets(engine: Engine) -> None:
+    """The last segment of a motion that nothing interrupted ends on its target."""
+    last = engine.timeline[len(engine.timeline) - 1]
+    motion = last.motion
+    q = segment_joints(engine.arm, last, last.duration)
+    if motion.goal is not None:
+        assert largest_change(q, motion.goal) <= 1e-9
+    if motion.pose is not None:
+        tip = compose(engine.arm.forward(q), motion.frames.tool)
+        assert distance(tip, motion.pose) <= 1e-9
+        assert angle_between(tip, motion.pose) <= 1e-7
+
+
+def check_lines(engine: Engine) -> None:
+    """A straight line from rest stays on the line from where it starts to its target."""
+    segments = list(engine.timeline)
+    for index, first in enumerate(segments):
+        motion = first.motion
+        starts = index == 0 or segments[index - 1].motion.number != motion.number
+        if motion.kind is not Kind.STRAIGHT or motion.start is Start.BLEND or not starts or motion.pose is None:
+            continue
+        if not isinstance(first.path, CartesianPath) or any(first.path.twist(0.0)):
+            continue
+        here = first.path.pose(0.0)
+        a, b = (here.px, here.py, here.pz), (motion.pose.px, motion.pose.py, motion.pose.pz)
+        for segment in segments[index:]:
+            if segment.motion.number != motion.number:
+                break
+            for k in range(5):
+                s = segment.duration * k / 4
+                q = segment_joints(engine.arm, segment, s)
+                tip = compose(engine.arm.forward(q), motion.frames.tool)
+                assert off_line((tip.px, tip.py, tip.pz), a, b) <= ON_LINE
+
+
+def off_line(p: tuple[float, ...], a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    ab = [y - x for x, y in zip(a, b, strict=True)]
+    ap = [y - x for x, y in zip(a, p, strict=True)]
+    square = sum(x * x for x in ab)
+    along = sum(x * y for x, y in zip(ab, ap, strict=True)) / square if square else 0.0
+    return sqrt(sum((y - along * x) ** 2 for x, y in zip(ab, ap, strict=True)))
+
+
+def check_tail_untouched(before: Timeline, delta: TimelineDelta, after: Timeline) -> None:
+    old = list(before)[delta.keep + delta.drop :]
+    new = list(after)[delta.keep + len(delta.segments) :]
+    assert len(old) == len(new)
+    for a, b in zip(old, new, strict=True):
+        assert b.path is a.path
+        assert b.start == a.start + delta.shift
+        assert b.finish == a.finish + delta.shift
+    kept = list(after)[: max(delta.keep - 1, 0)]
+    assert kept == list(before)[: len(kept)]
+
+
+@settings(max_examples=120, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@given(steps)
+def test_every_timeline_keeps_the_laws(sequence: list[tuple[object, bool]]) -> None:
+    engine, edits = performed(sequence)
+    check_continuous(engine)
+    check_limits(engine)
+    check_targets(engine)
+    check_lines(engine)
+    replayed = engine.initial
+    for before, delta, after in edits:
+        check_tail_untouched(before, delta, after)
+        replayed = replayed.apply(delta)
+        assert replayed == after
+    assert replayed == engine.timeline
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@given(steps)
+def test_undo_gives_back_the_timeline_to_the_bit(sequence: list[tuple[object, bool]]) -> None:
+    engine, edits = performed(sequence)
+    for before, _, _ in reversed(list(edits)):
+        engine.undo()
+        assert engine.timeline == before
+    assert engine.timeline == engine.initial
+    with pytest.raises(Exception, match="no motion to undo"):
+        engine.undo()

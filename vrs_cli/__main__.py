@@ -1,0 +1,25 @@
+"""The `vrs` command. Only what the first words of the command line ask for is imported."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from vrs_cli import __version__
+
+VERSION_OPTIONS = ("--version", "-V")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `vrs` with these arguments (default: of the process); returns the exit status."""
+    arguments = sys.argv[1:] if argv is None else list(argv)
+    if arguments and arguments[0] in VERSION_OPTIONS:
+        print(f"vrs {__version__}")
+        return 0
+    from vrs_cli.cli.main import run
+
+    return run(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,109 @@
+"""What every subcommand shares in reading its arguments: one-line errors, checked values."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+from math import isfinite
+from typing import NoReturn
+
+from vrs_cli.errors import UsageError
+
+STANDARD_STREAM = "-"
+
+
+class CommandLineError(UsageError):
+    """The command line itself is wrong; the message has no VAL-II text, for no VAL-II was spoken."""
+
+    def __str__(self) -> str:
+        return f"{self.detail} ({self.hint})" if self.hint else self.detail
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that raises CommandLineError, and says which option was perhaps meant."""
+
+    def __init__(self, prog: str, description: str, epilog: str = "") -> None:
+        super().__init__(
+            prog=prog,
+            description=description,
+            epilog=epilog,
+            allow_abbrev=False,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+
+    def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
+        """The values of all arguments. Raises CommandLineError; `--help` raises SystemExit."""
+        unknown = [word for word in _words(arguments) if word.startswith("--") and word not in self.options()]
+        if unknown:
+            raise self._unknown(unknown[0])
+        values, extra = self.parse_known_args(arguments)
+        if extra:
+            raise self._unknown(extra[0])
+        return values
+
+    def options(self) -> tuple[str, ...]:
+        """All options, `--like` and `-l`."""
+        return tuple(self._option_string_actions)
+
+    def error(self, message: str) -> NoReturn:
+        raise CommandLineError(message.removeprefix("argument "), f"{self.prog} --help")
+
+    def _unknown(self, word: str) -> CommandLineError:
+        if not word.startswith("-"):
+            return CommandLineError(f"one argument too many: {word}", f"{self.prog} --help")
+        return CommandLineError(f"unknown option {word}", did_you_mean(word, self.options(), self.prog))
+
+
+def _words(arguments: Iterable[str]) -> Iterable[str]:
+    """The options as written, up to a bare `--`."""
+    for argument in arguments:
+        if argument == "--":
+            return
+        yield argument.partition("=")[0]
+
+
+def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
+    """A hint: the known word that is near, or where all are listed."""
+    near = get_close_matches(word, tuple(known), n=1)
+    return f"did you mean {near[0]}?" if near else f"{prog} --help"
+
+
+# --- kinds of values: a wrong one becomes one line that names its option ---------------------------------
+
+
+def number(text: str) -> float:
+    """Any finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number")
+    return value
+
+
+def positive(text: str) -> float:
+    """A number above zero."""
+    value = number(text)
+    if not value > 0.0:
+        raise argparse.ArgumentTypeError(f"{text} is not above 0")
+    return value
+
+
+def sampling_rate(text: str) -> float:
+    """Samples per second [Hz]."""
+    from vrs_cli.files.rates import FASTEST
+
+    value = positive(text)
+    if value > FASTEST:
+        raise argparse.ArgumentTypeError(f"{text} Hz is more than {FASTEST:g} Hz")
+    return value
+
+
+def whole(text: str) -> int:
+    """A whole number."""
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None

@@ -1,0 +1,64 @@
+"""`vrs export`: a saved trajectory in a format of other programs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser
+from vrs_cli.cli.outputs import add_rate_option, check_distinct, write_table
+from vrs_cli.cli.recordings import read_recording
+from vrs_cli.files.atomic import check_writable
+from vrs_cli.files.rates import DEFAULT_RATE
+
+EPILOG = """\
+Columns of csv: t [s], jt1 ... jt6 [deg], x, y, z [mm], o, a, t_angle [deg].
+
+  vrs export pick.vrst --to csv -o pick.csv --rate 50
+  vrs export pick.vrst --to csv | head
+"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Write a saved trajectory as a table."""
+    from vrs_cli.files.exports import EXPORTERS
+
+    options = _parser(prog, tuple(EXPORTERS)).parse(arguments)
+    form = _format(options.to, options.output)
+    if options.output != STANDARD_STREAM:
+        check_distinct((options.file, options.output))
+        check_writable(options.output)
+    recording = read_recording(prog, options.file)
+    from vrs_cli.kinematics.arm import arm_for
+
+    write_table(form, options.output, arm_for(recording.model), recording.timeline, options.rate or DEFAULT_RATE)
+    return 0
+
+
+def _parser(prog: str, formats: Sequence[str]) -> Parser:
+    parser = Parser(prog, "Write a saved trajectory as a table for other programs.", EPILOG)
+    parser.add_argument("file", metavar="T.vrst", help="a saved trajectory")
+    parser.add_argument(
+        "--to",
+        metavar="FORMAT",
+        choices=formats,
+        help=f"{', '.join(formats)}; default: by the ending of OUT",
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="OUT", default=STANDARD_STREAM, help="the file to write; default: standard output"
+    )
+    add_rate_option(parser)
+    return parser
+
+
+def _format(asked: str | None, output: str) -> str:
+    """The format asked for, or the one that the file's ending says."""
+    from vrs_cli.files.exports import EXPORTERS
+
+    if asked is not None:
+        return asked
+    suffix = os.path.splitext(output)[1].lower()
+    for exporter in EXPORTERS.values():
+        if exporter.suffix == suffix:
+            return exporter.name
+    raise CommandLineError("which format?", f"give --to {' or '.join(EXPORTERS)}")

@@ -1,0 +1,161 @@
+"""Which subcommand is meant, and what becomes of its errors: one message on stderr, and the exit status."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from importlib import import_module
+from typing import NamedTuple
+
+from vrs_cli.errors import FileDamaged, FileError, UsageError, VrsError
+
+OK, FAILED, USAGE = 0, 1, 2
+INTERNAL_ERROR = 70  # EX_SOFTWARE of sysexits.h
+INTERRUPTED = 130  # 128 + SIGINT, as a shell reports it
+BROKEN_PIPE = 141  # 128 + SIGPIPE
+
+Subcommand = Callable[[str, Sequence[str]], int]  # (name of the program, its arguments) -> exit status
+
+
+class Row(NamedTuple):
+    """A row of the table of subcommands: the module whose `main` it is, its arguments and what it does."""
+
+    module: str
+    arguments: str
+    summary: str
+
+
+SUBCOMMANDS: Mapping[str, Row] = {
+    "shell": Row("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
+    "run": Row("run", "FILE.v2 [PROGRAM]", "load a file and execute a program of it"),
+    "check": Row("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
+    "fmt": Row("fmt", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
+    "where": Row("where", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
+    "replay": Row("replay", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),
+    "export": Row("export", "T.vrst --to FORMAT", "write a saved trajectory as a table for other programs"),
+}
+
+FILE_COMMANDS: Mapping[str, str] = {".v2": "run", ".pg": "run", ".vrst": "replay"}  # what a bare file is good for
+
+HELP = """\
+usage: vrs [SUBCOMMAND] [ARGUMENTS]
+
+A VAL-II shell and batch runner for a virtual PUMA 560.
+
+{rows}
+
+  vrs SUBCOMMAND --help    all about one of them
+  vrs --version            the version
+
+Exit status: 0 all went well; 1 a program stopped with an error, or a file has mistakes;
+2 the command line is wrong, or names a file that is not there.
+"""
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run a command line; returns the exit status. No exception leaves."""
+    if arguments and arguments[0] in ("--help", "-h"):
+        return _guarded("vrs", _help, "vrs", ())
+    try:
+        name, prog, rest = _chosen(arguments)
+    except UsageError as error:
+        return _told("vrs", str(error), USAGE)
+    return _guarded(prog, _subcommand(name), prog, rest)
+
+
+def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
+    """The subcommand, what to call it in messages, and its arguments. Options alone are the shell's."""
+    if not arguments or arguments[0].startswith("-"):
+        return "shell", "vrs", arguments
+    name = arguments[0]
+    if name in SUBCOMMANDS:
+        return name, f"vrs {name}", arguments[1:]
+    raise _unknown(name)
+
+
+def _unknown(name: str) -> UsageError:
+    from vrs_cli.cli.command_line import CommandLineError, did_you_mean
+
+    suited = FILE_COMMANDS.get(os.path.splitext(name)[1].lower())
+    if suited:
+        return CommandLineError(f"{name} is a file, not a subcommand", f"write: vrs {suited} {name}")
+    return CommandLineError(f"unknown subcommand {name}", did_you_mean(name, SUBCOMMANDS, "vrs"))
+
+
+def _subcommand(name: str) -> Subcommand:
+    def imported(prog: str, arguments: Sequence[str]) -> int:
+        module = import_module(f"vrs_cli.cli.{SUBCOMMANDS[name].module}")
+        status: int = module.main(prog, arguments)
+        return status
+
+    return imported
+
+
+def _help(_prog: str, _arguments: Sequence[str]) -> int:
+    width = max(len(f"{name} {row.arguments}") for name, row in SUBCOMMANDS.items())
+    rows = (f"  vrs {f'{name} {row.arguments}':{width}}  {row.summary}" for name, row in SUBCOMMANDS.items())
+    print(HELP.format(rows="\n".join(rows)), end="")
+    return OK
+
+
+# --- errors --------------------------------------------------------------------------------------------------
+
+
+def _guarded(prog: str, subcommand: Subcommand, *arguments: object) -> int:
+    """The status of a subcommand, with every way in which it can end."""
+    with suppress(AttributeError):  # a stream of a test may not have it
+        sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    try:
+        status = subcommand(*arguments)  # type: ignore[arg-type]
+        sys.stdout.flush()
+    except SystemExit as exit_:  # argparse, after --help
+        return exit_.code if isinstance(exit_.code, int) else OK
+    except VrsError as error:
+        return _told(prog, str(error), status_of(error))
+    except KeyboardInterrupt:
+        return _told(prog, "interrupted", INTERRUPTED)
+    except BrokenPipeError:
+        return _reader_gone()
+    except OSError as error:
+        return _told(prog, f"{error.strerror or error}", FAILED)
+    except Exception as error:
+        return _told(prog, _internal_error(error), INTERNAL_ERROR)
+    return status
+
+
+def status_of(error: VrsError) -> int:
+    """1 for what a file says or a robot cannot do, 2 for what the command line asks."""
+    if isinstance(error, FileDamaged):
+        return FAILED
+    return USAGE if isinstance(error, UsageError | FileError) else FAILED
+
+
+def _told(prog: str, message: str, status: int) -> int:
+    with suppress(OSError):
+        sys.stdout.flush()
+    print(f"{prog}: {message}", file=sys.stderr)
+    return status
+
+
+def _reader_gone() -> int:
+    """Whoever read our output has closed it: nothing to say, and nothing more to flush at exit."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return BROKEN_PIPE
+
+
+def _internal_error(error: Exception) -> str:
+    """The one line; the traceback is in a file."""
+    import tempfile
+    import traceback
+
+    report = "".join(traceback.format_exception(error))
+    try:
+        with tempfile.NamedTemporaryFile("w", prefix="vrs-", suffix=".txt", delete=False, encoding="utf-8") as file:
+            file.write(report)
+        place = f"; please report it with {file.name}"
+    except OSError:
+        place = "; please report it"
+    return f"internal error: {type(error).__name__}: {error}{place}"

@@ -1,0 +1,99 @@
+"""The files that a subcommand makes of a trajectory: `--csv OUT --rate HZ` and `--plot OUT`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, sampling_rate
+from vrs_cli.files.atomic import check_writable
+from vrs_cli.files.rates import DEFAULT_RATE
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.arm import RobotArm
+    from vrs_cli.trajectory.timeline import Timeline
+
+
+def add_output_options(parser: argparse.ArgumentParser) -> None:
+    """The options, the same in every subcommand that has them."""
+    parser.add_argument(
+        "--csv", metavar="OUT", help="write a table of joints and tool positions (- is standard output)"
+    )
+    add_rate_option(parser)
+    parser.add_argument("--plot", metavar="OUT.svg|png", help="draw joints, velocities and the tool over time")
+
+
+def add_rate_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--rate", metavar="HZ", type=sampling_rate, help=f"rows of the table per second (default {DEFAULT_RATE:g})"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Outputs:
+    """Where to write: paths, or None."""
+
+    csv: str | None
+    rate: float
+    plot: str | None
+
+    @staticmethod
+    def of(arguments: argparse.Namespace) -> Outputs:
+        """Those that the options ask for. Raises CommandLineError for a rate of no table."""
+        if arguments.rate is not None and arguments.csv is None:
+            raise CommandLineError("--rate is the rate of a table", "give --csv OUT, too")
+        rate = DEFAULT_RATE if arguments.rate is None else arguments.rate
+        return Outputs(arguments.csv, rate, arguments.plot)
+
+    @property
+    def takes_standard_output(self) -> bool:
+        return self.csv == STANDARD_STREAM
+
+    @property
+    def any(self) -> bool:
+        return self.csv is not None or self.plot is not None
+
+    def check(self, also: Iterable[str | None] = ()) -> None:
+        """Raise now what would make `write` fail later; `also` are other files of the same command.
+
+        Raises CommandLineError when one file is to be two things, FileError, UsageError.
+        """
+        files = [path for path in (self.csv, self.plot, *also) if path not in (None, STANDARD_STREAM)]
+        check_distinct(path for path in files if path is not None)
+        if self.csv is not None and not self.takes_standard_output:
+            check_writable(self.csv)
+        if self.plot is not None:
+            from vrs_cli.render.plots import check_plot
+
+            check_plot(self.plot)
+
+    def write(self, arm: RobotArm, timeline: Timeline, title: str) -> None:
+        """Write all of them. Raises FileError."""
+        if self.csv is not None:
+            write_table("csv", self.csv, arm, timeline, self.rate)
+        if self.plot is not None:
+            from vrs_cli.render.plots import plot_trajectory
+
+            plot_trajectory(self.plot, arm, timeline, title)
+
+
+def write_table(form: str, path: str, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+    """Write a trajectory in one of the formats of `exports`. Raises FileError."""
+    from vrs_cli.files.exports import EXPORTERS, export
+
+    sys.stdout.flush()
+    export(EXPORTERS[form], path, sys.stdout.buffer, arm, timeline, rate)
+    sys.stdout.buffer.flush()
+
+
+def check_distinct(paths: Iterable[str]) -> None:
+    """Raise CommandLineError when two paths are one file; devices may be named twice."""
+    real = [os.path.realpath(path) for path in paths]
+    for one, other in combinations(real, 2):
+        if one == other and (os.path.isfile(one) or not os.path.exists(one)):
+            raise CommandLineError(f"{one} is named twice", "give every file a name of its own")

@@ -1,0 +1,42 @@
+"""Trajectory files as subcommands take them, and positions as they tell them."""
+
+from __future__ import annotations
+
+import sys
+from math import degrees
+from typing import TYPE_CHECKING
+
+from vrs_cli.kinematics.transform import to_oat
+
+if TYPE_CHECKING:
+    from vrs_cli.engine.position import Position
+    from vrs_cli.files.trajectory_file import Recording
+
+DIGITS = 12  # decimals of degrees and millimetres in JSON: noise goes, nothing that can be measured
+
+Numbers = list[float]
+
+
+def read_recording(prog: str, path: str) -> Recording:
+    """The trajectory of a file; stderr hears of a torn last line. Raises FileError."""
+    from vrs_cli.files.trajectory_file import read_trajectory
+
+    recording = read_trajectory(path)
+    if recording.dropped_tail:
+        print(f"{prog}: warning: the last line of {path} is incomplete and left out", file=sys.stderr)
+    return recording
+
+
+def position_object(position: Position) -> dict[str, Numbers]:
+    """A position as JSON objects tell it: `joints_deg`, `xyz_mm`, `oat_deg`."""
+    T = position.T_world_tool
+    return {
+        "joints_deg": [tidy(degrees(q)) for q in position.joints],
+        "xyz_mm": [tidy(1000.0 * x) for x in (T.px, T.py, T.pz)],
+        "oat_deg": [tidy(degrees(angle)) for angle in to_oat(T)],
+    }
+
+
+def tidy(value: float) -> float:
+    """Without the noise of the last bits, and never -0.0."""
+    return round(value, DIGITS) + 0.0

@@ -1,0 +1,55 @@
+"""`vrs where`: the current position function g on a saved trajectory."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from vrs_cli.cli.command_line import Parser, number
+from vrs_cli.cli.recordings import position_object, read_recording
+
+if TYPE_CHECKING:
+    from vrs_cli.engine.position import Position
+
+EPILOG = """\
+Before the first motion, after the last and between motions the robot stands still.
+
+  vrs where pick.vrst --at 1.0 2.5
+  vrs where pick.vrst --at 2.5 --json
+"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Print where the robot is at the times asked for."""
+    options = _parser(prog).parse(arguments)
+    recording = read_recording(prog, options.file)
+    from vrs_cli.engine.position import position_at
+    from vrs_cli.kinematics.arm import arm_for
+
+    arm = arm_for(recording.model)
+    positions = [position_at(arm, recording.timeline, t) for t in options.at]
+    print(_json(positions) if options.json else _text(positions), end="")
+    return 0
+
+
+def _parser(prog: str) -> Parser:
+    parser = Parser(prog, "Where the robot of a saved trajectory is at any time: joints, tool and hand.", EPILOG)
+    parser.add_argument("file", metavar="T.vrst", help="a saved trajectory")
+    parser.add_argument(
+        "--at", metavar="TIME", type=number, nargs="+", action="extend", required=True, help="times [s], any number"
+    )
+    parser.add_argument("--json", action="store_true", help="a JSON list with an object for every time")
+    return parser
+
+
+def _json(positions: Sequence[Position]) -> str:
+    objects = [{"time": p.time, **position_object(p), "hand": p.hand, "moving": p.moving} for p in positions]
+    return json.dumps(objects, indent=2) + "\n"
+
+
+def _text(positions: Sequence[Position]) -> str:
+    from vrs_cli.interfaces.replies import Whereabouts
+    from vrs_cli.render.text import plain_text
+
+    return "\n".join(plain_text(Whereabouts(position, stamped=True)) for position in positions)

@@ -1,0 +1,217 @@
+"""The waist between language and engine: what is asked of the robot, as pure data.
+
+The language yields these; it knows no clock. The engine stamps a motion with its issue and execution times
+(`MotionCommand`) and gives it to the planner f. Metres, radians, seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform
+
+
+@dataclass(frozen=True, slots=True)
+class Stamp:
+    """When a motion is executed: `AT seconds` on the timeline, or `IN seconds` from now (`relative`)."""
+
+    seconds: float
+    relative: bool = False
+
+
+# --- targets: where a motion goes ------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class PoseTarget:
+    """A transformation: the tool tip in the world (BASE) frame, T_world_tool."""
+
+    T_world_tool: Transform
+
+
+@dataclass(frozen=True, slots=True)
+class JointTarget:
+    """A precision point."""
+
+    joints: Joints
+
+
+@dataclass(frozen=True, slots=True)
+class ToolOffsetTarget:
+    """DEPART, ALIGN: from where the last motion ends, a pose in that tool frame, T_destination_target."""
+
+    T_destination_target: Transform
+
+
+@dataclass(frozen=True, slots=True)
+class JointOffsetTarget:
+    """DRIVE: one joint (counted from 1) changed by so many radians (metres) from where the last motion ends."""
+
+    joint: int
+    change: float
+
+
+@dataclass(frozen=True, slots=True)
+class NamedTarget:
+    """A pose of the robot model: "ready", "nest"."""
+
+    name: str
+
+
+Target = PoseTarget | JointTarget | ToolOffsetTarget | JointOffsetTarget | NamedTarget
+
+
+# --- what programs and the prompt ask for ----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """A motion: joint-interpolated, or a straight line of the tool tip.
+
+    `hand`: opening during the motion (1 open, 0 closed, None as it is). `speed`: fraction in (0, 1] that replaces the
+    program speed for this motion alone (DRIVE). `text`: the instruction as typed, for tables and files.
+    """
+
+    target: Target
+    straight: bool
+    hand: float | None = None
+    speed: float | None = None
+    stamp: Stamp | None = None
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Delay:
+    """DELAY: a null motion of so many seconds."""
+
+    seconds: float
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Break:
+    """Wait until the robot has come to rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class OperateHand:
+    """OPENI, CLOSEI, RELAXI (`immediate`): break, operate, wait HAND.TIME. OPEN, CLOSE, RELAX: during the next motion.
+
+    `opening`: 1 open, 0 closed; None relaxed.
+    """
+
+    opening: float | None
+    immediate: bool
+    text: str = ""
+
+
+class SpeedUnit(Enum):
+    PERCENT = "%"
+    MMPS = "MMPS"
+    IPS = "IPS"
+
+
+@dataclass(frozen=True, slots=True)
+class SetSpeed:
+    """Program speed: percent of nominal, or tool-tip speed in mm/s or inch/s; for the next motion unless `always`."""
+
+    value: float
+    rotation: float | None = None
+    unit: SpeedUnit = SpeedUnit.PERCENT
+    always: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class SetMonitorSpeed:
+    percent: float
+
+
+@dataclass(frozen=True, slots=True)
+class SetDuration:
+    """Minimum time of motions [s]."""
+
+    seconds: float
+    always: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class SetAcceleration:
+    """ACCEL: percent of nominal acceleration and deceleration."""
+
+    acceleration: float
+    deceleration: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SetConfiguration:
+    """RIGHTY, LEFTY, ABOVE, BELOW, FLIP, NOFLIP: asked of the next joint-interpolated motion to a transformation."""
+
+    flag: Arm | Elbow | Wrist
+
+
+class Mode(Enum):
+    """Settings that are on or off for the next motion, or always."""
+
+    CONTINUOUS_PATH = "CP"
+    COARSE = "COARSE"
+    NULLING = "NULL"
+    SINGLE = "SINGLE"
+    OVERLAP = "OVERLAP"
+    INTEGRAL = "INT"
+
+
+@dataclass(frozen=True, slots=True)
+class SetMode:
+    mode: Mode
+    on: bool
+    always: bool = False
+    tolerance: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SetTool:
+    """T_flange_tool."""
+
+    T_flange_tool: Transform
+
+
+@dataclass(frozen=True, slots=True)
+class SetBase:
+    """The world frame seen from the robot's own: T_robot_world."""
+
+    T_robot_world: Transform
+
+
+@dataclass(frozen=True, slots=True)
+class SetParameter:
+    """`PARAMETER name = value`; the value is a number or a word (`LSPB`)."""
+
+    name: str
+    value: float | str
+
+
+@dataclass(frozen=True, slots=True)
+class SetSwitch:
+    name: str
+    on: bool
+
+
+Request = (
+    Move
+    | Delay
+    | Break
+    | OperateHand
+    | SetSpeed
+    | SetMonitorSpeed
+    | SetDuration
+    | SetAcceleration
+    | SetConfiguration
+    | SetMode
+    | SetTool
+    | SetBase
+    | SetParameter
+    | SetSwitch
+)

@@ -1,0 +1,505 @@
+"""The engine: holds tau and the settings of one robot, stamps motion commands and applies what f returns.
+
+Nothing runs here between two requests. Readers of a timeline keep the version they have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import degrees, isfinite
+from typing import Any
+
+from vrs_cli.engine.clock import Clock, VirtualClock
+from vrs_cli.engine.commands import (
+    Break,
+    Delay,
+    JointOffsetTarget,
+    JointTarget,
+    Mode,
+    Move,
+    NamedTarget,
+    OperateHand,
+    PoseTarget,
+    Request,
+    SetAcceleration,
+    SetBase,
+    SetConfiguration,
+    SetDuration,
+    SetMode,
+    SetMonitorSpeed,
+    SetParameter,
+    SetSpeed,
+    SetSwitch,
+    SetTool,
+    SpeedUnit,
+    Stamp,
+    Target,
+    ToolOffsetTarget,
+)
+from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
+from vrs_cli.engine.planner import plan
+from vrs_cli.engine.position import Position, joints_at, position_at, world_pose
+from vrs_cli.errors import (
+    IllegalJoint,
+    IllegalValue,
+    JointOutOfRange,
+    PowerOff,
+    StraightLineConfiguration,
+    UndefinedValue,
+    UsageError,
+)
+from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.joints import Joints, joints_outside
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.trajectory.blend import rest
+from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.instant import LATEST, on_grid, shown
+from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start
+from vrs_cli.trajectory.segment import Phase
+from vrs_cli.trajectory.timeline import Timeline
+
+SLOWEST = 1e-4  # fraction of nominal speed: slower is no motion
+MM = 1e-3  # [m]
+INCH = 0.0254  # [m]
+
+DeltaListener = Callable[[TimelineDelta, Timeline], None]
+
+
+@dataclass(frozen=True, slots=True)
+class CommandRecord:
+    """A motion command and what became of it on the present timeline: `end` is when its motion ends [s]."""
+
+    number: int
+    text: str
+    issued: float
+    executed: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Done:
+    """What undo needs: the timeline before a delta, the delta, and the clock before."""
+
+    timeline: Timeline
+    delta: TimelineDelta
+    clock: float
+
+
+class Engine:
+    """One robot: model, timeline, settings, clock. `deltas` are all changes of the timeline so far."""
+
+    def __init__(self, model: RobotModel, *, start: Joints | None = None, clock: Clock | None = None) -> None:
+        self.model = model
+        self.arm: RobotArm = arm_for(model)
+        self.clock: Clock = clock or VirtualClock()
+        self.parameters = Parameters()
+        self.listeners: list[DeltaListener] = []
+        self.begin_timeline(model.poses["ready"] if start is None else start)
+
+    def begin_timeline(self, joints: Joints) -> None:
+        """A new timeline: s_0 at time 0 with these joints."""
+        initial = Motion(0, Kind.REST, Start.AT)
+        self.timeline = Timeline([rest(joints, 0.0, 0.0, initial)])
+        self.initial = self.timeline
+        self.deltas: list[TimelineDelta] = []
+        self._history: list[_Done] = []
+        self._number = 0
+        self.clock.set(0.0)
+
+    # --- reading ---
+
+    @property
+    def now(self) -> float:
+        return self.clock.now
+
+    @property
+    def end(self) -> float:
+        """When the robot comes to rest for good [s]."""
+        return self.timeline.end
+
+    def position(self, t: float | None = None) -> Position:
+        """g: where the robot is at t [s], or now."""
+        return position_at(self.arm, self.timeline, self.now if t is None else t)
+
+    def destination(self, t: float | None = None) -> Position:
+        """Where the motion that is under way at t (now) ends, or where the robot stands."""
+        timeline = self.timeline
+        index = timeline.index_at(self.now if t is None else t)
+        number = timeline[index].motion.number
+        while index + 1 < len(timeline) and timeline[index + 1].motion.number == number:
+            index += 1
+        return position_at(self.arm, timeline, timeline[index].finish)
+
+    @property
+    def frames(self) -> Frames:
+        """BASE and TOOL in force now."""
+        return self.timeline.locate(self.now)[0].motion.frames
+
+    def records(self) -> tuple[CommandRecord, ...]:
+        """All motion commands that are not undone, in the order in which they were issued."""
+        ends: dict[int, float] = {}
+        for segment in self.timeline:
+            ends[segment.motion.number] = segment.finish
+        return tuple(
+            CommandRecord(
+                done.delta.motion.number,
+                done.delta.motion.text,
+                shown(done.delta.issued),
+                shown(done.delta.executed),
+                shown(ends.get(done.delta.motion.number, done.delta.executed)),
+            )
+            for done in self._history
+        )
+
+    # --- requests ---
+
+    def perform(self, request: Request, *, program: bool = False) -> None:
+        """Do what is asked. From a program motions blend into each other and time goes on only as far as it must; at
+        the prompt a motion without a time stamp is over when this returns.
+
+        Raises MotionError, IllegalValue, UsageError.
+        """
+        if isinstance(request, Move):
+            self._move(request, program)
+        elif isinstance(request, Delay):
+            self._stand(_checked_time(request.seconds, "DELAY"), program, text=request.text)
+        elif isinstance(request, OperateHand):
+            self._operate_hand(request, program)
+        else:
+            _SETTERS[type(request)](self, request)
+
+    def _move(self, move: Move, program: bool) -> None:
+        self._check_power()
+        start, executed = self._begin(move, program)
+        here = joints_at(self.arm, self.timeline, executed)
+        motion = self._motion(move, here, start, executed)
+        if not self.parameters.switch("DRY.RUN"):
+            self._edit(motion, executed)
+        self.parameters.motion_taken()
+        if isinstance(move.target, JointTarget | NamedTarget):
+            self.parameters.asked = Asked()
+        if move.stamp is None:
+            self.clock.advance(executed if program else self.end)
+
+    def _check_power(self) -> None:
+        if not self.parameters.switch("POWER"):
+            raise PowerOff("the arm has no power", "ENABLE POWER")
+
+    def _begin(self, move: Move, program: bool) -> tuple[Start, float]:
+        """How and when a motion begins."""
+        now, end = on_grid(self.now), self.end
+        if move.stamp is not None:
+            return Start.AT, self._stamped(move.stamp)
+        if now >= end:
+            return Start.AFTER, now
+        last = self.timeline[len(self.timeline) - 1]
+        if program and last.phase is Phase.DECELERATE and self._may_blend(move):
+            return Start.BLEND, max(now, last.start)
+        return Start.AFTER, end
+
+    def _stamped(self, stamp: Stamp) -> float:
+        t = self.now + stamp.seconds if stamp.relative else stamp.seconds
+        if not isfinite(t) or not 0.0 <= t <= LATEST:
+            word = "IN" if stamp.relative else "AT"
+            raise IllegalValue(f"{word} {stamp.seconds:g}", f"the time of a motion is from 0 to {LATEST:g} s")
+        return on_grid(t)
+
+    def _may_blend(self, move: Move) -> bool:
+        parameters = self.parameters
+        if not (parameters.switch("CP") and parameters.modes[Mode.CONTINUOUS_PATH].present):
+            return False
+        return not self._changes_configuration(move)
+
+    def _changes_configuration(self, move: Move) -> bool:
+        """Whether a configuration word asks for another configuration than the arm will have."""
+        if not isinstance(move.target, PoseTarget | ToolOffsetTarget):
+            return False
+        asked = self.parameters.asked
+        have = self.arm.configuration(self.destination(self.end).joints)
+        return _differs(have, asked.arm, asked.elbow, asked.wrist)
+
+    # --- motions ---
+
+    def _motion(self, move: Move, here: Joints, start: Start, executed: float) -> Motion:
+        parameters = self.parameters
+        frames = self.timeline.locate(executed)[0].motion.frames
+        hand = self.timeline.locate(executed)[0].motion.hand
+        wanted = move.hand if move.hand is not None else parameters.hand
+        goal, pose = self._resolve(move, here, frames, executed)
+        motion = Motion(
+            number=self._number + 1,
+            kind=Kind.STRAIGHT if pose is not None else Kind.JOINT,
+            start=start,
+            goal=goal,
+            pose=pose,
+            acceleration=parameters.acceleration,
+            duration=on_grid(parameters.duration.present),
+            hand=hand if wanted is None else wanted,
+            frames=frames,
+            text=move.text,
+        )
+        return self._at_speed(motion, move)
+
+    def _at_speed(self, motion: Motion, move: Move) -> Motion:
+        """With the speeds that are in force: actual = monitor x program."""
+        monitor = self.parameters.monitor_speed / FULL_SPEED
+        program = self.parameters.speed.present
+        if move.speed is not None:
+            return replace(motion, speed=_fraction(monitor * move.speed))
+        if program.unit is SpeedUnit.PERCENT:
+            rotation = program.rotation
+            return replace(
+                motion,
+                speed=_fraction(monitor * program.value / FULL_SPEED),
+                rotation=None if rotation is None else _fraction(monitor * rotation / FULL_SPEED),
+            )
+        tip = monitor * program.value * (MM if program.unit is SpeedUnit.MMPS else INCH)
+        fraction = _fraction(tip / self.model.linear_speed)
+        rotation = fraction if program.rotation is None else _fraction(monitor * program.rotation / FULL_SPEED)
+        return replace(motion, speed=fraction, tip_speed=min(tip, self.model.linear_speed), rotation=rotation)
+
+    def _resolve(
+        self, move: Move, here: Joints, frames: Frames, executed: float
+    ) -> tuple[Joints | None, Transform | None]:
+        """The target as joints to reach (joint-interpolated), or as T_robot_tool (straight)."""
+        target = move.target
+        if isinstance(target, PoseTarget):
+            return self._towards(compose(frames.base, target.T_world_tool), move.straight, here, frames)
+        if isinstance(target, ToolOffsetTarget):
+            there = self._under_way(move, executed)
+            pose = compose(compose(self.arm.forward(there), frames.tool), target.T_destination_target)
+            return self._towards(pose, move.straight, here, frames)
+        joints = self._joints(target, move, executed)
+        if move.straight:
+            return None, compose(self.arm.forward(joints), frames.tool)
+        return joints, None
+
+    def _towards(
+        self, pose: Transform, straight: bool, here: Joints, frames: Frames
+    ) -> tuple[Joints | None, Transform | None]:
+        asked = self.parameters.asked
+        if straight:
+            have = self.arm.configuration(here)
+            if _differs(have, asked.arm, asked.elbow, asked.wrist):
+                words = " ".join(flag.name for flag in (asked.arm, asked.elbow, asked.wrist) if flag)
+                raise StraightLineConfiguration(f"{words} asked, the arm is {have}", "use MOVE to change it")
+            return None, pose
+        T = compose(pose, inverse(frames.tool))
+        return self.arm.select(T, here, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist), None
+
+    def _under_way(self, move: Move, executed: float) -> Joints:
+        """Where the motion before this one ends."""
+        return self.destination(executed if move.stamp is not None else self.end).joints
+
+    def _joints(self, target: Target, move: Move, executed: float) -> Joints:
+        """The joints of a target that is given by joints, inside their limits."""
+        if isinstance(target, NamedTarget):
+            if target.name not in self.model.poses:
+                raise UndefinedValue(f"robot {self.model.name} has no pose {target.name.upper()}")
+            return self.model.poses[target.name]
+        if isinstance(target, JointOffsetTarget):
+            joints = _driven(self._under_way(move, executed), target)
+        else:
+            assert isinstance(target, JointTarget)
+            joints = target.joints
+            if len(joints) != self.model.joint_count:
+                raise IllegalValue(
+                    f"a precision point of {len(joints)} joints", f"this robot has {self.model.joint_count}"
+                )
+        check_joint_limits(self.model, joints)
+        return joints
+
+    # --- standing still ---
+
+    def _operate_hand(self, request: OperateHand, program: bool) -> None:
+        opening = 0.0 if request.opening is None else request.opening
+        if not request.immediate:
+            self.parameters.hand = opening
+            return
+        self._stand(float(self.parameters.values["HAND.TIME"]), program, hand=opening, text=request.text)
+        self.clock.advance(self.end)
+
+    def _stand(
+        self,
+        seconds: float,
+        program: bool,
+        *,
+        hand: float | None = None,
+        frames: Frames | None = None,
+        text: str = "",
+    ) -> None:
+        """A motion of kind REST after the last one."""
+        executed = max(on_grid(self.now), self.end)
+        last = self.timeline.locate(executed)[0].motion
+        motion = Motion(
+            number=self._number + 1,
+            kind=Kind.REST,
+            start=Start.AFTER,
+            duration=on_grid(seconds),
+            hand=last.hand if hand is None else hand,
+            frames=frames or last.frames,
+            text=text,
+        )
+        if not self.parameters.switch("DRY.RUN"):
+            self._edit(motion, executed)
+        self.clock.advance(executed if program else self.end)
+
+    def wait_for_rest(self) -> None:
+        """BREAK: time goes on until the robot stands."""
+        self.clock.advance(self.end)
+
+    def stop(self) -> None:
+        """ABORT, BRAKE: brake now, within limits, and drop what was scheduled."""
+        now = on_grid(self.now)
+        if now < self.end:
+            last = self.timeline.locate(now)[0].motion
+            motion = Motion(self._number + 1, Kind.REST, Start.AT, hand=last.hand, frames=last.frames, text="BRAKE")
+            self._edit(motion, now, insert=False)
+
+    # --- changing the timeline ---
+
+    def _edit(self, motion: Motion, executed: float, *, insert: bool | None = None) -> None:
+        if insert is None:
+            insert = self.parameters.values["INSERT"] == "ON"
+        before = self.timeline
+        delta = plan(
+            self.arm,
+            before,
+            motion,
+            on_grid(self.now),
+            executed,
+            insert=insert,
+            slowest=float(self.parameters.values["STRETCH"]),
+        )
+        self._history.append(_Done(before, delta, self.now))
+        self._number = motion.number
+        self._apply(delta)
+
+    def _apply(self, delta: TimelineDelta) -> None:
+        self.timeline = self.timeline.apply(delta)
+        self.deltas.append(delta)
+        for listener in self.listeners:
+            listener(delta, self.timeline)
+
+    def undo(self) -> TimelineDelta:
+        """Take the last motion command back; the clock is set to what it was. Raises UsageError when there is none."""
+        if not self._history:
+            raise UsageError("there is no motion to undo")
+        done = self._history.pop()
+        delta = replace(done.timeline.inverse(done.delta), version=self.timeline.version)
+        self._apply(delta)
+        self.clock.set(done.clock)
+        return delta
+
+    # --- settings ---
+
+    def _set_speed(self, request: SetSpeed) -> None:
+        if not (isfinite(request.value) and request.value > 0.0):
+            raise IllegalValue(f"SPEED {request.value:g}", "a speed is more than 0")
+        if request.rotation is not None and not request.rotation > 0.0:
+            raise IllegalValue(f"SPEED ...,{request.rotation:g}", "a rotation speed is more than 0")
+        self.parameters.speed.put(request, request.always)
+
+    def _set_monitor_speed(self, request: SetMonitorSpeed) -> None:
+        if not 0.0 < request.percent <= MAX_MONITOR_SPEED:
+            raise IllegalValue(f"SPEED {request.percent:g}", f"the monitor speed is from 1 to {MAX_MONITOR_SPEED:g} %")
+        self.parameters.monitor_speed = request.percent
+
+    def _set_duration(self, request: SetDuration) -> None:
+        self.parameters.duration.put(_checked_time(request.seconds, "DURATION"), request.always)
+
+    def _set_acceleration(self, request: SetAcceleration) -> None:
+        if not 0.0 < request.acceleration <= FULL_SPEED:
+            raise IllegalValue(f"ACCEL {request.acceleration:g}", "it is more than 0 and at most 100 %")
+        self.parameters.acceleration = request.acceleration / FULL_SPEED
+
+    def _set_configuration(self, request: SetConfiguration) -> None:
+        self.parameters.asked.say(request.flag)
+
+    def _set_mode(self, request: SetMode) -> None:
+        self.parameters.modes[request.mode].put(request.on, request.always)
+
+    def _set_tool(self, request: SetTool) -> None:
+        self._set_frames(replace(self._frames_at_rest(), tool=request.T_flange_tool), "TOOL")
+
+    def _set_base(self, request: SetBase) -> None:
+        self._set_frames(replace(self._frames_at_rest(), base=request.T_robot_world), "BASE")
+
+    def _frames_at_rest(self) -> Frames:
+        self.wait_for_rest()
+        return self.frames
+
+    def _set_frames(self, frames: Frames, text: str) -> None:
+        if frames != self.frames:
+            self._stand(0.0, True, frames=frames, text=text)
+
+    def _set_parameter(self, request: SetParameter) -> None:
+        self.parameters.set_parameter(request.name, request.value)
+
+    def _set_switch(self, request: SetSwitch) -> None:
+        self.parameters.set_switch(request.name, request.on)
+
+    def _break(self, _request: Break) -> None:
+        self.wait_for_rest()
+
+    # --- what is in reach ---
+
+    def joints_for(self, T_world_tool: Transform) -> Joints:
+        """The joints that a MOVE there from here would end in. Raises LocationOutOfRange, JointOutOfRange."""
+        frames, asked = self.frames, self.parameters.asked
+        T = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
+        here = self.position().joints
+        return self.arm.select(T, here, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist)
+
+    def pose_of(self, joints: Joints) -> Transform:
+        """T_world_tool of joints, with BASE and TOOL in force."""
+        return world_pose(self.arm, self.timeline.locate(self.now)[0].motion, joints)
+
+
+_SETTERS: dict[type, Callable[[Engine, Any], None]] = {
+    Break: Engine._break,
+    SetSpeed: Engine._set_speed,
+    SetMonitorSpeed: Engine._set_monitor_speed,
+    SetDuration: Engine._set_duration,
+    SetAcceleration: Engine._set_acceleration,
+    SetConfiguration: Engine._set_configuration,
+    SetMode: Engine._set_mode,
+    SetTool: Engine._set_tool,
+    SetBase: Engine._set_base,
+    SetParameter: Engine._set_parameter,
+    SetSwitch: Engine._set_switch,
+}
+
+
+def check_joint_limits(model: RobotModel, joints: Joints) -> None:
+    """Raises JointOutOfRange for the first joint outside its range."""
+    for joint in joints_outside(joints, model.lower, model.upper)[:1]:
+        low, high = degrees(model.lower[joint - 1]), degrees(model.upper[joint - 1])
+        raise JointOutOfRange(
+            joint,
+            f"would be {degrees(joints[joint - 1]):.2f} deg, its range is {low:.2f} to {high:.2f} deg",
+        )
+
+
+def _driven(joints: Joints, target: JointOffsetTarget) -> Joints:
+    if not 1 <= target.joint <= len(joints):
+        raise IllegalJoint(f"joint {target.joint}", f"this robot has joints 1 to {len(joints)}")
+    return tuple(q + target.change if i == target.joint else q for i, q in enumerate(joints, 1))
+
+
+def _differs(have: Configuration, *asked: object) -> bool:
+    return any(flag is not None and flag not in (have.arm, have.elbow, have.wrist) for flag in asked)
+
+
+def _fraction(speed: float) -> float:
+    """A fraction of nominal speed: never above it, never so slow that it would be none."""
+    return min(max(speed, SLOWEST), 1.0)
+
+
+def _checked_time(seconds: float, word: str) -> float:
+    if not isfinite(seconds) or not 0.0 <= seconds <= LATEST:
+        raise IllegalValue(f"{word} {seconds:g}", f"it is a time from 0 to {LATEST:g} s")
+    return seconds

@@ -1,0 +1,216 @@
+"""Settings of the robot: speeds, modes, configuration, switches and parameters.
+
+Program settings hold for the next motion only, or ALWAYS; at the start of a program and of each of its cycles they
+are as `begin_cycle` says (V+ Keyword Reference, SPEED; val VAL-II users know the same).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from typing import Generic, TypeVar
+
+from vrs_cli.engine.commands import Mode, SetSpeed
+from vrs_cli.errors import IllegalValue, UsageError
+from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
+
+V = TypeVar("V")
+
+FULL_SPEED = 100.0  # [%]
+MAX_MONITOR_SPEED = 327.0  # [%] what VAL accepted; motion speed is bounded by the nominal one all the same
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """A row of the table of switches."""
+
+    name: str
+    default: bool
+    summary: str
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterRow:
+    """A row of the table of parameters. `words`: the words that may stand for a value."""
+
+    name: str
+    default: float | str
+    summary: str
+    unit: str = ""
+    least: float = 0.0
+    most: float = 1e9
+    words: tuple[str, ...] = ()
+
+
+def _table(*rows: V) -> Mapping[str, V]:
+    return {row.name: row for row in rows}  # type: ignore[attr-defined]
+
+
+SWITCHES: Mapping[str, Switch] = _table(
+    Switch("CP", True, "continuous path: a motion blends into the next when no BREAK stands between them"),
+    Switch("DRY.RUN", False, "programs run, the robot does not move"),
+    Switch("INTERACTIVE", True, "ask before something is deleted or overwritten"),
+    Switch("MESSAGES", True, "TYPE prints"),
+    Switch("POWER", True, "arm power; motions are refused without it"),
+    Switch("TRACE", False, "print each step of a program as it is executed"),
+    Switch("UPPER", True, "strings compare without regard to case"),
+)
+
+PARAMETERS: Mapping[str, ParameterRow] = _table(
+    ParameterRow("HAND.TIME", 0.05, "how long OPENI, CLOSEI and RELAXI wait for the hand", "s", 0.0, 60.0),
+    ParameterRow(
+        "INSERT",
+        "ON",
+        "ON: a motion with AT is inserted, later ones stay; OFF: what was scheduled after it is dropped",
+        words=("ON", "OFF"),
+    ),
+    ParameterRow("PROFILE", "LSPB", "velocity profile of motions: linear with parabolic blends", words=("LSPB",)),
+    ParameterRow(
+        "STRETCH",
+        20.0,
+        "a straight line near a singularity is slowed down at most so many times",
+        "",
+        1.0,
+        1000.0,
+    ),
+)
+
+
+@dataclass(slots=True)
+class Setting(Generic[V]):
+    """A program setting: the value for always, and one for the next motion only."""
+
+    always: V
+    once: V | None = None
+
+    @property
+    def present(self) -> V:
+        return self.always if self.once is None else self.once
+
+    def put(self, value: V, always: bool) -> None:
+        if always:
+            self.always, self.once = value, None
+        else:
+            self.once = value
+
+    def used(self) -> None:
+        """A motion has taken the setting: what was for it alone is over."""
+        self.once = None
+
+
+@dataclass(slots=True)
+class Asked:
+    """Configuration words said since the last precision point; None: as the arm is."""
+
+    arm: Arm | None = None
+    elbow: Elbow | None = None
+    wrist: Wrist | None = None
+
+    def say(self, flag: Arm | Elbow | Wrist) -> None:
+        if isinstance(flag, Arm):
+            self.arm = flag
+        elif isinstance(flag, Elbow):
+            self.elbow = flag
+        else:
+            self.wrist = flag
+
+
+MODES_AT_START: Mapping[Mode, bool] = {
+    Mode.CONTINUOUS_PATH: True,
+    Mode.COARSE: False,
+    Mode.NULLING: True,
+    Mode.SINGLE: False,
+    Mode.OVERLAP: True,
+    Mode.INTEGRAL: False,
+}
+
+
+def _fresh_modes() -> dict[Mode, Setting[bool]]:
+    return {mode: Setting(on) for mode, on in MODES_AT_START.items()}
+
+
+def _fresh_speed() -> Setting[SetSpeed]:
+    return Setting(SetSpeed(FULL_SPEED, FULL_SPEED))
+
+
+@dataclass(slots=True)
+class Parameters:
+    """All settings of one robot."""
+
+    monitor_speed: float = FULL_SPEED
+    speed: Setting[SetSpeed] = field(default_factory=_fresh_speed)
+    duration: Setting[float] = field(default_factory=lambda: Setting(0.0))
+    acceleration: float = 1.0
+    modes: dict[Mode, Setting[bool]] = field(default_factory=_fresh_modes)
+    asked: Asked = field(default_factory=Asked)
+    hand: float | None = None  # asked for the next motion by OPEN and CLOSE
+    switches: dict[str, bool] = field(default_factory=lambda: {row.name: row.default for row in SWITCHES.values()})
+    values: dict[str, float | str] = field(
+        default_factory=lambda: {row.name: row.default for row in PARAMETERS.values()}
+    )
+
+    def begin_cycle(self) -> None:
+        """What holds at the start of a program and of each of its cycles."""
+        self.speed, self.duration, self.acceleration = _fresh_speed(), Setting(0.0), 1.0
+        self.modes, self.hand = _fresh_modes(), None
+
+    def motion_taken(self) -> None:
+        """One-motion settings end with the motion."""
+        self.speed.used()
+        self.duration.used()
+        for mode in self.modes.values():
+            mode.used()
+        self.hand = None
+
+    @property
+    def program_speed(self) -> float:
+        """Program speed in force [%]."""
+        return self.speed.present.value
+
+    # --- switches and parameters by name ---
+
+    def switch(self, name: str) -> bool:
+        return self.switches[row_of(SWITCHES, name, "switch").name]
+
+    def set_switch(self, name: str, on: bool) -> None:
+        self.switches[row_of(SWITCHES, name, "switch").name] = on
+
+    def parameter(self, name: str) -> float | str:
+        return self.values[row_of(PARAMETERS, name, "parameter").name]
+
+    def set_parameter(self, name: str, value: float | str) -> None:
+        """Raises UsageError for an unknown name, IllegalValue for a value that it cannot have."""
+        row = row_of(PARAMETERS, name, "parameter")
+        self.values[row.name] = _word(row, value) if row.words else _number(row, value)
+
+
+def row_of(table: Mapping[str, V], name: str, what: str) -> V:
+    """The row of a name, or of a prefix that only one name has. Raises UsageError with what is near."""
+    upper = name.upper()
+    if upper in table:
+        return table[upper]
+    starting = [row for known, row in table.items() if known.startswith(upper)]
+    if len(starting) == 1:
+        return starting[0]
+    near = get_close_matches(upper, table, 1)
+    raise UsageError(
+        f"there is no {what} {upper}", f"did you mean {near[0]}?" if near else f"there are {', '.join(table)}"
+    )
+
+
+def _word(row: ParameterRow, value: float | str) -> str:
+    """ON and OFF may come as -1 and 0, which is what the language makes of them."""
+    word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")
+    if word not in row.words:
+        raise IllegalValue(f"PARAMETER {row.name} = {value}", f"it is one of {', '.join(row.words)}")
+    return word
+
+
+def _number(row: ParameterRow, value: float | str) -> float:
+    if isinstance(value, str) or not row.least <= value <= row.most:
+        raise IllegalValue(
+            f"PARAMETER {row.name} = {value}",
+            f"it is a number from {row.least:g} to {row.most:g} {row.unit}".rstrip(),
+        )
+    return value

@@ -1,0 +1,315 @@
+"""The trajectory generation function f: a motion command edits the timeline.
+
+f(theta; p, t, v; tau[k]) -> TimelineDelta. The motion in force at the execution time is truncated there and gives way
+to the new one, which starts from the present position and velocity. Motions scheduled later stay: the next is planned
+again from the new place to its own target, and so on as long as one blends into the next; from the first boundary
+whose position and velocity are what they were, segments are only shifted in time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vrs_cli.engine.straight import SLOWEST, straight_segments
+from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
+from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.trajectory.blend import (
+    JointLimits,
+    JointState,
+    ToolState,
+    joint_motion,
+    joint_stop,
+    joint_stop_each,
+    rest,
+)
+from vrs_cli.trajectory.delta import Cause, TimelineDelta
+from vrs_cli.trajectory.instant import on_grid
+from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.trajectory.timeline import Timeline
+
+SAME_PLACE = 1e-9  # [rad, m] two places that are one
+
+
+@dataclass(frozen=True, slots=True)
+class Here:
+    """Where the robot is and how it moves: the state from which a motion is planned.
+
+    `tool` is T_robot_tool with its velocity, known when the robot is on a straight line, for the TOOL `T_flange_tool`.
+    """
+
+    joints: JointState
+    tool: ToolState | None = None
+    T_flange_tool: Transform | None = None
+
+    def tool_state(self, arm: RobotArm, T_flange_tool: Transform) -> ToolState:
+        """The state of the tip of a tool; by the Jacobian when it is not known."""
+        if self.tool is not None and self.T_flange_tool == T_flange_tool:
+            return self.tool
+        q, qd = self.joints.joints, self.joints.velocity
+        pose = compose(arm.forward(q), T_flange_tool)
+        if self.joints.at_rest:
+            return ToolState(pose, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        vx, vy, vz, wx, wy, wz = arm.twist(q, qd, T_flange_tool)
+        return ToolState(pose, (vx, vy, vz), (wx, wy, wz))
+
+
+def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
+    """Joints at t_s + s of a segment [rad]."""
+    path = segment.path
+    if isinstance(path, JointPath):
+        return path.joints(s)
+    flange = compose(path.pose(s), inverse(segment.motion.frames.tool))
+    joints = arm.branch_joints(flange, path.configuration, path.seed(s))
+    if joints is None:  # rounding at the very edge of the reach: the planner saw these joints
+        return path.seed(s)
+    return joints
+
+
+def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
+    """Position and velocity at t_s + s of a segment; at rest from its end on if it ends at rest."""
+    path = segment.path
+    joints = segment_joints(arm, segment, s)
+    if isinstance(path, JointPath):
+        return Here(JointState(joints, path.velocity(s)))
+    twist = path.twist(s)
+    tool = ToolState(path.pose(s), twist[:3], twist[3:])
+    still = (0.0,) * len(joints)
+    velocity = still if tool.at_rest else arm.joint_velocity(joints, twist, segment.motion.frames.tool)
+    return Here(JointState(joints, velocity), tool, segment.motion.frames.tool)
+
+
+def standing(here: Here) -> Here:
+    """The same place, at rest."""
+    joints = JointState(here.joints.joints, (0.0,) * len(here.joints.joints))
+    if here.tool is None:
+        return Here(joints)
+    return Here(joints, ToolState(here.tool.pose, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), here.T_flange_tool)
+
+
+# --- one motion ------------------------------------------------------------------------------------------------
+
+
+def plan_motion(
+    arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float = SLOWEST
+) -> tuple[Segment, ...]:
+    """The segments of a motion that starts at `start` [s] from a state; it ends at rest."""
+    return _PLANS[motion.kind](arm, here, motion, start, slowest)
+
+
+def _plan_joint(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
+    assert motion.goal is not None
+    limits = joint_limits(arm, motion)
+    segments = joint_motion(here.joints, motion.goal, limits, start, motion, motion.duration)
+    if here.joints.at_rest or _inside(arm, segments):
+        return segments
+    return _braked_first(arm, here, motion, start, slowest)
+
+
+def _plan_straight(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
+    tool = here.tool_state(arm, motion.frames.tool)
+    try:
+        return straight_segments(arm, tool, here.joints.joints, motion, start, slowest)
+    except MotionError:
+        if here.joints.at_rest:
+            raise
+        return _braked_first(arm, here, motion, start, slowest)
+
+
+def _plan_rest(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
+    if here.joints.at_rest:
+        return (rest(here.joints.joints, on_grid(motion.duration), start, motion),)
+    return _braked_first(arm, here, motion, start, slowest)
+
+
+_PLANS = {Kind.JOINT: _plan_joint, Kind.STRAIGHT: _plan_straight, Kind.REST: _plan_rest}
+
+
+def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
+    """Joint velocities and accelerations at the motion's fractions of them."""
+    model = arm.model
+    return JointLimits(
+        tuple(v * motion.speed for v in model.max_velocity),
+        tuple(a * motion.acceleration for a in model.max_acceleration),
+    )
+
+
+def _braked_first(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
+    """Come to rest on the present way, which stays inside all limits, then go."""
+    model = arm.model
+    limits = JointLimits(model.max_velocity, model.max_acceleration)
+    stop = joint_stop(here.joints, limits, start, motion)
+    if not _inside(arm, stop):
+        stop = joint_stop_each(here.joints, limits, start, motion)
+    last = stop[-1]
+    place = standing(state_at(arm, last, last.duration))
+    return stop + plan_motion(arm, place, motion, last.finish, slowest)
+
+
+def _inside(arm: RobotArm, segments: tuple[Segment, ...]) -> bool:
+    """Whether all joints stay within their limits, also where they turn back."""
+    model = arm.model
+    return not any(
+        joints_outside(q, model.lower, model.upper)
+        for segment in segments
+        if isinstance(segment.path, JointPath)
+        for q in (segment.path.joints(segment.duration), _turning_points(segment.path, segment.duration))
+    )
+
+
+def _turning_points(path: JointPath, duration: float) -> Joints:
+    """Where each parabola turns back inside the segment; its start otherwise."""
+    result = []
+    for a in path.coefficients:
+        turning = -0.5 * a[1] / a[2] if len(a) > 2 and a[2] else -1.0
+        result.append(a[0] + 0.5 * a[1] * turning if 0.0 < turning < duration else a[0])
+    return tuple(result)
+
+
+# --- the edit --------------------------------------------------------------------------------------------------
+
+
+def plan(
+    arm: RobotArm,
+    timeline: Timeline,
+    motion: Motion,
+    issued: float,
+    executed: float,
+    *,
+    insert: bool = True,
+    slowest: float = SLOWEST,
+) -> TimelineDelta:
+    """f: the change of the timeline that lets `motion` start at `executed` [s].
+
+    `insert` false: what was scheduled after it is dropped. Raises MotionError when the motion, or a scheduled one that
+    would have to be planned again, is not possible; the message names the latter.
+    """
+    place = _place(timeline, executed)
+    here = state_at(arm, place.segment, min(executed - place.segment.start, place.segment.duration))
+    if not place.interrupts:
+        here = standing(here)
+    new = plan_motion(arm, here, motion, executed, slowest)
+    if insert:
+        replanned = _Rescheduling(arm, timeline, place, executed, new, standing(here), slowest).result()
+    else:
+        replanned = Replanned(new, len(timeline) - place.keep, 0.0)
+    return TimelineDelta(
+        version=timeline.version,
+        cause=Cause.COMMAND,
+        motion=motion,
+        issued=issued,
+        executed=executed,
+        cut=executed,
+        keep=place.keep,
+        drop=replanned.drop,
+        shift=replanned.shift,
+        segments=replanned.segments,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a time cuts the timeline: after `keep` segments, inside or at the end of `segment`, the last of them.
+
+    `interrupts`: the motion of `segment` is under way then. A motion that would begin just then from rest is not: it
+    is scheduled later.
+    """
+
+    keep: int
+    segment: Segment
+    interrupts: bool
+
+
+def _place(timeline: Timeline, t: float) -> Place:
+    keep = timeline.index_at(t) + 1
+    while keep > 1 and timeline[keep - 1].start >= t and timeline[keep - 1].duration > 0.0:
+        keep -= 1  # of segments of no length those at t have happened
+    segment = timeline[keep - 1]
+    if segment.finish > t:
+        return Place(keep, segment, True)
+    if keep == len(timeline) or timeline[keep].start > t:
+        return Place(keep, segment, False)
+    following = timeline[keep].motion
+    return Place(keep, segment, following.number == segment.motion.number or following.start is Start.BLEND)
+
+
+@dataclass(frozen=True, slots=True)
+class Replanned:
+    """What comes in place of `drop` old segments; those after them move by `shift`."""
+
+    segments: tuple[Segment, ...]
+    drop: int
+    shift: float
+
+
+class _Rescheduling:
+    """What becomes of the motions that were scheduled after the new one."""
+
+    def __init__(
+        self,
+        arm: RobotArm,
+        old: Timeline,
+        cut: Place,
+        executed: float,
+        new: tuple[Segment, ...],
+        here: Here,
+        slowest: float,
+    ) -> None:
+        self.arm, self.old, self.cut, self.slowest = arm, old, cut, slowest
+        self.planned = list(new)
+        self.end = new[-1].finish if new else executed  # of what is planned
+        self.place = self._rest_of(new) if new else here  # where the robot is then
+        self.index = self._after(cut.segment.motion, cut.keep) if cut.interrupts else cut.keep
+
+    def result(self) -> Replanned:
+        while self.index < len(self.old):
+            following = self.old[self.index]
+            if self._unchanged(following):
+                return Replanned(
+                    tuple(self.planned), self.index - self.cut.keep, self._begin(following) - following.start
+                )
+            self._plan_again(following)
+        return Replanned(tuple(self.planned), self.index - self.cut.keep, 0.0)
+
+    def _after(self, motion: Motion, index: int) -> int:
+        """The first segment from `index` on that serves another motion."""
+        while index < len(self.old) and self.old[index].motion.number == motion.number:
+            index += 1
+        return index
+
+    def _rest_of(self, segments: tuple[Segment, ...]) -> Here:
+        last = segments[-1]
+        return standing(state_at(self.arm, last, last.duration))
+
+    def _unchanged(self, following: Segment) -> bool:
+        """Whether a motion begins as before: at rest, in the same place."""
+        if following.motion.start is Start.BLEND:
+            return False
+        return largest_change(self.place.joints.joints, segment_joints(self.arm, following, 0.0)) <= SAME_PLACE
+
+    def _begin(self, following: Segment) -> float:
+        """When a motion that starts from rest begins."""
+        if following.motion.start is Start.AT or not (self.cut.interrupts or self.index > self.cut.keep):
+            return max(following.start, self.end)
+        return self.end + following.start - self.old[self.index - 1].finish
+
+    def _plan_again(self, following: Segment) -> None:
+        motion = following.motion
+        if motion.start is Start.BLEND and self.planned and self.planned[-1].phase is Phase.DECELERATE:
+            slowing = self.planned.pop()
+            begin, here = slowing.start, state_at(self.arm, slowing, 0.0)
+        else:
+            begin, here = self._begin(following), self.place
+        try:
+            segments = plan_motion(self.arm, here, motion, begin, self.slowest)
+        except MotionError as error:
+            error.detail = f"when {motion.text or 'the next motion'}, scheduled later, is planned again: {error.detail}"
+            raise
+        self.planned += segments
+        if segments:
+            self.end, self.place = segments[-1].finish, self._rest_of(segments)
+        else:
+            self.end, self.place = begin, standing(here)
+        self.index = self._after(motion, self.index)

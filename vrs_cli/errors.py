@@ -1,0 +1,178 @@
+"""Everything that can go wrong, as one tree, with the texts and codes of VAL-II (V+ numbering).
+
+    VrsError
+    ├── ProgramError          a step of a program, or a line at the prompt, cannot be done
+    │   ├── UndefinedValue, IllegalValue, IllegalAssignment, IllegalArrayIndex, IllegalSignal, ...
+    │   └── StackOverflow
+    ├── MotionError           the robot cannot do the motion
+    │   ├── PowerOff, LocationOutOfRange, JointOutOfRange, IllegalJoint
+    │   └── StraightLineConfiguration, StraightLineSingular
+    ├── FileError             a file cannot be read or written
+    └── UsageError            a command or an option does not exist, or is used in a way it cannot be
+
+The raiser gives what happened (`detail`) and what would be right (`hint`); the class holds VAL-II's text and code.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+
+class VrsError(Exception):
+    """A mistake that a user can understand and mend. `str()` is the one message that is shown."""
+
+    code: ClassVar[int] = -1
+    text: ClassVar[str] = "Error"
+
+    def __init__(self, detail: str = "", hint: str = "") -> None:
+        super().__init__(detail, hint)
+        self.detail = detail
+        self.hint = hint
+
+    def __str__(self) -> str:
+        tail = f" {self.detail}" if self.detail else ""
+        hint = f" ({self.hint})" if self.hint else ""
+        return f"*{self.text}*{tail}{hint}"
+
+
+class ProgramError(VrsError):
+    """A step of a program, or a line at the prompt, cannot be done."""
+
+
+class UndefinedValue(ProgramError):
+    code, text = -401, "Undefined value"
+
+
+class IllegalValue(ProgramError):
+    code, text = -402, "Illegal value"
+
+
+class IllegalAssignment(ProgramError):
+    code, text = -403, "Illegal assignment"
+
+
+class IllegalArrayIndex(ProgramError):
+    code, text = -404, "Illegal array index"
+
+
+class IllegalSignal(ProgramError):
+    code, text = -405, "Illegal digital signal"
+
+
+class UndefinedName(ProgramError):
+    code, text = -406, "Undefined program or variable name"
+
+
+class ArgumentMismatch(ProgramError):
+    code, text = -408, "Program argument mismatch"
+
+
+class ArithmeticOverflow(ProgramError):
+    code, text = -409, "Arithmetic overflow"
+
+
+class NegativeSquareRoot(ProgramError):
+    code, text = -410, "Negative square root"
+
+
+class UndefinedLabel(ProgramError):
+    code, text = -412, "Branch to undefined label"
+
+
+class StackOverflow(ProgramError):
+    code, text = -413, "Not enough program stack space"
+
+
+class TypeMismatch(ProgramError):
+    code, text = -465, "Variable type mismatch"
+
+
+class NoProgramSpecified(ProgramError):
+    code, text = -301, "No program specified"
+
+
+class ProgramNotExecutable(ProgramError):
+    code, text = -307, "Program not executable"
+
+
+class ProgramExists(ProgramError):
+    code, text = -309, "Program already exists"
+
+
+class TimeExhausted(ProgramError):
+    """A program was stopped by a bound on its virtual time or its steps."""
+
+    code, text = -414, "Program time limit reached"
+
+
+class MotionError(VrsError):
+    """The robot cannot do the motion."""
+
+
+class PowerOff(MotionError):
+    code, text = -604, "Robot power off"
+
+
+class IllegalJoint(MotionError):
+    code, text = -609, "Illegal joint number"
+
+
+class LocationOutOfRange(MotionError):
+    code, text = -610, "Location out of range"
+
+
+class StraightLineConfiguration(MotionError):
+    code, text = -612, "Straight-line motion can't alter configuration"
+
+
+class StraightLineSingular(MotionError):
+    """A straight line that passes too near a singularity for the joints to follow."""
+
+    code, text = -613, "Straight-line motion too near a singularity"
+
+
+class LocationTooFar(LocationOutOfRange):
+    code, text = -619, "Location too far"
+
+
+class LocationTooClose(LocationOutOfRange):
+    code, text = -618, "Location too close"
+
+
+class JointOutOfRange(MotionError):
+    """A joint would leave its range. `joint` counts from 1."""
+
+    code = -1023
+
+    def __init__(self, joint: int, detail: str = "", hint: str = "") -> None:
+        super().__init__(detail, hint)
+        self.joint = joint
+
+    def __str__(self) -> str:
+        tail = f" {self.detail}" if self.detail else ""
+        hint = f" ({self.hint})" if self.hint else ""
+        return f"*Joint {self.joint} out of range*{tail}{hint}"
+
+
+class FileError(VrsError):
+    """A file cannot be read or written."""
+
+    code, text = -502, "File error"
+
+
+class NonexistentFile(FileError):
+    code, text = -501, "Nonexistent file"
+
+
+class FileExists(FileError):
+    code, text = -500, "File already exists"
+
+
+class FileDamaged(FileError):
+    code, text = -503, "File is not what it should be"
+
+
+class UsageError(VrsError):
+    """A command or an option does not exist, or is used in a way it cannot be."""
+
+    code, text = -300, "Illegal monitor command"

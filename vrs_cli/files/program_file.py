@@ -1,0 +1,84 @@
+"""Program files (.v2): their bytes to text, whatever system they come from."""
+
+from __future__ import annotations
+
+import codecs
+from pathlib import Path
+
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
+from vrs_cli.files.atomic import reason, write_atomically
+
+__all__ = ["EXTENSION", "find_program_file", "read_program_file", "with_extension", "write_atomically"]
+
+EXTENSION = ".v2"
+DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
+LARGEST = 64 * 2**20  # bytes; a text this long is no program
+
+
+def read_program_file(path: str | Path) -> str:
+    """The text of a program file, with `.v2` added when only that file exists; line ends become newlines.
+
+    UTF-8, or UTF-16 with its mark, or else Latin-1, which reads any byte. Raises NonexistentFile, FileError
+    and, when it is no text, FileDamaged.
+    """
+    found = find_program_file(path)
+    try:
+        data = _bytes(found)
+    except OSError as error:
+        raise FileError(f"{found} cannot be read: {reason(error)}", "check its permissions") from error
+    return _lines(_decoded(found, data))
+
+
+def find_program_file(path: str | Path) -> Path:
+    """The file of that name, or else of that name with `.v2` or `.V2` at its end.
+
+    Raises NonexistentFile, FileError.
+    """
+    named = Path(path)
+    for suffix in ("", EXTENSION, EXTENSION.upper()):
+        candidate = Path(f"{named}{suffix}")
+        if candidate.exists() and not candidate.is_dir():
+            return candidate
+    if named.is_dir():
+        raise FileError(f"{named} is a folder", "name a program file")
+    raise NonexistentFile(str(named), _near(named))
+
+
+def with_extension(path: str | Path) -> Path:
+    """The name to store under: `.v2` added where there is no extension."""
+    named = Path(path)
+    return named if named.suffix else named.with_name(named.name + EXTENSION)
+
+
+def _bytes(path: Path) -> bytes:
+    with path.open("rb") as stream:
+        data = stream.read(LARGEST + 1)
+    if len(data) > LARGEST:
+        raise FileDamaged(f"{path} is longer than {LARGEST // 2**20} MB", "a program file is VAL-II text")
+    return data
+
+
+def _decoded(path: Path, data: bytes) -> str:
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data.decode("utf-16", errors="replace")
+    if b"\0" in data:
+        raise FileDamaged(f"{path} is not a text", "a program file is VAL-II text")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def _lines(text: str) -> str:
+    return text.replace("\r\n", "\n").replace("\r", "\n").rstrip(DISK_END)
+
+
+def _near(path: Path) -> str:
+    """Which file of the folder was perhaps meant."""
+    import difflib
+
+    folder = path.parent
+    if not folder.is_dir():
+        return f"there is no folder {folder}"
+    near = difflib.get_close_matches(path.name, (entry.name for entry in folder.iterdir()), n=1, cutoff=0.7)
+    return f"did you mean {folder / near[0]}?" if near else ""

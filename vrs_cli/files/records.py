@@ -1,0 +1,312 @@
+"""The lines of a trajectory file as msgspec records, and the way between them and the values they stand for.
+
+A field that holds its default is not written. `docs/trajectory-file.md` describes every key.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import copysign
+from typing import Annotated, Any, Literal, cast
+
+import msgspec
+
+from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
+from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.trajectory.delta import Cause, TimelineDelta
+from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start
+from vrs_cli.trajectory.segment import CartesianPath, JointPath, Path, Phase, Segment, Turn
+
+FORMAT = 1
+UNITS = {"length": "m", "angle": "rad", "time": "s"}
+
+Coefficients = Annotated[tuple[float, ...], msgspec.Meta(min_length=1)]
+Row = tuple[float, float, float, float]
+Rows = tuple[Row, Row, Row]
+Axis = tuple[float, float, float]
+Count = Annotated[int, msgspec.Meta(ge=0)]
+
+
+class Record(msgspec.Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True):
+    """Keys in the order of the fields; an unknown key is refused."""
+
+
+class FramesRecord(Record, frozen=True):
+    base: Rows | None = None
+    tool: Rows | None = None
+
+
+class MotionRecord(Record, frozen=True):
+    number: Count
+    kind: Kind
+    start: Start
+    text: str = ""
+    goal: tuple[float, ...] | None = None
+    pose: Rows | None = None
+    speed: float | None = None
+    acceleration: float | None = None
+    tip_speed: float | None = None
+    duration: float | None = None
+    hand: float | None = None
+    frames: FramesRecord | None = None
+
+
+class TurnRecord(Record, frozen=True):
+    axis: Axis
+    angle: Coefficients
+
+
+class LineRecord(Record, frozen=True):
+    """A Cartesian path."""
+
+    position: tuple[Coefficients, Coefficients, Coefficients]
+    orientation: Rows
+    turns: tuple[TurnRecord, ...]
+    arm: Literal["RIGHTY", "LEFTY"]
+    elbow: Literal["ABOVE", "BELOW"]
+    wrist: Literal["NOFLIP", "FLIP"]
+    seeds: Annotated[tuple[Coefficients, ...], msgspec.Meta(min_length=1)]
+    seed_interval: float
+
+
+class SegmentRecord(Record, frozen=True):
+    """`motion` is absent when it is the motion of the delta; exactly one of `joints` and `line` is there."""
+
+    start: float
+    finish: float
+    phase: Phase
+    motion: int | MotionRecord | None = None
+    joints: tuple[Coefficients, ...] | None = None
+    line: LineRecord | None = None
+
+
+class DeltaRecord(Record, frozen=True):
+    version: Count
+    motion: int | MotionRecord
+    issued: float
+    executed: float
+    cut: float
+    keep: Count
+    drop: Count
+    segments: tuple[SegmentRecord, ...]
+    shift: float | None = None
+    cause: Cause | None = None
+
+
+class HeaderRecord(msgspec.Struct, frozen=True):
+    """The first line; keys that a later version may add are passed over."""
+
+    vrst: int
+    vrs: str
+    units: dict[str, str]
+    robot: dict[str, Any]
+    initial: tuple[SegmentRecord, ...]
+
+
+class RecordError(ValueError):
+    """A record that is well formed but cannot be; the message says why."""
+
+
+class Motions(dict[int, Motion]):
+    """The motions that a file has written in full so far: what a bare number in a later line means."""
+
+    def reference(self, motion: Motion) -> int | MotionRecord:
+        """The number when the file knows exactly this motion already; else all of it, known from now on."""
+        known = self.get(motion.number)
+        if known is motion or known == motion:
+            return motion.number
+        self[motion.number] = motion
+        return _motion_record(motion)
+
+    def resolve(self, reference: int | MotionRecord, joint_count: int) -> Motion:
+        """The motion meant. Raises RecordError."""
+        if isinstance(reference, MotionRecord):
+            motion = _motion(reference, joint_count)
+            self[motion.number] = motion
+            return motion
+        if reference not in self:
+            raise RecordError(f"motion {reference} is referred to but not described before")
+        return self[reference]
+
+
+# --- from values to records -----------------------------------------------------------------------------
+
+
+def segment_records(segments: Iterable[Segment], motions: Motions, owner: Motion | None) -> tuple[SegmentRecord, ...]:
+    """`owner`: the motion of the delta, to which its segments need not refer."""
+    return tuple(_segment_record(segment, motions, owner) for segment in segments)
+
+
+def delta_record(delta: TimelineDelta, motions: Motions) -> DeltaRecord:
+    """One line. `motions` learns what the line describes."""
+    motion = motions.reference(delta.motion)
+    return DeltaRecord(
+        version=delta.version,
+        motion=motion,
+        issued=delta.issued,
+        executed=delta.executed,
+        cut=delta.cut,
+        keep=delta.keep,
+        drop=delta.drop,
+        segments=segment_records(delta.segments, motions, delta.motion),
+        shift=_unless(delta.shift, 0.0),
+        cause=None if delta.cause is Cause.COMMAND else delta.cause,
+    )
+
+
+def _segment_record(segment: Segment, motions: Motions, owner: Motion | None) -> SegmentRecord:
+    own = segment.motion is owner or segment.motion == owner
+    path = segment.path
+    return SegmentRecord(
+        start=segment.start,
+        finish=segment.finish,
+        phase=segment.phase,
+        motion=None if own else motions.reference(segment.motion),
+        joints=path.coefficients if isinstance(path, JointPath) else None,
+        line=_line_record(path) if isinstance(path, CartesianPath) else None,
+    )
+
+
+def _line_record(path: CartesianPath) -> LineRecord:
+    return LineRecord(
+        position=path.position,
+        orientation=_rows(path.orientation),
+        turns=tuple(TurnRecord(turn.axis, turn.angle) for turn in path.turns),
+        arm=cast(Literal["RIGHTY", "LEFTY"], path.configuration.arm.name),
+        elbow=cast(Literal["ABOVE", "BELOW"], path.configuration.elbow.name),
+        wrist=cast(Literal["NOFLIP", "FLIP"], path.configuration.wrist.name),
+        seeds=path.seeds,
+        seed_interval=path.seed_interval,
+    )
+
+
+def _motion_record(motion: Motion) -> MotionRecord:
+    return MotionRecord(
+        number=motion.number,
+        kind=motion.kind,
+        start=motion.start,
+        text=motion.text,
+        goal=motion.goal,
+        pose=None if motion.pose is None else _rows(motion.pose),
+        speed=_unless(motion.speed, 1.0),
+        acceleration=_unless(motion.acceleration, 1.0),
+        tip_speed=motion.tip_speed,
+        duration=_unless(motion.duration, 0.0),
+        hand=_unless(motion.hand, 0.0),
+        frames=_frames_record(motion.frames),
+    )
+
+
+def _frames_record(frames: Frames) -> FramesRecord | None:
+    record = FramesRecord(_rows_unless_identity(frames.base), _rows_unless_identity(frames.tool))
+    return None if record == FramesRecord() else record
+
+
+def _rows(T: Transform) -> Rows:
+    return T[0:4], T[4:8], T[8:12]
+
+
+def _rows_unless_identity(T: Transform) -> Rows | None:
+    return None if str(T) == str(IDENTITY) else _rows(T)  # by their digits: -0.0 is no 0.0
+
+
+def _unless(value: float, default: float) -> float | None:
+    """None for the default, to the bit."""
+    return None if value == default and copysign(1.0, value) == copysign(1.0, default) else value
+
+
+# --- from records to values -----------------------------------------------------------------------------
+
+
+def segments_of(
+    records: Iterable[SegmentRecord], motions: Motions, owner: Motion | None, joint_count: int
+) -> tuple[Segment, ...]:
+    """The segments of a line. Raises RecordError."""
+    return tuple(_segment(record, motions, owner, joint_count) for record in records)
+
+
+def delta_of(record: DeltaRecord, motions: Motions, joint_count: int) -> TimelineDelta:
+    """The delta of a line; `motions` learns what the line describes. Raises RecordError."""
+    motion = motions.resolve(record.motion, joint_count)
+    return TimelineDelta(
+        version=record.version,
+        cause=Cause.COMMAND if record.cause is None else record.cause,
+        motion=motion,
+        issued=record.issued,
+        executed=record.executed,
+        cut=record.cut,
+        keep=record.keep,
+        drop=record.drop,
+        shift=0.0 if record.shift is None else record.shift,
+        segments=segments_of(record.segments, motions, motion, joint_count),
+    )
+
+
+def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, joint_count: int) -> Segment:
+    motion = owner if record.motion is None else motions.resolve(record.motion, joint_count)
+    if motion is None:
+        raise RecordError("a segment of the initial timeline names no motion")
+    if not record.start <= record.finish:
+        raise RecordError(f"a segment finishes at {record.finish!r} s, before it starts at {record.start!r} s")
+    return Segment(record.start, record.finish, _path(record, joint_count), record.phase, motion)
+
+
+def _path(record: SegmentRecord, joint_count: int) -> Path:
+    if record.joints is not None and record.line is None:
+        _check_count(len(record.joints), joint_count)
+        return JointPath(record.joints)
+    if record.line is not None and record.joints is None:
+        return _line(record.line, joint_count)
+    raise RecordError("a segment needs either joints or line")
+
+
+def _line(record: LineRecord, joint_count: int) -> CartesianPath:
+    for seed in record.seeds:
+        _check_count(len(seed), joint_count)
+    if len(record.seeds) > 1 and not record.seed_interval > 0.0:
+        raise RecordError(f"seed_interval is {record.seed_interval!r}; it must be above 0")
+    return CartesianPath(
+        position=record.position,
+        orientation=_transform(record.orientation),
+        turns=tuple(Turn(turn.axis, turn.angle) for turn in record.turns),
+        configuration=Configuration(Arm[record.arm], Elbow[record.elbow], Wrist[record.wrist]),
+        seeds=record.seeds,
+        seed_interval=record.seed_interval,
+    )
+
+
+def _motion(record: MotionRecord, joint_count: int) -> Motion:
+    if record.goal is not None:
+        _check_count(len(record.goal), joint_count)
+    return Motion(
+        number=record.number,
+        kind=record.kind,
+        start=record.start,
+        goal=record.goal,
+        pose=None if record.pose is None else _transform(record.pose),
+        speed=1.0 if record.speed is None else record.speed,
+        acceleration=1.0 if record.acceleration is None else record.acceleration,
+        tip_speed=record.tip_speed,
+        duration=0.0 if record.duration is None else record.duration,
+        hand=0.0 if record.hand is None else record.hand,
+        frames=_frames(record.frames),
+        text=record.text,
+    )
+
+
+def _frames(record: FramesRecord | None) -> Frames:
+    if record is None:
+        return Frames()
+    return Frames(
+        base=IDENTITY if record.base is None else _transform(record.base),
+        tool=IDENTITY if record.tool is None else _transform(record.tool),
+    )
+
+
+def _transform(rows: Rows) -> Transform:
+    return Transform(*rows[0], *rows[1], *rows[2])
+
+
+def _check_count(found: int, joint_count: int) -> None:
+    if found != joint_count:
+        raise RecordError(f"{found} joint values for a robot of {joint_count} joints")

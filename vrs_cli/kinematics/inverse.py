@@ -1,0 +1,298 @@
+"""Inverse kinematics in closed form, for an arm with a spherical wrist; plain floats, one pose at a time.
+
+Formulas and signs: `spherical_wrist`. Every branch is solved without a sine or cosine of a joint: their
+ratios come from the location itself, and the angles from them by atan2 once.
+
+Joint 6 is read against the joint 4 just found and not, as books do, from the third row of the rotation: near a
+singular wrist that row is noise, and only together are the two joints right to the last bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import acos, atan2, cos, pi, sin, sqrt
+
+from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.spherical_wrist import BOUNDARY, SINGULAR, Geometry
+from vrs_cli.kinematics.transform import Transform
+
+TURN = 2 * pi
+HALF_TURN_SQUARED = pi * pi
+ON_AXIS = SINGULAR * SINGULAR  # [m2]
+NOWHERE = (None, None, None, None)
+
+Branches = Callable[[Transform], tuple[Joints | None, ...]]
+Branch = Callable[[Transform, Configuration, Joints], Joints | None]
+
+
+def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
+    """All eight joint vectors, in the order of `configuration.ALL`; None where the arm does not reach.
+
+    Each angle is the turn nearest to the middle of its range: inside the limits if any turn of it is.
+    At a singular wrist joint 4 is 0 (or the limit next to it) and FLIP and NOFLIP are one.
+    """
+    d1, a1, a2, a3, d4, d6, side, forearm, beta = geometry
+    side2 = side * side
+    bars = a2 * a2 + forearm * forearm
+    twice = 1.0 / (2.0 * a2 * forearm)
+    f3, f4 = a3 / (forearm * forearm), d4 / (forearm * forearm)
+    wrist_rest = min(max(0.0, model.lower[3]), model.upper[3])
+    middles = [(low + high) / 2 for low, high in zip(model.lower, model.upper, strict=True)]
+    low1, low2, low3, low4, low5, low6 = (middle - pi for middle in middles)
+    high1, high2, high3, high4, high5, high6 = (middle + pi for middle in middles)
+
+    def branches(T: Transform) -> tuple[Joints | None, ...]:
+        nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
+        x = px - d6 * ax
+        y = py - d6 * ay
+        v = d1 + d6 * az - pz
+        across = x * x + y * y
+        u2 = across - side2
+        if u2 < ON_AXIS:
+            if u2 < -BOUNDARY:
+                return NOWHERE + NOWHERE
+            u2 = 0.0
+        found: tuple[Joints | None, ...] = ()
+        root = sqrt(u2)
+        vv = v * v - bars
+        for arm in (1.0, -1.0):
+            u = -arm * root
+            h = u - a1
+            k = (h * h + vv) * twice
+            if not -1.0 < k < 1.0:
+                if not -1.0 - BOUNDARY < k < 1.0 + BOUNDARY:
+                    found += NOWHERE
+                    continue
+                k = 1.0 if k > 0.0 else -1.0
+            if across > ON_AXIS:
+                c1 = (u * x + side * y) / across
+                s1 = (u * y - side * x) / across
+            else:  # joint 1 may stand anywhere
+                c1, s1 = 1.0, 0.0
+            q1 = atan2(s1, c1)
+            if q1 > high1:
+                q1 -= TURN
+            elif q1 < low1:
+                q1 += TURN
+            psi = acos(k) * -arm
+            # the rotation seen in the arm's plane: radial, across (here) and vertical
+            ar = c1 * ax + s1 * ay
+            ac = c1 * ay - s1 * ax
+            nr = c1 * nx + s1 * ny
+            nc = c1 * ny - s1 * nx
+            sr = c1 * sx + s1 * sy
+            sc = c1 * sy - s1 * sx
+            m = a2 + forearm * k
+            t = forearm * sqrt((1.0 - k) * (1.0 + k)) * -arm
+            rho = h * h + v * v
+            if rho == 0.0:
+                found += NOWHERE
+                continue
+            for _ in (1, 2):  # ABOVE, then BELOW
+                c2 = (h * m + v * t) / rho
+                s2 = (v * m - h * t) / rho
+                q2 = atan2(s2, c2)
+                if q2 > high2:
+                    q2 -= TURN
+                elif q2 < low2:
+                    q2 += TURN
+                q3 = beta + psi
+                if q3 > high3:
+                    q3 -= TURN
+                elif q3 < low3:
+                    q3 += TURN
+                c2 = h - a2 * c2
+                s2 = v - a2 * s2
+                c23 = f3 * c2 - f4 * s2
+                s23 = f4 * c2 + f3 * s2
+                # approach in frame 3
+                X = c23 * ar - s23 * az
+                Z = s23 * ar + c23 * az
+                s5 = sqrt(X * X + ac * ac)
+                if s5 > SINGULAR:
+                    q4 = atan2(ac, X)
+                    q5 = atan2(s5, Z)
+                    q6 = atan2(X * nc - ac * (c23 * nr - s23 * nz), X * sc - ac * (c23 * sr - s23 * sz))
+                    o4 = q4 - pi if q4 > 0.0 else q4 + pi
+                    o6 = q6 - pi if q6 > 0.0 else q6 + pi
+                    o5 = -q5
+                    if q4 > high4:
+                        q4 -= TURN
+                    elif q4 < low4:
+                        q4 += TURN
+                    if o4 > high4:
+                        o4 -= TURN
+                    elif o4 < low4:
+                        o4 += TURN
+                    if q5 > high5:
+                        q5 -= TURN
+                    if o5 < low5:
+                        o5 += TURN
+                    if q6 > high6:
+                        q6 -= TURN
+                    elif q6 < low6:
+                        q6 += TURN
+                    if o6 > high6:
+                        o6 -= TURN
+                    elif o6 < low6:
+                        o6 += TURN
+                    found += ((q1, q2, q3, q4, q5, q6), (q1, q2, q3, o4, o5, o6))
+                else:
+                    rows = (X, ac, Z, c23 * nr - s23 * nz, nc, c23 * sr - s23 * sz, sc)
+                    q = (q1, q2, q3, *singular_wrist(wrist_rest, *rows))
+                    found += (q, q)
+                psi = -psi
+                t = -t
+        return found
+
+    return branches
+
+
+def make_branch(geometry: Geometry) -> Branch:
+    """One branch: each joint on the turn nearest to `near`, whatever the limits; None where out of reach.
+
+    At a singular wrist joint 4 stays as `near` has it and joint 6 carries the rest.
+    """
+    d1, a1, a2, a3, d4, d6, side, forearm, beta = geometry
+    side2 = side * side
+    bars = a2 * a2 + forearm * forearm
+    twice = 1.0 / (2.0 * a2 * forearm)
+    f3, f4 = a3 / (forearm * forearm), d4 / (forearm * forearm)
+
+    def branch(T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+        nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
+        n1, n2, n3, n4, n5, n6 = near
+        arm, elbow, wrist = configuration.signs
+        x = px - d6 * ax
+        y = py - d6 * ay
+        v = d1 + d6 * az - pz
+        across = x * x + y * y
+        u2 = across - side2
+        if u2 < ON_AXIS:
+            if u2 < -BOUNDARY:
+                return None
+            u2 = 0.0
+        u = -arm * sqrt(u2)
+        h = u - a1
+        rho = h * h + v * v
+        k = (rho - bars) * twice
+        if not -1.0 < k < 1.0:
+            if not -1.0 - BOUNDARY < k < 1.0 + BOUNDARY:
+                return None
+            k = 1.0 if k > 0.0 else -1.0
+        if rho == 0.0:
+            return None
+        if across > ON_AXIS:
+            c1 = (u * x + side * y) / across
+            s1 = (u * y - side * x) / across
+        else:  # joint 1 may stand anywhere: it stays
+            c1, s1 = cos(n1), sin(n1)
+        fold = -arm * elbow
+        m = a2 + forearm * k
+        t = forearm * sqrt((1.0 - k) * (1.0 + k)) * fold
+        c2 = (h * m + v * t) / rho
+        s2 = (v * m - h * t) / rho
+        q1 = atan2(s1, c1)
+        q2 = atan2(s2, c2)
+        q3 = beta + acos(k) * fold
+        c2 = h - a2 * c2
+        s2 = v - a2 * s2
+        c23 = f3 * c2 - f4 * s2
+        s23 = f4 * c2 + f3 * s2
+        X = c1 * ax + s1 * ay
+        Y = c1 * ay - s1 * ax
+        Z = s23 * X + c23 * az
+        X = c23 * X - s23 * az
+        nX = c23 * (c1 * nx + s1 * ny) - s23 * nz
+        nY = c1 * ny - s1 * nx
+        sX = c23 * (c1 * sx + s1 * sy) - s23 * sz
+        sY = c1 * sy - s1 * sx
+        s5 = sqrt(X * X + Y * Y)
+        if s5 > SINGULAR:
+            X *= wrist
+            Y *= wrist
+            q4 = atan2(Y, X)
+            q5 = atan2(s5 * wrist, Z)
+            q6 = atan2(X * nY - Y * nX, X * sY - Y * sX)
+        else:
+            q4, q5, q6 = singular_wrist(n4, X, Y, Z, nX, nY, sX, sY)
+        n1 -= q1
+        n2 -= q2
+        n3 -= q3
+        n4 -= q4
+        n5 -= q5
+        n6 -= q6
+        if n1 * n1 + n2 * n2 + n3 * n3 + n4 * n4 + n5 * n5 + n6 * n6 < HALF_TURN_SQUARED:
+            return q1, q2, q3, q4, q5, q6  # no joint can be half a turn away
+        if not -pi <= n1 <= pi:
+            q1 += TURN * round(n1 / TURN)
+        if not -pi <= n2 <= pi:
+            q2 += TURN * round(n2 / TURN)
+        if not -pi <= n3 <= pi:
+            q3 += TURN * round(n3 / TURN)
+        if not -pi <= n4 <= pi:
+            q4 += TURN * round(n4 / TURN)
+        if not -pi <= n5 <= pi:
+            q5 += TURN * round(n5 / TURN)
+        if not -pi <= n6 <= pi:
+            q6 += TURN * round(n6 / TURN)
+        return q1, q2, q3, q4, q5, q6
+
+    return branch
+
+
+def singular_wrist(
+    q4: float, X: float, Y: float, Z: float, nX: float, nY: float, sX: float, sY: float
+) -> tuple[float, float, float]:
+    """Joints 4, 5, 6 where the axes of 4 and 6 fall together: joint 4 as given, joint 6 the rest.
+
+    (X, Y, Z) is the approach axis, (nX, nY) and (sX, sY) the first two rows of x and y axis, all in frame 3.
+    """
+    c4, s4 = cos(q4), sin(q4)
+    return q4, atan2(c4 * X + s4 * Y, Z), atan2(c4 * nY - s4 * nX, c4 * sY - s4 * sX)
+
+
+def make_within(model: RobotModel) -> Callable[[Joints], bool]:
+    """Whether all six joints are inside their limits, to the bit."""
+    low1, low2, low3, low4, low5, low6 = model.lower
+    high1, high2, high3, high4, high5, high6 = model.upper
+
+    def within(q: Joints) -> bool:
+        q1, q2, q3, q4, q5, q6 = q
+        return (
+            low1 <= q1 <= high1
+            and low2 <= q2 <= high2
+            and low3 <= q3 <= high3
+            and low4 <= q4 <= high4
+            and low5 <= q5 <= high5
+            and low6 <= q6 <= high6
+        )
+
+    return within
+
+
+def make_outside(model: RobotModel) -> Callable[[Joints], tuple[int, ...]]:
+    """`joints_outside` for six joints, written out: eight branches ask it for every location."""
+    low1, low2, low3, low4, low5, low6 = (low - LIMIT_TOLERANCE for low in model.lower)
+    high1, high2, high3, high4, high5, high6 = (high + LIMIT_TOLERANCE for high in model.upper)
+
+    def outside(q: Joints) -> tuple[int, ...]:
+        q1, q2, q3, q4, q5, q6 = q
+        joints: tuple[int, ...] = ()
+        if not low1 <= q1 <= high1:
+            joints += (1,)
+        if not low2 <= q2 <= high2:
+            joints += (2,)
+        if not low3 <= q3 <= high3:
+            joints += (3,)
+        if not low4 <= q4 <= high4:
+            joints += (4,)
+        if not low5 <= q5 <= high5:
+            joints += (5,)
+        if not low6 <= q6 <= high6:
+            joints += (6,)
+        return joints
+
+    return outside

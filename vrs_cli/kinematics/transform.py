@@ -1,0 +1,306 @@
+"""Rigid transformations as plain floats: the scalar half of the geometry (arrays: `transform_batch`).
+
+`T_a_b` is the pose of frame b in frame a: `compose(T_base_tool, T_tool_part) = T_base_part`. Metres and
+radians.
+
+Two triples of angles name a rotation, and one routine serves both (VAL-II manual; V+ Language Reference):
+
+    V+      yaw, pitch, roll    R = Rz(yaw) Ry(pitch) Rz(roll)
+    VAL-II  O, A, T             yaw = O - 90 deg, pitch = A + 90 deg, roll = T
+"""
+
+from __future__ import annotations
+
+from math import atan2, cos, hypot, pi, sin
+from typing import NamedTuple
+
+from vrs_cli.errors import IllegalValue
+
+Vector = tuple[float, float, float]
+
+RIGHT_ANGLE = pi / 2
+TURN = 2 * pi
+POLE = 1e-10  # [rad] tool axis this near to vertical: yaw and roll are one angle, and roll takes all of it
+
+
+class Transform(NamedTuple):
+    """A homogeneous transformation, rows of [n s a p]: x axis n, y axis s, approach (z) axis a, position p [m]."""
+
+    nx: float
+    sx: float
+    ax: float
+    px: float
+    ny: float
+    sy: float
+    ay: float
+    py: float
+    nz: float
+    sz: float
+    az: float
+    pz: float
+
+
+IDENTITY = Transform(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+_new = tuple.__new__  # Transform(...) costs twice as much as making its tuple directly
+
+
+def compose(a: Transform, b: Transform) -> Transform:
+    """T_x_z = T_x_y @ T_y_z; VAL-II writes `a:b`."""
+    anx, asx, aax, apx, any_, asy, aay, apy, anz, asz, aaz, apz = a
+    bnx, bsx, bax, bpx, bny, bsy, bay, bpy, bnz, bsz, baz, bpz = b
+    return _new(
+        Transform,
+        (
+            anx * bnx + asx * bny + aax * bnz,
+            anx * bsx + asx * bsy + aax * bsz,
+            anx * bax + asx * bay + aax * baz,
+            anx * bpx + asx * bpy + aax * bpz + apx,
+            any_ * bnx + asy * bny + aay * bnz,
+            any_ * bsx + asy * bsy + aay * bsz,
+            any_ * bax + asy * bay + aay * baz,
+            any_ * bpx + asy * bpy + aay * bpz + apy,
+            anz * bnx + asz * bny + aaz * bnz,
+            anz * bsx + asz * bsy + aaz * bsz,
+            anz * bax + asz * bay + aaz * baz,
+            anz * bpx + asz * bpy + aaz * bpz + apz,
+        ),
+    )
+
+
+def inverse(a: Transform) -> Transform:
+    """T_y_x of T_x_y: the rotation transposed."""
+    nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = a
+    return _new(
+        Transform,
+        (
+            nx,
+            ny,
+            nz,
+            -(nx * px + ny * py + nz * pz),
+            sx,
+            sy,
+            sz,
+            -(sx * px + sy * py + sz * pz),
+            ax,
+            ay,
+            az,
+            -(ax * px + ay * py + az * pz),
+        ),
+    )
+
+
+def position(T: Transform) -> Vector:
+    """Where the origin of the frame is [m]."""
+    return T[3], T[7], T[11]
+
+
+def at_position(T: Transform, x: float, y: float, z: float) -> Transform:
+    """The rotation of T at another place [m]."""
+    nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = T
+    return _new(Transform, (nx, sx, ax, x, ny, sy, ay, y, nz, sz, az, z))
+
+
+def rotate(T: Transform, v: Vector) -> Vector:
+    """R @ v: a direction of the inner frame seen in the outer one."""
+    nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = T
+    x, y, z = v
+    return nx * x + sx * y + ax * z, ny * x + sy * y + ay * z, nz * x + sz * y + az * z
+
+
+def translation(x: float, y: float, z: float) -> Transform:
+    """A pure shift [m]."""
+    return Transform(1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, y, 0.0, 0.0, 1.0, z)
+
+
+def rotation_x(angle: float) -> Transform:
+    """A rotation about x [rad]; V+ writes RX."""
+    c, s = cos(angle), sin(angle)
+    return Transform(1.0, 0.0, 0.0, 0.0, 0.0, c, -s, 0.0, 0.0, s, c, 0.0)
+
+
+def rotation_y(angle: float) -> Transform:
+    """A rotation about y [rad]; V+ writes RY."""
+    c, s = cos(angle), sin(angle)
+    return Transform(c, 0.0, s, 0.0, 0.0, 1.0, 0.0, 0.0, -s, 0.0, c, 0.0)
+
+
+def rotation_z(angle: float) -> Transform:
+    """A rotation about z [rad]; V+ writes RZ."""
+    c, s = cos(angle), sin(angle)
+    return Transform(c, -s, 0.0, 0.0, s, c, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+def rotation_about(axis: Vector, angle: float) -> Transform:
+    """A rotation about any axis of any length but zero [rad] (Rodrigues).
+
+    Raises IllegalValue for an axis of no length.
+    """
+    x, y, z = axis
+    length = hypot(x, y, z)
+    if not length > 0.0:
+        raise IllegalValue(f"the axis {axis} has no direction", "give a vector that is not zero")
+    x, y, z = x / length, y / length, z / length
+    s, half = sin(angle), sin(0.5 * angle)
+    versine = 2.0 * half * half
+    c = 1.0 - versine
+    xy, yz, zx = x * y * versine, y * z * versine, z * x * versine
+    return _new(
+        Transform,
+        (
+            x * x * versine + c,
+            xy - z * s,
+            zx + y * s,
+            0.0,
+            xy + z * s,
+            y * y * versine + c,
+            yz - x * s,
+            0.0,
+            zx - y * s,
+            yz + x * s,
+            z * z * versine + c,
+            0.0,
+        ),
+    )
+
+
+def distance(a: Transform, b: Transform) -> float:
+    """Between the two origins [m]."""
+    return hypot(a[3] - b[3], a[7] - b[7], a[11] - b[11])
+
+
+# --- angles ----------------------------------------------------------------------------------------------
+
+
+def from_ypr(x: float, y: float, z: float, yaw: float, pitch: float, roll: float) -> Transform:
+    """Position [m] and V+ angles [rad]: Rz(yaw) Ry(pitch) Rz(roll)."""
+    cy, sy = cos(yaw), sin(yaw)
+    cp, sp = cos(pitch), sin(pitch)
+    cr, sr = cos(roll), sin(roll)
+    cycp, sycp = cy * cp, sy * cp
+    return _new(
+        Transform,
+        (
+            cycp * cr - sy * sr,
+            -cycp * sr - sy * cr,
+            cy * sp,
+            x,
+            sycp * cr + cy * sr,
+            -sycp * sr + cy * cr,
+            sy * sp,
+            y,
+            -sp * cr,
+            sp * sr,
+            cp,
+            z,
+        ),
+    )
+
+
+def to_ypr(T: Transform) -> Vector:
+    """V+ yaw, pitch, roll [rad]: yaw, roll in (-pi, pi], pitch in [0, pi]; yaw 0 where pitch is 0 or pi."""
+    nx, sx, ax, _, ny, sy, ay, _, _, _, az, _ = T
+    h = hypot(ax, ay)
+    if h < POLE:
+        return 0.0, (0.0 if az > 0.0 else pi), _half_open(atan2(ny, sy))
+    # Roll is read against the yaw just found, not from the third row: near a pole the two must agree.
+    return _half_open(atan2(ay, ax)), atan2(h, az), _half_open(atan2(ax * ny - ay * nx, ax * sy - ay * sx))
+
+
+def from_oat(x: float, y: float, z: float, o: float, a: float, t: float) -> Transform:
+    """Position [m] and VAL-II angles O, A, T [rad]."""
+    return from_ypr(x, y, z, o - RIGHT_ANGLE, a + RIGHT_ANGLE, t)
+
+
+def to_oat(T: Transform) -> Vector:
+    """VAL-II O, A, T [rad]: O and T in (-pi, pi], A in [-pi/2, pi/2]; O = pi/2 where the tool is vertical."""
+    yaw, pitch, roll = to_ypr(T)
+    return oat_from_ypr(yaw, pitch, roll)
+
+
+def oat_from_ypr(yaw: float, pitch: float, roll: float) -> Vector:
+    """The same rotation in VAL-II's angles [rad]."""
+    o = yaw + RIGHT_ANGLE
+    return (o - TURN if o > pi else o) + 0.0, (pitch - RIGHT_ANGLE) + 0.0, roll
+
+
+def _half_open(angle: float) -> float:
+    """-pi is said as pi, and -0.0 as 0.0."""
+    return pi if angle == -pi else angle + 0.0
+
+
+# --- rotations as axis and angle -------------------------------------------------------------------------
+
+
+def axis_angle(T: Transform) -> tuple[Vector, float]:
+    """The one axis (a unit vector) and angle in [0, pi] of the rotation; the axis is z where nothing turns.
+
+    By way of the quaternion, taken from its largest component (Shepperd 1978): as precise near 0 as near pi.
+    """
+    w, x, y, z = _quaternion(T)
+    length = hypot(x, y, z)
+    if length < 1e-300:  # below it digits are missing
+        return (0.0, 0.0, 1.0), 0.0
+    if w < 0.0:
+        w, x, y, z = -w, -x, -y, -z
+    return (x / length + 0.0, y / length + 0.0, z / length + 0.0), 2.0 * atan2(length, w)
+
+
+def _quaternion(T: Transform) -> tuple[float, float, float, float]:
+    """A multiple, of any sign and length, of the quaternion (w, x, y, z)."""
+    nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = T
+    trace = nx + sy + az
+    if trace >= nx and trace >= sy and trace >= az:
+        return 1.0 + trace, sz - ay, ax - nz, ny - sx
+    if nx >= sy and nx >= az:
+        return sz - ay, 1.0 + nx - sy - az, ny + sx, ax + nz
+    if sy >= az:
+        return ax - nz, ny + sx, 1.0 + sy - az - nx, sz + ay
+    return ny - sx, ax + nz, sz + ay, 1.0 + az - nx - sy
+
+
+def angle_between(a: Transform, b: Transform) -> float:
+    """How far a must turn to lie as b does, in [0, pi] [rad]."""
+    return axis_angle(compose(inverse(a), b))[1]
+
+
+def rotation_error(a: Transform, b: Transform) -> Vector:
+    """The rotation vector e (axis times angle [rad], in the outer frame) that turns a into b."""
+    (x, y, z), angle = axis_angle(compose(b, inverse(a)))
+    return x * angle, y * angle, z * angle
+
+
+# --- rigidity --------------------------------------------------------------------------------------------
+
+
+def normalised(T: Transform) -> Transform:
+    """The nearest right-handed frame that keeps the approach axis, then the y axis; V+ writes NORMAL.
+
+    Raises IllegalValue where two axes are parallel or one has no length.
+    """
+    ax, ay, az = _unit((T.ax, T.ay, T.az))
+    nx, ny, nz = _unit((T.sy * az - T.sz * ay, T.sz * ax - T.sx * az, T.sx * ay - T.sy * ax))
+    sx, sy, sz = ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx
+    return Transform(nx, sx, ax, T.px, ny, sy, ay, T.py, nz, sz, az, T.pz)
+
+
+def is_rigid(T: Transform, tolerance: float = 1e-9) -> bool:
+    """Three axes of length one at right angles and right-handed, and every number finite."""
+    nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
+    errors = (
+        nx * nx + ny * ny + nz * nz - 1.0,
+        sx * sx + sy * sy + sz * sz - 1.0,
+        sy * az - sz * ay - nx,
+        sz * ax - sx * az - ny,
+        sx * ay - sy * ax - nz,
+        nx * sx + ny * sy + nz * sz,
+        0.0 * (px + py + pz),  # NaN unless all three are finite
+    )
+    return all(-tolerance <= error <= tolerance for error in errors)
+
+
+def _unit(v: Vector) -> Vector:
+    length = hypot(*v)
+    if not length > 1e-9:
+        raise IllegalValue("the axes of the transformation do not span space", "its axes must not be parallel")
+    return v[0] / length, v[1] / length, v[2] / length

@@ -1,0 +1,345 @@
+"""The tree of a VAL-II text: frozen values, one node class an idea, every node with its place in the source.
+
+A program is a list of steps, one a line, as the VAL-II editor holds it. Blocks (IF ... END) are not nested nodes:
+the analyzer pairs their steps (`analyzer.Block`), the compiler turns the pairs into jumps. Names are kept as
+typed; two names are the same when their first 15 characters agree without regard to case (`key`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+NAME_LENGTH = 15  # characters of a name that count (V+ User's Guide p.99)
+
+
+class Kind(Enum):
+    """The type of a value."""
+
+    REAL = "real"
+    STRING = "string"
+    LOCATION = "transformation"
+    PRECISION = "precision point"
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A stretch of one source line. Line and columns count from 1; `end` is the column after the last character."""
+
+    line: int
+    column: int
+    end: int
+
+
+# --- expressions -----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A numeric constant; `text` as typed (`^HFF`, `'A`, `1E-3`)."""
+
+    value: float
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A string constant, without its quotes."""
+
+    value: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """`name`, `#name`, `$name`, `name[i]`, `name[i,j]`; `name[]` (the whole array) has `indexes == ()`.
+
+    `sigil` is "", "#" or "$". A bare name is a real or a transformation: the analyzer decides from its use.
+    """
+
+    name: str
+    sigil: str
+    indexes: tuple[Expression, ...] | None
+    span: Span
+
+    @property
+    def key(self) -> str:
+        """The name under which the variable is stored: sigil, lower case, first 15 characters."""
+        return self.sigil + self.name.lower()[:NAME_LENGTH]
+
+
+@dataclass(frozen=True, slots=True)
+class Unary:
+    """`operator` is "-", "+", "NOT" or "COM"."""
+
+    operator: str
+    operand: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Binary:
+    """`operator` in canonical spelling: + - * / MOD ** == <> < > <= >= AND OR XOR BAND BOR BXOR, and `:` (compound).
+
+    `grouped` is true when the source had parentheses round this node (the printer keeps them; the analyzer warns
+    of relations beside AND/OR only when they are missing).
+    """
+
+    operator: str
+    left: Expression
+    right: Expression
+    span: Span
+    grouped: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A function (`ABS(x)`, `TRANS(,,5)`, `#PPOINT(..)`, `$CHR(10)`), a constant (`PI`, `HERE`: no arguments),
+    or, as the argument of CALL and EXECUTE, a program with its arguments (`pick(a, 5)`).
+
+    `name` is upper case for a function of the table, as typed for a program. An omitted argument is None.
+    `SHIFT(l BY x,y,z)` has the arguments (l, x, y, z). `parenthesised` tells `f()` from `f`.
+    """
+
+    name: str
+    arguments: tuple[Expression | None, ...]
+    span: Span
+    parenthesised: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """A format code of TYPE and $ENCODE: `/F6.2` is code "F", width 6, decimals 2."""
+
+    code: str
+    width: int | None
+    decimals: int | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A bare word or raw text where the table asks for one: a file name, a switch, a program name."""
+
+    text: str
+    span: Span
+
+
+Expression = Number | Text | Variable | Unary | Binary | Call | Format | Word
+
+
+# --- statements ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """`x = e`, `$s = e`."""
+
+    target: Variable
+    value: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Modifiers:
+    """What may follow the arguments: `AT t` or `IN dt` (our time stamps), `ALWAYS`, and a unit (MMPS, IPS, MONITOR)."""
+
+    at: Expression | None = None
+    within: Expression | None = None  # IN dt, relative to now
+    always: bool = False
+    unit: str | None = None
+
+
+NO_MODIFIERS = Modifiers()
+
+
+@dataclass(frozen=True, slots=True)
+class Instruction:
+    """Any operation that is a row of the instruction or the monitor-command table and not a control word.
+
+    `word` is the full upper-case keyword, also when the source abbreviated it. An omitted argument is None, trailing
+    ones are absent. `value` is what follows `=` (`TIMER 1 = 0`, `SET a = b`, `POINT a = b`, `BITS 1,3 = v`).
+    """
+
+    word: str
+    arguments: tuple[Expression | None, ...]
+    span: Span
+    value: Expression | None = None
+    modifiers: Modifiers = NO_MODIFIERS
+
+
+@dataclass(frozen=True, slots=True)
+class DoInstruction:
+    """The monitor command `DO statement`; a bare `DO` at the prompt (repeat the last) has no statement."""
+
+    statement: Statement | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Goto:
+    label: int
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class IfGoto:
+    condition: Expression
+    label: int
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class If:
+    condition: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Else:
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class While:
+    condition: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Do:
+    """`DO` alone in a program: the loop that ends in UNTIL."""
+
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Until:
+    condition: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class For:
+    variable: Variable
+    first: Expression
+    last: Expression
+    step: Expression | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    subject: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    tests: tuple[Expression, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Any:
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class BadLine:
+    """A line that could not be read: kept as it stands, listed with `?`; its program is not executable."""
+
+    text: str
+    span: Span
+
+
+Statement = (
+    Assignment
+    | Instruction
+    | DoInstruction
+    | Goto
+    | IfGoto
+    | If
+    | Else
+    | While
+    | Do
+    | Until
+    | For
+    | Case
+    | Value
+    | Any
+    | End
+    | BadLine
+)
+
+
+# --- programs and files ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One line of a program. `statement` is None for a blank or comment line; `comment` is the text after `;`."""
+
+    label: int | None
+    statement: Statement | None
+    comment: str | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """`.PROGRAM name(parameters) ;comment` to `.END`; steps count from 1 in messages and listings."""
+
+    name: str
+    parameters: tuple[Variable, ...]
+    steps: tuple[Step, ...]
+    comment: str | None
+    span: Span
+
+    @property
+    def key(self) -> str:
+        """The name under which the program is stored."""
+        return self.name.lower()[:NAME_LENGTH]
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A line of a .LOCATIONS, .REALS or .STRINGS section: a variable (constant indexes) and its value.
+
+    Locations: six numbers, mm and degrees as the file writes them; reals: one; strings: `text`.
+    """
+
+    variable: Variable
+    numbers: tuple[float, ...]
+    text: str | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """`.LOCATIONS`, `.REALS` or `.STRINGS` to `.END`."""
+
+    name: str
+    entries: tuple[Entry, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Comment:
+    """A comment or blank line between programs and sections."""
+
+    text: str | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class File:
+    """A program file in its order."""
+
+    parts: tuple[Program | Section | Comment, ...]

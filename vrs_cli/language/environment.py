@@ -1,0 +1,443 @@
+"""What programs share and keep between runs: variables, programs, signals, timers, the random numbers.
+
+Every variable of the language is global. The four kinds live in four stores of `Cells`, plain dictionaries for the
+speed of compiled programs, which read and write them directly. Two rules hold at all times: a bare name is a real
+or a transformation, never both, and a cell that is not there is undefined, so that reading it says so by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cached_property
+from random import Random
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from vrs_cli.errors import IllegalArrayIndex, IllegalSignal, IllegalValue, TypeMismatch, UndefinedName, UndefinedValue
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.ast import NAME_LENGTH, Kind, Program
+from vrs_cli.language.values import Value, integer_between, kind_of_value, plain, storable
+
+if TYPE_CHECKING:
+    from vrs_cli.language.analyzer import Analysis
+    from vrs_cli.language.compiler import Compiled
+
+Index = int | tuple[int, ...]
+
+SIGIL_KINDS = {"#": Kind.PRECISION, "$": Kind.STRING}
+OTHER_KIND = {Kind.REAL: Kind.LOCATION, Kind.LOCATION: Kind.REAL}
+
+
+def key_of(name: str) -> str:
+    """The key of a name as typed, sigil included (`ast.Variable.key`)."""
+    sigil = name[:1] if name[:1] in SIGIL_KINDS else ""
+    return sigil + name[len(sigil) :].lower()[:NAME_LENGTH]
+
+
+def closest(key: str, names: Mapping[str, str]) -> str:
+    """`did you mean X?` for a key that is not there, or nothing. `names`: key to spelling."""
+    near = get_close_matches(key, names, n=1, cutoff=0.7)
+    return f"did you mean {names[near[0]]}?" if near else ""
+
+
+def subscript(index: Index) -> str:
+    """`3` or `1,2`."""
+    return ",".join(map(str, index)) if isinstance(index, tuple) else str(index)
+
+
+# --- variables ---------------------------------------------------------------------------------------------------
+
+
+class Cells(dict[str | Index, Value]):
+    """Values of one kind: all simple variables of that kind by key, or the elements of one `array` by index.
+
+    Reading what is not there raises UndefinedValue, TypeMismatch or IllegalArrayIndex. `omitted` names the
+    parameter whose argument a CALL left out, in the cells made to stand for it.
+    """
+
+    __slots__ = ("array", "environment", "kind", "omitted")
+
+    def __init__(
+        self, environment: Environment, kind: Kind, array: str | None = None, omitted: str | None = None
+    ) -> None:
+        super().__init__()
+        self.environment = environment
+        self.kind = kind
+        self.array = array
+        self.omitted = omitted
+
+    def __missing__(self, key: str | Index) -> Value:
+        if self.omitted is not None:
+            raise UndefinedValue(self.omitted, "its argument was left out of the CALL")
+        if self.array is not None and key.__class__ is not str:
+            lowest = min(key) if isinstance(key, tuple) else key
+            if isinstance(lowest, int) and lowest < 0:
+                raise IllegalArrayIndex(self.name(key), "indexes begin at 0")
+        other = OTHER_KIND.get(self.kind)
+        if other is not None and key in self.environment.cells(other, self.array):
+            raise self.clash(key)
+        raise UndefinedValue(self.name(key), self._hint(key))
+
+    def name(self, key: str | Index) -> str:
+        """The variable as a listing shows it: `part`, `#safe`, `row[3]`."""
+        if self.array is None:
+            return self.environment.spelling.get(str(key), str(key))
+        spelling = self.environment.spelling.get(self.array, self.array)
+        return f"{spelling}[{'' if isinstance(key, str) else subscript(key)}]"
+
+    def clash(self, key: str | Index) -> TypeMismatch:
+        """The error for a bare name that exists as the other kind."""
+        other = OTHER_KIND[self.kind]
+        return TypeMismatch(f"{self.name(key)} is a {other.value}", f"a {self.kind.value} is wanted here")
+
+    def _hint(self, key: str | Index) -> str:
+        if self.array is not None or not isinstance(key, str):
+            return ""
+        spelling = self.environment.spelling
+        return closest(key, {str(name): spelling.get(str(name), str(name)) for name in self})
+
+
+class Reference(NamedTuple):
+    """Where a variable lives, so that it can be passed on and assigned: an argument of CALL, HERE, PROMPT ...
+
+    `cells` are those of its kind. A bare name may still be of two kinds: `cells` are the reals, `locations` the
+    transformations; for `#` and `$` names `locations` is empty. `key` is None for a whole array.
+    """
+
+    cells: Cells
+    locations: Cells
+    key: str | Index | None
+
+    @property
+    def name(self) -> str:
+        return self.cells.name("" if self.key is None else self.key)
+
+    def defined(self) -> bool:
+        """Whether the variable, or any element of the array, has a value."""
+        if self.key is None:
+            return bool(self.cells or self.locations)
+        return self.key in self.cells or self.key in self.locations
+
+    def value(self) -> Value:
+        """The value, whichever kind it is. Raises UndefinedValue."""
+        key = self._cell()
+        return self.locations[key] if key in self.locations else self.cells[key]
+
+    def assign(self, value: Value) -> None:
+        """Raises TypeMismatch where the name exists as another kind, IllegalArrayIndex for an index below 0."""
+        key = self._cell()
+        kind = kind_of_value(value)
+        mine, other = (self.locations, self.cells) if kind is Kind.LOCATION else (self.cells, self.locations)
+        if mine.kind is not kind:
+            raise TypeMismatch(f"{self.name} cannot hold a {kind.value}", f"a {self.cells.kind.value} is wanted")
+        if key in other:
+            raise mine.clash(key)
+        if not isinstance(key, str) and min(key if isinstance(key, tuple) else (key,)) < 0:
+            raise IllegalArrayIndex(self.name, "indexes begin at 0")
+        mine[key] = storable(value) if isinstance(value, str) else value
+
+    def _cell(self) -> str | Index:
+        if self.key is None:
+            raise IllegalArrayIndex(self.name, "one element is wanted, not the whole array")
+        return self.key
+
+
+class Variable(NamedTuple):
+    """A row of a listing: the name as it was first typed, with its indexes, and the value."""
+
+    name: str
+    value: Value
+
+
+# --- signals and timers --------------------------------------------------------------------------------------------
+
+SIGNALS_A_BANK = 512
+OUTPUTS = range(1, 1 + SIGNALS_A_BANK)
+INPUTS = range(1001, 1001 + SIGNALS_A_BANK)
+INTERNAL = range(2001, 2001 + SIGNALS_A_BANK)
+LAST_TIMER = 15
+MOST_BITS = 32
+
+
+class Signals:
+    """Digital signals: outputs 1.., inputs 1001.., internal (software) 2001... A negative number is the inverse."""
+
+    def __init__(self) -> None:
+        self._on: set[int] = set()
+
+    def read(self, number: float) -> bool:
+        """Raises IllegalSignal."""
+        signal = self._known(number)
+        return (abs(signal) in self._on) is (signal > 0)
+
+    def write(self, number: float, *, inputs: bool = False) -> None:
+        """On, or off for a negative number. `inputs`: also those that only the world outside drives.
+
+        Raises IllegalSignal.
+        """
+        signal = self._known(number)
+        if abs(signal) in INPUTS and not inputs:
+            raise IllegalSignal(str(signal), "an input cannot be set by a program")
+        if signal > 0:
+            self._on.add(signal)
+        else:
+            self._on.discard(-signal)
+
+    def reset(self) -> None:
+        """All outputs off."""
+        self._on.difference_update(OUTPUTS)
+
+    def exists(self, number: float) -> bool:
+        signal = abs(round(number))
+        return any(signal in bank for bank in (OUTPUTS, INPUTS, INTERNAL))
+
+    def read_bits(self, first: float, count: float = 1.0) -> int:
+        """`count` signals as a binary number, `first` the lowest bit. Raises IllegalSignal, IllegalValue."""
+        return sum(self.read(number) << bit for bit, number in enumerate(self._group(first, count)))
+
+    def write_bits(self, first: float, count: float, value: int) -> None:
+        """The lowest `count` bits of `value`. Raises IllegalSignal, IllegalValue."""
+        for bit, number in enumerate(self._group(first, count)):
+            self.write(number if value >> bit & 1 else -number)
+
+    def state(self, bank: range) -> tuple[bool, ...]:
+        """Every signal of a bank (OUTPUTS, INPUTS, INTERNAL) in order."""
+        return tuple(number in self._on for number in bank)
+
+    def _group(self, first: float, count: float) -> range:
+        start = self._known(first)
+        if start < 0:
+            raise IllegalSignal(str(start), "a group of bits begins with a positive signal number")
+        size = integer_between(count, 1, MOST_BITS, "a number of bits of")
+        self._known(start + size - 1)
+        return range(start, start + size)
+
+    def _known(self, number: float) -> int:
+        if not self.exists(number):
+            banks = ", ".join(f"{bank[0]}-{bank[-1]}" for bank in (OUTPUTS, INPUTS, INTERNAL))
+            raise IllegalSignal(plain(number), f"signals are {banks}")
+        return round(number)
+
+
+class Timers:
+    """Timers 0 to 15, in seconds of the robot clock; one never set counts from the start of the clock."""
+
+    def __init__(self) -> None:
+        self._zero: dict[int, float] = {}
+
+    def set(self, number: float, seconds: float, now: float) -> None:
+        """Let it show `seconds` now. Raises IllegalValue for a timer that does not exist."""
+        self._zero[self._known(number)] = now - seconds
+
+    def read(self, number: float, now: float) -> float:
+        """Raises IllegalValue for a timer that does not exist."""
+        return now - self._zero.get(self._known(number), 0.0)
+
+    def _known(self, number: float) -> int:
+        return integer_between(number, 0, LAST_TIMER, "timer")
+
+
+# --- programs ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class StoredProgram:
+    """A program in memory: analysed when it was stored, compiled when it is first run. `lines`: its source file."""
+
+    program: Program
+    analysis: Analysis
+    lines: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        return self.program.name
+
+    @cached_property
+    def compiled(self) -> Compiled:
+        from vrs_cli.language.compiler import compile_program
+
+        return compile_program(self.analysis)
+
+    def source(self, step: int) -> str:
+        """The text of a step (counted from 0) as it was read, or in canonical form where it was not."""
+        line = self.program.steps[step].span.line
+        if 1 <= line <= len(self.lines):
+            return self.lines[line - 1].strip()
+        from vrs_cli.language.compiler import text_of
+
+        statement = self.program.steps[step].statement
+        return "" if statement is None else text_of(statement)
+
+
+# --- the robot as programs see it ----------------------------------------------------------------------------------
+
+
+class Robot(Protocol):
+    """What a program may ask of the robot, always at the task's present instant. Metres, radians, seconds."""
+
+    @property
+    def dof(self) -> int: ...
+    def here(self) -> Transform:
+        """T_world_tool now."""
+
+    def destination(self) -> Transform:
+        """T_world_tool where the last motion ends."""
+
+    def joints(self) -> Joints: ...
+    def destination_joints(self) -> Joints: ...
+    def tool(self) -> Transform:
+        """T_flange_tool."""
+
+    def base(self) -> Transform:
+        """T_robot_world."""
+
+    def hand(self) -> float:
+        """1 open, 0 closed."""
+
+    def time(self) -> float:
+        """The robot clock [s]."""
+
+    def speed(self, number: int) -> float: ...
+    def state(self, number: int) -> float: ...
+    def moving(self) -> bool: ...
+    def switch(self, name: str) -> bool:
+        """Raises UsageError for a switch that does not exist."""
+
+    def parameter(self, name: str) -> float | str:
+        """Raises UsageError for a parameter that does not exist."""
+
+    def in_range(self, place: Transform | Joints) -> int:
+        """0 where the place can be reached, otherwise the reasons as bits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What functions and instructions work on."""
+
+    environment: Environment
+    robot: Robot
+
+    def folded(self, text: str) -> str:
+        """A string as comparisons see it: without regard to case while the switch UPPER is on."""
+        return text.upper() if self.robot.switch("UPPER") else text
+
+
+# --- all of it -----------------------------------------------------------------------------------------------------
+
+
+class Environment:
+    """Variables, programs, signals and timers of one robot. The same `seed` gives the same random numbers."""
+
+    def __init__(self, seed: int = 0) -> None:
+        self.spelling: dict[str, str] = {}
+        self.programs: dict[str, StoredProgram] = {}
+        self.signals = Signals()
+        self.timers = Timers()
+        self.random = Random(seed)
+        self.last_error = 0
+        self._simple = {kind: Cells(self, kind) for kind in Kind}
+        self._arrays: dict[Kind, dict[str, Cells]] = {kind: {} for kind in Kind}
+
+    # variables
+
+    def cells(self, kind: Kind, array: str | None = None) -> Cells:
+        """The simple variables of a kind, or the elements of one array (empty where it has none yet)."""
+        if array is None:
+            return self._simple[kind]
+        arrays = self._arrays[kind]
+        if array not in arrays:
+            arrays[array] = Cells(self, kind, array)
+        return arrays[array]
+
+    def reference(self, name: str, index: Index | None = None, *, array: bool = False) -> Reference:
+        """The variable of that name (as typed); an element of an array; or, with `array`, the whole of it."""
+        key = key_of(name)
+        self.spell(key, name)
+        kind = SIGIL_KINDS.get(key[:1], Kind.REAL)
+        owner = key if array or index is not None else None
+        cells = self.cells(kind, owner)
+        locations = self.cells(Kind.LOCATION, owner) if kind is Kind.REAL else NO_CELLS
+        return Reference(cells, locations, index if owner else key)
+
+    def spell(self, key: str, name: str) -> None:
+        """Keep the spelling of the first use of a name."""
+        self.spelling.setdefault(key, name)
+
+    def kind_of(self, name: str) -> Kind | None:
+        """The kind of a name that has a value, simple or array; None for one that has none."""
+        key = key_of(name)
+        for kind in Kind:
+            if key in self._simple[kind] or self._arrays[kind].get(key):
+                return kind
+        return None
+
+    def kinds(self) -> dict[str, Kind]:
+        """Every name that has a value, by key, and its kind."""
+        known: dict[str, Kind] = {}
+        for kind in Kind:
+            known.update((key, kind) for key, cells in self._arrays[kind].items() if cells)
+            known.update((str(key), kind) for key in self._simple[kind])
+        return known
+
+    def variables(self, kind: Kind) -> Iterator[Variable]:
+        """Every value of a kind in the order of names and indexes, arrays element by element."""
+        rows = [(str(key), (), self._simple[kind].name(key), value) for key, value in self._simple[kind].items()]
+        rows += [
+            (array, index if isinstance(index, tuple) else (index,), cells.name(index), value)
+            for array, cells in self._arrays[kind].items()
+            for index, value in cells.items()
+            if not isinstance(index, str)
+        ]
+        for _, _, name, value in sorted(rows, key=lambda row: (row[0], row[1])):
+            yield Variable(name, value)
+
+    def delete(self, name: str, index: Index | None = None) -> bool:
+        """Forget a variable and the array of that name, or one element. False where there was none."""
+        key = key_of(name)
+        kind = self.kind_of(name)
+        if kind is None:
+            return False
+        if index is not None:
+            return self.cells(kind, key).pop(index, None) is not None
+        self._simple[kind].pop(key, None)
+        self.cells(kind, key).clear()
+        return True
+
+    def clear_variables(self, *kinds: Kind) -> None:
+        """Forget all variables of some kinds, of all kinds when none is named."""
+        for kind in kinds or tuple(Kind):
+            self._simple[kind].clear()
+            for cells in self._arrays[kind].values():
+                cells.clear()
+
+    # programs
+
+    def store(self, analysis: Analysis, source: str = "") -> StoredProgram:
+        """Keep a program, in the place of one of the same name. `source`: the text of its whole file."""
+        stored = StoredProgram(analysis.program, analysis, tuple(source.split("\n")) if source else ())
+        self.programs[analysis.program.key] = stored
+        return stored
+
+    def program(self, name: str) -> StoredProgram:
+        """Raises UndefinedName, with a similar name where there is one."""
+        key = key_of(name)
+        if key not in self.programs:
+            names = {other: stored.name for other, stored in self.programs.items()}
+            raise UndefinedName(f"program {name}", closest(key, names))
+        return self.programs[key]
+
+
+class _Nothing(Environment):
+    """Owner of the cells that stand where a `#` or `$` name can have no other kind."""
+
+
+NO_CELLS = Cells(_Nothing(), Kind.LOCATION)
+
+
+def checked_index(value: float) -> int:
+    """An array index from a real; below 0 it is kept, and refused where it is used."""
+    if not -1e9 < value < 1e9:
+        raise IllegalValue(f"array index {plain(value)}", "indexes begin at 0")
+    return int(value + 0.5) if value >= 0.0 else int(value - 0.5)

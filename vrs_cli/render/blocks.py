@@ -1,0 +1,131 @@
+"""The middle between replies and what draws them: lines of coloured pieces, and grids of cells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vrs_cli.render.roles import Role
+
+Piece = tuple[str, Role]
+
+GAP = 2  # blanks between the columns of a grid
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One line of text in pieces."""
+
+    pieces: tuple[Piece, ...]
+
+    @property
+    def text(self) -> str:
+        return "".join(text for text, _ in self.pieces)
+
+
+def line(text: str = "", role: Role = Role.TEXT) -> Line:
+    """A line of one piece."""
+    return Line(((text, role),))
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """`width`: at least so many characters."""
+
+    heading: str
+    role: Role = Role.TEXT
+    right: bool = False
+    width: int = 0
+
+
+def number_column(heading: str, width: int = 10) -> Column:
+    """A column of numbers, ten characters wide as VAL-II prints them."""
+    return Column(heading, Role.NUMBER, right=True, width=width)
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """A table. `tight`: columns touch (their width holds the space); `boxed`: a terminal may draw rules.
+
+    Where it is too wide, the columns go below each other, the first `keys` repeated.
+    """
+
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[str, ...], ...]
+    tight: bool = False
+    boxed: bool = False
+    keys: int = 0
+
+    def widths(self) -> tuple[int, ...]:
+        """The characters that each column needs."""
+        return tuple(
+            max(column.width, len(column.heading), *(len(row[i]) for row in self.rows), 0)
+            for i, column in enumerate(self.columns)
+        )
+
+
+Block = Line | Grid
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """What is drawn on: characters a line (None: without end), colours or not, any character or ASCII only."""
+
+    width: int | None = None
+    colours: bool = False
+    unicode: bool = False
+
+
+PIPE = Page()
+
+
+def split(grid: Grid, width: int | None) -> tuple[Grid, ...]:
+    """The grid as it is, or cut into several that each fit into `width` where that can be."""
+    gap = 0 if grid.tight else GAP
+    widths = grid.widths()
+    if width is None or sum(widths) + gap * (len(widths) - 1) <= width:
+        return (grid,)
+    parts: list[list[int]] = []
+    keys = list(range(grid.keys))
+    room = 0
+    for i in range(grid.keys, len(widths)):
+        if not parts or room < widths[i] + gap:
+            parts.append([*keys])
+            room = width - sum(widths[k] + gap for k in keys) + gap
+        parts[-1].append(i)
+        room -= widths[i] + gap
+    return tuple(_columns(grid, part) for part in parts)
+
+
+def _columns(grid: Grid, chosen: list[int]) -> Grid:
+    return Grid(
+        tuple(grid.columns[i] for i in chosen),
+        tuple(tuple(row[i] for i in chosen) for row in grid.rows),
+        grid.tight,
+        grid.boxed,
+        grid.keys,
+    )
+
+
+def grid_lines(grid: Grid) -> tuple[Line, ...]:
+    """A grid as lines: headings, then rows."""
+    widths = grid.widths()
+    heads = tuple((column.heading, Role.HEADING) for column in grid.columns)
+    lines = [_row(grid, widths, heads)] if any(column.heading for column in grid.columns) else []
+    for row in grid.rows:
+        cells = tuple((cell, column.role) for cell, column in zip(row, grid.columns, strict=True))
+        lines.append(_row(grid, widths, cells))
+    return tuple(lines)
+
+
+def _row(grid: Grid, widths: tuple[int, ...], cells: tuple[Piece, ...]) -> Line:
+    gap = "" if grid.tight else " " * GAP
+    last = len(cells) - 1
+    pieces: list[Piece] = []
+    for i, (column, width, (text, role)) in enumerate(zip(grid.columns, widths, cells, strict=True)):
+        space = " " * (width - len(text))
+        if column.right:
+            pieces += [(space, Role.TEXT), (text, role)]
+        else:
+            pieces += [(text, role), ("" if i == last else space, Role.TEXT)]
+        pieces.append(("" if i == last else gap, Role.TEXT))
+    return Line(tuple(piece for piece in pieces if piece[0]))

@@ -1,0 +1,71 @@
+"""Replies on a terminal, with rich: colours and, for the big tables, rules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, TextIO
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from vrs_cli.render.blocks import Block, Grid, Line, Page, grid_lines, split
+from vrs_cli.render.layout import blocks
+from vrs_cli.render.roles import Role, rich_style
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.replies import Reply
+
+RULES = 2  # characters that the rules add at each side of a column
+
+
+class TerminalRenderer:
+    """Draws replies on one terminal. `width` and `stream` are for tests."""
+
+    def __init__(self, stream: TextIO | None = None, width: int | None = None) -> None:
+        self.console = Console(file=stream, width=width, highlight=False, emoji=False, markup=False)
+
+    @property
+    def page(self) -> Page:
+        console = self.console
+        unicode = (console.encoding or "").lower().startswith("utf")
+        return Page(console.width, console.color_system is not None, unicode)
+
+    def draw(self, reply: Reply) -> None:
+        page = self.page
+        for block in blocks(reply, page):
+            for renderable in _renderables(block, page):
+                self.console.print(renderable, soft_wrap=isinstance(renderable, Text))
+
+    def write(self, text: str) -> None:
+        """Text as it is: what a program TYPEs."""
+        self.console.out(text, highlight=False, end="")
+
+
+def _renderables(block: Block, page: Page) -> Iterator[Text | Table]:
+    if isinstance(block, Line):
+        yield rich_text(block)
+        return
+    rules = RULES * len(block.columns) if block.boxed else 0
+    for grid in split(block, None if page.width is None else page.width - rules):
+        if grid.boxed and page.unicode:
+            yield _table(grid)
+        else:
+            yield from map(rich_text, grid_lines(grid))
+
+
+def rich_text(line: Line) -> Text:
+    """A line with its colours."""
+    return Text.assemble(*((text, rich_style(role)) for text, role in line.pieces))
+
+
+def _table(grid: Grid) -> Table:
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, header_style=rich_style(Role.HEADING))
+    for column in grid.columns:
+        table.add_column(
+            column.heading, justify="right" if column.right else "left", style=rich_style(column.role), no_wrap=True
+        )
+    for row in grid.rows:
+        table.add_row(*map(Text, row))
+    return table

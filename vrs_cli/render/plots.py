@@ -1,0 +1,123 @@
+"""A trajectory as a picture file: joint angles, joint velocities and the tool's position over time.
+
+Matplotlib draws it; it comes with the extra `plot`, is looked for before anything runs and imported last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from vrs_cli.errors import UsageError
+from vrs_cli.files.atomic import atomically, check_writable
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from vrs_cli.kinematics.arm import RobotArm
+    from vrs_cli.trajectory.timeline import Timeline
+
+    Floats = NDArray[np.float64]
+
+SUFFIXES = (".svg", ".png")
+INSTALL = "pip install vrs-cli[plot]"
+SAMPLES = 2000  # along the whole time, beside the borders of segments
+MOST_BORDERS = 4000  # of segments that get samples of their own
+SIZE = (9.0, 8.0)  # [inch]
+DOTS_PER_INCH = 120
+STYLE = {"svg.hashsalt": "vrs", "svg.fonttype": "none", "font.size": 9.0}
+
+
+class Curves(NamedTuple):
+    """One panel: its unit, and named columns of values (N, n)."""
+
+    title: str
+    names: Sequence[str]
+    values: Floats
+
+
+def check_plot(path: str | Path) -> None:
+    """Raise now what would make `plot_trajectory` fail later: UsageError or FileError."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise PlotError(f"{path} is no picture file", f"its name ends in {' or '.join(SUFFIXES)}")
+    if find_spec("matplotlib") is None:
+        raise PlotError("a plot needs matplotlib, which is not installed", INSTALL)
+    check_writable(path)
+
+
+class PlotError(UsageError):
+    """A plot cannot be made."""
+
+    text = "No plot"
+
+
+def plot_trajectory(path: str | Path, arm: RobotArm, timeline: Timeline, title: str) -> None:
+    """Draw the whole timeline into an .svg or .png file: the same picture, byte by byte, for the same timeline.
+
+    Raises UsageError (no matplotlib, no picture file) or FileError.
+    """
+    check_plot(path)
+    times = _times(timeline)
+    picture = _drawn(times, _panels(arm, timeline, times), title, Path(path).suffix.lower()[1:])
+    with atomically(path) as stream:
+        stream.write(picture)
+
+
+def _times(timeline: Timeline) -> Floats:
+    """Even steps, and the borders of segments, where curves have their corners [s]."""
+    import numpy as np
+
+    even = np.linspace(timeline.start, timeline.end, SAMPLES)
+    if len(timeline) > MOST_BORDERS:
+        return even
+    return np.union1d(even, [segment.start for segment in timeline])
+
+
+def _panels(arm: RobotArm, timeline: Timeline, times: Floats) -> tuple[Curves, ...]:
+    import numpy as np
+
+    from vrs_cli.engine.position import positions_at
+
+    at = positions_at(arm, timeline, times)
+    joints = [f"JT{i}" for i in range(1, arm.model.joint_count + 1)]
+    return (
+        Curves("joints [deg]", joints, np.degrees(at.joints)),
+        Curves("joint velocities [deg/s]", joints, np.degrees(at.velocity)),
+        Curves("tool [mm]", ("X", "Y", "Z"), at.T_world_tool[:, :, 3] * 1000.0),
+    )
+
+
+def _drawn(times: Floats, panels: Sequence[Curves], title: str, form: str) -> bytes:
+    matplotlib: Any = import_module("matplotlib")
+    figure_class: Any = import_module("matplotlib.figure").Figure
+    with matplotlib.rc_context(STYLE):
+        figure = figure_class(figsize=SIZE, dpi=DOTS_PER_INCH, layout="constrained")
+        figure.suptitle(title)
+        axes = figure.subplots(len(panels), 1, sharex=True)
+        for axis, panel in zip(axes, panels, strict=True):
+            _draw_panel(axis, times, panel)
+        axes[-1].set_xlabel("t [s]")
+        return _saved(figure, form)
+
+
+def _draw_panel(axis: Any, times: Floats, panel: Curves) -> None:
+    for name, column in zip(panel.names, panel.values.T, strict=True):
+        axis.plot(times, column, label=name, linewidth=1.2)
+    axis.set_ylabel(panel.title)
+    axis.grid(visible=True, alpha=0.3)
+    axis.margins(x=0.0)
+    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+
+
+def _saved(figure: Any, form: str) -> bytes:
+    """The bytes of the picture, without the date of today."""
+    buffer = BytesIO()
+    undated = {"svg": {"Date": None}, "png": {"Software": None}}
+    figure.savefig(buffer, format=form, metadata=undated[form])
+    return buffer.getvalue()

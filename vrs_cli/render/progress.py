@@ -1,0 +1,73 @@
+"""A line on stderr that shows that a long run is alive; it goes when the run is over."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Self
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+DELAY = 0.5  # [s] a run that is shorter shows nothing
+PERIOD = 0.1  # [s] between two pictures
+
+
+class RunProgress:
+    """Call it with the robot's time [s] as often as you like. `total`: the time at which the run is over at last.
+
+    `wall` tells real time. Nothing is shown unless stderr is a terminal. What is printed meanwhile needs `hide` first.
+    """
+
+    def __init__(self, what: str, total: float | None = None, wall: Callable[[], float] = time.monotonic) -> None:
+        self._what, self._total, self._wall = what, total, wall
+        self._next = wall() + DELAY if sys.stderr.isatty() else float("inf")
+        self._bar: Progress | None = None
+        self._visible = False
+
+    def __call__(self, t: float) -> None:
+        now = self._wall()
+        if now >= self._next:
+            self._next = now + PERIOD
+            self._show(t)
+
+    def hide(self) -> None:
+        """Take the line away until the next call that shows it."""
+        if self._bar is not None and self._visible:
+            self._bar.stop()
+            self._visible = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.hide()
+
+    def _show(self, t: float) -> None:
+        if self._bar is None:
+            self._bar = _progress(self._what, self._total)
+        if not self._visible:
+            self._bar.start()
+            self._visible = True
+        self._bar.update(self._bar.task_ids[0], completed=t, shown=f"t = {t:.2f} s")
+        self._bar.refresh()
+
+
+def _progress(what: str, total: float | None) -> Progress:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        TextColumn("{task.fields[shown]}"),
+        TimeElapsedColumn(),
+        console=Console(stderr=True),
+        auto_refresh=False,
+        transient=True,
+        redirect_stdout=False,
+        redirect_stderr=False,
+    )
+    bar.add_task(what, total=total, shown="")
+    return bar

@@ -1,0 +1,21 @@
+"""Replies as plain text, for pipes and files: no colours, and the same for the same reply wherever it runs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vrs_cli.render.blocks import PIPE, Block, Grid, grid_lines
+from vrs_cli.render.layout import blocks
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.replies import Reply
+
+
+def plain_text(reply: Reply) -> str:
+    """The text of a reply, each line ended; an empty string for a reply that says nothing."""
+    return "".join(f"{text}\n" for block in blocks(reply, PIPE) for text in _lines(block))
+
+
+def _lines(block: Block) -> list[str]:
+    lines = grid_lines(block) if isinstance(block, Grid) else (block,)
+    return [line.text.rstrip() for line in lines]

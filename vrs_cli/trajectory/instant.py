@@ -1,0 +1,28 @@
+"""Times on the timeline are multiples of 2**-30 s (0.93 ns), held as floats.
+
+A float holds such multiples exactly up to 2**23 s (97 days), so sums, differences and shifts of times are exact: a
+timeline shifted a million times has not drifted by a bit, and a shift undone is undone to the bit.
+"""
+
+from __future__ import annotations
+
+from math import ceil
+
+TICKS_PER_SECOND = 2.0**30
+TICK = 2.0**-30
+LATEST = 2.0**22  # [s], 48 days: beyond it the sums would no longer be exact
+
+
+def on_grid(t: float) -> float:
+    """The instant nearest to t [s]."""
+    return round(t * TICKS_PER_SECOND) * TICK
+
+
+def up_to_grid(t: float) -> float:
+    """The first instant that is not before t [s]."""
+    return ceil(t * TICKS_PER_SECOND) * TICK
+
+
+def shown(t: float) -> float:
+    """The time as people typed it: rounded to 1 ns, so that 3.1 is written 3.1."""
+    return round(t, 9) + 0.0

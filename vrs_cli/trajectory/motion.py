@@ -1,0 +1,59 @@
+"""A motion as the timeline knows it: where to, how fast, how it begins. Enough to plan it again from another place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import IDENTITY, Transform
+
+
+class Kind(Enum):
+    """JOINT: joint-interpolated. STRAIGHT: the tool tip on a straight line. REST: stand still (DELAY, hand, tool)."""
+
+    JOINT = "joint"
+    STRAIGHT = "straight"
+    REST = "rest"
+
+
+class Start(Enum):
+    """How a motion begins, which decides when it begins if an earlier one changes."""
+
+    AT = "at"  # at its own time, or as soon as the motion before has ended
+    AFTER = "after"  # when the motion before has ended, plus the pause there was
+    BLEND = "blend"  # at the start of the deceleration of the motion before (continuous path)
+
+
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """What stands at both ends of the arm: T_robot_world (BASE) and T_flange_tool (TOOL)."""
+
+    base: Transform = IDENTITY
+    tool: Transform = IDENTITY
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """`number` counts the motions of a timeline from 1; 0 is the initial pose.
+
+    `goal`: the joints to reach [rad] (JOINT). `pose`: T_robot_tool to reach (STRAIGHT). `speed` and `acceleration`
+    are fractions of the nominal ones. For a straight line `tip_speed` [m/s] and `rotation` (fraction of the nominal
+    angular speed) replace what `speed` gives.
+    `duration` [s]: the least time (for REST, the time). `hand`: the opening from its start on (1 open, 0 closed).
+    `text`: the instruction that asked for it.
+    """
+
+    number: int
+    kind: Kind
+    start: Start
+    goal: Joints | None = None
+    pose: Transform | None = None
+    speed: float = 1.0
+    acceleration: float = 1.0
+    tip_speed: float | None = None
+    rotation: float | None = None
+    duration: float = 0.0
+    hand: float = 0.0
+    frames: Frames = Frames()
+    text: str = ""

@@ -1,0 +1,23 @@
+"""Polynomials as tuples of coefficients in ascending powers: (a0, a1, a2) is a0 + a1 t + a2 t**2."""
+
+from __future__ import annotations
+
+Polynomial = tuple[float, ...]
+
+
+def value(a: Polynomial, t: float) -> float:
+    """p(t), by Horner's rule."""
+    result = 0.0
+    for coefficient in reversed(a):
+        result = result * t + coefficient
+    return result
+
+
+def derivative(a: Polynomial) -> Polynomial:
+    """The polynomial dp/dt."""
+    return tuple(power * coefficient for power, coefficient in enumerate(a) if power) or (0.0,)
+
+
+def parabola(p0: float, v0: float, v1: float, duration: float) -> Polynomial:
+    """From position p0 and velocity v0 to velocity v1 at constant acceleration."""
+    return (p0, v0, 0.5 * (v1 - v0) / duration)

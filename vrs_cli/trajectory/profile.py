@@ -1,0 +1,226 @@
+"""Linear with parabolic blends: how long to change velocity, to cruise and to slow down.
+
+One motion of several components (joints; or the tool tip's position and rotation), all together: blend from the
+present velocity v0 to the cruise velocity v1 in `blend` seconds, cruise, then slow down to rest in `slow` seconds, all
+at constant acceleration. With D the displacement still to go,
+
+    D = blend (v0 + v1) / 2 + v1 cruise + v1 slow / 2,   v1 = (D - v0 blend / 2) / S,   S = blend/2 + cruise + slow/2.
+
+The time is minimal over u = 1/S for a given blend time; the blend time is searched. (Craig, Introduction to
+Robotics, 7.3 "Linear function with parabolic blends", extended to a moving start.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import inf, sqrt
+from typing import NamedTuple
+
+from vrs_cli.trajectory.instant import TICK, up_to_grid
+
+NEGLIGIBLE = 1e-12  # a displacement or velocity that is none [rad, m, rad/s, m/s]
+MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
+SLIVER = 1e-6  # [s] a cruise that is none
+SEARCH_STEPS = 8
+LONGEST_BLEND = 1e6  # [s]
+
+
+class Times(NamedTuple):
+    """Durations [s], each on the time grid; `reach` is S of the module's formula."""
+
+    blend: float
+    cruise: float
+    slow: float
+
+    @property
+    def reach(self) -> float:
+        return 0.5 * self.blend + self.cruise + 0.5 * self.slow
+
+    @property
+    def total(self) -> float:
+        return self.blend + self.cruise + self.slow
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """A scalar part of a motion: displacement to go, velocity now, the limits of velocity and acceleration."""
+
+    displacement: float
+    velocity: float
+    max_velocity: float
+    max_acceleration: float
+
+
+class Demand(NamedTuple):
+    """What a blend time asks: u lies in [low, high]; `slowing` is max |v1| / (u a), so that slow = slowing u."""
+
+    low: float
+    high: float
+    slowing: float
+
+
+Demands = Callable[[float], Demand]
+
+
+def from_rest(components: Sequence[Component], least: float = 0.0) -> Times:
+    """The times of a motion from rest; `least`: the least total time [s]."""
+    by_velocity = by_acceleration = 0.0
+    for part in components:
+        distance = abs(part.displacement)
+        by_velocity = max(by_velocity, distance / part.max_velocity)
+        by_acceleration = max(by_acceleration, distance / part.max_acceleration)
+    if by_velocity <= NEGLIGIBLE:
+        return Times(0.0, 0.0, 0.0)
+    reach = max(by_velocity, sqrt(by_acceleration), _reach_for(least, by_acceleration))
+    return _rounded(reach * MARGIN, by_acceleration)
+
+
+def _reach_for(total: float, by_acceleration: float) -> float:
+    """The S at which S + by_acceleration / S, the whole time, is `total`."""
+    square = total * total - 4.0 * by_acceleration
+    return 0.5 * (total + sqrt(square)) if square > 0.0 else 0.0
+
+
+def _rounded(reach: float, by_acceleration: float) -> Times:
+    """Blend and slowing-down of equal length, the sum of blend and cruise at least `reach`."""
+    blend = up_to_grid(by_acceleration / reach)
+    return _without_sliver(blend, up_to_grid(max(reach - blend, 0.0)), blend)
+
+
+def _without_sliver(blend: float, cruise: float, slow: float) -> Times:
+    """A cruise of next to no time is left out: slowing down takes twice that time longer, S stays the same."""
+    return Times(blend, cruise, slow) if cruise > SLIVER else Times(blend, 0.0, slow + 2.0 * cruise)
+
+
+def from_motion(components: Sequence[Component], least: float = 0.0) -> Times:
+    """The times of a motion of scalar components that starts at their velocities."""
+    shortest = max(max(abs(part.velocity) - part.max_velocity, 0.0) / part.max_acceleration for part in components)
+    guess = max(abs(part.velocity) / part.max_acceleration for part in components)
+    return search(scalar_demands(components), shortest, guess, least)
+
+
+def scalar_demands(components: Sequence[Component]) -> Demands:
+    """The bounds on u of components that each have their own limits."""
+    parts = tuple((c.displacement, 0.5 * c.velocity, c.max_velocity, c.max_acceleration) for c in components)
+
+    def demands(blend: float) -> Demand:
+        low, high, slowing = 0.0, inf, 0.0
+        for displacement, half, fastest, acceleration in parts:
+            ahead = displacement - half * blend
+            change = acceleration * blend
+            if ahead < 0.0:
+                ahead = -ahead
+                along = -2.0 * half
+            else:
+                along = 2.0 * half
+            if ahead <= NEGLIGIBLE:
+                if abs(along) > change:
+                    return Demand(1.0, 0.0, 0.0)
+                continue
+            high = min(high, fastest / ahead, (along + change) / ahead)
+            low = max(low, (along - change) / ahead)
+            slowing = max(slowing, ahead / acceleration)
+        return Demand(low, high, slowing)
+
+    return demands
+
+
+@dataclass(frozen=True, slots=True)
+class VectorPart:
+    """A part of a motion whose limits hold for the length of a vector (the position of the tool tip)."""
+
+    displacement: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+    max_velocity: float
+    max_acceleration: float
+
+
+def vector_demands(part: VectorPart, blend: float) -> Demand:
+    """The bounds on u so that |c u| <= v_max and |c u - v0| <= a blend, with c = D - v0 blend / 2."""
+    vx, vy, vz = part.velocity
+    half = 0.5 * blend
+    cx, cy, cz = (d - half * v for d, v in zip(part.displacement, part.velocity, strict=True))
+    ahead = sqrt(cx * cx + cy * cy + cz * cz)
+    change = part.max_acceleration * blend
+    speed = sqrt(vx * vx + vy * vy + vz * vz)
+    if ahead <= NEGLIGIBLE:
+        return Demand(0.0, inf, 0.0) if speed <= change else Demand(1.0, 0.0, 0.0)
+    along = (cx * vx + cy * vy + cz * vz) / ahead
+    across = speed * speed - along * along
+    room = change * change - max(across, 0.0)
+    if room < 0.0:
+        return Demand(1.0, 0.0, 0.0)
+    root = sqrt(room)
+    return Demand(
+        max((along - root) / ahead, 0.0),
+        min(part.max_velocity / ahead, (along + root) / ahead),
+        ahead / part.max_acceleration,
+    )
+
+
+def search(demands: Demands, shortest: float, guess: float, least: float = 0.0) -> Times:
+    """The times of the shortest motion that the demands allow, by search over the blend time.
+
+    `shortest`: a blend time [s] below which none is possible; `guess`: about how long it may be; `least`: the least
+    total time. Raises ValueError when there is none.
+    """
+
+    def total(blend: float) -> float:
+        demand = demands(blend)
+        u = _quickest(demand, blend)
+        if u is None:
+            return inf
+        return 1.0 / u + 0.5 * (blend + demand.slowing * u) if u else blend
+
+    low, high = shortest, max(shortest, guess, 1e-6)
+    while total(high) == inf:
+        low, high = high, 2.0 * high
+        if high > LONGEST_BLEND:
+            raise ValueError("no blend time brings the motion to its target within the limits")
+    return _settled(demands, _shortest(total, low, high), least)
+
+
+def _quickest(demand: Demand, blend: float) -> float | None:
+    """The largest u that leaves a cruise of no negative length; 0 when the blend itself ends at rest on the target."""
+    low, high, slowing = demand
+    if slowing <= 0.0:
+        return 0.0 if low <= high else None
+    # cruise >= 0:  1/u - blend/2 - slowing u / 2 >= 0
+    high = min(high, (sqrt(blend * blend + 8.0 * slowing) - blend) / (2.0 * slowing))
+    return high if high > 0.0 and high >= low else None
+
+
+def _shortest(total: Callable[[float], float], low: float, high: float) -> float:
+    """A blend time of (nearly) the least total time: the first possible one, then downhill from there."""
+    for _ in range(SEARCH_STEPS):
+        middle = 0.5 * (low + high)
+        if total(middle) == inf:
+            low = middle
+        else:
+            high = middle
+    best, best_total = high, total(high)
+    step = max(high, 1e-3) * 0.25
+    while step > 0.05 * best:
+        ahead = total(best + step)
+        if ahead < best_total:
+            best, best_total = best + step, ahead
+            step *= 1.6
+        else:
+            step *= 0.35
+    return best
+
+
+def _settled(demands: Demands, blend: float, least: float) -> Times:
+    """The times on the grid for the chosen blend time; slower when the motion is to last at least `least`."""
+    blend = up_to_grid(blend * MARGIN) + TICK
+    while (u := _quickest(demand := demands(blend), blend)) is None:
+        blend = up_to_grid(blend * 1.001) + TICK  # rounding may have cost the last bit of room
+    if u == 0.0:
+        return Times(blend, 0.0, 0.0)
+    u /= MARGIN
+    spare = least - (1.0 / u + 0.5 * (blend + demand.slowing * u))
+    if spare > 0.0:
+        u = max(1.0 / (1.0 / u + spare), demand.low)
+    slow = up_to_grid(demand.slowing * u)
+    return _without_sliver(blend, up_to_grid(max(1.0 / u - 0.5 * (blend + slow), 0.0)), slow)

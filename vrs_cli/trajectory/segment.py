@@ -1,0 +1,143 @@
+"""A segment (t_s, t_f, a): a stretch of the timeline on which the path is polynomial in t - t_s.
+
+In joint space each joint is a polynomial. In Cartesian space the position of the tool tip is three polynomials and
+its orientation is a base rotation times rotations about fixed axes by polynomial angles:
+R(t) = R_0 Rot(k_1, phi_1(t)) Rot(k_2, phi_2(t)) ...; everything in the robot's own frame, T_robot_tool [m, rad].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import NamedTuple
+
+from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform, Vector, compose, rotate, rotation_about
+from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.polynomial import Polynomial, derivative, value
+from vrs_cli.trajectory.vector import added, cross, scaled
+
+Twist = tuple[float, float, float, float, float, float]
+
+
+class Phase(Enum):
+    """What the robot does in a segment."""
+
+    REST = "rest"
+    ACCELERATE = "accelerate"
+    BLEND = "blend"
+    CRUISE = "cruise"
+    DECELERATE = "decelerate"
+
+
+@dataclass(frozen=True, slots=True)
+class JointPath:
+    """One polynomial a joint [rad, m], all of one degree; `s` below is t - t_s [s]."""
+
+    coefficients: tuple[Polynomial, ...]
+
+    def joints(self, s: float) -> Joints:
+        rows = self.coefficients
+        degree = len(rows[0]) - 1
+        if degree == 2:  # the two common cases spelled out: g is read more often than anything else
+            return tuple([a + s * (b + s * c) for a, b, c in rows])
+        if degree == 1:
+            return tuple([a + s * b for a, b in rows])
+        return tuple([value(a, s) for a in rows])
+
+    def velocity(self, s: float) -> Joints:
+        return tuple([value(derivative(a), s) for a in self.coefficients])
+
+    def acceleration(self, s: float) -> Joints:
+        return tuple([value(derivative(derivative(a)), s) for a in self.coefficients])
+
+
+class Turn(NamedTuple):
+    """A rotation about a fixed unit axis (in the frame turned so far) by a polynomial angle [rad]."""
+
+    axis: tuple[float, float, float]
+    angle: Polynomial
+
+
+@dataclass(frozen=True, slots=True)
+class CartesianPath:
+    """Tool tip along polynomials; the joints follow by inverse kinematics in one constant configuration.
+
+    `seeds` are the joints at t_s, t_s + seed_interval, ...: they choose the turn of joints that can turn more than
+    once, and joint 4 at a wrist singularity, so that g is continuous and needs no history.
+    """
+
+    position: tuple[Polynomial, Polynomial, Polynomial]
+    orientation: Transform  # R_0; its position is not used
+    turns: tuple[Turn, ...]
+    configuration: Configuration
+    seeds: tuple[Joints, ...]
+    seed_interval: float
+
+    def seed(self, s: float) -> Joints:
+        """The stored joints nearest in time."""
+        if len(self.seeds) == 1:
+            return self.seeds[0]
+        return self.seeds[min(max(round(s / self.seed_interval), 0), len(self.seeds) - 1)]
+
+    def pose(self, s: float) -> Transform:
+        """T_robot_tool at t_s + s."""
+        x, y, z = self.position
+        R = self.orientation
+        for axis, angle in self.turns:
+            R = compose(R, rotation_about(axis, value(angle, s)))
+        return R._replace(px=value(x, s), py=value(y, s), pz=value(z, s))
+
+    def twist(self, s: float) -> Twist:
+        """Velocity of the tool tip and angular velocity, in the robot's frame [m/s, rad/s]."""
+        vx, vy, vz = (value(derivative(a), s) for a in self.position)
+        w, _ = self._spin(s)
+        return (vx, vy, vz, *w)
+
+    def twist_rate(self, s: float) -> Twist:
+        """Acceleration of the tool tip and angular acceleration [m/s2, rad/s2]."""
+        ax, ay, az = (value(derivative(derivative(a)), s) for a in self.position)
+        _, alpha = self._spin(s)
+        return (ax, ay, az, *alpha)
+
+    def _spin(self, s: float) -> tuple[Vector, Vector]:
+        """Angular velocity and acceleration: each turn adds to what the turns before it carry along."""
+        w: Vector = (0.0, 0.0, 0.0)
+        alpha: Vector = (0.0, 0.0, 0.0)
+        R = self.orientation
+        for axis, angle in self.turns:
+            rate = derivative(angle)
+            k = rotate(R, axis)
+            spin = scaled(k, value(rate, s))
+            alpha = added(added(alpha, scaled(k, value(derivative(rate), s))), cross(w, spin))
+            w = added(w, spin)
+            R = compose(R, rotation_about(axis, value(angle, s)))
+        return w, alpha
+
+
+Path = JointPath | CartesianPath
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """`start` is t_s and `finish` t_f [s]; `motion` is the motion it serves.
+
+    A truncated segment keeps its path and finishes earlier; a shifted one keeps its path to the bit.
+    """
+
+    start: float
+    finish: float
+    path: Path
+    phase: Phase
+    motion: Motion
+
+    @property
+    def duration(self) -> float:
+        return self.finish - self.start
+
+    def shifted(self, shift: float) -> Segment:
+        return replace(self, start=self.start + shift, finish=self.finish + shift) if shift else self
+
+    def truncated(self, finish: float) -> Segment:
+        return replace(self, finish=finish)
