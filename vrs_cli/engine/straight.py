@@ -287,9 +287,7 @@ def _carried_on(near: tuple[float, Joints], far: tuple[float, Joints], s: float)
 def _unexplained(a: Sample, b: Sample) -> tuple[float, int]:
     """The greatest joint change that the velocities at both ends do not explain [rad], and its joint."""
     half = 0.5 * (b.s - a.s)
-    gaps = [
-        abs(q - p - half * (v + w)) for p, q, v, w in zip(a.joints, b.joints, a.velocity, b.velocity, strict=True)
-    ]
+    gaps = [abs(q - p - half * (v + w)) for p, q, v, w in zip(a.joints, b.joints, a.velocity, b.velocity, strict=True)]
     worst = max(gaps)
     return worst, gaps.index(worst) + 1
 

@@ -167,7 +167,8 @@ def joint_stop_each(state: JointState, limits: JointLimits, start: float, motion
     for moment in sorted(set(stops) - {0.0}):
         lasting = moment - before
         path = tuple(
-            (p, w, 0.5 * rate) if stop >= moment else (p, 0.0, 0.0) for p, w, rate, stop in zip(q, v, rates, stops, strict=True)
+            (p, w, 0.5 * rate) if stop >= moment else (p, 0.0, 0.0)
+            for p, w, rate, stop in zip(q, v, rates, stops, strict=True)
         )
         stretches.append((lasting, Phase.DECELERATE, JointPath(path)))
         q = [value(a, lasting) for a in path]

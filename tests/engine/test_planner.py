@@ -1,0 +1,231 @@
+"""f: how commands edit the timeline, case by case."""
+
+from __future__ import annotations
+
+from math import radians
+
+import pytest
+
+from vrs_cli.engine.commands import (
+    Delay,
+    JointTarget,
+    Move,
+    NamedTarget,
+    PoseTarget,
+    SetParameter,
+    SetTool,
+    Stamp,
+)
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import joints_at, position_at
+from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError, StraightLineSingular
+from vrs_cli.kinematics.joints import largest_change
+from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.transform import compose, distance, from_oat, translation
+from vrs_cli.trajectory.segment import Phase
+
+MODEL = load_robot("puma560")
+
+
+def joints(*degrees: float) -> JointTarget:
+    return JointTarget(tuple(map(radians, degrees)))
+
+
+A = joints(20, -60, 150, 10, 30, -40)
+B = joints(-20, -40, 170, 0, 60, 0)
+C = joints(0, -90, 120, 0, 40, 0)
+TABLE = joints(0, -45, 180, 0, 45, 0)
+
+
+@pytest.fixture
+def engine() -> Engine:
+    return Engine(MODEL)
+
+
+def go(
+    engine: Engine, target: object, *, straight: bool = False, at: float | None = None, program: bool = False
+) -> None:
+    stamp = None if at is None else Stamp(at)
+    engine.perform(Move(target, straight, stamp=stamp, text="MOVE"), program=program)  # type: ignore[arg-type]
+
+
+def phases(engine: Engine) -> list[tuple[int, str]]:
+    return [(s.motion.number, s.phase.value) for s in engine.timeline if s.duration]
+
+
+def test_a_motion_from_rest_is_accelerate_cruise_decelerate(engine: Engine) -> None:
+    go(engine, A)
+    assert phases(engine) == [(1, "accelerate"), (1, "cruise"), (1, "decelerate")]
+    assert engine.now == engine.end
+    assert largest_change(engine.position().joints, A.joints) < 1e-12
+
+
+def test_interrupting_the_cruise_gives_the_five_segments_of_the_paper(engine: Engine) -> None:
+    go(engine, A)
+    first, cruise = engine.timeline[1], engine.timeline[2]
+    go(engine, C, at=0.4)
+    assert phases(engine) == [(1, "accelerate"), (1, "cruise"), (2, "blend"), (2, "cruise"), (2, "decelerate")]
+    assert engine.timeline[1] == first
+    assert engine.timeline[2].start == cruise.start
+    assert engine.timeline[2].finish == engine.timeline[3].start == pytest.approx(0.4)
+    assert engine.timeline[2].path is cruise.path
+
+
+@pytest.mark.parametrize("at", [0.1, 0.3, 0.4, 0.6, 0.84])
+def test_a_splice_into_a_splice_works_from_every_phase(engine: Engine, at: float) -> None:
+    go(engine, A)
+    go(engine, C, at=at)
+    go(engine, B, at=at + 0.05)
+    assert largest_change(joints_at(engine.arm, engine.timeline, engine.end), B.joints) < 1e-9
+
+
+@pytest.mark.parametrize(("first", "second"), [(False, True), (True, False), (True, True), (False, False)])
+def test_both_kinds_of_motion_interrupt_each_other(engine: Engine, first: bool, second: bool) -> None:
+    go(engine, TABLE)
+    start = engine.end
+    pose = engine.position().T_world_tool
+    aside = PoseTarget(pose._replace(py=pose.py + 0.2))
+    below = PoseTarget(pose._replace(pz=pose.pz - 0.1, py=pose.py + 0.1))
+    go(engine, aside, straight=first, at=start)
+    go(engine, below, straight=second, at=start + 0.35)
+    end = position_at(engine.arm, engine.timeline, engine.end)
+    assert distance(end.T_world_tool, below.T_world_tool) < 1e-9
+    assert any(phase == "blend" for _, phase in phases(engine))
+
+
+def test_motions_scheduled_later_stay_and_the_next_is_planned_again(engine: Engine) -> None:
+    for target in (A, B, C):
+        go(engine, target)
+    before = engine.timeline
+    go(engine, joints(0, -90, 90, 0, 40, 0), at=0.4)
+    delta = engine.deltas[-1]
+    kept = list(before)[delta.keep + delta.drop :]
+    assert [s.motion.number for s in kept] == [3, 3, 3]
+    assert all(a.path is b.path for a, b in zip(kept, list(engine.timeline)[-3:], strict=True))
+    assert {s.motion.number for s in delta.segments} == {4, 2}
+
+
+def test_a_motion_at_its_own_time_keeps_it(engine: Engine) -> None:
+    go(engine, A, at=0.0)
+    go(engine, B, at=10.0)
+    go(engine, C, at=4.0)
+    assert [r.executed for r in engine.records()] == [0.0, 10.0, 4.0]
+    starts = {s.motion.number: s.start for s in reversed(list(engine.timeline))}
+    assert starts[2] == 10.0
+
+
+def test_a_motion_is_pushed_when_the_inserted_one_lasts_longer(engine: Engine) -> None:
+    go(engine, A, at=0.0)
+    go(engine, B, at=1.0)
+    go(engine, C, at=0.9)
+    starts = {s.motion.number: s.start for s in reversed(list(engine.timeline))}
+    ends = {s.motion.number: s.finish for s in engine.timeline}
+    assert starts[2] == ends[3] > 1.0
+
+
+def test_override_drops_what_was_scheduled(engine: Engine) -> None:
+    for target in (A, B, C):
+        go(engine, target)
+    engine.perform(SetParameter("INSERT", "OFF"))
+    go(engine, joints(0, -90, 90, 0, 40, 0), at=0.4)
+    assert {s.motion.number for s in engine.timeline} == {0, 1, 4}
+
+
+def test_at_the_boundary_the_later_motion_stays(engine: Engine) -> None:
+    go(engine, A)
+    boundary = engine.end
+    go(engine, B)
+    go(engine, C, at=boundary)
+    order = list(dict.fromkeys(s.motion.number for s in engine.timeline))
+    assert order == [0, 1, 3, 2]
+
+
+def test_before_everything_and_at_time_zero(engine: Engine) -> None:
+    go(engine, A)
+    go(engine, B, at=0.0)
+    assert list(dict.fromkeys(s.motion.number for s in engine.timeline)) == [0, 2, 1]
+
+
+def test_continuous_path_begins_at_the_deceleration(engine: Engine) -> None:
+    go(engine, A, program=True)
+    slowing = engine.timeline[3]
+    assert slowing.phase is Phase.DECELERATE
+    go(engine, B, program=True)
+    assert engine.now == slowing.start
+    assert (2, "blend") in phases(engine)
+    assert (1, "decelerate") not in phases(engine)
+
+
+def test_insertion_plans_a_blended_chain_again_up_to_rest(engine: Engine) -> None:
+    for target in (A, B, C):
+        go(engine, target, program=True)
+    engine.wait_for_rest()
+    go(engine, A)
+    last = list(engine.timeline)[-3:]
+    go(engine, joints(0, -90, 90, 0, 40, 0), at=0.2)
+    numbers = [s.motion.number for s in engine.timeline]
+    assert list(dict.fromkeys(numbers)) == [0, 1, 5, 2, 3, 4]
+    assert all(a.path is b.path for a, b in zip(last, list(engine.timeline)[-3:], strict=True))
+
+
+def test_a_delay_holds_where_the_robot_then_is(engine: Engine) -> None:
+    go(engine, A)
+    engine.perform(Delay(1.5))
+    go(engine, B)
+    go(engine, C, at=0.2)  # the delay now stands at C
+    (standing,) = [s for s in engine.timeline if s.phase is Phase.REST and s.duration]
+    assert standing.duration == 1.5
+    assert largest_change(joints_at(engine.arm, engine.timeline, standing.start), C.joints) < 1e-9
+
+
+def test_a_blend_that_would_leave_the_joint_range_brakes_first(engine: Engine) -> None:
+    go(engine, joints(100, -90, 90, 0, 0, 0))
+    begin = engine.end
+    go(engine, joints(159.9, -90, 90, 0, 0, 0))
+    late = engine.end - 0.31
+    go(engine, joints(159.9, 0, 90, 0, 0, 0), at=late)
+    for k in range(400):
+        t = begin + (engine.end - begin) * k / 399
+        q = joints_at(engine.arm, engine.timeline, t)
+        assert q[0] <= MODEL.upper[0] + 1e-9
+
+
+def test_out_of_reach_names_the_distance_and_changes_nothing(engine: Engine) -> None:
+    before = engine.timeline
+    with pytest.raises(LocationOutOfRange, match="mm"):
+        go(engine, PoseTarget(translation(3.0, 0.0, 0.0)))
+    assert engine.timeline is before
+    assert engine.now == 0.0
+
+
+def test_joint_targets_keep_their_limits(engine: Engine) -> None:
+    with pytest.raises(JointOutOfRange, match="Joint 1 out of range"):
+        go(engine, joints(170, 0, 0, 0, 0, 0))
+
+
+def test_a_line_from_the_stretched_arm_is_refused_before_it_moves(engine: Engine) -> None:
+    go(engine, NamedTarget("ready"))
+    pose = engine.position().T_world_tool
+    with pytest.raises((StraightLineSingular, LocationOutOfRange)):
+        go(engine, PoseTarget(pose._replace(px=pose.px + 0.3, pz=pose.pz - 0.3)), straight=True)
+    assert engine.end == 0.0
+
+
+def test_a_scheduled_motion_that_becomes_impossible_refuses_the_new_one(engine: Engine) -> None:
+    go(engine, TABLE)
+    pose = engine.position().T_world_tool
+    go(engine, PoseTarget(pose._replace(py=pose.py + 0.2)), straight=True)
+    before = engine.timeline
+    with pytest.raises(MotionError, match="planned again"):
+        go(engine, NamedTarget("ready"), at=1.0)  # no straight line leads from the stretched arm
+    assert engine.timeline is before
+
+
+def test_tool_moves_the_tip_not_the_arm(engine: Engine) -> None:
+    go(engine, TABLE)
+    flange = engine.position().T_world_tool
+    engine.perform(SetTool(translation(0.0, 0.0, 0.1)))
+    tip = engine.position().T_world_tool
+    assert distance(tip, compose(flange, translation(0.0, 0.0, 0.1))) < 1e-12
+    go(engine, PoseTarget(from_oat(0.5, 0.15, -0.2, radians(90), radians(90), 0.0)))
+    assert distance(engine.position().T_world_tool, translation(0.5, 0.15, -0.2)) < 1e-9

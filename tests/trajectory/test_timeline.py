@@ -1,0 +1,102 @@
+"""Reading and editing timelines, also of many blocks."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrs_cli.trajectory.blend import rest
+from vrs_cli.trajectory.delta import Cause, TimelineDelta
+from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.trajectory.timeline import BLOCK, Timeline
+
+
+def motion(number: int) -> Motion:
+    return Motion(number, Kind.JOINT, Start.AFTER)
+
+
+def ramp(number: int, start: float, finish: float) -> Segment:
+    return Segment(start, finish, JointPath(((float(number), 1.0),)), Phase.CRUISE, motion(number))
+
+
+def timeline_of(count: int) -> Timeline:
+    """s_0 and `count` segments of one second each."""
+    return Timeline([rest((0.0,), 0.0, 0.0, motion(0)), *(ramp(k, k, k + 1.0) for k in range(count))])
+
+
+def delta(timeline: Timeline, cut: float, keep: int, drop: int, shift: float, *segments: Segment) -> TimelineDelta:
+    return TimelineDelta(timeline.version, Cause.COMMAND, motion(9), cut, cut, cut, keep, drop, shift, tuple(segments))
+
+
+@pytest.mark.parametrize("count", [1, 5, BLOCK, 3 * BLOCK + 7])
+def test_reads_as_the_list_of_its_segments(count: int) -> None:
+    timeline = timeline_of(count)
+    segments = list(timeline)
+    assert len(timeline) == count + 1
+    assert [timeline[k] for k in range(count + 1)] == segments
+    assert timeline[-1] == segments[-1]
+    assert (timeline.start, timeline.end) == (0.0, float(count))
+    with pytest.raises(IndexError):
+        timeline[count + 1]
+
+
+@given(st.floats(-2.0, 1300.0))
+def test_locate_finds_the_segment_in_force(t: float) -> None:
+    timeline = timeline_of(2 * BLOCK)
+    segment, since = timeline.locate(t)
+    expected = min(max(int(t), 0), 2 * BLOCK - 1)
+    if t < 0.0:
+        assert (segment.motion.number, since) == (0, 0.0)
+    else:
+        assert segment.motion.number == expected
+        assert since == min(t - expected, 1.0)
+
+
+def test_stands_still_in_a_gap_and_after_the_end() -> None:
+    timeline = Timeline([rest((0.0,), 0.0, 0.0, motion(0)), ramp(1, 1.0, 2.0), ramp(2, 5.0, 6.0)])
+    assert timeline.locate(3.0) == (timeline[1], 1.0)
+    assert timeline.locate(99.0) == (timeline[2], 1.0)
+    assert timeline.locate(0.5) == (timeline[0], 0.0)
+
+
+def test_edit_in_the_middle_cuts_drops_and_shifts() -> None:
+    before = timeline_of(3 * BLOCK)
+    new = ramp(9999, 700.5, 703.0)
+    after = before.apply(delta(before, 700.5, 702, 1, 1.0, new))
+    assert after[701].finish == 700.5
+    assert after[701].path is before[701].path
+    assert after[702] == new
+    assert after[703].start == 703.0
+    assert after[703].path is before[703].path
+    assert len(after) == len(before)
+    assert after.version == before.version + 1
+    assert list(before) == list(timeline_of(3 * BLOCK)), "a reader of the old version is not disturbed"
+
+
+@given(st.integers(1, 3 * BLOCK), st.integers(0, 40), st.integers(-20, 20), st.booleans())
+def test_inverse_gives_back_what_was(keep: int, drop: int, shift: int, inside: bool) -> None:
+    before = timeline_of(3 * BLOCK)
+    drop = min(drop, len(before) - keep)
+    last = before[keep - 1]
+    cut = 0.5 * (last.start + last.finish) if inside else last.finish
+    edit = delta(before, cut, keep, drop, float(shift), ramp(5, cut, cut + 0.25))
+    after = before.apply(edit)
+    assert after.apply(before.inverse(edit)) == before
+
+
+def test_many_edits_in_one_place_leave_no_crumbs() -> None:
+    timeline = timeline_of(BLOCK)
+    for k in range(300):
+        end = timeline.end
+        timeline = timeline.apply(delta(timeline, end, len(timeline), 0, 0.0, ramp(k, end, end + 1.0)))
+    assert len(timeline._blocks) <= 6
+    assert [s.start for s in timeline] == [0.0, *map(float, range(BLOCK + 300))]
+
+
+def test_a_delta_fits_one_version_only() -> None:
+    timeline = timeline_of(3)
+    edit = delta(timeline, 3.0, 4, 0, 0.0, ramp(7, 3.0, 4.0))
+    with pytest.raises(ValueError, match="does not fit"):
+        timeline.apply(edit).apply(edit)
