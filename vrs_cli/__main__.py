@@ -13,12 +13,20 @@ VERSION_OPTIONS = ("--version", "-V")
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `vrs` with these arguments (default: of the process); returns the exit status."""
     arguments = sys.argv[1:] if argv is None else list(argv)
-    if arguments and arguments[0] in VERSION_OPTIONS:
-        print(f"vrs {__version__}")
+    if arguments and arguments[0] in VERSION_OPTIONS and _print_version():
         return 0
     from vrs_cli.cli.main import run
 
     return run(arguments)
+
+
+def _print_version() -> bool:
+    """Whether it could be written; what to do if not, `vrs_cli.cli.main` knows."""
+    try:
+        print(f"vrs {__version__}", flush=True)
+    except (OSError, AttributeError):
+        return False
+    return True
 
 
 if __name__ == "__main__":

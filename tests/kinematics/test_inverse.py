@@ -198,7 +198,7 @@ def test_the_same_formulas_serve_another_arm() -> None:
     for _ in range(300):
         q = random_joints(rng, INDUSTRIAL)
         T = arm.forward(q)
-        assert T == pytest.approx(arm.frames(q)[-1], abs=2e-15)
+        assert apart(T, arm.frames(q)[-1]) < 2e-15
         for c, joints in zip(ALL, arm.branches(T), strict=True):
             if joints is not None:
                 assert apart(arm.forward(joints), T) < 1e-11
@@ -211,5 +211,5 @@ def test_above_the_waist_joint_1_stays() -> None:
     arm = arm_for(INDUSTRIAL)
     T = compose(translation(0.0, 0.0, 1.2), translation(0.0, 0.0, 0.1))
     for joints in filter(None, (*arm.branches(T), *(arm.branch_joints(T, c, (0.7,) * 6) for c in ALL))):
-        assert joints[0] in (0.0, 0.7)
+        assert min(abs(joints[0]), abs(joints[0] - 0.7)) < 1e-12
         assert apart(arm.forward(joints), T) < 1e-12

@@ -47,11 +47,11 @@ class Parser(argparse.ArgumentParser):
         return tuple(self._option_string_actions)
 
     def error(self, message: str) -> NoReturn:
-        raise CommandLineError(message.removeprefix("argument "), f"{self.prog} --help")
+        raise CommandLineError(message.removeprefix("argument "), f"see {self.prog} --help")
 
     def _unknown(self, word: str) -> CommandLineError:
         if not word.startswith("-"):
-            return CommandLineError(f"one argument too many: {word}", f"{self.prog} --help")
+            return CommandLineError(f"one argument too many: {word}", f"see {self.prog} --help")
         return CommandLineError(f"unknown option {word}", did_you_mean(word, self.options(), self.prog))
 
 
@@ -66,7 +66,7 @@ def _words(arguments: Iterable[str]) -> Iterable[str]:
 def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
     """A hint: the known word that is near, or where all are listed."""
     near = get_close_matches(word, tuple(known), n=1)
-    return f"did you mean {near[0]}?" if near else f"{prog} --help"
+    return f"did you mean {near[0]}?" if near else f"see {prog} --help"
 
 
 # --- kinds of values: a wrong one becomes one line that names its option ---------------------------------

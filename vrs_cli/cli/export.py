@@ -41,7 +41,6 @@ def _parser(prog: str, formats: Sequence[str]) -> Parser:
     parser.add_argument(
         "--to",
         metavar="FORMAT",
-        choices=formats,
         help=f"{', '.join(formats)}; default: by the ending of OUT",
     )
     parser.add_argument(
@@ -56,6 +55,8 @@ def _format(asked: str | None, output: str) -> str:
     from vrs_cli.files.exports import EXPORTERS
 
     if asked is not None:
+        if asked not in EXPORTERS:
+            raise CommandLineError(f"unknown format {asked}", f"known: {', '.join(EXPORTERS)}")
         return asked
     suffix = os.path.splitext(output)[1].lower()
     for exporter in EXPORTERS.values():

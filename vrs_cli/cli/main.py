@@ -6,7 +6,9 @@ import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from importlib import import_module
+from io import TextIOWrapper
 from typing import NamedTuple
 
 from vrs_cli.errors import FileDamaged, FileError, UsageError, VrsError
@@ -16,11 +18,9 @@ INTERNAL_ERROR = 70  # EX_SOFTWARE of sysexits.h
 INTERRUPTED = 130  # 128 + SIGINT, as a shell reports it
 BROKEN_PIPE = 141  # 128 + SIGPIPE
 
-Subcommand = Callable[[str, Sequence[str]], int]  # (name of the program, its arguments) -> exit status
-
 
 class Row(NamedTuple):
-    """A row of the table of subcommands: the module whose `main` it is, its arguments and what it does."""
+    """A row of the table of subcommands: the module whose main(prog, arguments) it is, and what it does."""
 
     module: str
     arguments: str
@@ -56,13 +56,23 @@ Exit status: 0 all went well; 1 a program stopped with an error, or a file has m
 
 def run(arguments: Sequence[str]) -> int:
     """Run a command line; returns the exit status. No exception leaves."""
-    if arguments and arguments[0] in ("--help", "-h"):
-        return _guarded("vrs", _help, "vrs", ())
+    _prepare_streams()
+    if arguments and arguments[0] in PAGES:
+        return _guarded("vrs", PAGES[arguments[0]])
     try:
         name, prog, rest = _chosen(arguments)
     except UsageError as error:
         return _told("vrs", str(error), USAGE)
-    return _guarded(prog, _subcommand(name), prog, rest)
+    return _guarded(prog, partial(_subcommand, name, prog, rest))
+
+
+def _prepare_streams() -> None:
+    """Closed streams take and give nothing; a character that the terminal cannot show is written as its code."""
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "r+", encoding="utf-8"))  # noqa: SIM115 (for the whole process)
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
@@ -84,31 +94,41 @@ def _unknown(name: str) -> UsageError:
     return CommandLineError(f"unknown subcommand {name}", did_you_mean(name, SUBCOMMANDS, "vrs"))
 
 
-def _subcommand(name: str) -> Subcommand:
-    def imported(prog: str, arguments: Sequence[str]) -> int:
-        module = import_module(f"vrs_cli.cli.{SUBCOMMANDS[name].module}")
-        status: int = module.main(prog, arguments)
-        return status
-
-    return imported
+def _subcommand(name: str, prog: str, arguments: Sequence[str]) -> int:
+    module = import_module(f"vrs_cli.cli.{SUBCOMMANDS[name].module}")
+    status: int = module.main(prog, arguments)
+    return status
 
 
-def _help(_prog: str, _arguments: Sequence[str]) -> int:
+def _version() -> int:
+    from vrs_cli import __version__
+
+    print(f"vrs {__version__}")
+    return OK
+
+
+def _help() -> int:
     width = max(len(f"{name} {row.arguments}") for name, row in SUBCOMMANDS.items())
     rows = (f"  vrs {f'{name} {row.arguments}':{width}}  {row.summary}" for name, row in SUBCOMMANDS.items())
     print(HELP.format(rows="\n".join(rows)), end="")
     return OK
 
 
+PAGES: Mapping[str, Callable[[], int]] = {
+    "--help": _help,
+    "-h": _help,
+    "--version": _version,
+    "-V": _version,
+}
+
+
 # --- errors --------------------------------------------------------------------------------------------------
 
 
-def _guarded(prog: str, subcommand: Subcommand, *arguments: object) -> int:
+def _guarded(prog: str, subcommand: Callable[[], int]) -> int:
     """The status of a subcommand, with every way in which it can end."""
-    with suppress(AttributeError):  # a stream of a test may not have it
-        sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     try:
-        status = subcommand(*arguments)  # type: ignore[arg-type]
+        status = subcommand()
         sys.stdout.flush()
     except SystemExit as exit_:  # argparse, after --help
         return exit_.code if isinstance(exit_.code, int) else OK
@@ -117,10 +137,12 @@ def _guarded(prog: str, subcommand: Subcommand, *arguments: object) -> int:
     except KeyboardInterrupt:
         return _told(prog, "interrupted", INTERRUPTED)
     except BrokenPipeError:
-        return _reader_gone()
-    except OSError as error:
-        return _told(prog, f"{error.strerror or error}", FAILED)
+        _abandon_output()
+        return BROKEN_PIPE
     except Exception as error:
+        if isinstance(error, OSError) and error.filename is None:  # of a stream: files are named
+            _abandon_output()
+            return _told(prog, f"standard output cannot be written: {error.strerror}", FAILED)
         return _told(prog, _internal_error(error), INTERNAL_ERROR)
     return status
 
@@ -139,11 +161,10 @@ def _told(prog: str, message: str, status: int) -> int:
     return status
 
 
-def _reader_gone() -> int:
-    """Whoever read our output has closed it: nothing to say, and nothing more to flush at exit."""
+def _abandon_output() -> None:
+    """Nobody takes what we write any more: what is left in the buffer must not be tried again at exit."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return BROKEN_PIPE
 
 
 def _internal_error(error: Exception) -> str:

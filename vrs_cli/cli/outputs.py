@@ -93,7 +93,10 @@ def write_table(form: str, path: str, arm: RobotArm, timeline: Timeline, rate: f
 
 def check_distinct(paths: Iterable[str]) -> None:
     """Raise CommandLineError when two paths are one file; devices may be named twice."""
-    real = [os.path.realpath(path) for path in paths]
-    for one, other in combinations(real, 2):
-        if one == other and (os.path.isfile(one) or not os.path.exists(one)):
-            raise CommandLineError(f"{one} is named twice", "give every file a name of its own")
+    for one, other in combinations(paths, 2):
+        if _is_one_file(os.path.realpath(one), os.path.realpath(other)):
+            raise CommandLineError(f"{other} is named twice", "give every file a name of its own")
+
+
+def _is_one_file(one: str, other: str) -> bool:
+    return one == other and (os.path.isfile(one) or not os.path.exists(one))

@@ -45,7 +45,7 @@ def _parser(prog: str) -> Parser:
 
 def _json(positions: Sequence[Position]) -> str:
     objects = [{"time": p.time, **position_object(p), "hand": p.hand, "moving": p.moving} for p in positions]
-    return json.dumps(objects, indent=2) + "\n"
+    return "[\n" + ",\n".join(f"  {json.dumps(one)}" for one in objects) + "\n]\n"
 
 
 def _text(positions: Sequence[Position]) -> str:

@@ -1,7 +1,6 @@
 """Settings of the robot: speeds, modes, configuration, switches and parameters.
 
-Program settings hold for the next motion only, or ALWAYS; at the start of a program and of each of its cycles they
-are as `begin_cycle` says (V+ Keyword Reference, SPEED; val VAL-II users know the same).
+Program settings hold for the next motion only, or ALWAYS (V+ Keyword Reference, SPEED).
 """
 
 from __future__ import annotations
@@ -149,11 +148,6 @@ class Parameters:
     values: dict[str, float | str] = field(
         default_factory=lambda: {row.name: row.default for row in PARAMETERS.values()}
     )
-
-    def begin_cycle(self) -> None:
-        """What holds at the start of a program and of each of its cycles."""
-        self.speed, self.duration, self.acceleration = _fresh_speed(), Setting(0.0), 1.0
-        self.modes, self.hand = _fresh_modes(), None
 
     def motion_taken(self) -> None:
         """One-motion settings end with the motion."""

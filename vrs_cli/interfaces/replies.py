@@ -307,7 +307,6 @@ class Plot:
     unit: str
     times: tuple[float, ...]
     curves: tuple[Curve, ...]
-    clock: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

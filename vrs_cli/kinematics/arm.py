@@ -217,9 +217,9 @@ class SphericalWristArm:
         found = [q for configuration in wanted if (q := self.inverse_branch(T, configuration, near)) is not None]
         if not found:
             raise self._refusal(T, near, wanted)
-        return min(found, key=lambda q: self._soonest(near, q))
+        return min(found, key=lambda q: self._duration(near, q))
 
-    def _soonest(self, a: Joints, b: Joints) -> float:
+    def _duration(self, a: Joints, b: Joints) -> float:
         """The time that the slowest joint needs at its full velocity [s]."""
         return max(abs(y - x) / v for x, y, v in zip(a, b, self.model.max_velocity, strict=True))
 
@@ -228,7 +228,7 @@ class SphericalWristArm:
     ) -> LocationOutOfRange | JointOutOfRange:
         """Why none of the wanted configurations reaches T, and which other one would."""
         q = self.branch_joints(T, wanted[0], near)
-        hint = self._other_way(T, wanted)
+        hint = self._other_way(T, near, wanted)
         if q is None:
             return self._out_of_reach(T, wanted[0], hint)
         tries = [self._best_turns(joints) for c in wanted if (joints := self.branch_joints(T, c, near)) is not None]
@@ -243,14 +243,17 @@ class SphericalWristArm:
         """Each joint on the turn nearest to the middle of its range: outside only if every turn is."""
         return tuple(nearest_turn(angle, (low + high) / 2) for angle, (low, high) in zip(q, self._limits, strict=True))
 
-    def _other_way(self, T: Transform, wanted: tuple[Configuration, ...]) -> str:
-        """The words that bring T in reach, the fewest that do; empty if none do."""
-        ways = [s.configuration.words_beside(wanted) for s in self.inverse_all(T) if s.usable]
+    def _other_way(self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]) -> str:
+        """The words that bring T in reach: the fewest that do, then those of the shortest way; empty if none do."""
+        ways = [
+            (len(words), self._duration(near, q), words)
+            for configuration, q, outside in self.inverse_all(T)
+            if q is not None and not outside and (words := configuration.words_beside(wanted))
+        ]
         if not ways:
             return ""
-        shortest: tuple[str, ...] = min(ways, key=len)
-        words = " ".join(shortest)
-        return f"in reach {words}; say {words} first"
+        said = " ".join(min(ways)[2])
+        return f"in reach {said}; say {said} first"
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
         """Too far or too close, in millimetres, for the arm of this configuration."""

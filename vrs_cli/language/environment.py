@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
 from random import Random
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, NoReturn, Protocol
 
-from vrs_cli.errors import IllegalArrayIndex, IllegalSignal, IllegalValue, TypeMismatch, UndefinedName, UndefinedValue
+from vrs_cli.errors import IllegalArrayIndex, IllegalSignal, TypeMismatch, UndefinedName, UndefinedValue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.ast import NAME_LENGTH, Kind, Program
-from vrs_cli.language.values import Value, integer_between, kind_of_value, plain, storable
+from vrs_cli.language.values import Value, integer_between, kind_of_value, plain, storable, whole
 
 if TYPE_CHECKING:
     from vrs_cli.language.analyzer import Analysis
@@ -91,6 +91,17 @@ class Cells(dict[str | Index, Value]):
         """The error for a bare name that exists as the other kind."""
         other = OTHER_KIND[self.kind]
         return TypeMismatch(f"{self.name(key)} is a {other.value}", f"a {self.kind.value} is wanted here")
+
+    def deny(self, key: str | Index) -> NoReturn:
+        """Raise `clash`: a compiled program found the name among the other kind."""
+        raise self.clash(key)
+
+    def at(self, *indexes: float) -> Index:
+        """The index of an element to be assigned, rounded. Raises IllegalArrayIndex below 0."""
+        rounded = tuple(map(whole, indexes))
+        if min(rounded) < 0:
+            raise IllegalArrayIndex(self.name(rounded), "indexes begin at 0")
+        return rounded if len(rounded) > 1 else rounded[0]
 
     def _hint(self, key: str | Index) -> str:
         if self.array is not None or not isinstance(key, str):
@@ -246,9 +257,13 @@ class Timers:
 class StoredProgram:
     """A program in memory: analysed when it was stored, compiled when it is first run. `lines`: its source file."""
 
-    program: Program
+    environment: Environment
     analysis: Analysis
     lines: tuple[str, ...] = ()
+
+    @property
+    def program(self) -> Program:
+        return self.analysis.program
 
     @property
     def name(self) -> str:
@@ -256,9 +271,13 @@ class StoredProgram:
 
     @cached_property
     def compiled(self) -> Compiled:
+        """Raises ProgramNotExecutable for one that has errors."""
         from vrs_cli.language.compiler import compile_program
 
-        return compile_program(self.analysis)
+        compiled = compile_program(self.analysis)
+        for key, name in compiled.spelling.items():
+            self.environment.spell(key, name)
+        return compiled
 
     def source(self, step: int) -> str:
         """The text of a step (counted from 0) as it was read, or in canonical form where it was not."""
@@ -416,7 +435,7 @@ class Environment:
 
     def store(self, analysis: Analysis, source: str = "") -> StoredProgram:
         """Keep a program, in the place of one of the same name. `source`: the text of its whole file."""
-        stored = StoredProgram(analysis.program, analysis, tuple(source.split("\n")) if source else ())
+        stored = StoredProgram(self, analysis, tuple(source.split("\n")) if source else ())
         self.programs[analysis.program.key] = stored
         return stored
 
@@ -435,9 +454,3 @@ class _Nothing(Environment):
 
 NO_CELLS = Cells(_Nothing(), Kind.LOCATION)
 
-
-def checked_index(value: float) -> int:
-    """An array index from a real; below 0 it is kept, and refused where it is used."""
-    if not -1e9 < value < 1e9:
-        raise IllegalValue(f"array index {plain(value)}", "indexes begin at 0")
-    return int(value + 0.5) if value >= 0.0 else int(value - 0.5)

@@ -30,6 +30,7 @@ from vrs_cli.kinematics.transform import (
     rotation_x,
     rotation_y,
     rotation_z,
+    translation,
 )
 from vrs_cli.kinematics.transform import distance as metres_between
 from vrs_cli.language.ast import Kind
@@ -40,7 +41,6 @@ from vrs_cli.language.values import (
     TRUE,
     TypeItem,
     Value,
-    default_form,
     encode,
     in_degrees,
     integer,
@@ -206,6 +206,9 @@ def _bits(context: Context, first: float, count: float | None) -> float:
 # --- locations ---------------------------------------------------------------------------------------------------
 
 
+NULL_ANGLES = (90.0, -90.0, 0.0)  # O, A, T of the identity (val2 section 6.2)
+
+
 def _distance(a: Transform, b: Transform) -> float:
     return millimetres(metres_between(a, b))
 
@@ -215,24 +218,19 @@ def _or(number: float | None, default: float) -> float:
 
 
 def _trans(*numbers: float | None) -> Transform:
-    x, y, z, o, a, t = (*numbers, *(None,) * (6 - len(numbers)))
-    return from_oat(
-        _or(x, 0.0) / 1000.0,
-        _or(y, 0.0) / 1000.0,
-        _or(z, 0.0) / 1000.0,
-        radians(_or(o, 90.0)),
-        radians(_or(a, -90.0)),
-        radians(_or(t, 0.0)),
-    ) if (o, a, t) != (None, None, None) else at_position(
-        IDENTITY, _or(x, 0.0) / 1000.0, _or(y, 0.0) / 1000.0, _or(z, 0.0) / 1000.0
-    )  # fmt: skip
+    x, y, z, *angles = (*numbers, *(None,) * (6 - len(numbers)))
+    place = _or(x, 0.0) / 1000.0, _or(y, 0.0) / 1000.0, _or(z, 0.0) / 1000.0
+    if all(angle is None for angle in angles):
+        return translation(*place)  # exactly, without the rounding of two right angles
+    o, a, t = map(_or, angles, NULL_ANGLES)
+    return from_oat(*place, radians(o), radians(a), radians(t))
 
 
 def _precision_point(context: Context, *joints: float | None) -> Joints:
     dof = context.robot.dof
-    if len(joints) > dof:
+    if any(joint is not None for joint in joints[dof:]):
         raise IllegalValue(f"{len(joints)} joint angles", f"the robot has {dof} joints")
-    return tuple(radians(_or(joint, 0.0)) for joint in (*joints, *(None,) * (dof - len(joints))))
+    return tuple(radians(_or(joint, 0.0)) for joint in (*joints, *(None,) * dof)[:dof])
 
 
 def _shift(T: Transform, dx: float | None, dy: float | None = None, dz: float | None = None) -> Transform:
@@ -714,5 +712,3 @@ FUNCTIONS: Mapping[str, Function] = {
     for group in (_ARITHMETIC, _LOCATIONS, _SIGNALS, _SYSTEM, _STRINGS, _LATER)
     for function in group
 }
-
-__all__ = ["FUNCTIONS", "MESSAGES", "Function", "default_form", "message", "modulo", "power", "truth"]

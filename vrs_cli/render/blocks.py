@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from textwrap import wrap
 
 from vrs_cli.render.roles import Role
 
 Piece = tuple[str, Role]
 
 GAP = 2  # blanks between the columns of a grid
+LEAST_FOLD = 20  # a folded column is never narrower
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +31,13 @@ def line(text: str = "", role: Role = Role.TEXT) -> Line:
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """`width`: at least so many characters."""
+    """`width`: at least so many characters. `fold`: long text goes on below itself (the last column of a grid only)."""
 
     heading: str
     role: Role = Role.TEXT
     right: bool = False
     width: int = 0
+    fold: bool = False
 
 
 def number_column(heading: str, width: int = 10) -> Column:
@@ -84,6 +87,8 @@ def split(grid: Grid, width: int | None) -> tuple[Grid, ...]:
     widths = grid.widths()
     if width is None or sum(widths) + gap * (len(widths) - 1) <= width:
         return (grid,)
+    if grid.columns[-1].fold:
+        return (_folded(grid, max(width - sum(widths[:-1]) - gap * (len(widths) - 1), LEAST_FOLD)),)
     parts: list[list[int]] = []
     keys = list(range(grid.keys))
     room = 0
@@ -94,6 +99,16 @@ def split(grid: Grid, width: int | None) -> tuple[Grid, ...]:
         parts[-1].append(i)
         room -= widths[i] + gap
     return tuple(_columns(grid, part) for part in parts)
+
+
+def _folded(grid: Grid, room: int) -> Grid:
+    """The grid with its last column broken at blanks to fit into `room`."""
+    rows: list[tuple[str, ...]] = []
+    for *cells, text in grid.rows:
+        first, *others = wrap(text, room) or [""]
+        rows.append((*cells, first))
+        rows += [(*("" for _ in cells), other) for other in others]
+    return replace(grid, rows=tuple(rows))
 
 
 def _columns(grid: Grid, chosen: list[int]) -> Grid:

@@ -22,7 +22,7 @@ from vrs_cli.trajectory.instant import TICK, up_to_grid
 NEGLIGIBLE = 1e-12  # a displacement or velocity that is none [rad, m, rad/s, m/s]
 MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
 SLIVER = 1e-6  # [s] a cruise that is none
-SEARCH_STEPS = 8
+SEARCH_STEPS = 6
 LONGEST_BLEND = 1e6  # [s]
 
 
@@ -201,7 +201,7 @@ def _shortest(total: Callable[[float], float], low: float, high: float) -> float
             high = middle
     best, best_total = high, total(high)
     step = max(high, 1e-3) * 0.25
-    while step > 0.05 * best:
+    while step > 0.1 * best:
         ahead = total(best + step)
         if ahead < best_total:
             best, best_total = best + step, ahead

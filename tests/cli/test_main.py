@@ -1,0 +1,126 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import vrs_cli
+from tests.cli.conftest import Vrs
+from vrs_cli.cli import main as cli_main
+from vrs_cli.cli.main import BROKEN_PIPE, INTERNAL_ERROR, INTERRUPTED, SUBCOMMANDS
+from vrs_cli.errors import FileError, LocationOutOfRange
+
+VRS = [sys.executable, "-m", "vrs_cli"]
+
+
+@pytest.mark.parametrize("option", ["--version", "-V"])
+def test_the_version(vrs: Vrs, option: str) -> None:
+    assert vrs(option) == (0, f"vrs {vrs_cli.__version__}\n", "")
+
+
+def test_the_version_imports_nearly_nothing() -> None:
+    code = "import sys; from vrs_cli.__main__ import main; main(['--version']); print(*sys.modules)"
+    modules = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    for heavy in ("numpy", "lark", "rich", "msgspec", "prompt_toolkit", "importlib.metadata", "argparse", "re"):
+        assert heavy not in modules.split()
+
+
+@pytest.mark.parametrize("option", ["--help", "-h"])
+def test_help_lists_every_subcommand(vrs: Vrs, option: str) -> None:
+    ended = vrs(option)
+    assert ended.status == 0
+    for name, row in SUBCOMMANDS.items():
+        assert f"vrs {name} {row.arguments}" in ended.out
+    assert max(map(len, ended.out.splitlines())) <= 100
+
+
+@pytest.mark.parametrize("name", [name for name in SUBCOMMANDS])
+def test_every_subcommand_has_help(vrs: Vrs, name: str) -> None:
+    ended = vrs(name, "--help")
+    assert ended.status == 0
+    assert ended.out.startswith(f"usage: vrs {name} ")
+    assert not ended.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["rnu"], "vrs: unknown subcommand rnu (did you mean run?)"),
+        (["zzz"], "vrs: unknown subcommand zzz (see vrs --help)"),
+        (["pick.v2"], "vrs: pick.v2 is a file, not a subcommand (write: vrs run pick.v2)"),
+        (["a/T.VRST"], "vrs: a/T.VRST is a file, not a subcommand (write: vrs replay a/T.VRST)"),
+        (["--vresion"], "vrs: unknown option --vresion"),
+        (["run"], "vrs run: the following arguments are required: FILE.v2"),
+        (["run", "--sav", "x", "y.v2"], "vrs run: unknown option --sav (did you mean --save?)"),
+        (["run", "a.v2", "p", "q"], "vrs run: one argument too many: q"),
+        (["export", "t.vrst", "--rate", "fast"], "vrs export: --rate: 'fast' is not a number"),
+        (["export", "t.vrst", "--rate", "0"], "vrs export: --rate: 0 is not above 0"),
+        (["export", "t.vrst", "--rate", "1e9"], "vrs export: --rate: 1e9 Hz is more than 100000 Hz"),
+        (["where", "t.vrst", "--at", "nan"], "vrs where: --at: 'nan' is not a number"),
+    ],
+)
+def test_a_wrong_command_line_is_one_line_and_status_2(vrs: Vrs, arguments: list[str], told: str) -> None:
+    ended = vrs(*arguments)
+    assert ended.status == 2
+    assert not ended.out
+    assert ended.err.startswith(told)
+    assert ended.err.count("\n") == 1
+
+
+# --- what becomes of exceptions ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "told"),
+    [
+        (KeyboardInterrupt(), INTERRUPTED, "vrs where: interrupted\n"),
+        (LocationOutOfRange("x"), 1, "vrs where: *Location out of range* x\n"),
+        (FileError("t"), 2, "vrs where: *File error* t\n"),
+        (OSError(28, "No space left on device"), 1, "vrs where: standard output cannot be written: No space"),
+    ],
+)
+def test_an_exception_is_one_line(
+    vrs: Vrs, monkeypatch: pytest.MonkeyPatch, error: BaseException, status: int, told: str
+) -> None:
+    def broken(*_: object) -> int:
+        raise error
+
+    monkeypatch.setattr(cli_main, "_subcommand", broken)
+    monkeypatch.setattr(cli_main, "_abandon_output", lambda: None)
+    ended = vrs("where")
+    assert ended.status == status
+    assert ended.err.startswith(told)
+
+
+def test_an_internal_error_leaves_its_traceback_in_a_file(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> int:
+        raise ZeroDivisionError("ours")
+
+    monkeypatch.setattr(cli_main, "_subcommand", broken)
+    ended = vrs("where")
+    assert ended.status == INTERNAL_ERROR
+    assert ended.err.startswith("vrs where: internal error: ZeroDivisionError: ours; please report it with ")
+    report = Path(ended.err.split()[-1])
+    assert "in broken" in report.read_text()
+    report.unlink()
+
+
+def test_a_reader_that_leaves_early_is_no_error(saved: Path) -> None:
+    arguments = [*VRS, "export", str(saved), "--to", "csv", "--rate", "20000"]
+    process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    assert process.stdout.readline().startswith(b"t,jt1")
+    process.stdout.close()
+    assert process.stderr.read() == b""
+    assert process.wait() == BROKEN_PIPE
+    process.stderr.close()
+
+
+def test_a_full_disk_behind_standard_output_is_told(saved: Path) -> None:
+    with open("/dev/full", "w") as full:
+        ended = subprocess.run([*VRS, "where", saved, "--at", "1"], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert ended.returncode == 1
+    assert ended.stderr == "vrs where: standard output cannot be written: No space left on device\n"

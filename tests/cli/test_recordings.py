@@ -1,0 +1,144 @@
+"""where, replay and export: the subcommands that read a trajectory file."""
+
+from __future__ import annotations
+
+import csv
+import json
+from math import degrees
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Vrs
+from tests.files.trajectories import puma
+from vrs_cli.engine.position import position_at
+from vrs_cli.files.trajectory_file import read_trajectory
+from vrs_cli.kinematics.arm import arm_for
+
+pytestmark = pytest.mark.usefixtures("saved")
+
+
+def test_where_says_what_g_says(vrs: Vrs, saved: Path) -> None:
+    times = [0.0, 0.7, 1.9, 1e6]
+    ended = vrs("where", "t.vrst", "--at", *times, "--json")
+    assert (ended.status, ended.err) == (0, "")
+    timeline = read_trajectory(saved).timeline
+    for t, told in zip(times, json.loads(ended.out), strict=True):
+        position = position_at(arm_for(puma()), timeline, t)
+        T = position.T_world_tool
+        assert told["time"] == t
+        assert told["joints_deg"] == pytest.approx([degrees(q) for q in position.joints], abs=1e-11)
+        assert told["xyz_mm"] == pytest.approx([1000 * T.px, 1000 * T.py, 1000 * T.pz], abs=1e-11)
+        assert set(told) == {"time", "joints_deg", "xyz_mm", "oat_deg", "hand", "moving"}
+
+
+def test_where_in_words(vrs: Vrs) -> None:
+    ended = vrs("where", "t.vrst", "--at", 0, "--at", 1)
+    assert ended.status == 0
+    words = ended.out.split()
+    for heading in ("X", "Y", "Z", "O", "A", "T", "Hand", "JT1", "JT6"):
+        assert words.count(heading) == 2
+    assert words.count("839.387") == 1
+
+
+def test_a_table_agrees_with_where_to_the_last_digit(vrs: Vrs) -> None:
+    assert vrs("export", "t.vrst", "--to", "csv", "-o", "t.csv", "--rate", 7) == (0, "", "")
+    with open("t.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    ended = vrs("where", "t.vrst", "--json", "--at", *(row["t"] for row in rows))
+    for row, told in zip(rows, json.loads(ended.out), strict=True):
+        numbers = [*told["joints_deg"], *told["xyz_mm"], *told["oat_deg"]]
+        assert [float(cell) for cell in list(row.values())[1:]] == pytest.approx(numbers, abs=1e-9, rel=0.0)
+
+
+def test_the_format_may_come_from_the_name(vrs: Vrs) -> None:
+    assert vrs("export", "t.vrst", "-o", "a.csv").status == 0
+    assert vrs("export", "t.vrst", "--to", "csv", "-o", "b").status == 0
+    assert Path("a.csv").read_bytes() == Path("b").read_bytes()
+
+
+def test_export_to_standard_output(vrs: Vrs) -> None:
+    assert vrs("export", "t.vrst", "--to", "csv", "-o", "t.csv").status == 0
+    assert vrs("export", "t.vrst", "--to", "csv").out == Path("t.csv").read_text()
+    assert vrs("replay", "t.vrst", "--csv", "-", "--rate", 100).out == Path("t.csv").read_text()
+
+
+def test_replay_without_a_terminal_is_a_table(vrs: Vrs) -> None:
+    ended = vrs("replay", "t.vrst", "--step", 0.5)
+    assert ended.status == 0
+    heading, *rows = ended.out.splitlines()
+    assert heading.split()[:4] == ["t", "X", "Y", "Z"]
+    times = [float(row.split()[0]) for row in rows]
+    assert times[:3] == [0.0, 0.5, 1.0]
+
+
+def test_replay_makes_a_picture(vrs: Vrs) -> None:
+    pytest.importorskip("matplotlib")
+    for name in ("a.svg", "b.svg", "c.png"):
+        assert vrs("replay", "t.vrst", "--plot", name) == (0, "", "")
+    assert Path("a.svg").read_bytes() == Path("b.svg").read_bytes()
+    assert "joint velocities" in Path("a.svg").read_text()
+    assert Path("c.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_picture_needs_matplotlib(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrs_cli.render.plots.find_spec", lambda name: None)
+    ended = vrs("replay", "t.vrst", "--plot", "a.svg")
+    assert ended.status == 2
+    assert "pip install vrs-cli[plot]" in ended.err
+
+
+def test_a_torn_last_line_is_told_and_the_rest_is_read(vrs: Vrs, saved: Path) -> None:
+    data = saved.read_bytes()
+    saved.write_bytes(data[:-20])
+    ended = vrs("where", "t.vrst", "--at", 0, "--json")
+    assert ended.status == 0
+    assert ended.err == "vrs where: warning: the last line of t.vrst is incomplete and left out\n"
+    assert len(json.loads(ended.out)) == 1
+
+
+@pytest.mark.parametrize("command", [["where", "--at", "0"], ["replay"], ["export", "--to", "csv"]])
+@pytest.mark.parametrize(
+    ("name", "status", "told"),
+    [
+        ("none.vrst", 2, "*Nonexistent file* none.vrst"),
+        ("folder", 2, "*File error* folder is a folder"),
+        ("junk", 1, "*File is not what it should be* junk, line 1"),
+        ("empty", 1, "*File is not what it should be* empty"),
+        ("t.vrst/below", 2, "*File error* t.vrst/below cannot be read"),
+    ],
+)
+def test_a_file_that_is_no_trajectory(
+    vrs: Vrs, tmp_path: Path, command: list[str], name: str, status: int, told: str
+) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "junk").write_bytes(b"\x00\x01\n\x02")
+    (tmp_path / "empty").write_bytes(b"")
+    ended = vrs(command[0], name, *command[1:])
+    assert ended.status == status
+    assert ended.err.startswith(f"vrs {command[0]}: {told}")
+    assert ended.err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["export", "--to", "mcap"], "unknown format mcap (known: csv)"),
+        (["export"], "which format? (give --to csv)"),
+        (["export", "-o", "t.vrst", "--to", "csv"], "t.vrst is named twice"),
+        (["export", "-o", "none/a.csv"], "*File error* none/a.csv cannot be written: no such file"),
+        (["replay", "--csv", "a", "--plot", "a"], "a is named twice"),
+        (["replay", "--plot", "a.pdf"], "*No plot* a.pdf is no picture file (its name ends in .svg or .png)"),
+        (["replay", "--rate", "10"], "--rate is the rate of a table (give --csv OUT, too)"),
+        (["replay", "--csv", "/dev/full"], "*File error* /dev/full cannot be written: no space left"),
+        (["replay", "--csv", "."], "*File error* . cannot be written: is a directory"),
+    ],
+)
+def test_outputs_that_cannot_be(vrs: Vrs, saved: Path, arguments: list[str], told: str) -> None:
+    before = saved.read_bytes()
+    ended = vrs(arguments[0], "t.vrst", *arguments[1:])
+    assert ended.status == 2
+    assert told in ended.err
+    assert ended.err.count("\n") == 1
+    assert saved.read_bytes() == before
+    assert [path.name for path in saved.parent.iterdir()] == ["t.vrst"]

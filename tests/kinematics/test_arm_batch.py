@@ -1,0 +1,116 @@
+"""Array kinematics against the scalar one, singular rows and rows out of reach among them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import atan2, pi, radians
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from vrs_cli.errors import StraightLineSingular
+from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.configuration import ALL, Configuration
+from vrs_cli.kinematics.model import Link, load_robot
+from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat
+from vrs_cli.kinematics.transform_batch import stack, unstack
+
+PUMA = load_robot("puma560")
+ARM = arm_for(PUMA)
+SHOULDERED = arm_for(
+    replace(PUMA, name="shouldered", links=(Link(0.1, 0.5, -pi / 2), Link(0.4, 0, 0), *PUMA.links[2:]))
+)
+TOOL = from_oat(0.03, -0.05, 0.12, 0.4, 0.5, 0.6)
+
+
+def joints(n: int, seed: int) -> NDArray[np.float64]:
+    q = np.random.default_rng(seed).uniform(PUMA.lower, PUMA.upper, (n, 6))
+    q[::10, 4] = 0.0  # singular wrists
+    q[5::10, 2] = atan2(0.43307, -0.02032)  # stretched arms
+    q[0] = PUMA.poses["ready"]
+    return q
+
+
+def rows(q: NDArray[np.float64]) -> list[tuple[float, ...]]:
+    return [tuple(row) for row in q.tolist()]
+
+
+@pytest.mark.parametrize("arm", [ARM, SHOULDERED])
+def test_forward(arm: RobotArm) -> None:
+    q = joints(2500, 1)  # more than one chunk
+    assert np.abs(arm.forward_batch(q) - stack(map(arm.forward, rows(q)))).max() < 1e-15
+    assert arm.forward_batch(q[:0]).shape == (0, 3, 4)
+
+
+@pytest.mark.parametrize("arm", [ARM, SHOULDERED])
+def test_inverse(arm: RobotArm) -> None:
+    T = arm.forward_batch(joints(2500, 2))
+    T[7::20, :, 3] *= np.linspace(0.1, 2.0, len(T[7::20]))[:, None]  # some too far, some too close
+    found, inside = arm.inverse_batch(T)
+    assert np.isnan(found).any()
+    for pose, eight, flags in zip(unstack(T), found, inside, strict=True):
+        for solution, q, flag in zip(arm.inverse_all(pose), eight, flags, strict=True):
+            assert solution.usable == flag
+            if solution.joints is None:
+                assert np.isnan(q).any()
+            else:
+                # Angles near a singular wrist or a stretched arm magnify the last bit.
+                assert np.abs(np.sin((q - solution.joints) / 2)).max() < 1e-7
+                assert np.abs(arm.forward_batch(q[None])[0].ravel() - pose).max() < 1e-9
+
+
+@pytest.mark.parametrize("arm", [ARM, SHOULDERED])
+@pytest.mark.parametrize("configuration", ALL, ids=str)
+def test_one_branch(arm: RobotArm, configuration: Configuration) -> None:
+    near = joints(300, 3)
+    T = arm.forward_batch(joints(300, 4))
+    T[7, :, 3] *= 3.0
+    found = arm.inverse_branch_batch(T, configuration, near)
+    for pose, start, q in zip(unstack(T), rows(near), found, strict=True):
+        one = arm.branch_joints(pose, configuration, start)
+        assert np.isnan(q).any() if one is None else np.abs(q - one).max() < 1e-7
+    again = arm.inverse_branch_batch(T, configuration, near[0])
+    assert again.shape == (300, 6)
+
+
+def test_one_branch_above_the_waist_keeps_joint_1() -> None:
+    plain = arm_for(replace(PUMA, name="plain", links=(*PUMA.links[:1], Link(0.4, 0, 0), *PUMA.links[2:])))
+    T = stack([IDENTITY._replace(pz=0.6), IDENTITY._replace(px=0.3, pz=0.5)])
+    near = np.full((2, 6), 0.7)
+    found = plain.inverse_branch_batch(T, ALL[0], near)
+    assert found[0, 0] == pytest.approx(0.7, abs=1e-15)
+    assert np.abs(plain.forward_batch(found) - T).max() < 1e-12
+
+
+@pytest.mark.parametrize("arm", [ARM, SHOULDERED])
+@pytest.mark.parametrize("tool", [IDENTITY, TOOL])
+def test_velocities(arm: RobotArm, tool: Transform) -> None:
+    q = joints(500, 5)
+    twists = np.random.default_rng(6).uniform(-1, 1, (500, 6))
+    twists[20:60] = 0.0
+    assert np.abs(arm.jacobian_batch(q, tool) - [arm.jacobian(row, tool) for row in rows(q)]).max() < 1e-15
+    found = arm.joint_velocity_batch(q, twists, tool)
+    lost = 0
+    for row, twist, qd in zip(rows(q), rows(twists), found, strict=True):
+        try:
+            expected = arm.joint_velocity(row, twist, tool)  # type: ignore[arg-type]
+        except StraightLineSingular:
+            assert np.isnan(qd).any()
+            lost += 1
+        else:
+            assert qd == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert 50 < lost < 150
+
+
+def test_straight_down_from_ready() -> None:
+    ready = np.array([PUMA.poses["ready"]])
+    down = np.array([[0.0, 0.0, -0.1, 0.0, 0.0, 0.0]])
+    qd = ARM.joint_velocity_batch(ready, down)
+    assert np.abs(ARM.jacobian_batch(ready)[0] @ qd[0] - down[0]).max() < 1e-12
+    assert qd[0] == pytest.approx(ARM.joint_velocity(PUMA.poses["ready"], (0, 0, -0.1, 0, 0, 0)))
+
+
+def test_degrees_of_the_reference_table_through_arrays() -> None:
+    T = ARM.forward_batch(np.array([[radians(d) for d in (0, -45, 180, 0, 45, 0)]]))
+    assert T[0, :, 3] * 1000 == pytest.approx([625.92, 149.09, -42.78], abs=0.006)

@@ -1,0 +1,81 @@
+"""`vrs replay`: play a saved trajectory on the terminal; elsewhere, a table of its positions."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from vrs_cli.cli.command_line import Parser, positive
+from vrs_cli.cli.outputs import Outputs, add_output_options
+from vrs_cli.cli.recordings import read_recording
+
+if TYPE_CHECKING:
+    from vrs_cli.engine.position import Position
+    from vrs_cli.kinematics.arm import RobotArm
+    from vrs_cli.trajectory.timeline import Timeline
+
+DEFAULT_STEP = 0.1  # [s] between the rows of the table
+
+EPILOG = """\
+Keys: space plays and pauses, left and right seek, r rewinds, + and - change the rate, q leaves.
+Without a terminal, or with --step, a table is printed; with --csv or --plot only these are written.
+
+  vrs replay pick.vrst --speed 0.25
+  vrs replay pick.vrst --step 0.5
+  vrs replay pick.vrst --plot pick.svg
+"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Play, print or write a saved trajectory."""
+    options = _parser(prog).parse(arguments)
+    outputs = Outputs.of(options)
+    outputs.check(also=(options.file,))
+    recording = read_recording(prog, options.file)
+    from vrs_cli.kinematics.arm import arm_for
+
+    arm, timeline = arm_for(recording.model), recording.timeline
+    if outputs.any:
+        outputs.write(arm, timeline, options.file)
+    elif options.step is None and sys.stdin.isatty() and sys.stdout.isatty():
+        from vrs_cli.repl.player import play
+
+        play(arm, timeline, options.speed)
+    else:
+        _print_table(arm, timeline, options.step or DEFAULT_STEP)
+    return 0
+
+
+def _parser(prog: str) -> Parser:
+    parser = Parser(prog, "Play a saved trajectory on the terminal.", EPILOG)
+    parser.add_argument("file", metavar="T.vrst", help="a saved trajectory")
+    parser.add_argument(
+        "--speed",
+        metavar="FACTOR",
+        type=positive,
+        default=1.0,
+        help="seconds of the trajectory in one second (default 1)",
+    )
+    parser.add_argument(
+        "--step", metavar="S", type=positive, help=f"print a table, a row every S seconds (default {DEFAULT_STEP:g})"
+    )
+    add_output_options(parser)
+    return parser
+
+
+def _print_table(arm: RobotArm, timeline: Timeline, step: float) -> None:
+    from vrs_cli.interfaces.replies import WhereaboutsTable
+    from vrs_cli.render.text import plain_text
+
+    print(plain_text(WhereaboutsTable(tuple(_rows(arm, timeline, step)))), end="")
+
+
+def _rows(arm: RobotArm, timeline: Timeline, step: float) -> Iterator[Position]:
+    """From start to the exact end."""
+    from vrs_cli.engine.position import position_at
+    from vrs_cli.files.exports import sample_times
+
+    for times in sample_times(timeline, 1.0 / step):
+        for t in times.tolist():
+            yield position_at(arm, timeline, t)

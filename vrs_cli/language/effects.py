@@ -1,0 +1,573 @@
+"""What a running program asks of its driver, and the instructions as functions from evaluated operands to that.
+
+A request of `engine.commands` goes to the robot. The effects below are for the terminal and the clock. What needs
+neither (variables, signals, timers) the instruction does by itself, at its own instant of the program.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Generator, Iterable, Mapping
+from dataclasses import dataclass
+from math import radians
+from typing import cast
+
+from vrs_cli.engine.commands import (
+    Break,
+    Delay,
+    JointOffsetTarget,
+    JointTarget,
+    Mode,
+    Move,
+    NamedTarget,
+    OperateHand,
+    PoseTarget,
+    Request,
+    SetAcceleration,
+    SetBase,
+    SetConfiguration,
+    SetDuration,
+    SetMode,
+    SetMonitorSpeed,
+    SetParameter,
+    SetSpeed,
+    SetSwitch,
+    SetTool,
+    SpeedUnit,
+    Stamp,
+    Target,
+    ToolOffsetTarget,
+)
+from vrs_cli.errors import IllegalJoint, IllegalValue, TypeMismatch
+from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    Vector,
+    at_position,
+    compose,
+    inverse,
+    rotation_about,
+    rotation_z,
+    translation,
+)
+from vrs_cli.language.ast import Kind
+from vrs_cli.language.environment import Context, Reference
+from vrs_cli.language.values import TypeItem, Value, encode, integer, kind_of_value, numbers_of, plain, read_number, whole
+
+# --- effects -----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Type:
+    """Text for the terminal; `newline`: a line ends after it."""
+
+    text: str
+    newline: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Prompt:
+    """Show the text and read one line, the answer to `resume`. `count`: how many values are wanted."""
+
+    text: str
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """Hold the program until `condition()` is true: asked at once, or after `ticks`, then every tick.
+
+    The condition raises VrsError where it cannot be evaluated: the driver hands that to `Task.throw`.
+    """
+
+    condition: Callable[[], bool]
+    ticks: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class CycleBegins:
+    """A cycle of the main program begins: the driver performs `settings` (val2 section 9.1). Cycles count from 1."""
+
+    cycle: int
+    settings: tuple[Request, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CallProgram:
+    """CALL; the task does it by itself."""
+
+    name: str
+    arguments: tuple[Reference | None, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Return:
+    """RETURN, or the end of a program; the task does it by itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """STOP: the end of this cycle; the task does it by itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """PAUSE: the task says `Paused`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Halt:
+    """HALT: the task says `Halted`."""
+
+
+Effect = Type | Prompt | Wait | CycleBegins | CallProgram | Return | Stop | Pause | Halt
+Yielded = Request | Effect
+Answers = Generator[Yielded, str | None, None]
+
+CYCLE_SETTINGS: tuple[Request, ...] = (
+    SetSpeed(100.0, 100.0, SpeedUnit.PERCENT, always=True),
+    SetDuration(0.0, always=True),
+    SetMode(Mode.COARSE, on=False, always=True, tolerance=100.0),
+    SetMode(Mode.NULLING, on=True, always=True),
+    SetMode(Mode.CONTINUOUS_PATH, on=True, always=True),
+    SetMode(Mode.SINGLE, on=False, always=True),
+    SetMode(Mode.OVERLAP, on=True, always=True),
+    SetMode(Mode.INTEGRAL, on=False, always=True),
+)
+
+# --- operands ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Definable:
+    """A location that an instruction defines: a variable, seen from the product of those before it in `a:b:c`."""
+
+    reference: Reference
+    T_world_before: Transform | None = None
+
+    def define(self, value: Transform | Joints) -> None:
+        """Raises TypeMismatch for a precision point after others, or where the name is of another kind."""
+        if self.T_world_before is None:
+            self.reference.assign(value)
+        elif isinstance(value, Transform):
+            self.reference.assign(compose(inverse(self.T_world_before), value))
+        else:
+            raise TypeMismatch("a precision point in a compound", "only transformations can be compounded")
+
+    @property
+    def precision(self) -> bool:
+        """Whether it holds joints."""
+        return self.reference.cells.kind is Kind.PRECISION
+
+
+Operand = Value | Reference | Definable | TypeItem | None
+
+
+@dataclass(frozen=True, slots=True)
+class Operands:
+    """An instruction with its operands evaluated: None for an omitted one, trailing ones may be absent.
+
+    `text` is the instruction in canonical form; `value` what followed `=`.
+    """
+
+    text: str
+    arguments: tuple[Operand, ...] = ()
+    value: Operand = None
+    stamp: Stamp | None = None
+    always: bool = False
+    unit: str | None = None
+
+    def get(self, index: int) -> Operand:
+        return self.arguments[index] if index < len(self.arguments) else None
+
+    def real(self, index: int) -> float:
+        return cast(float, self.get(index))
+
+    def optional(self, index: int) -> float | None:
+        return cast("float | None", self.get(index))
+
+    def real_or(self, index: int, default: float) -> float:
+        given = self.optional(index)
+        return default if given is None else given
+
+    def transform(self, index: int) -> Transform:
+        given = self.get(index)
+        if not isinstance(given, Transform):
+            raise TypeMismatch("a precision point", "a transformation is wanted here")
+        return given
+
+    def place(self, index: int) -> Transform | Joints:
+        return cast("Transform | Joints", self.get(index))
+
+    def definable(self, index: int) -> Definable:
+        return cast(Definable, self.get(index))
+
+    def positive(self, index: int, what: str) -> float:
+        given = self.real(index)
+        if not given > 0.0:
+            raise IllegalValue(f"{what} {plain(given)}", "it must be greater than 0")
+        return given
+
+
+Handler = Callable[[Context, Operands], Iterable[Yielded]]
+
+NOTHING: tuple[Yielded, ...] = ()
+
+# --- motions -----------------------------------------------------------------------------------------------------
+
+
+def _target(place: Transform | Joints) -> Target:
+    return PoseTarget(place) if isinstance(place, Transform) else JointTarget(place)
+
+
+def _hand_of(opening: float | None) -> float | None:
+    """An air hand opens for anything above 0, and for TRUE; otherwise it closes."""
+    return None if opening is None else 1.0 if opening > 0.0 or opening == -1.0 else 0.0
+
+
+def _move(straight: bool) -> Handler:
+    def move(_context: Context, it: Operands) -> Iterable[Yielded]:
+        hand = _hand_of(it.optional(1))
+        return (Move(_target(it.place(0)), straight, hand=hand, stamp=it.stamp, text=it.text),)
+
+    return move
+
+
+def _back_off(distance: float) -> Transform:
+    """So many mm along the tool's -Z."""
+    return translation(0.0, 0.0, -distance / 1000.0)
+
+
+def _approach(straight: bool) -> Handler:
+    def approach(_context: Context, it: Operands) -> Iterable[Yielded]:
+        pose = compose(it.transform(0), _back_off(it.real(1)))
+        return (Move(PoseTarget(pose), straight, stamp=it.stamp, text=it.text),)
+
+    return approach
+
+
+def _depart(straight: bool) -> Handler:
+    def depart(_context: Context, it: Operands) -> Iterable[Yielded]:
+        target = ToolOffsetTarget(_back_off(it.real(0)))
+        return (Move(target, straight, stamp=it.stamp, text=it.text),)
+
+    return depart
+
+
+def _drive(context: Context, it: Operands) -> Iterable[Yielded]:
+    joint, change, speed = it.real(0), it.real(1), it.optional(2)
+    if not 0.5 <= joint < context.robot.dof + 0.5:
+        raise IllegalJoint(plain(joint), f"joints are 1 to {context.robot.dof}")
+    if speed is not None and not 0.0 < speed <= 100.0:
+        raise IllegalValue(f"a speed of {plain(speed)} percent", "more than 0, at most 100")
+    target = JointOffsetTarget(whole(joint), radians(change))
+    fraction = None if speed is None else speed / 100.0
+    return (Move(target, False, speed=fraction, stamp=it.stamp, text=it.text),)
+
+
+def _named(name: str) -> Handler:
+    def named(_context: Context, it: Operands) -> Iterable[Yielded]:
+        return (Move(NamedTarget(name), False, stamp=it.stamp, text=it.text),)
+
+    return named
+
+
+_AXES: tuple[Vector, ...] = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
+
+
+def aligned(T: Transform) -> Transform:
+    """The pose at the same place, turned the shortest way until its Z lies along the nearest axis of the world."""
+    a = (T.ax, T.ay, T.az)
+    nearest = max(_AXES, key=lambda axis: sum(u * v for u, v in zip(a, axis, strict=True)))
+    turn = (
+        a[1] * nearest[2] - a[2] * nearest[1],
+        a[2] * nearest[0] - a[0] * nearest[2],
+        a[0] * nearest[1] - a[1] * nearest[0],
+    )
+    sine = (turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2) ** 0.5
+    if sine < 1e-12:
+        return T
+    from math import asin
+
+    return at_position(compose(rotation_about(turn, asin(min(sine, 1.0))), T), T.px, T.py, T.pz)
+
+
+def _align(context: Context, it: Operands) -> Iterable[Yielded]:
+    T_world_destination = context.robot.destination()
+    offset = compose(inverse(T_world_destination), aligned(T_world_destination))
+    return (Move(ToolOffsetTarget(offset), True, stamp=it.stamp, text=it.text),)
+
+
+def _delay(_context: Context, it: Operands) -> Iterable[Yielded]:
+    seconds = it.real(0)
+    if seconds < 0.0:
+        raise IllegalValue(f"a delay of {plain(seconds)} seconds", "it must not be negative")
+    return (Delay(seconds, it.text),)
+
+
+def _break(_context: Context, _it: Operands) -> Iterable[Yielded]:
+    return (Break(),)
+
+
+def stamp_of(at: float | None, within: float | None) -> Stamp | None:
+    """`AT t` or `IN dt` of a motion. Raises IllegalValue for a time before 0."""
+    seconds = within if at is None else at
+    if seconds is None:
+        return None
+    if seconds < 0.0:
+        raise IllegalValue(f"{'IN' if at is None else 'AT'} {plain(seconds)}", "times are 0 or more seconds")
+    return Stamp(seconds, relative=at is None)
+
+
+# --- settings of motions -----------------------------------------------------------------------------------------
+
+
+def _speed(_context: Context, it: Operands) -> Iterable[Yielded]:
+    speed = it.positive(0, "a speed of")
+    if it.unit == "MONITOR":
+        return (SetMonitorSpeed(speed),)
+    rotation = None if it.get(1) is None else it.positive(1, "a rotation speed of")
+    unit = SpeedUnit.PERCENT if it.unit is None else SpeedUnit(it.unit)
+    return (SetSpeed(speed, rotation, unit, it.always),)
+
+
+def _duration(_context: Context, it: Operands) -> Iterable[Yielded]:
+    seconds = it.real(0)
+    if seconds < 0.0:
+        raise IllegalValue(f"a duration of {plain(seconds)} seconds", "it must not be negative")
+    return (SetDuration(seconds, it.always),)
+
+
+def _acceleration(_context: Context, it: Operands) -> Iterable[Yielded]:
+    deceleration = None if it.get(1) is None else it.positive(1, "a deceleration of")
+    return (SetAcceleration(it.positive(0, "an acceleration of"), deceleration),)
+
+
+def _mode(mode: Mode, on: bool) -> Handler:
+    def change(_context: Context, it: Operands) -> Iterable[Yielded]:
+        tolerance = None if it.get(0) is None else it.positive(0, "a tolerance of")
+        return (SetMode(mode, on, it.always, tolerance),)
+
+    return change
+
+
+def _configuration(flag: Arm | Elbow | Wrist) -> Handler:
+    def choose(_context: Context, _it: Operands) -> Iterable[Yielded]:
+        return (SetConfiguration(flag),)
+
+    return choose
+
+
+def _hand(opening: float | None, immediate: bool) -> Handler:
+    def operate(_context: Context, it: Operands) -> Iterable[Yielded]:
+        return (OperateHand(opening, immediate, it.text),)
+
+    return operate
+
+
+def _tool(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (SetTool(IDENTITY if it.get(0) is None else it.transform(0)),)
+
+
+def _base(_context: Context, it: Operands) -> Iterable[Yielded]:
+    dx, dy, dz, turn = (it.real_or(index, 0.0) for index in range(4))
+    shift = translation(dx / 1000.0, dy / 1000.0, dz / 1000.0)
+    return (SetBase(compose(shift, rotation_z(radians(turn)))),)
+
+
+# --- locations ---------------------------------------------------------------------------------------------------
+
+
+def _set(_context: Context, it: Operands) -> Iterable[Yielded]:
+    it.definable(0).define(cast("Transform | Joints", it.value))
+    return NOTHING
+
+
+def _here(context: Context, it: Operands) -> Iterable[Yielded]:
+    target = it.definable(0)
+    target.define(context.robot.joints() if target.precision else context.robot.here())
+    return NOTHING
+
+
+def _decompose(_context: Context, it: Operands) -> Iterable[Yielded]:
+    """Six elements from the one named: X, Y, Z, O, A, T of a transformation, or the joints."""
+    first = cast(Reference, it.get(0))
+    if isinstance(first.key, str) or isinstance(first.key, tuple):
+        raise TypeMismatch(first.name, "DECOMPOSE wants an element of an array with one index: a[1]")
+    for offset, number in enumerate(numbers_of(cast("Transform | Joints", it.value))):
+        first._replace(key=(first.key or 0) + offset).assign(number)
+    return NOTHING
+
+
+# --- signals and timers ------------------------------------------------------------------------------------------
+
+
+def _signal(context: Context, it: Operands) -> Iterable[Yielded]:
+    for number in it.arguments:
+        if number is not None:
+            context.environment.signals.write(cast(float, number))
+    return NOTHING
+
+
+def _reset(context: Context, _it: Operands) -> Iterable[Yielded]:
+    context.environment.signals.reset()
+    return NOTHING
+
+
+def _bits(context: Context, it: Operands) -> Iterable[Yielded]:
+    value = integer(cast(float, it.value))
+    context.environment.signals.write_bits(it.real(0), it.real_or(1, 1.0), value)
+    return NOTHING
+
+
+def _timer(context: Context, it: Operands) -> Iterable[Yielded]:
+    context.environment.timers.set(it.real(0), cast(float, it.value), context.robot.time())
+    return NOTHING
+
+
+# --- the terminal ------------------------------------------------------------------------------------------------
+
+
+def _type(_context: Context, it: Operands) -> Iterable[Yielded]:
+    items = [cast(TypeItem, item) for item in it.arguments if item is not None]
+    return (Type(*encode(items)),)
+
+
+_BETWEEN = re.compile(r"\s*,\s*|\s+")
+
+
+def _fields(line: str, count: int) -> list[str]:
+    """The values of a line, with commas or blanks between; one alone is the whole line."""
+    return [line] if count == 1 else _BETWEEN.split(line.strip())
+
+
+def _entered(field: str, kind: Kind) -> Value | None:
+    """A field as the value of a variable; nothing at all is 0; None where it is no number."""
+    if kind is Kind.STRING:
+        return field
+    return read_number(field) if field.strip() else 0.0
+
+
+def _entries(line: str, kinds: list[Kind]) -> list[Value] | str:
+    """The values that a line gives to variables of these kinds, or what is wrong with it."""
+    fields = _fields(line, len(kinds))
+    if len(fields) > len(kinds):
+        return f"*Illegal value* {len(fields)} values where {len(kinds)} are wanted"
+    fields += [""] * (len(kinds) - len(fields))
+    values = [_entered(field, kind) for field, kind in zip(fields, kinds, strict=True)]
+    for field, value in zip(fields, values, strict=True):
+        if value is None:
+            return f"*Invalid number format* {field.strip()} (a number is wanted, such as -12.5)"
+    return [value for value in values if value is not None]
+
+
+def _prompt(_context: Context, it: Operands) -> Answers:
+    """Asks until the line can be read. The answer None stands for an empty line."""
+    text = "".join(item for item in it.arguments if isinstance(item, str))
+    targets = [item for item in it.arguments if isinstance(item, Reference)]
+    values: list[Value] | str = []
+    while True:
+        answer = yield Prompt(text, len(targets))
+        values = _entries(answer or "", [target.cells.kind for target in targets]) if targets else []
+        if not isinstance(values, str):
+            break
+        yield Type(values)
+    for target, value in zip(targets, values, strict=True):
+        if kind_of_value(value) is not target.cells.kind:
+            raise TypeMismatch(target.name, "PROMPT reads reals and strings")
+        target.assign(value)
+
+
+# --- switches, parameters and the flow ---------------------------------------------------------------------------
+
+
+def _switches(on: bool) -> Handler:
+    def change(_context: Context, it: Operands) -> Iterable[Yielded]:
+        return tuple(SetSwitch(cast(str, name), on) for name in it.arguments)
+
+    return change
+
+
+def _switch(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (SetSwitch(cast(str, it.get(0)), bool(it.value)),)
+
+
+def _parameter(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (SetParameter(cast(str, it.get(0)), cast("float | str", it.value)),)
+
+
+def _flow(effect: Effect) -> Handler:
+    def flow(_context: Context, _it: Operands) -> Iterable[Yielded]:
+        return (effect,)
+
+    return flow
+
+
+# --- the table ---------------------------------------------------------------------------------------------------
+
+_MODES = {
+    "COARSE": (Mode.COARSE, True),
+    "FINE": (Mode.COARSE, False),
+    "NULL": (Mode.NULLING, True),
+    "NONULL": (Mode.NULLING, False),
+    "CPON": (Mode.CONTINUOUS_PATH, True),
+    "CPOFF": (Mode.CONTINUOUS_PATH, False),
+    "INTON": (Mode.INTEGRAL, True),
+    "INTOFF": (Mode.INTEGRAL, False),
+    "SINGLE": (Mode.SINGLE, True),
+    "MULTIPLE": (Mode.SINGLE, False),
+    "OVERLAP": (Mode.OVERLAP, True),
+    "NOOVERLAP": (Mode.OVERLAP, False),
+}
+
+_CONFIGURATIONS: dict[str, Arm | Elbow | Wrist] = {
+    flag.name: flag for flags in (Arm, Elbow, Wrist) for flag in flags
+}
+
+_HANDS = {"OPEN": 1.0, "CLOSE": 0.0, "RELAX": None}
+
+HANDLERS: Mapping[str, Handler] = {
+    "MOVE": _move(straight=False),
+    "MOVES": _move(straight=True),
+    "MOVET": _move(straight=False),
+    "MOVEST": _move(straight=True),
+    "APPRO": _approach(straight=False),
+    "APPROS": _approach(straight=True),
+    "DEPART": _depart(straight=False),
+    "DEPARTS": _depart(straight=True),
+    "DRIVE": _drive,
+    "READY": _named("ready"),
+    "NEST": _named("nest"),
+    "ALIGN": _align,
+    "DELAY": _delay,
+    "BREAK": _break,
+    "SPEED": _speed,
+    "DURATION": _duration,
+    "ACCEL": _acceleration,
+    **{word: _mode(mode, on) for word, (mode, on) in _MODES.items()},
+    **{word: _configuration(flag) for word, flag in _CONFIGURATIONS.items()},
+    **{word: _hand(opening, immediate=False) for word, opening in _HANDS.items()},
+    **{f"{word}I": _hand(opening, immediate=True) for word, opening in _HANDS.items()},
+    "TOOL": _tool,
+    "BASE": _base,
+    "SET": _set,
+    "POINT": _set,
+    "HERE": _here,
+    "DECOMPOSE": _decompose,
+    "SIGNAL": _signal,
+    "RESET": _reset,
+    "BITS": _bits,
+    "TIMER": _timer,
+    "TYPE": _type,
+    "PROMPT": _prompt,
+    "ENABLE": _switches(on=True),
+    "DISABLE": _switches(on=False),
+    "SWITCH": _switch,
+    "PARAMETER": _parameter,
+    "RETURN": _flow(Return()),
+    "STOP": _flow(Stop()),
+    "PAUSE": _flow(Pause()),
+    "HALT": _flow(Halt()),
+}

@@ -1,0 +1,383 @@
+"""Replies as blocks: one function a reply, found by its type in LAYOUTS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from textwrap import wrap
+from typing import Any
+
+from vrs_cli.engine.position import Position, position_at
+from vrs_cli.interfaces import replies
+from vrs_cli.interfaces.replies import Reply, Tone
+from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.values import default_form, numbers_of
+from vrs_cli.render.blocks import Block, Column, Grid, Line, Page, line, number_column
+from vrs_cli.render.chart import chart
+from vrs_cli.render.numbers import count, fixed, seconds
+from vrs_cli.render.roles import Role
+from vrs_cli.render.scan import scan
+from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.segment import Segment
+from vrs_cli.trajectory.timeline import Timeline
+
+TONES: Mapping[Tone, Role] = {Tone.NOTE: Role.NOTE, Tone.WARNING: Role.WARNING, Tone.ERROR: Role.ERROR}
+
+POSE = ("X", "Y", "Z", "O", "A", "T")
+PLAIN_WIDTH = 80  # where a page has no width and text must be broken
+NAME_COLUMN = 16
+SIGNALS_A_ROW = 16
+ROWS_ALWAYS = 2  # of a bank of signals; further rows only where a signal is on
+LINEAGE: Mapping[str, str] = {"1": "VAL", "2": "VAL-II", "+": "V+"}
+
+
+def blocks(reply: Reply, page: Page) -> Iterator[Block]:
+    """What is drawn for a reply, from top to bottom."""
+    yield from LAYOUTS[type(reply)](reply, page)
+
+
+# --- messages ------------------------------------------------------------------------------------------------------
+
+
+def _message(reply: replies.Message, _page: Page) -> Iterator[Block]:
+    for text in reply.text.split("\n"):
+        yield line(text, TONES[reply.tone])
+
+
+def _diagnostics(reply: replies.DiagnosticsReport, _page: Page) -> Iterator[Block]:
+    from vrs_cli.language.diagnostics import Severity, show
+
+    for item in reply.items:
+        role = Role.ERROR if item.diagnostic.severity is Severity.ERROR else Role.WARNING
+        first, *others = show(item.diagnostic, item.source_line, item.path).split("\n")
+        yield line(first, role)
+        for text in others:
+            yield line(text, role if text.strip(" ^") == "" else Role.TEXT)
+
+
+def _program_stopped(reply: replies.ProgramStopped, _page: Page) -> Iterator[Block]:
+    yield line(reply.what, TONES[reply.tone])
+    yield line(f"Program stopped at {reply.program}, step {reply.step}", Role.NOTE)
+    if reply.source:
+        yield Line((("    ", Role.TEXT), *scan(reply.source)))
+
+
+# --- positions and values ------------------------------------------------------------------------------------------
+
+
+def _whereabouts(reply: replies.Whereabouts, _page: Page) -> Iterator[Block]:
+    position = reply.position
+    if reply.stamped:
+        yield line(f"At {seconds(position.time)}, {_doing(position)}", Role.NOTE)
+    yield _figures((*POSE, "Hand"), (*numbers_of(position.T_world_tool), position.hand))
+    joints = numbers_of(position.joints)
+    yield _figures(tuple(f"JT{i}" for i in range(1, len(joints) + 1)), joints)
+
+
+def _doing(position: Position) -> str:
+    return position.motion.text or "moving" if position.moving else "standing still"
+
+
+def _figures(headings: tuple[str, ...], values: tuple[float, ...]) -> Grid:
+    columns = tuple(number_column(heading) for heading in headings)
+    return Grid(columns, (tuple(map(fixed, values)),), tight=True)
+
+
+def _whereabouts_table(reply: replies.WhereaboutsTable, _page: Page) -> Iterator[Block]:
+    joints = len(reply.positions[0].joints) if reply.positions else 0
+    headings = ("t", *POSE, *(f"JT{i}" for i in range(1, joints + 1)), "Hand")
+    rows = tuple(tuple(map(fixed, _row(position))) for position in reply.positions)
+    yield Grid(tuple(number_column(heading) for heading in headings), rows, tight=True, keys=1)
+
+
+def _row(position: Position) -> tuple[float, ...]:
+    return (position.time, *numbers_of(position.T_world_tool), *numbers_of(position.joints), position.hand)
+
+
+def _locations(reply: replies.LocationTable, _page: Page) -> Iterator[Block]:
+    if not reply.rows:
+        yield line("No locations defined", Role.NOTE)
+        return
+    rows = [(row.name, *_location_cells(row.value)) for row in reply.rows]
+    size = max(len(POSE) + 1, *map(len, rows))
+    headings = [f"{POSE[i]}/JT{i + 1}" if i < len(POSE) else f"JT{i + 1}" for i in range(size - 1)]
+    columns = (Column("", Role.NAME, width=NAME_COLUMN), *map(number_column, headings))
+    yield Grid(columns, tuple(row + ("",) * (size - len(row)) for row in rows), tight=True, keys=1)
+
+
+def _location_cells(value: Transform | Joints | None) -> tuple[str, ...]:
+    return ("undefined",) if value is None else tuple(map(fixed, numbers_of(value)))
+
+
+def _reals(reply: replies.RealTable, _page: Page) -> Iterator[Block]:
+    if not reply.rows:
+        yield line("No reals defined", Role.NOTE)
+        return
+    columns = (Column("", Role.NAME, width=NAME_COLUMN), Column("", Role.NUMBER))
+    yield Grid(columns, tuple((name, default_form(value)) for name, value in reply.rows), tight=True)
+
+
+def _strings(reply: replies.StringTable, _page: Page) -> Iterator[Block]:
+    if not reply.rows:
+        yield line("No strings defined", Role.NOTE)
+        return
+    columns = (Column("", Role.NAME, width=NAME_COLUMN), Column("", Role.STRING))
+    yield Grid(columns, tuple((name, f' "{text}"') for name, text in reply.rows), tight=True)
+
+
+# --- programs ------------------------------------------------------------------------------------------------------
+
+
+def _program_text(reply: replies.ProgramText, _page: Page) -> Iterator[Block]:
+    yield Line(tuple(scan(reply.header)))
+    for step in reply.steps:
+        mark = "?" if step.bad else " "
+        text = ((step.text, Role.ERROR),) if step.bad else tuple(scan(step.text))
+        yield Line(((f"{step.number:5d} {mark} ", Role.NOTE), *text))
+    yield Line(tuple(scan(".END")))
+
+
+def _program_names(reply: replies.ProgramNames, _page: Page) -> Iterator[Block]:
+    if not reply.rows:
+        yield line("No programs in memory", Role.NOTE)
+        return
+    columns = (
+        Column("", Role.ERROR),
+        Column("", Role.NAME, width=NAME_COLUMN),
+        Column("", Role.NUMBER, right=True),
+        Column("", Role.COMMENT, fold=True),
+    )
+    yield Grid(
+        columns,
+        tuple(
+            (" " if row.executable else "*", row.name, count(row.steps, "step"), row.comment) for row in reply.rows
+        ),
+    )
+    if not all(row.executable for row in reply.rows):
+        yield line("* not executable: LISTP shows its bad lines, LOAD of the mended file brings it in", Role.NOTE)
+
+
+def _status(reply: replies.StatusReport, _page: Page) -> Iterator[Block]:
+    yield from _facts(
+        ("Robot", reply.robot),
+        ("Arm power", "on" if reply.power else "off (ENABLE POWER)"),
+        ("Configuration", str(reply.configuration)),
+        ("Monitor speed", f"{fixed(reply.monitor_speed, 0)} %"),
+        ("Program speed", reply.program_speed),
+        ("Clock", seconds(reply.clock)),
+        ("Timeline ends", seconds(reply.end)),
+        *(_progress(reply.progress) if reply.progress else (("Program", "none was run yet"),)),
+    )
+
+
+def _progress(progress: replies.Progress) -> Iterator[tuple[str, str]]:
+    step = "" if progress.step is None else f", step {progress.step}"
+    yield ("Program", f"{progress.program} {progress.state}{step}")
+    left = "for ever" if progress.cycles_left is None else f"{progress.cycles_left} left"
+    yield ("Cycles", f"{progress.cycles_done} completed, {left}")
+
+
+def _facts(*facts: tuple[str, str]) -> Iterator[Block]:
+    """Names and what they are, in two columns."""
+    yield Grid((Column("", Role.HEADING, width=NAME_COLUMN), Column("", fold=True)), facts, tight=True)
+
+
+# --- settings and the system ---------------------------------------------------------------------------------------
+
+
+def _signals(reply: replies.SignalTable, _page: Page) -> Iterator[Block]:
+    for bank in reply.banks:
+        yield line(bank.title, Role.HEADING)
+        columns = (Column("", Role.NOTE, right=True, width=6), Column("", Role.NUMBER))
+        yield Grid(columns, tuple(_signal_rows(bank)))
+
+
+def _signal_rows(bank: replies.SignalBank) -> Iterator[tuple[str, str]]:
+    for i in range(0, len(bank.states), SIGNALS_A_ROW):
+        states = bank.states[i : i + SIGNALS_A_ROW]
+        if i < ROWS_ALWAYS * SIGNALS_A_ROW or any(states):
+            digits = "".join("1" if on else "0" for on in states)
+            yield f"{bank.first + i}-", " ".join(digits[j : j + 4] for j in range(0, len(digits), 4))
+
+
+def _settings(reply: replies.SettingTable, _page: Page) -> Iterator[Block]:
+    columns = (Column(reply.title, Role.NAME), Column("", Role.NUMBER), Column("", Role.NOTE, fold=True))
+    yield Grid(columns, tuple((row.name, row.value, row.summary) for row in reply.rows))
+
+
+def _clock(reply: replies.ClockReport, _page: Page) -> Iterator[Block]:
+    yield line(f"{reply.calendar}   robot clock {seconds(reply.clock)}")
+
+
+def _identification(reply: replies.Identification, _page: Page) -> Iterator[Block]:
+    model = reply.model
+    yield from _facts(
+        ("Software", f"vrs {reply.version}, VAL-II for a virtual robot"),
+        ("Robot", f"{model.title} ({model.name}), {model.joint_count} joints"),
+        ("Python", reply.python),
+    )
+
+
+def _free(reply: replies.FreeReport, _page: Page) -> Iterator[Block]:
+    yield from _facts(
+        ("Programs", f"{reply.programs}, {count(reply.steps, 'step')}"),
+        ("Variables", str(reply.variables)),
+        ("Timeline", count(reply.segments, "segment")),
+        ("Memory", "shared with the computer" if reply.percent is None else f"{fixed(reply.percent, 1)} % free"),
+    )
+
+
+# --- help ----------------------------------------------------------------------------------------------------------
+
+
+def _help_overview(reply: replies.HelpOverview, page: Page) -> Iterator[Block]:
+    for group in reply.groups:
+        yield line(group.title, Role.HEADING)
+        words = " ".join(word.replace(" ", "\0") for word in group.words)
+        for text in wrap(words, (page.width or PLAIN_WIDTH) - 2, break_on_hyphens=False, break_long_words=False):
+            yield Line((("  ", Role.TEXT), *scan(text.replace("\0", " "))))
+    yield line("HELP word explains one of them.", Role.NOTE)
+
+
+def _help_page(reply: replies.HelpPage, page: Page) -> Iterator[Block]:
+    for number, entry in enumerate(reply.entries):
+        if number:
+            yield line()
+        yield Line((*scan(entry.form), (f"   ({_of(entry)})", Role.NOTE)))
+        for text in wrap(_sentence(entry.summary), (page.width or PLAIN_WIDTH) - 4):
+            yield line(f"    {text}")
+        if entry.note:
+            yield line(f"    {_sentence(entry.note)}", Role.WARNING)
+        if entry.example:
+            yield Line((("    Example: ", Role.NOTE), *scan(entry.example)))
+
+
+def _of(entry: replies.HelpEntry) -> str:
+    lineage = [LINEAGE[mark] for mark in entry.where.split() if mark in LINEAGE]
+    return ", ".join((entry.sort, *lineage))
+
+
+def _sentence(text: str) -> str:
+    """With a capital and a full stop."""
+    text = text[:1].upper() + text[1:]
+    return text if text.endswith((".", "!", "?")) or not text else f"{text}."
+
+
+# --- the timeline --------------------------------------------------------------------------------------------------
+
+
+def _timeline(reply: replies.TimelineTable, _page: Page) -> Iterator[Block]:
+    if not reply.commands:
+        yield line(f"No motions yet; the clock is at {seconds(reply.clock)}", Role.NOTE)
+        return
+    yield _command_grid(reply)
+    yield _segment_grid(_moving(reply.timeline))
+    yield line(f"The clock is at {seconds(reply.clock)}", Role.NOTE)
+
+
+def _moving(timeline: Timeline) -> Iterator[Segment]:
+    """All segments but s_0."""
+    return (segment for segment in timeline if segment.motion.number > 0)
+
+
+def _command_grid(reply: replies.TimelineTable) -> Grid:
+    columns = (
+        Column("No.", Role.NUMBER, right=True, width=3),
+        Column("Command", Role.INSTRUCTION, width=NAME_COLUMN),
+        *(Column(heading, Role.NUMBER, right=True, width=8) for heading in ("t_iss", "t_exec", "t_end")),
+    )
+    rows = tuple(
+        (str(row.number), row.text, fixed(row.issued), fixed(row.executed), fixed(row.end)) for row in reply.commands
+    )
+    return Grid(columns, rows, boxed=True)
+
+
+def _segment_grid(segments: Iterable[Segment]) -> Grid:
+    columns = (
+        Column("No.", Role.NUMBER, right=True, width=3),
+        *(Column(heading, Role.NUMBER, right=True, width=8) for heading in ("t_s", "t_f")),
+        Column("Phase", width=10),
+        Column("Space", width=8),
+        Column("Command", Role.INSTRUCTION),
+    )
+    rows = tuple(
+        (
+            str(number),
+            fixed(segment.start),
+            fixed(segment.finish),
+            segment.phase.value,
+            segment.motion.kind.value,
+            _labelled(segment.motion),
+        )
+        for number, segment in enumerate(segments, 1)
+    )
+    return Grid(columns, rows, boxed=True)
+
+
+def _labelled(motion: Motion) -> str:
+    return f"{motion.number} {motion.text}".rstrip()
+
+
+def _replay(reply: replies.Replay, _page: Page) -> Iterator[Block]:
+    timeline = reply.timeline
+    yield line(
+        f"{reply.path}: {reply.model.title}, {count(reply.commands, 'change')}, {count(len(timeline), 'segment')}, "
+        f"{seconds(timeline.start)} to {seconds(timeline.end)}",
+        Role.NOTE,
+    )
+    if reply.dropped_tail:
+        yield line("its last line was not written to the end, and was left out", Role.WARNING)
+    columns = (*map(number_column, ("t", *POSE)), Column("   Command", Role.INSTRUCTION))
+    arm = arm_for(reply.model)
+    rows = tuple(
+        (
+            fixed(segment.finish),
+            *map(fixed, numbers_of(position_at(arm, timeline, segment.finish).T_world_tool)),
+            f"   {_labelled(segment.motion)}".rstrip(),
+        )
+        for segment in _ends(timeline)
+    )
+    yield Grid(columns, rows, tight=True, keys=1)
+
+
+def _ends(timeline: Timeline) -> Iterator[Segment]:
+    """The initial segment, and the last one of each motion, as they come."""
+    segments = list(timeline)
+    for segment, follower in zip(segments, [*segments[1:], None], strict=True):
+        if follower is None or follower.motion.number != segment.motion.number:
+            yield segment
+
+
+def _plot(reply: replies.Plot, page: Page) -> Iterator[Block]:
+    yield from chart(reply, page)
+
+
+def _nothing(_reply: Reply, _page: Page) -> Iterator[Block]:
+    yield from ()
+
+
+LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
+    replies.Message: _message,
+    replies.DiagnosticsReport: _diagnostics,
+    replies.ProgramStopped: _program_stopped,
+    replies.Whereabouts: _whereabouts,
+    replies.WhereaboutsTable: _whereabouts_table,
+    replies.LocationTable: _locations,
+    replies.RealTable: _reals,
+    replies.StringTable: _strings,
+    replies.ProgramText: _program_text,
+    replies.ProgramNames: _program_names,
+    replies.StatusReport: _status,
+    replies.SignalTable: _signals,
+    replies.SettingTable: _settings,
+    replies.ClockReport: _clock,
+    replies.Identification: _identification,
+    replies.FreeReport: _free,
+    replies.HelpOverview: _help_overview,
+    replies.HelpPage: _help_page,
+    replies.TimelineTable: _timeline,
+    replies.Plot: _plot,
+    replies.Replay: _replay,
+    replies.Farewell: _nothing,
+}

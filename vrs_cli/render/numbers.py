@@ -1,0 +1,21 @@
+"""Numbers as VAL-II prints them."""
+
+from __future__ import annotations
+
+DECIMALS = 3
+
+
+def fixed(value: float, decimals: int = DECIMALS) -> str:
+    """With so many decimals; a zero has no sign, whatever rounding made of it."""
+    text = f"{value:.{decimals}f}"
+    return text.lstrip("-") if text.startswith("-") and not text.strip("-0.") else text
+
+
+def seconds(value: float) -> str:
+    """A time with its unit."""
+    return f"{fixed(value)} s"
+
+
+def count(number: int, one: str, many: str = "") -> str:
+    """`1 step`, `2 steps`."""
+    return f"{number} {one if number == 1 else many or one + 's'}"

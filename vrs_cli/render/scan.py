@@ -1,0 +1,85 @@
+"""The colours of a VAL-II line: a quick look at its words by the tables, without parsing it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+
+from vrs_cli.render.roles import Role
+
+CONNECTIVES = frozenset(
+    "AT IN FROM TO STEP BY THEN DO OF GOTO ALWAYS MMPS IPS MONITOR AND OR XOR NOT MOD BAND BOR BXOR COM".split()
+)
+
+_TOKEN = re.compile(
+    r"""(?P<comment>;.*)
+      | (?P<string>"[^"]*"?)
+      | (?P<number>\^[BHD]?[0-9A-F]+ | '. | (?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?)
+      | (?P<word>[#$%.]?[A-Z][\w.]*)
+      | (?P<space>\s+)
+      | (?P<operator>.)
+    """,
+    re.VERBOSE | re.IGNORECASE | re.DOTALL,
+)
+_TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")  # what follows the name that is assigned
+
+_ROLES: Mapping[str, Role] = {
+    "comment": Role.COMMENT,
+    "string": Role.STRING,
+    "number": Role.NUMBER,
+    "space": Role.TEXT,
+    "operator": Role.OPERATOR,
+}
+
+
+@cache
+def first_words() -> Mapping[str, Role]:
+    """The role of every word that can begin a statement, by its full name."""
+    from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
+    from vrs_cli.language.monitor import COMMANDS
+
+    roles: dict[str, Role] = dict.fromkeys(COMMANDS, Role.COMMAND)
+    roles |= dict.fromkeys(INSTRUCTIONS, Role.INSTRUCTION)
+    return roles | dict.fromkeys(CONTROL, Role.CONTROL)
+
+
+@cache
+def inner_words() -> Mapping[str, Role]:
+    """The role of every word that stands inside a statement."""
+    from vrs_cli.language.functions import FUNCTIONS
+
+    return dict.fromkeys(FUNCTIONS, Role.FUNCTION) | dict.fromkeys(CONNECTIVES, Role.CONTROL)
+
+
+@cache
+def _first_role(word: str) -> Role | None:
+    """The role of a first word, also one that is cut short."""
+    table = first_words()
+    if word in table:
+        return table[word]
+    roles = {role for known, role in table.items() if known.startswith(word)}
+    if len(roles) == 1:
+        return roles.pop()
+    return Role.INSTRUCTION if roles else None
+
+
+def scan(line: str) -> Iterator[tuple[str, Role]]:
+    """The pieces of a line with their roles; together they are the line."""
+    first = True
+    for token in _TOKEN.finditer(line):
+        text, sort = token.group(), token.lastgroup or "operator"
+        if sort != "word":
+            yield text, _ROLES[sort]
+            continue
+        yield text, _role(text, first, line, token.end())
+        first = first and text.upper() == "DO"
+
+
+def _role(text: str, first: bool, line: str, end: int) -> Role:
+    word = text.upper()
+    if word.startswith("."):
+        return Role.CONTROL
+    if first and not _TARGET.match(line, end):
+        return _first_role(word) or Role.NAME
+    return inner_words().get(word, Role.NAME)
