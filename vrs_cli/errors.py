@@ -105,6 +105,12 @@ class TimeExhausted(ProgramError):
     code, text = -414, "Program time limit reached"
 
 
+class EndOfInput(ProgramError):
+    """A program asks for a line, and there is no more input."""
+
+    code, text = -504, "Unexpected end of file"
+
+
 class MotionError(VrsError):
     """The robot cannot do the motion."""
 

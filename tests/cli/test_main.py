@@ -36,7 +36,7 @@ def test_help_lists_every_subcommand(vrs: Vrs, option: str) -> None:
     assert max(map(len, ended.out.splitlines())) <= 100
 
 
-@pytest.mark.parametrize("name", [name for name in SUBCOMMANDS])
+@pytest.mark.parametrize("name", list(SUBCOMMANDS))
 def test_every_subcommand_has_help(vrs: Vrs, name: str) -> None:
     ended = vrs(name, "--help")
     assert ended.status == 0

@@ -82,7 +82,7 @@ def test_replay_makes_a_picture(vrs: Vrs) -> None:
 
 
 def test_a_picture_needs_matplotlib(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrs_cli.render.plots.find_spec", lambda name: None)
+    monkeypatch.setattr("vrs_cli.render.plots.find_spec", lambda _: None)
     ended = vrs("replay", "t.vrst", "--plot", "a.svg")
     assert ended.status == 2
     assert "pip install vrs-cli[plot]" in ended.err

@@ -8,7 +8,7 @@ from pathlib import Path
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import reason, write_atomically
 
-__all__ = ["EXTENSION", "find_program_file", "read_program_file", "with_extension", "write_atomically"]
+__all__ = ["EXTENSION", "decode_program", "find_program_file", "read_program_file", "with_extension", "write_atomically"]
 
 EXTENSION = ".v2"
 DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
@@ -26,7 +26,14 @@ def read_program_file(path: str | Path) -> str:
         data = _bytes(found)
     except OSError as error:
         raise FileError(f"{found} cannot be read: {reason(error)}", "check its permissions") from error
-    return _lines(_decoded(found, data))
+    return decode_program(str(found), data)
+
+
+def decode_program(name: str, data: bytes) -> str:
+    """The text of a program file's bytes; `name` is for the message. Raises FileDamaged when it is no text."""
+    if len(data) > LARGEST:
+        raise FileDamaged(f"{name} is longer than {LARGEST // 2**20} MB", "a program file is VAL-II text")
+    return _lines(_decoded(name, data))
 
 
 def find_program_file(path: str | Path) -> Path:
@@ -52,17 +59,14 @@ def with_extension(path: str | Path) -> Path:
 
 def _bytes(path: Path) -> bytes:
     with path.open("rb") as stream:
-        data = stream.read(LARGEST + 1)
-    if len(data) > LARGEST:
-        raise FileDamaged(f"{path} is longer than {LARGEST // 2**20} MB", "a program file is VAL-II text")
-    return data
+        return stream.read(LARGEST + 1)
 
 
-def _decoded(path: Path, data: bytes) -> str:
+def _decoded(name: str, data: bytes) -> str:
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return data.decode("utf-16", errors="replace")
     if b"\0" in data:
-        raise FileDamaged(f"{path} is not a text", "a program file is VAL-II text")
+        raise FileDamaged(f"{name} is not a text", "a program file is VAL-II text")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

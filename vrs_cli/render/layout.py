@@ -272,6 +272,7 @@ def _timeline(reply: replies.TimelineTable, _page: Page) -> Iterator[Block]:
         yield line(f"No motions yet; the clock is at {seconds(reply.clock)}", Role.NOTE)
         return
     yield _command_grid(reply)
+    yield line()
     yield _segment_grid(_moving(reply.timeline))
     yield line(f"The clock is at {seconds(reply.clock)}", Role.NOTE)
 
@@ -316,7 +317,7 @@ def _segment_grid(segments: Iterable[Segment]) -> Grid:
 
 
 def _labelled(motion: Motion) -> str:
-    return f"{motion.number} {motion.text}".rstrip()
+    return f"{motion.number} {motion.text}".rstrip() if motion.number else ""
 
 
 def _replay(reply: replies.Replay, _page: Page) -> Iterator[Block]:

@@ -47,11 +47,12 @@ class RunProgress:
     def _show(self, t: float) -> None:
         if self._bar is None:
             self._bar = _progress(self._what, self._total)
-        if not self._visible:
+        self._bar.update(self._bar.task_ids[0], completed=t, shown=f"t = {t:.2f} s")
+        if self._visible:
+            self._bar.refresh()
+        else:
             self._bar.start()
             self._visible = True
-        self._bar.update(self._bar.task_ids[0], completed=t, shown=f"t = {t:.2f} s")
-        self._bar.refresh()
 
 
 def _progress(what: str, total: float | None) -> Progress:

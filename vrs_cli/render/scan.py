@@ -34,14 +34,17 @@ _ROLES: Mapping[str, Role] = {
 
 
 @cache
-def first_words() -> Mapping[str, Role]:
-    """The role of every word that can begin a statement, by its full name."""
+def _first_role(word: str) -> Role | None:
+    """The role of a first word, also one that is cut short; None where it begins no statement."""
     from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
     from vrs_cli.language.monitor import COMMANDS
+    from vrs_cli.language.words import abbreviated
 
-    roles: dict[str, Role] = dict.fromkeys(COMMANDS, Role.COMMAND)
-    roles |= dict.fromkeys(INSTRUCTIONS, Role.INSTRUCTION)
-    return roles | dict.fromkeys(CONTROL, Role.CONTROL)
+    tables = {Role.COMMAND: COMMANDS, Role.INSTRUCTION: INSTRUCTIONS, Role.CONTROL: CONTROL}
+    rows = abbreviated(word, *tables.values())
+    if not rows:
+        return None
+    return next(role for role, table in tables.items() if table.get(rows[0].name) is rows[0])
 
 
 @cache
@@ -50,18 +53,6 @@ def inner_words() -> Mapping[str, Role]:
     from vrs_cli.language.functions import FUNCTIONS
 
     return dict.fromkeys(FUNCTIONS, Role.FUNCTION) | dict.fromkeys(CONNECTIVES, Role.CONTROL)
-
-
-@cache
-def _first_role(word: str) -> Role | None:
-    """The role of a first word, also one that is cut short."""
-    table = first_words()
-    if word in table:
-        return table[word]
-    roles = {role for known, role in table.items() if known.startswith(word)}
-    if len(roles) == 1:
-        return roles.pop()
-    return Role.INSTRUCTION if roles else None
 
 
 def scan(line: str) -> Iterator[tuple[str, Role]]:

@@ -1,0 +1,358 @@
+"""The engine: time stamps, speeds, continuous path, configuration, undo, settings."""
+
+from __future__ import annotations
+
+from math import radians
+
+import pytest
+
+from vrs_cli.engine.commands import (
+    Break,
+    Delay,
+    JointOffsetTarget,
+    JointTarget,
+    Mode,
+    Move,
+    NamedTarget,
+    OperateHand,
+    PoseTarget,
+    SetAcceleration,
+    SetConfiguration,
+    SetDuration,
+    SetMode,
+    SetMonitorSpeed,
+    SetParameter,
+    SetSpeed,
+    SetSwitch,
+    SetTool,
+    SpeedUnit,
+    Stamp,
+    ToolOffsetTarget,
+)
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import (
+    IllegalJoint,
+    IllegalValue,
+    JointOutOfRange,
+    PowerOff,
+    StraightLineConfiguration,
+    UsageError,
+    VrsError,
+)
+from vrs_cli.kinematics.configuration import Arm, Wrist
+from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.transform import distance, from_oat, translation
+from vrs_cli.trajectory.motion import Start
+
+MODEL = load_robot("puma560")
+
+
+def joints(*degrees: float) -> JointTarget:
+    return JointTarget(tuple(map(radians, degrees)))
+
+
+A, B = joints(20, -60, 150, 10, 30, -40), joints(-20, -40, 170, 0, 60, 0)
+TABLE = joints(0, -45, 180, 0, 45, 0)
+
+
+@pytest.fixture
+def engine() -> Engine:
+    return Engine(MODEL)
+
+
+def seconds_of(engine: Engine, target: object, straight: bool = False) -> float:
+    begin = engine.end
+    engine.perform(Move(target, straight))  # type: ignore[arg-type]
+    return engine.end - begin
+
+
+# --- time ---
+
+
+def test_at_the_prompt_the_clock_goes_to_the_end_of_the_motion(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False))
+    assert engine.now == engine.end > 0.0
+
+
+def test_a_time_stamp_leaves_the_clock_alone(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False, stamp=Stamp(2.5)))
+    assert engine.now == 0.0
+    assert engine.timeline[1].start == 2.5
+
+
+def test_in_counts_from_now(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False))
+    now = engine.now
+    engine.perform(Move(B, straight=False, stamp=Stamp(1.0, relative=True)))
+    assert engine.records()[-1].executed == pytest.approx(now + 1.0, abs=1e-8)
+
+
+@pytest.mark.parametrize("when", [-1.0, float("nan"), float("inf"), 1e9])
+def test_times_that_are_none_are_refused(engine: Engine, when: float) -> None:
+    with pytest.raises(IllegalValue, match="AT"):
+        engine.perform(Move(A, straight=False, stamp=Stamp(when)))
+
+
+def test_a_program_goes_on_while_the_arm_moves(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False), program=True)
+    assert engine.now == 0.0 < engine.end
+    engine.perform(Break())
+    assert engine.now == engine.end
+
+
+def test_records_tell_issue_execution_and_end(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False, text="MOVE a"))
+    engine.perform(Move(B, straight=False, stamp=Stamp(0.25), text="MOVE b AT 0.25"))
+    first, second = engine.records()
+    assert (first.text, first.issued, first.executed) == ("MOVE a", 0.0, 0.0)
+    assert first.end == second.executed == 0.25
+    assert second.end == pytest.approx(engine.end, abs=1e-9)
+
+
+# --- speed ---
+
+
+def test_speed_is_monitor_times_program(engine: Engine) -> None:
+    engine.perform(SetMonitorSpeed(50.0))
+    engine.perform(SetSpeed(40.0, always=True))
+    engine.perform(Move(A, straight=False))
+    assert engine.timeline[1].motion.speed == pytest.approx(0.2)
+
+
+def test_speed_without_always_is_for_one_motion(engine: Engine) -> None:
+    engine.perform(SetSpeed(10.0))
+    slow, fast = seconds_of(engine, A), seconds_of(engine, NamedTarget("ready"))
+    assert slow > 2 * fast
+    assert engine.parameters.program_speed == 100.0
+
+
+def test_tip_speed_in_millimetres_and_inches(engine: Engine) -> None:
+    engine.perform(Move(TABLE, straight=False))
+    pose = engine.position().T_world_tool
+    engine.perform(SetSpeed(100.0, unit=SpeedUnit.MMPS, always=True))
+    aside = pose._replace(py=pose.py + 0.2)
+    assert seconds_of(engine, PoseTarget(aside), straight=True) == pytest.approx(0.2 / 0.1, rel=0.1)
+    engine.perform(SetSpeed(2.0, unit=SpeedUnit.IPS, always=True))
+    assert seconds_of(engine, PoseTarget(pose), straight=True) == pytest.approx(0.2 / 0.0508, rel=0.1)
+
+
+def test_duration_is_the_least_time(engine: Engine) -> None:
+    engine.perform(SetDuration(5.0))
+    assert seconds_of(engine, A) == pytest.approx(5.0, abs=1e-3)
+    assert seconds_of(engine, B) < 4.0
+
+
+def test_drive_has_its_own_speed(engine: Engine) -> None:
+    engine.perform(Move(JointOffsetTarget(1, radians(40)), straight=False, speed=0.1))
+    assert engine.timeline[1].motion.speed == pytest.approx(0.1)
+    assert engine.position().joints[0] == pytest.approx(radians(40))
+
+
+@pytest.mark.parametrize(
+    "request_", [SetSpeed(0.0), SetSpeed(-5.0), SetMonitorSpeed(0.0), SetMonitorSpeed(400.0), SetDuration(-1.0),
+                 SetAcceleration(0.0), Delay(-1.0), Delay(float("nan"))]
+)  # fmt: skip
+def test_settings_that_make_no_sense_are_refused(engine: Engine, request_: object) -> None:
+    with pytest.raises(IllegalValue):
+        engine.perform(request_)  # type: ignore[arg-type]
+
+
+# --- continuous path ---
+
+
+def blends(engine: Engine) -> list[bool]:
+    engine.perform(Move(A, straight=False), program=True)
+    engine.perform(Move(B, straight=False), program=True)
+    return [s.motion.start is Start.BLEND for s in engine.timeline if s.motion.number == 2]
+
+
+def test_motions_of_a_program_blend(engine: Engine) -> None:
+    assert all(blends(engine))
+
+
+def test_break_and_the_cp_switch_end_continuous_path(engine: Engine) -> None:
+    engine.perform(SetSwitch("CP", on=False))
+    assert not any(blends(engine))
+
+
+def test_cpoff_holds_for_one_motion(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False), program=True)
+    engine.perform(SetMode(Mode.CONTINUOUS_PATH, on=False))
+    for target in (B, A):
+        engine.perform(Move(target, straight=False), program=True)
+    starts = {s.motion.number: s.motion.start for s in engine.timeline}
+    assert starts[2] is Start.AFTER
+    assert starts[3] is Start.BLEND
+
+
+def test_a_late_program_blends_no_more(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False), program=True)
+    engine.clock.advance(engine.end + 1.0)
+    engine.perform(Move(B, straight=False), program=True)
+    assert engine.timeline[4].start == engine.now
+
+
+# --- configuration ---
+
+
+PLACE = PoseTarget(from_oat(0.0, 0.5, -0.2, radians(90), radians(90), 0.0))
+
+
+def test_configuration_words_choose_the_arm(engine: Engine) -> None:
+    for arm in (Arm.LEFTY, Arm.RIGHTY):
+        engine.perform(SetConfiguration(arm))
+        engine.perform(Move(PLACE, straight=False))
+        assert engine.arm.configuration(engine.position().joints).arm is arm
+        assert distance(engine.position().T_world_tool, PLACE.T_world_tool) < 1e-9
+
+
+def test_a_straight_line_cannot_change_the_configuration(engine: Engine) -> None:
+    engine.perform(Move(PLACE, straight=False))
+    engine.perform(SetConfiguration(Arm.LEFTY))
+    with pytest.raises(StraightLineConfiguration, match="LEFTY"):
+        engine.perform(Move(PLACE, straight=True))
+
+
+def test_a_precision_point_ends_what_was_asked(engine: Engine) -> None:
+    engine.perform(SetConfiguration(Arm.LEFTY))
+    engine.perform(SetConfiguration(Wrist.FLIP))
+    engine.perform(Move(NamedTarget("ready"), straight=False))
+    engine.perform(Move(PLACE, straight=False))
+    assert engine.arm.configuration(engine.position().joints).arm is Arm.RIGHTY
+
+
+# --- targets ---
+
+
+def test_depart_backs_off_from_the_destination(engine: Engine) -> None:
+    engine.perform(Move(PLACE, straight=False), program=True)
+    engine.perform(Move(ToolOffsetTarget(translation(0.0, 0.0, -0.1)), straight=False), program=True)
+    engine.perform(Break())
+    assert engine.position().T_world_tool.pz == pytest.approx(-0.1)
+
+
+@pytest.mark.parametrize("joint", [0, 7])
+def test_joints_that_are_not_there(engine: Engine, joint: int) -> None:
+    with pytest.raises(IllegalJoint, match="1 to 6"):
+        engine.perform(Move(JointOffsetTarget(joint, 0.1), straight=False))
+
+
+def test_drive_keeps_the_joint_range(engine: Engine) -> None:
+    with pytest.raises(JointOutOfRange):
+        engine.perform(Move(JointOffsetTarget(1, radians(170)), straight=False))
+
+
+def test_a_point_of_too_few_joints(engine: Engine) -> None:
+    with pytest.raises(IllegalValue, match="6"):
+        engine.perform(Move(JointTarget((0.0, 0.0)), straight=False))
+
+
+# --- hand, delay, tool ---
+
+
+def test_the_hand_works_at_once_or_with_the_next_motion(engine: Engine) -> None:
+    engine.perform(OperateHand(1.0, immediate=True))
+    assert engine.position().hand == 1.0
+    assert engine.now == pytest.approx(0.05)
+    engine.perform(OperateHand(0.0, immediate=False))
+    assert engine.position().hand == 1.0
+    engine.perform(Move(A, straight=False))
+    assert engine.position(0.05).hand == 0.0
+
+
+def test_hand_time_is_a_parameter(engine: Engine) -> None:
+    engine.perform(SetParameter("HAND.TIME", 0.5))
+    engine.perform(OperateHand(1.0, immediate=True))
+    assert engine.now == pytest.approx(0.5)
+
+
+def test_delay_is_a_null_motion(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False), program=True)
+    engine.perform(Delay(2.0), program=True)
+    begun = engine.now
+    engine.perform(Move(B, straight=False), program=True)
+    assert engine.now == begun + 2.0
+
+
+def test_a_new_tool_is_on_the_timeline(engine: Engine) -> None:
+    engine.perform(Move(TABLE, straight=False))
+    engine.perform(SetTool(translation(0.0, 0.0, 0.1)))
+    engine.perform(SetTool(translation(0.0, 0.0, 0.1)))
+    assert engine.position(0.0).motion.frames.tool == translation(0.0, 0.0, 0.0)
+    assert engine.position().T_world_tool.pz == pytest.approx(-0.14278, abs=1e-4)
+    assert len(engine.records()) == 2
+
+
+# --- switches and undo ---
+
+
+def test_no_power_no_motion(engine: Engine) -> None:
+    engine.perform(SetSwitch("power", on=False))
+    with pytest.raises(PowerOff, match="ENABLE POWER"):
+        engine.perform(Move(A, straight=False))
+
+
+def test_dry_run_moves_nothing(engine: Engine) -> None:
+    engine.perform(SetSwitch("DRY.RUN", on=True))
+    engine.perform(Move(A, straight=False))
+    assert engine.end == 0.0
+
+
+def test_names_may_be_short_and_mistakes_are_named(engine: Engine) -> None:
+    engine.perform(SetSwitch("dry", on=True))
+    assert engine.parameters.switch("DRY.RUN")
+    with pytest.raises(UsageError, match=r"did you mean POWER\?"):
+        engine.perform(SetSwitch("POWR", on=True))
+    with pytest.raises(UsageError, match="parameter"):
+        engine.perform(SetParameter("HANDY", 1.0))
+    with pytest.raises(IllegalValue, match="ON, OFF"):
+        engine.perform(SetParameter("INSERT", "MAYBE"))
+    with pytest.raises(IllegalValue, match="0 to 60 s"):
+        engine.perform(SetParameter("HAND.TIME", -1.0))
+
+
+def test_undo_takes_back_motion_and_clock(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False))
+    first, clock = engine.timeline, engine.now
+    engine.perform(Move(B, straight=False))
+    engine.undo()
+    assert engine.timeline == first
+    assert engine.now == clock
+    assert [record.number for record in engine.records()] == [1]
+    engine.undo()
+    with pytest.raises(UsageError, match="no motion to undo"):
+        engine.undo()
+
+
+def test_all_deltas_replayed_give_the_timeline(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False))
+    engine.perform(Move(B, straight=False, stamp=Stamp(0.3)))
+    engine.undo()
+    engine.perform(Move(B, straight=False))
+    replayed = engine.initial
+    for delta in engine.deltas:
+        replayed = replayed.apply(delta)
+    assert replayed == engine.timeline
+
+
+def test_stop_brakes_and_drops_the_rest(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False), program=True)
+    engine.perform(Move(B, straight=False, stamp=Stamp(5.0)), program=True)
+    engine.clock.advance(0.4)
+    engine.stop()
+    assert 0.4 < engine.end < 1.0
+    assert set(engine.position(engine.end).velocity) == {0.0}
+
+
+def test_every_mistake_leaves_the_engine_as_it_was(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False))
+    timeline, deltas, now = engine.timeline, list(engine.deltas), engine.now
+    for move in (
+        Move(joints(200, 0, 0, 0, 0, 0), straight=False),
+        Move(PoseTarget(translation(5.0, 0.0, 0.0)), straight=True),
+        Move(A, straight=False, stamp=Stamp(-3.0)),
+        Move(NamedTarget("sleep"), straight=False),
+    ):
+        with pytest.raises(VrsError):
+            engine.perform(move)
+    assert (engine.timeline, engine.deltas, engine.now) == (timeline, deltas, now)

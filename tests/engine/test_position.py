@@ -1,0 +1,77 @@
+"""g: one time and many, against each other and against finite differences."""
+
+from __future__ import annotations
+
+from math import radians
+
+import numpy as np
+import pytest
+
+from vrs_cli.engine.commands import Delay, JointTarget, Move, OperateHand, PoseTarget, SetBase, SetTool
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import joints_at, position_at, positions_at
+from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.transform import translation
+
+
+@pytest.fixture(scope="module")
+def engine() -> Engine:
+    """Joint and straight motions, blended and not, a delay, the hand, a tool and a base."""
+    engine = Engine(load_robot("puma560"))
+    table = JointTarget(tuple(map(radians, (0, -45, 180, 0, 45, 0))))
+    engine.perform(Move(table, straight=False))
+    pose = engine.position().T_world_tool
+    aside = PoseTarget(pose._replace(py=pose.py + 0.2))
+    below = PoseTarget(pose._replace(py=pose.py + 0.2, pz=pose.pz - 0.1))
+    for target, straight in ((aside, True), (below, True), (table, False)):
+        engine.perform(Move(target, straight), program=True)
+    engine.wait_for_rest()
+    engine.perform(OperateHand(1.0, immediate=True))
+    engine.perform(Delay(0.4))
+    engine.perform(SetTool(translation(0.0, 0.02, 0.1)))
+    engine.perform(SetBase(translation(0.1, 0.0, 0.0)))
+    engine.perform(Move(JointTarget(tuple(map(radians, (10, -60, 150, 10, 30, -40)))), straight=False))
+    return engine
+
+
+def test_many_times_agree_with_one_time(engine: Engine) -> None:
+    times = np.linspace(-1.0, engine.end + 1.0, 700)
+    np.random.default_rng(3).shuffle(times)
+    many = positions_at(engine.arm, engine.timeline, times)
+    for row, t in enumerate(times):
+        one = position_at(engine.arm, engine.timeline, float(t))
+        assert many.joints[row] == pytest.approx(one.joints, abs=1e-12)
+        assert many.velocity[row] == pytest.approx(one.velocity, abs=1e-9)
+        assert many.acceleration[row] == pytest.approx(one.acceleration, abs=1e-7)
+        assert many.T_world_tool[row].ravel() == pytest.approx(one.T_world_tool, abs=1e-12)
+        assert many.hand[row] == one.hand
+        assert joints_at(engine.arm, engine.timeline, float(t)) == one.joints
+
+
+def test_rates_are_the_derivatives(engine: Engine) -> None:
+    h = 1e-5
+    boundaries = np.array([s.start for s in engine.timeline] + [engine.end])
+    for t in np.linspace(0.01, engine.end - 0.01, 211):
+        if np.min(np.abs(boundaries - t)) < 2 * h:
+            continue
+        before, here, after = (position_at(engine.arm, engine.timeline, t + d) for d in (-h, 0.0, h))
+        slope = (np.array(after.joints) - np.array(before.joints)) / (2 * h)
+        bend = (np.array(after.velocity) - np.array(before.velocity)) / (2 * h)
+        assert here.velocity == pytest.approx(slope, abs=1e-6)
+        assert here.acceleration == pytest.approx(bend, abs=1e-4)
+
+
+def test_stands_before_and_after(engine: Engine) -> None:
+    before, after = engine.position(-5.0), engine.position(engine.end + 5.0)
+    assert not before.moving
+    assert not after.moving
+    assert before.joints == pytest.approx(engine.model.poses["ready"])
+    assert after.joints == engine.position(engine.end).joints
+    assert set(after.velocity) == {0.0}
+
+
+def test_hand_opens_when_told_to(engine: Engine) -> None:
+    (opening,) = [s for s in engine.timeline if s.motion.hand == 1.0 and s.duration == pytest.approx(0.05)]
+    assert engine.position(opening.start - 1e-6).hand == 0.0
+    assert engine.position(opening.start).hand == 1.0
+    assert engine.position(engine.end).hand == 1.0

@@ -1,0 +1,73 @@
+"""What `vrs run` tells about a run: one JSON object, or the error of a program in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from vrs_cli.cli.recordings import position_object
+from vrs_cli.trajectory.instant import shown
+
+if TYPE_CHECKING:
+    from vrs_cli.engine.engine import Engine
+    from vrs_cli.interfaces.driver import RunResult
+    from vrs_cli.language.diagnostics import Diagnostic
+    from vrs_cli.language.runtime import ProgramFault
+
+Object = dict[str, Any]
+
+
+def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -> Object:
+    """The object of `--json` (design.md section 5); `result` is None when nothing could be executed.
+
+    `segments` counts those of motions: the initial pose is none.
+    """
+    return {
+        "program": result.program if result else None,
+        "cycles": result.cycles if result else 0,
+        "duration_s": shown(result.ended - result.started) if result else 0.0,
+        "segments": len(engine.timeline) - len(engine.initial),
+        "commands": [
+            {"text": record.text, "t_iss": record.issued, "t_exec": record.executed, "t_end": record.end}
+            for record in engine.records()
+        ],
+        "final": position_object(engine.position(engine.end)),
+        "typed": list(result.typed) if result else [],
+        "errors": errors,
+    }
+
+
+def fault_object(fault: ProgramFault) -> Object:
+    """An error of a running program."""
+    return {
+        "code": fault.code,
+        "message": fault.message,
+        "program": fault.program,
+        "step": fault.step,
+        "line": fault.line,
+    }
+
+
+def diagnostic_objects(diagnostics: Iterable[Diagnostic]) -> list[Object]:
+    """Errors of a file that could not be executed."""
+    return [
+        {"code": one.code, "message": message_of(one), "program": None, "step": None, "line": one.span.line}
+        for one in diagnostics
+    ]
+
+
+def message_of(diagnostic: Diagnostic) -> str:
+    """VAL-II's text, what happened and what would be right, on one line."""
+    detail = f" {diagnostic.detail}" if diagnostic.detail else ""
+    hint = f" ({diagnostic.hint})" if diagnostic.hint else ""
+    return f"*{diagnostic.text}*{detail}{hint}"
+
+
+def fault_text(path: str, fault: ProgramFault) -> str:
+    """Where a program stopped and why, with its line and a caret."""
+    place = f"{path}:{fault.line}: " if fault.line else ""
+    source = fault.source.strip()
+    lines = [f"{place}{fault.message}"]
+    if source:
+        lines += [f"    {source}", f"    {'^' * len(source)}"]
+    return "\n".join([*lines, f"Program {fault.program} stopped at step {fault.step}"])

@@ -1,0 +1,216 @@
+"""`vrs run`: load a program file, execute a program of it, and write what was asked for."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TextIO
+
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, positive, whole
+from vrs_cli.cli.outputs import Outputs, add_output_options
+from vrs_cli.cli.sources import Source, has_errors, read_source
+from vrs_cli.errors import FileError, UndefinedName
+from vrs_cli.files.atomic import check_writable
+
+if TYPE_CHECKING:
+    from vrs_cli.cli.batch import BatchTerminal
+    from vrs_cli.cli.reports import Object
+    from vrs_cli.engine.clock import Clock
+    from vrs_cli.engine.engine import Engine
+    from vrs_cli.interfaces.driver import Bounds, RunResult
+    from vrs_cli.interfaces.session import Session
+    from vrs_cli.language.diagnostics import Diagnostic
+
+OK, FAILED = 0, 1
+
+EPILOG = """\
+What a program TYPEs goes to standard output as it happens, errors go to standard error; PROMPT reads
+standard input. Time is the robot's and passes as fast as it computes, unless --realtime is given.
+
+  vrs run pick.v2
+  vrs run cell.v2 load.part --cycles 5 --save cell.vrst
+  vrs run pick.v2 --csv pick.csv --rate 50 --plot pick.svg
+  vrs run pick.v2 --json | jq .duration_s
+"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Load, check and execute; returns 1 when the file has errors or the program stopped with one."""
+    options = _parser(prog).parse(list(_with_rate(arguments)))
+    outputs = Outputs.of(options)
+    _check_outputs(options, outputs)
+    return _Batch(options, outputs, read_source(options.file)).run()
+
+
+def _parser(prog: str) -> Parser:
+    parser = Parser(prog, "Load a VAL-II file and execute a program of it on the virtual robot.", EPILOG)
+    parser.add_argument("file", metavar="FILE.v2", help="a program file (- is standard input)")
+    parser.add_argument("program", metavar="PROGRAM", nargs="?", help="the program; default: the first of the file")
+    parser.add_argument("--cycles", metavar="N", type=whole, default=1, help="how often; negative: without end")
+    parser.add_argument("--robot", metavar="NAME|FILE", default="puma560", help="a robot's name, or its TOML file")
+    parser.add_argument(
+        "--max-time", metavar="S", type=positive, help="stop after S seconds of the robot's time (default: a day)"
+    )
+    parser.add_argument(
+        "--realtime",
+        metavar="RATE",
+        nargs="?",
+        type=positive,
+        const=1.0,
+        help="let time pass as on a real robot, or RATE times as fast",
+    )
+    parser.add_argument("--save", metavar="T.vrst", help="save the trajectory, motion by motion")
+    add_output_options(parser)
+    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    parser.add_argument("--quiet", action="store_true", help="print only what the program TYPEs")
+    return parser
+
+
+def _with_rate(arguments: Sequence[str]) -> Iterator[str]:
+    """`--realtime FILE` means `--realtime=1 FILE`: what follows the option is a rate only if it is a number."""
+    for argument, following in zip(arguments, [*arguments[1:], ""], strict=True):
+        yield "--realtime=1" if argument == "--realtime" and not _is_number(following) else argument
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _check_outputs(options: argparse.Namespace, outputs: Outputs) -> None:
+    """Raise before anything runs what would go wrong after it."""
+    if options.json and outputs.takes_standard_output:
+        raise CommandLineError("--json and --csv - both want standard output", "write the table to a file")
+    if options.save == STANDARD_STREAM:
+        raise CommandLineError("--save - has no file", "name a file: --save T.vrst")
+    source = None if options.file == STANDARD_STREAM else options.file
+    outputs.check(also=(options.save, source))
+    if options.save is not None:
+        check_writable(options.save)
+
+
+def _clock(realtime: float | None) -> Clock | None:
+    """A clock that keeps real time, or the session's own."""
+    from vrs_cli.engine.clock import PacedClock
+
+    return None if realtime is None else PacedClock(realtime, time.monotonic, time.sleep)
+
+
+@contextmanager
+def _journal(options: argparse.Namespace, engine: Engine) -> Iterator[None]:
+    """The file of `--save` grows while the program runs, so that it is there however the run ends."""
+    if options.save is None:
+        yield
+        return
+    from vrs_cli.files.trajectory_file import TrajectoryWriter
+
+    durable = options.realtime is not None
+    with TrajectoryWriter(options.save, engine.model, engine.initial, durable=durable) as writer:
+        engine.listeners.append(lambda delta, _timeline: writer.append(delta))
+        yield
+
+
+@dataclass(frozen=True, slots=True)
+class _Batch:
+    """One run: the options, and the text to load."""
+
+    options: argparse.Namespace
+    outputs: Outputs
+    source: Source
+
+    def run(self) -> int:
+        """Load and execute; the exit status."""
+        from vrs_cli.cli.batch import BatchTerminal
+        from vrs_cli.render.progress import RunProgress
+
+        with RunProgress(self.source.path, self.options.max_time) as progress:
+            terminal = BatchTerminal(self._typed_to(), progress, self.options.quiet)
+            session = self._session(terminal)
+            diagnostics = session.load_text(self.source.text, self.source.path)
+            if has_errors(diagnostics):
+                return self._refused(session, diagnostics)
+            print(self.source.shown(diagnostics), end="", file=sys.stderr)
+            program = self._program(session)
+            with _journal(self.options, session.engine):
+                result = session.execute(program, cycles=self.options.cycles, progress=progress)
+        return self._ended(session, terminal, result)
+
+    def _typed_to(self) -> TextIO | None:
+        """Where TYPE goes: standard output, when nothing else is to stand there."""
+        if self.options.json:
+            return None
+        return sys.stderr if self.outputs.takes_standard_output else sys.stdout
+
+    def _session(self, terminal: BatchTerminal) -> Session:
+        from vrs_cli.interfaces.session import Session
+        from vrs_cli.kinematics.model import load_robot
+
+        model = load_robot(self.options.robot)
+        return Session(terminal, model, clock=_clock(self.options.realtime), bounds=self._bounds())
+
+    def _bounds(self) -> Bounds:
+        from vrs_cli.interfaces.driver import Bounds
+
+        return Bounds() if self.options.max_time is None else Bounds(max_time=self.options.max_time)
+
+    def _program(self, session: Session) -> str:
+        """The program asked for, or the first of the file. Raises CommandLineError."""
+        environment = session.environment
+        if not environment.programs:
+            raise CommandLineError(f"{self.source.path} holds no program", "a program begins with .PROGRAM name")
+        if self.options.program is None:
+            return next(iter(environment.programs.values())).name
+        try:
+            return environment.program(self.options.program).name
+        except UndefinedName as error:
+            known = ", ".join(program.name for program in environment.programs.values())
+            what = f"{self.source.path} holds no {error.detail}"
+            raise CommandLineError(what, error.hint or f"it holds {known}") from None
+
+    # --- what is told -----------------------------------------------------------------------------------
+
+    def _refused(self, session: Session, diagnostics: Sequence[Diagnostic]) -> int:
+        """A file with errors is not executed."""
+        if self.options.json:
+            from vrs_cli.cli.reports import diagnostic_objects
+
+            self._print_json(session, None, diagnostic_objects(diagnostics))
+        else:
+            print(self.source.shown(diagnostics), end="", file=sys.stderr)
+        return FAILED
+
+    def _ended(self, session: Session, terminal: BatchTerminal, result: RunResult) -> int:
+        """Tell how the run ended, and write the files: what there is of the trajectory, also after an error."""
+        from vrs_cli.cli.reports import fault_object, fault_text
+        from vrs_cli.interfaces.replies import Message
+
+        fault = result.fault
+        if self.options.json:
+            self._print_json(session, result, [fault_object(fault)] if fault else [])
+        elif fault:
+            print(fault_text(self.source.path, fault), file=sys.stderr)
+        else:
+            terminal.show(Message(result.outcome.value))
+        return max(self._write_files(session), FAILED if fault else OK)
+
+    def _write_files(self, session: Session) -> int:
+        engine = session.engine
+        try:
+            self.outputs.write(engine.arm, engine.timeline, self.source.path)
+        except FileError as error:  # the command line was right when the run began: the disk is full
+            print(f"vrs run: {error}", file=sys.stderr)
+            return FAILED
+        return OK
+
+    def _print_json(self, session: Session, result: RunResult | None, errors: list[Object]) -> None:
+        from vrs_cli.cli.reports import run_object
+
+        print(json.dumps(run_object(session.engine, result, errors), indent=2))

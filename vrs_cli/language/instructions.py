@@ -1,0 +1,364 @@
+"""The instructions of a program: one row each, and the control words (val2 section 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from vrs_cli.language.words import Argument, Route, Shape, State, Word, by_name
+
+AT = frozenset({"AT"})
+ALWAYS = frozenset({"ALWAYS"})
+
+
+def real(name: str, optional: bool = False, repeated: bool = False) -> Argument:
+    return Argument(name, Shape.REAL, optional, repeated)
+
+
+PLACE = Argument("location", Shape.PLACE)
+LOCATION = Argument("location", Shape.LOCATION)
+DEFINED = Argument("location", Shape.LOCATION_VARIABLE)
+PROGRAM = Argument("program", Shape.PROGRAM)
+LABEL = Argument("label", Shape.LABEL)
+TEXT = Argument("$text", Shape.STRING)
+UNIT = Argument("unit", Shape.GROUP)
+TASK = real("task", optional=True)
+ITEMS = Argument("item", Shape.ITEM, optional=True, repeated=True)
+SWITCHES = Argument("switch", Shape.SWITCH, repeated=True)
+SIGNALS = Argument("signal", Shape.SIGNALS, repeated=True)
+COMPOUND_SHIFT = (real("dx", True), real("dy", True), real("dz", True), real("rotation", True))
+
+
+def _motion(
+    name: str, arguments: tuple[Argument, ...], summary: str, example: str, where: str = "1 2 +", note: str = ""
+) -> Word:
+    return Word(name, arguments, Route.MOTION, summary, example, where, modifiers=AT, note=note)
+
+
+def _setting(
+    name: str, summary: str, where: str = "1 2 +", arguments: tuple[Argument, ...] = (), breaks: bool = False
+) -> Word:
+    example = f"{name} ALWAYS"
+    return Word(name, arguments, Route.PARAMETER, summary, example, where, modifiers=ALWAYS, breaks=breaks)
+
+
+def _flag(name: str, summary: str) -> Word:
+    return Word(name, (), Route.PARAMETER, summary, name, "1 2 +", note="it stays until the opposite is asked for")
+
+
+def _hand(name: str, summary: str, breaks: bool = False) -> Word:
+    width = () if name.startswith("RELAX") else (real("width", optional=True),)
+    return Word(name, width, Route.PARAMETER, summary, name, "1 2 +", breaks=breaks)
+
+
+def _planned(
+    name: str,
+    arguments: tuple[Argument, ...],
+    summary: str,
+    where: str = "+",
+    value: Argument | None = None,
+    route: Route = Route.PROGRAM,
+    note: str = "",
+) -> Word:
+    return Word(name, arguments, route, summary, name, where, value, state=State.PLANNED, note=note)
+
+
+def _refused(name: str, summary: str, where: str, note: str) -> Word:
+    return Word(name, (), Route.PROGRAM, summary, name, where, state=State.REFUSED, note=note)
+
+
+_MOTIONS = (
+    _motion("MOVE", (PLACE,), "joint-interpolated motion to a location", "MOVE part"),
+    _motion("MOVES", (PLACE,), "straight-line motion to a location", "MOVES part"),
+    _motion("MOVET", (PLACE, real("hand")), "MOVE, operating the hand on the way", "MOVET part, 1"),
+    _motion("MOVEST", (PLACE, real("hand")), "MOVES, operating the hand on the way", "MOVEST part, 0"),
+    _motion(
+        "APPRO",
+        (LOCATION, real("distance")),
+        "motion to a distance [mm] in front of a location, back along its tool axis",
+        "APPRO part, 50",
+    ),
+    _motion("APPROS", (LOCATION, real("distance")), "APPRO in a straight line", "APPROS part, 50"),
+    _motion("DEPART", (real("distance"),), "motion back along the tool axis by a distance [mm]", "DEPART 50"),
+    _motion("DEPARTS", (real("distance"),), "DEPART in a straight line", "DEPARTS 50"),
+    _motion(
+        "DRIVE",
+        (real("joint"), real("change"), real("speed", optional=True)),
+        "turn one joint by so many degrees, at a percentage of full speed",
+        "DRIVE 1, -30, 50",
+    ),
+    _motion("READY", (), "motion to the ready position, arm straight up", "READY"),
+    _motion("NEST", (), "fold the arm to its parking position", "NEST", "1 2"),
+    Word("ALIGN", (), Route.MOTION, "turn the tool so that its Z lies along the nearest world axis", "ALIGN", "1 2 +"),
+    Word("DELAY", (real("seconds"),), Route.MOTION, "no motion for so many seconds", "DELAY 0.5", "1 2 +"),
+    Word("BREAK", (), Route.MOTION, "wait until the robot has come to rest", "BREAK", "1 2 +", breaks=True),
+)
+
+_SETTINGS = (
+    Word(
+        "SPEED",
+        (real("speed"), real("rotation", optional=True)),
+        Route.PARAMETER,
+        "program speed, in percent or as the speed of the tool tip, for the next motion or always",
+        "SPEED 30 ALWAYS",
+        "1 2 +",
+        modifiers=frozenset({"UNIT", "ALWAYS"}),
+    ),
+    Word(
+        "DURATION",
+        (real("seconds"),),
+        Route.PARAMETER,
+        "the least time that a motion takes",
+        "DURATION 2 ALWAYS",
+        "2 +",
+        modifiers=ALWAYS,
+    ),
+    Word(
+        "ACCEL",
+        (real("acceleration"), real("deceleration", optional=True)),
+        Route.PARAMETER,
+        "acceleration and deceleration in percent",
+        "ACCEL 50, 30",
+        "+",
+    ),
+    _setting("COARSE", "settle loosely at the end of a motion", arguments=(real("tolerance", optional=True),)),
+    _setting("FINE", "settle closely at the end of a motion", arguments=(real("tolerance", optional=True),)),
+    _setting("NULL", "wait for position errors to vanish when the robot comes to rest"),
+    _setting("NONULL", "do not wait for position errors to vanish"),
+    _setting("CPON", "pass from motion to motion without a stop", "2 +"),
+    _setting("CPOFF", "come to rest between motions", "2 +", breaks=True),
+    _setting("INTON", "integral action of the servos during motions", "1 2"),
+    _setting("INTOFF", "no integral action of the servos during motions", "1 2"),
+    _setting("SINGLE", "keep the wrist joints within one turn"),
+    _setting("MULTIPLE", "let the wrist joints use their whole range"),
+    _setting("OVERLAP", "let a joint turn more than half a turn in one motion", "2 +"),
+    _setting("NOOVERLAP", "refuse more than half a turn of a joint in one motion", "2 +"),
+    _flag("RIGHTY", "an arm like a human right arm"),
+    _flag("LEFTY", "an arm like a human left arm"),
+    _flag("ABOVE", "elbow above the line from shoulder to wrist"),
+    _flag("BELOW", "elbow below the line from shoulder to wrist"),
+    _flag("FLIP", "joint 5 at negative angles"),
+    _flag("NOFLIP", "joint 5 at positive angles"),
+    _hand("OPEN", "open the hand during the next motion"),
+    _hand("CLOSE", "close the hand during the next motion"),
+    _hand("RELAX", "let the hand go slack during the next motion"),
+    _hand("OPENI", "come to rest, then open the hand", breaks=True),
+    _hand("CLOSEI", "come to rest, then close the hand", breaks=True),
+    _hand("RELAXI", "come to rest, then let the hand go slack", breaks=True),
+    Word(
+        "TOOL",
+        (Argument("location", Shape.LOCATION, optional=True),),
+        Route.PARAMETER,
+        "the tool transformation, from flange to tool tip; NULL when omitted",
+        "TOOL gripper",
+        "1 2 +",
+        breaks=True,
+    ),
+    Word(
+        "BASE",
+        COMPOUND_SHIFT,
+        Route.PARAMETER,
+        "shift [mm] and turn [degrees about Z] the world frame against the robot",
+        "BASE 100,,-50, 90",
+        "1 2 +",
+        breaks=True,
+    ),
+    Word("ENABLE", (SWITCHES,), Route.PARAMETER, "turn switches on", "ENABLE CP", "2 +"),
+    Word("DISABLE", (SWITCHES,), Route.PARAMETER, "turn switches off", "DISABLE MESSAGES", "2 +"),
+    Word(
+        "SWITCH",
+        (Argument("switch", Shape.SWITCH),),
+        Route.PARAMETER,
+        "turn a switch on or off",
+        "SWITCH CP = OFF",
+        "2 +",
+        value=real("value"),
+    ),
+    Word(
+        "PARAMETER",
+        (Argument("parameter", Shape.PARAMETER_NAME),),
+        Route.PARAMETER,
+        "set a parameter",
+        "PARAMETER HAND.TIME = 0.1",
+        "2 +",
+        value=Argument("value", Shape.SETTING),
+    ),
+)
+
+_POSITIONS = (
+    Word(
+        "SET",
+        (DEFINED,),
+        Route.POSITION,
+        "define a location by an expression",
+        "SET b = a:grip",
+        "2 +",
+        value=Argument("value", Shape.PLACE),
+    ),
+    Word("HERE", (DEFINED,), Route.POSITION, "define a location as the present position", "HERE part", "1 2 +"),
+    Word(
+        "POINT",
+        (DEFINED,),
+        Route.POSITION,
+        "define a location by an expression",
+        "POINT b = a",
+        "1 2 +",
+        value=Argument("value", Shape.PLACE),
+    ),
+    Word(
+        "DECOMPOSE",
+        (Argument("element", Shape.REAL_VARIABLE),),
+        Route.POSITION,
+        "put the six numbers of a location into six elements of an array",
+        "DECOMPOSE x[1] = part",
+        "2 +",
+        value=Argument("value", Shape.PLACE),
+    ),
+)
+
+_INPUT_OUTPUT = (
+    Word("TYPE", (ITEMS,), Route.PROGRAM, "print numbers and texts", 'TYPE "x =", /F8.2, x', "1 2 +"),
+    Word(
+        "PROMPT",
+        (
+            Argument("$text", Shape.STRING, optional=True),
+            Argument("variable", Shape.VARIABLE, optional=True, repeated=True),
+        ),
+        Route.PROGRAM,
+        "print a text and read a line into variables",
+        'PROMPT "How many? ", count',
+        "1 2 +",
+    ),
+    Word("SIGNAL", (SIGNALS,), Route.PROGRAM, "turn signals on, or off where the number is negative", "SIGNAL 1, -2", "1 2 +"),
+    Word("RESET", (), Route.PROGRAM, "turn all output signals off", "RESET", "1 2 +"),
+    Word(
+        "BITS",
+        (real("first"), real("count", optional=True)),
+        Route.PROGRAM,
+        "set signals to the bits of a number",
+        "BITS 1, 4 = part",
+        "2 +",
+        value=real("value"),
+    ),
+    Word(
+        "WAIT",
+        (real("condition", optional=True),),
+        Route.PROGRAM,
+        "hold the program until a condition is true; bare: for one tick",
+        "WAIT SIG(1001)",
+        "1 2 +",
+    ),
+    Word(
+        "TIMER",
+        (real("timer"),),
+        Route.PROGRAM,
+        "set a timer [s]; it counts on from there",
+        "TIMER 1 = 0",
+        "2 +",
+        value=real("seconds"),
+    ),
+)
+
+_FLOW = (
+    Word("CALL", (PROGRAM,), Route.PROGRAM, "carry out another program", "CALL pick(part, 50)", "2 +"),
+    Word("RETURN", (), Route.PROGRAM, "go back to the program that called this one", "RETURN", "1 2 +"),
+    Word("STOP", (), Route.PROGRAM, "end this cycle of the main program", "STOP", "1 2 +", breaks=True),
+    Word("PAUSE", (), Route.PROGRAM, "stop so that PROCEED goes on", "PAUSE", "1 2 +", breaks=True),
+    Word("HALT", (), Route.PROGRAM, "stop for good", "HALT", "1 2 +", breaks=True),
+)
+
+_PLANNED = (
+    _planned("REACT", (Argument("signal", Shape.SIGNALS), PROGRAM, real("priority", True)), "call a program when a signal changes", "1 2 +"),
+    _planned("REACTI", (Argument("signal", Shape.SIGNALS), PROGRAM, real("priority", True)), "REACT that stops the motion at once", "1 2 +"),
+    _planned("REACTE", (Argument("program", Shape.PROGRAM, optional=True),), "call a program on any error", "+"),
+    _planned("IGNORE", (Argument("signal", Shape.SIGNALS),), "end REACT or REACTI", "1 2 +"),
+    _planned("LOCK", (real("priority"),), "program priority, which reactions must exceed", "2 +"),
+    _planned("RUNSIG", (Argument("signal", Shape.SIGNALS),), "keep a signal on while the program runs", "2 +"),
+    _planned("GRASP", (real("width"), LABEL), "close the hand and check its opening", "1 2"),
+    _planned("ALTER", (UNIT, real("dx"), real("dy", True), real("dz", True), real("rx", True), real("ry", True), real("rz", True)), "change the path while it is driven", "2 +", route=Route.MOTION),
+    _planned("ALTON", (UNIT, real("mode", True)), "begin to change the path", "2 +", route=Route.MOTION),
+    _planned("ALTOFF", (), "end the changing of the path", "2 +", route=Route.MOTION),
+    _planned("NOALTER", (), "end the changing of the path", "2", route=Route.MOTION),
+    _planned("BRAKE", (), "stop the present motion at once", "+", route=Route.MOTION),
+    _planned("EXIT", (real("loops", True),), "leave a loop", "+", note="use GOTO"),
+    _planned("NEXT", (real("loops", True),), "begin the next pass of a loop", "+", note="use GOTO"),
+    _planned("CALLS", (TEXT,), "call the program that a string names", "+"),
+    _planned("RETURNE", (), "return from an error reaction to the next step", "+"),
+    _planned("EXECUTE", (PROGRAM, real("cycles", True), real("step", True)), "start another task", "+"),
+    _planned("PCEXECUTE", (PROGRAM, real("cycles", True), real("step", True)), "start the process control program", "2"),
+    _planned("ABORT", (TASK,), "stop a task", "+", note="use HALT"),
+    _planned("KILL", (TASK,), "clear a task", "+"),
+    _planned("CYCLE.END", (TASK,), "let a task end after its cycle", "+"),
+    _planned("PROCEED", (TASK,), "let a task go on", "+"),
+    _planned("RETRY", (TASK,), "let a task repeat its step", "+"),
+    _planned("WAIT.EVENT", (real("mask", True), real("seconds", True)), "wait for an event", "+"),
+    _planned("CALIBRATE", (), "find the zero of the joints", "+", route=Route.POSITION, note="a virtual robot is calibrated"),
+    _planned("AUTO", (Argument("variable", Shape.VARIABLE, repeated=True),), "variables of one call", "+", note="every variable is global"),
+    _planned("LOCAL", (Argument("variable", Shape.VARIABLE, repeated=True),), "variables of one program", "+", note="every variable is global"),
+    _planned("GLOBAL", (Argument("variable", Shape.VARIABLE, repeated=True),), "variables of all programs", "+", note="every variable is global"),
+    _planned("ATTACH", (UNIT, Argument("$device", Shape.STRING, optional=True)), "take hold of a device", "+"),
+    _planned("DETACH", (Argument("unit", Shape.GROUP, optional=True),), "let a device go", "+"),
+    _planned("SELECT", (Argument("device", Shape.WORD),), "choose a robot", "+", value=real("number")),
+    _planned("FOPENR", (UNIT, TEXT), "open a file to read", "+"),
+    _planned("FOPENW", (UNIT, TEXT), "open a file to write", "+"),
+    _planned("FOPENA", (UNIT, TEXT), "open a file to write at its end", "+"),
+    _planned("FCLOSE", (UNIT,), "close a file", "+"),
+    _planned("READ", (UNIT, Argument("variable", Shape.VARIABLE, repeated=True)), "read from a device", "+"),
+    _planned("WRITE", (UNIT, ITEMS), "write to a device", "+"),
+    _planned("MC", (Argument("command", Shape.INSTRUCTION),), "carry out a monitor command", "+"),
+)  # fmt: skip
+
+_REFUSED = (
+    _refused("ELSEIF", "not a word of VAL-II", "", "write ELSE, and IF ... THEN on the next line"),
+    _refused("ENDIF", "not a word of VAL-II", "", "every block ends in END"),
+    _refused("GO", "motion to a location in VAL", "1", "use MOVE"),
+    _refused("DRAW", "straight motion by a distance in VAL", "1", "use MOVES SHIFT(DEST BY dx, dy, dz)"),
+    _refused("GOSUB", "call of a program in VAL", "1", "use CALL"),
+    _refused("IFSIG", "branch on signals in VAL", "1", "use IF SIG(n, ...) GOTO label"),
+    _refused("SETI", "assignment in VAL", "1", "use name = value"),
+    _refused("TYPEI", "print an integer in VAL", "1", "use TYPE"),
+    _refused("SHIFT", "shift of a location in VAL", "1", "use SET a = SHIFT(a BY dx, dy, dz)"),
+    _refused("INVERSE", "inverse of a location in VAL", "1", "use SET a = INVERSE(b)"),
+    _refused("FRAME", "frame of locations in VAL", "1", "use SET a = FRAME(b, c, d, e)"),
+    _refused("DEFBELT", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
+    _refused("SETBELT", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
+    _refused("WINDOW", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
+    _refused("ESTOP", "power off at once", "+", "use HALT"),
+)
+
+INSTRUCTIONS: Mapping[str, Word] = by_name(
+    (*_MOTIONS, *_SETTINGS, *_POSITIONS, *_INPUT_OUTPUT, *_FLOW, *_PLANNED, *_REFUSED)
+)
+
+
+def _control(name: str, arguments: tuple[Argument, ...], summary: str, example: str, value: Argument | None = None) -> Word:
+    return Word(name, arguments, Route.PROGRAM, summary, example, "2 +", value)
+
+
+_CONDITION = real("condition")
+
+CONTROL: Mapping[str, Word] = by_name(
+    (
+        _control("IF", (_CONDITION,), "IF ... THEN begins a block, IF ... GOTO label branches", "IF x > 2 THEN"),
+        _control("ELSE", (), "what is done where the condition of IF is false", "ELSE"),
+        _control("WHILE", (_CONDITION,), "a loop that tests before each pass", "WHILE x > 2 DO"),
+        _control("DO", (), "a loop that tests after each pass", "DO"),
+        _control("UNTIL", (_CONDITION,), "the end of a DO loop: leaves it where the condition is true", "UNTIL x > 2"),
+        _control(
+            "FOR",
+            (Argument("variable", Shape.REAL_VARIABLE),),
+            "a loop that counts",
+            "FOR i = 1 TO 10 STEP 2",
+            real("first"),
+        ),
+        _control("CASE", (real("number"),), "chooses among VALUE parts", "CASE part OF"),
+        _control("VALUE", (real("number", repeated=True),), "a part of CASE", "VALUE 1, 2:"),
+        _control("ANY", (), "the part of CASE for every other value", "ANY"),
+        _control("END", (), "the end of IF, WHILE, FOR and CASE", "END"),
+        _control("GOTO", (LABEL,), "go on at a label", "GOTO 10"),
+    )
+)
+
+PROGRAM_WORDS: Mapping[str, Word] = {**CONTROL, **INSTRUCTIONS}
+
+CONNECTIVES = frozenset({"THEN", "TO", "STEP", "OF", "BY", "ALWAYS", "MMPS", "IPS"})
+OPERATOR_WORDS = frozenset({"NOT", "AND", "OR", "XOR", "MOD", "COM", "BAND", "BOR", "BXOR"})

@@ -1,0 +1,205 @@
+"""The monitor commands: what is typed at the `.` prompt, one row each (val2 section 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from vrs_cli.language.instructions import DEFINED, INSTRUCTIONS, PROGRAM, SIGNALS, SWITCHES, real
+from vrs_cli.language.words import Argument, Route, Shape, State, Word, by_name
+
+FILE = Argument("file", Shape.FILE)
+NEW = Argument("new", Shape.PROGRAM)
+PROGRAMS = Argument("program", Shape.PROGRAM, optional=True, repeated=True)
+TASK = real("task", optional=True)
+EXECUTED = (Argument("program", Shape.PROGRAM, optional=True), real("cycles", optional=True), real("step", optional=True))
+
+
+def _word(
+    name: str,
+    arguments: tuple[Argument, ...],
+    summary: str,
+    example: str,
+    where: str = "1 2 +",
+    route: Route = Route.PROGRAM,
+    value: Argument | None = None,
+    note: str = "",
+) -> Word:
+    return Word(name, arguments, route, summary, example, where, value, note=note)
+
+
+def _planned(
+    name: str, arguments: tuple[Argument, ...], summary: str, where: str = "+", value: Argument | None = None, note: str = ""
+) -> Word:
+    return Word(name, arguments, Route.PROGRAM, summary, name, where, value, state=State.PLANNED, note=note)
+
+
+def _refused(name: str, summary: str, where: str, note: str) -> Word:
+    return Word(name, (), Route.PROGRAM, summary, name, where, state=State.REFUSED, note=note)
+
+
+_POSITIONS = (
+    Word(
+        "WHERE",
+        (
+            real("robot", optional=True),
+            Argument("t1", Shape.REAL, optional=True, lead="FROM"),
+            Argument("t2", Shape.REAL, optional=True, lead="TO"),
+            Argument("dt", Shape.REAL, optional=True, lead="STEP"),
+        ),
+        Route.POSITION,
+        "where the robot is now, at a time, or over a stretch of time",
+        "WHERE FROM 0 TO 5 STEP 0.5",
+        "1 2 +",
+        modifiers=frozenset({"AT"}),
+    ),
+    _word("HERE", (DEFINED,), "define a location as the present position, then correct it", "HERE part", route=Route.POSITION),
+    Word(
+        "POINT",
+        (DEFINED,),
+        Route.POSITION,
+        "define or correct a location by typing its numbers",
+        "POINT part = TRANS(500, 150, -100, 90, 90, 0)",
+        "1 2 +",
+        value=Argument("value", Shape.PLACE, optional=True),
+    ),
+    _word("LISTL", (Argument("location", Shape.PLACE, optional=True, repeated=True),), "list locations", "LISTL part, #safe", route=Route.POSITION),
+    _word("LISTR", (real("expression", True, True),), "list reals; a desk calculator", "LISTR count, SIN(30)/2", "2 +", Route.POSITION),
+    _word("LISTS", (Argument("$string", Shape.STRING, optional=True, repeated=True),), "list strings", "LISTS $part", "2 +", Route.POSITION),
+)  # fmt: skip
+
+_STATE = (
+    _word("STATUS", (TASK,), "what is running, its step, cycles and speeds", "STATUS"),
+    _word("IO", (real("group", optional=True),), "the signals: 0 inputs, 1 outputs, 2 internal ones", "IO 1", "2 +"),
+    _word("TIME", (), "the robot clock", "TIME", "2 +"),
+    _word("ID", (), "the version of the system and the robot", "ID", "2 +"),
+    _word("FREE", (), "how much is stored", "FREE"),
+    _word("HELP", (Argument("word", Shape.WORD, optional=True),), "what there is, or what a word does", "HELP APPRO", "1 2"),
+)  # fmt: skip
+
+_PROGRAMS = (
+    _word("DIRECTORY", (Argument("names", Shape.WORD, optional=True),), "the programs in memory", "DIRECTORY pick*"),
+    _word("LISTP", (PROGRAMS,), "list programs with their step numbers", "LISTP pick.place"),
+    _word("COPY", (NEW,), "copy a program", "COPY new = old", "2 +", value=Argument("old", Shape.PROGRAM)),
+    _word("RENAME", (NEW,), "give a program another name", "RENAME new = old", value=Argument("old", Shape.PROGRAM)),
+    _word("DELETE", (Argument("program", Shape.PROGRAM, repeated=True),), "delete programs and what they alone use", "DELETE pick.place"),
+    _word("DELETEP", (Argument("program", Shape.PROGRAM, repeated=True),), "delete programs", "DELETEP pick.place", "2 +"),
+    _word("DELETEL", (Argument("location", Shape.LOCATION_VARIABLE, repeated=True),), "delete locations", "DELETEL part, #safe", "2 +"),
+    _word("DELETER", (Argument("real", Shape.REAL_VARIABLE, repeated=True),), "delete reals", "DELETER count", "2 +"),
+    _word("DELETES", (Argument("$string", Shape.STRING_VARIABLE, repeated=True),), "delete strings", "DELETES $part", "2 +"),
+    _word("ZERO", (), "delete all programs and variables", "ZERO"),
+)  # fmt: skip
+
+_FILES = (
+    _word("LOAD", (FILE,), "read programs and variables from a file", "LOAD pick.v2"),
+    _word("STORE", (FILE,), "write programs with everything they use to a file", "STORE cell.v2 = pick, place", value=PROGRAMS),
+    _word("STOREP", (FILE,), "write programs to a file", "STOREP cell.pg", value=PROGRAMS),
+    _word("STOREL", (FILE,), "write the locations of programs to a file", "STOREL cell.lc", value=PROGRAMS),
+    _word("STORER", (FILE,), "write the reals of programs to a file", "STORER cell.rv", "2 +", value=PROGRAMS),
+    _word("STORES", (FILE,), "write the strings of programs to a file", "STORES cell.st", "2 +", value=PROGRAMS),
+)  # fmt: skip
+
+_EXECUTION = (
+    _word("EXECUTE", EXECUTED, "run a program: how often (negative: for ever), from which step", "EXECUTE pick(part), 5"),
+    _word("DO", (Argument("instruction", Shape.INSTRUCTION, optional=True),), "carry out one instruction; bare: the last one again", "DO MOVE part"),
+    _word("ABORT", (TASK,), "stop the program and the motion", "ABORT"),
+    _word("PROCEED", (TASK,), "go on at the next step", "PROCEED"),
+    _word("RETRY", (TASK,), "go on with the step that failed", "RETRY"),
+    _word("SPEED", (real("percent"),), "the monitor speed, which scales every motion", "SPEED 50", route=Route.PARAMETER),
+    _word("SIGNAL", (SIGNALS,), "turn signals on, or off where the number is negative", "SIGNAL 1, -2", "2 +"),
+    _word("RESET", (), "turn all output signals off", "RESET", "2 +"),
+)  # fmt: skip
+
+_SYSTEM = (
+    INSTRUCTIONS["TOOL"],
+    INSTRUCTIONS["BASE"],
+    _word("ENABLE", (SWITCHES,), "turn switches on", "ENABLE CP", "2 +", Route.PARAMETER),
+    _word("DISABLE", (SWITCHES,), "turn switches off", "DISABLE CP", "2 +", Route.PARAMETER),
+    _word(
+        "SWITCH",
+        (Argument("switch", Shape.SWITCH, optional=True, repeated=True),),
+        "show switches, or turn one on or off",
+        "SWITCH CP",
+        "2 +",
+        Route.PARAMETER,
+        real("value", optional=True),
+    ),
+    _word(
+        "PARAMETER",
+        (Argument("parameter", Shape.PARAMETER_NAME, optional=True),),
+        "show parameters, or set one",
+        "PARAMETER PROFILE = SCURVE",
+        "2 +",
+        Route.PARAMETER,
+        Argument("value", Shape.SETTING, optional=True),
+    ),
+)
+
+_OURS = (
+    _word("UNDO", (), "take the last motion command back", "UNDO", "", Route.MOTION),
+    _word("TIMELINE", (), "the segments of the trajectory", "TIMELINE", "", Route.POSITION),
+    _word("PLOT", (Argument("what", Shape.WORD, optional=True),), "plot the trajectory in the terminal", "PLOT speed", "", Route.POSITION),
+    _word("SAVE", (FILE,), "write the trajectory to a file", "SAVE demo.vrst", ""),
+    _word("REPLAY", (FILE,), "play a trajectory file", "REPLAY demo.vrst", ""),
+    _word("EXIT", (), "leave the shell", "EXIT", ""),
+    _word("QUIT", (), "leave the shell", "QUIT", ""),
+)  # fmt: skip
+
+_LATER = (
+    _planned("EDIT", (Argument("program", Shape.PROGRAM, optional=True), real("step", True)), "the line editor", "1 2 +", note="type .PROGRAM name to enter a program, or edit its file and LOAD it"),
+    _planned("SEE", (Argument("program", Shape.PROGRAM, optional=True), real("step", True)), "the screen editor", note="edit its file and LOAD it"),
+    _planned("TEACH", (DEFINED,), "record locations from the pendant", "1 2 +", note="use HERE"),
+    _planned("WATCH", (real("expression"),), "stop when a value changes"),
+    _planned("FLIST", (FILE,), "type a disk file", "2 +"),
+    _planned("FDIRECTORY", (Argument("folder", Shape.FILE, optional=True),), "the files of a folder", "2 +"),
+    _planned("FDELETE", (FILE,), "delete a disk file", "2 +"),
+    _planned("FRENAME", (FILE,), "rename a disk file", "2 +", Argument("file", Shape.FILE)),
+    _planned("FCOPY", (FILE,), "copy a disk file", "2 +", Argument("file", Shape.FILE)),
+    _planned("COMMANDS", (FILE,), "carry out a file of monitor commands", "2 +"),
+    _planned("CD", (Argument("folder", Shape.FILE, optional=True),), "the folder of files"),
+    _planned("DEFAULT", (), "the folder of files", value=Argument("folder", Shape.FILE)),
+    _planned("PRIME", EXECUTED, "get a program ready to run", "2 +"),
+    _planned("NEXT", (), "carry out one step", "1 2"),
+    _planned("SSTEP", EXECUTED, "carry out one step, a call as a whole", "2 +"),
+    _planned("XSTEP", EXECUTED, "carry out one step, also of a called program"),
+    _planned("BPT", (), "breakpoints"),
+    _planned("DEBUG", (Argument("program", Shape.PROGRAM, optional=True),), "the debugger"),
+    _planned("KILL", (TASK,), "clear a task"),
+    _planned("CYCLE.END", (TASK,), "end the program after this cycle"),
+    _planned("PANIC", (), "stop at once"),
+    _planned("PCEXECUTE", EXECUTED, "run the process control program", "2"),
+    _planned("PCABORT", (), "stop the process control program", "2"),
+    _planned("PCEND", (), "end the process control program after this cycle", "2"),
+    _planned("PCPROCEED", (), "let the process control program go on", "2"),
+    _planned("PCRETRY", (), "repeat the failed step of the process control program", "2"),
+    _planned("PCSTATUS", (), "the state of the process control program", "2"),
+    _planned("CALIBRATE", (), "find the zero of the joints", "1 2 +", note="a virtual robot is calibrated"),
+    _planned("MODULE", (Argument("module", Shape.WORD),), "groups of programs"),
+    _planned("MDIRECTORY", (), "groups of programs"),
+    _planned("STOREM", (FILE,), "write a module to a file", value=Argument("module", Shape.WORD)),
+    _planned("DELETEM", (Argument("module", Shape.WORD),), "delete a module"),
+    _planned("JOG", (), "move by hand", note="use DRIVE"),
+    _planned("NET", (), "the network"),
+)  # fmt: skip
+
+_REFUSED = (
+    _refused("DPOINT", "delete a location in VAL", "1", "use DELETEL"),
+    _refused("LOADP", "load programs in VAL", "1", "use LOAD"),
+    _refused("LOADL", "load locations in VAL", "1", "use LOAD"),
+    _refused("LISTF", "the disk directory in VAL", "1", "use the files of your system"),
+    _refused("ERASE", "erase a disk in VAL", "1", "use the files of your system"),
+    _refused("COMPRESS", "tidy a disk in VAL", "1", "there is no disk to tidy"),
+    _refused("INIT", "prepare a disk in VAL", "1", "there is no disk to prepare"),
+    _refused("FORMAT", "prepare a disk", "2 +", "there is no disk to prepare"),
+    _refused("ESTOP", "power off at once", "+", "use ABORT"),
+    _refused("STACK", "the size of the stack", "+", "the stack grows as needed"),
+    _refused("SELECT", "choose a robot", "+", "there is one robot"),
+    _refused("SRV.RESET", "reset the servos", "+", "there are no servos"),
+    _refused("PASSTHRU", "talk to a serial line", "+", "there is no serial line"),
+    _refused("PING", "test the network", "+", "use the tools of your system"),
+    _refused("INSTALL", "install options", "+", "everything is installed"),
+    _refused("TESTP", "test for a program", "+", "use DIRECTORY"),
+)
+
+COMMANDS: Mapping[str, Word] = by_name(
+    (*_POSITIONS, *_STATE, *_PROGRAMS, *_FILES, *_EXECUTION, *_SYSTEM, *_OURS, *_LATER, *_REFUSED)
+)

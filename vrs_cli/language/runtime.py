@@ -1,0 +1,324 @@
+"""A program while it runs: one task, its stack of programs, its cycles, and what it says to its driver.
+
+A driver calls `resume` until an event says that the program has ended, and does what each event asks for:
+
+    a request of engine.commands   give it to the robot            Wait      resume when its condition is true
+    Type, Prompt                   the terminal                    Budget    nothing: look up, then resume
+    CycleBegins                    perform its settings            Paused, Failed, Halted, Completed: it has stopped
+
+A task reads no clock and moves nothing, so the same program gives the same events at any speed. After `Paused`, and
+after `Failed`, `resume` goes on with the next step (PROCEED); `retry` before it repeats the step (RETRY).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import islice
+
+from vrs_cli.engine.commands import Break, Request
+from vrs_cli.errors import ArgumentMismatch, IllegalValue, ProgramNotExecutable, StackOverflow, VrsError
+from vrs_cli.language import ast
+from vrs_cli.language.analyzer import analyze
+from vrs_cli.language.ast import Kind, Program, Span, Step, Variable
+from vrs_cli.language.compiler import (
+    Steps,
+    by_value,
+    compile_argument,
+    compile_definable,
+    compile_expression,
+    overflow,
+)
+from vrs_cli.language.effects import (
+    CYCLE_SETTINGS,
+    CallProgram,
+    CycleBegins,
+    Definable,
+    Effect,
+    Halt,
+    Pause,
+    Prompt,
+    Return,
+    Stop,
+    Type,
+    Wait,
+    Yielded,
+)
+from vrs_cli.language.environment import (
+    NO_CELLS,
+    SIGIL_KINDS,
+    Cells,
+    Context,
+    Environment,
+    Reference,
+    Robot,
+    StoredProgram,
+)
+from vrs_cli.language.values import Value, kind_of_value
+
+STACK_LIMIT = 10_000  # programs that have called one another
+MOST_CYCLES = 32767
+BUDGET = 10_000  # steps between two looks at the rest of the world
+
+# --- events ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramFault:
+    """Where a program stopped with an error. `step` counts from 1; `line` is that of its file; `source` its text.
+
+    `text` is VAL-II's message, `message` the whole of it with what happened and what would be right.
+    """
+
+    code: int
+    text: str
+    message: str
+    program: str
+    step: int
+    line: int
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Completed:
+    """The last cycle has ended."""
+
+    cycles: int
+
+
+@dataclass(frozen=True, slots=True)
+class Paused:
+    """PAUSE: `resume` goes on with the next step."""
+
+    program: str
+    step: int
+
+
+@dataclass(frozen=True, slots=True)
+class Halted:
+    """HALT: the end."""
+
+    program: str
+    step: int
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """A step could not be done. `resume` goes on with the next step, `retry` first repeats it."""
+
+    fault: ProgramFault
+    error: VrsError
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """So many steps were done, and nothing is asked for."""
+
+
+Event = Request | Type | Prompt | Wait | CycleBegins | Completed | Paused | Halted | Failed | Budget
+
+_BUDGET = Budget()
+
+
+class TaskState(Enum):
+    RUNNING = "running"
+    PAUSED = "paused"
+    FAILED = "failed"
+    HALTED = "halted"
+    ABORTED = "aborted"
+    COMPLETED = "completed"
+
+
+# --- the stack ---------------------------------------------------------------------------------------------------
+
+
+class _Frame:
+    """An activation of a program: where it is (`op`), and what it keeps while its generator is replaced."""
+
+    __slots__ = ("_arguments", "_context", "_slots", "op", "program", "steps")
+
+    def __init__(
+        self, context: Context, program: StoredProgram, arguments: Sequence[Reference], step: int = 0
+    ) -> None:
+        compiled = program.compiled
+        self.program = program
+        self.op = compiled.entry(step)
+        self._context = context
+        self._arguments = arguments
+        self._slots = compiled.fresh_slots()
+        self.steps: Steps = compiled.start(context, arguments, self._slots, self.op)
+
+    @property
+    def step(self) -> int:
+        """The present step, from 0."""
+        return self.program.compiled.step_of(self.op)
+
+    def enter(self, op: int) -> None:
+        """Go on from another operation."""
+        self.steps.close()
+        self.op = op
+        self.steps = self.program.compiled.start(self._context, self._arguments, self._slots, op)
+
+    def skip(self) -> None:
+        """Go on with the next step."""
+        self.enter(self.program.compiled.entry(self.step + 1))
+
+
+# --- arguments ---------------------------------------------------------------------------------------------------
+
+
+def _left_out(environment: Environment, parameter: Variable) -> Reference:
+    """What stands for an argument that is not given: undefined until the program assigns it."""
+    name = parameter.sigil + parameter.name
+    kind = SIGIL_KINDS.get(parameter.sigil, Kind.REAL)
+    locations = NO_CELLS if parameter.sigil else Cells(environment, Kind.LOCATION, omitted=name)
+    key = None if parameter.indexes is not None else name
+    return Reference(Cells(environment, kind, omitted=name), locations, key)
+
+
+def _checked_argument(
+    program: StoredProgram, parameter: Variable, given: Reference, arrays: frozenset[str]
+) -> Reference:
+    name = f"{parameter.sigil}{parameter.name} of {program.name}"
+    kind = SIGIL_KINDS.get(parameter.sigil, Kind.REAL)
+    if given.cells.kind is not kind:
+        wanted = kind.value if parameter.sigil else "real or a transformation"
+        raise ArgumentMismatch(f"{name} is given a {given.cells.kind.value}", f"a {wanted} is wanted")
+    if (given.key is None) is not (parameter.key in arrays):
+        wanted, got = ("an array", "one value") if given.key is not None else ("one value", "an array")
+        raise ArgumentMismatch(f"{name} is given {got}", f"{wanted} is wanted")
+    decided = program.analysis.kinds.get(parameter.key)
+    wrong = {Kind.REAL: given.locations, Kind.LOCATION: given.cells}.get(decided or Kind.STRING, {})
+    if given.key in wrong and decided is not None:
+        raise ArgumentMismatch(f"{name}: {given.name} is not a {decided.value}", f"a {decided.value} is wanted")
+    return given
+
+
+def bind(
+    environment: Environment, program: StoredProgram, arguments: Sequence[Reference | None]
+) -> tuple[Reference, ...]:
+    """One reference for each parameter. Raises ArgumentMismatch."""
+    parameters = program.program.parameters
+    if len(arguments) > len(parameters):
+        raise ArgumentMismatch(
+            f"{program.name} is given {len(arguments)} arguments", f"it has {len(parameters)} parameters"
+        )
+    arrays = program.compiled.array_parameters
+    padded = (*arguments, *(None,) * (len(parameters) - len(arguments)))
+    return tuple(
+        _left_out(environment, parameter)
+        if given is None
+        else _checked_argument(program, parameter, given, arrays)
+        for parameter, given in zip(parameters, padded, strict=True)
+    )
+
+
+# --- the task ----------------------------------------------------------------------------------------------------
+
+
+class Task:
+    """A program under way: `cycles` times from the top (for ever if negative), the first time from `step` (from 1).
+
+    Arguments are values, or references to variables. Raises UndefinedName for a program that is not there,
+    ProgramNotExecutable, ArgumentMismatch, IllegalValue.
+    """
+
+    def __init__(
+        self,
+        environment: Environment,
+        robot: Robot,
+        program: str | StoredProgram,
+        arguments: Sequence[Reference | Value | None] = (),
+        cycles: int = 1,
+        step: int = 1,
+    ) -> None:
+        self._context = Context(environment, robot)
+        self._main = environment.program(program) if isinstance(program, str) else program
+        self._arguments = tuple(self._referred(argument) for argument in arguments)
+        self._first_step = self._checked_step(step) - 1
+        if cycles == 0 or cycles > MOST_CYCLES:
+            raise IllegalValue(f"{cycles} cycles", f"1 to {MOST_CYCLES}, or -1 for ever")
+        bind(environment, self._main, self._arguments)
+        self.cycles = cycles
+        self.cycles_done = 0
+        self.steps = 0
+        self.state = TaskState.RUNNING
+        self.fault: ProgramFault | None = None
+        self._frames: list[_Frame] = []
+        self._budget = BUDGET
+        self._answer: str | None = None
+        self._thrown: VrsError | None = None
+        self._again = False
+        self._life = self._live()
+
+    # for the driver
+
+    def resume(self, answer: str | None = None, budget: int = BUDGET) -> Event:
+        """Go on until something is to be done, at most `budget` steps. `answer`: the line that Prompt asked for.
+
+        After the end the last event is given again.
+        """
+        self._answer, self._budget = answer, budget
+        if self.state is not TaskState.RUNNING:
+            self.state, self.fault = TaskState.RUNNING, None
+        return next(self._life)
+
+    def throw(self, error: VrsError) -> Event:
+        """The driver could not do what the last event asked for: the present step fails with that error."""
+        self._thrown = error
+        return next(self._life)
+
+    def retry(self) -> None:
+        """Let `resume` repeat the step that failed or was interrupted."""
+        self._again = True
+
+    def abort(self) -> None:
+        """The driver stops here. `resume` goes on where it was left."""
+        if self.state is TaskState.RUNNING:
+            self.state = TaskState.ABORTED
+
+    # for STATUS and messages
+
+    @property
+    def ended(self) -> bool:
+        """Whether it cannot go on."""
+        return self.state in (TaskState.COMPLETED, TaskState.HALTED)
+
+    @property
+    def program(self) -> str:
+        """The name of the program that is running: the main one, or one it has called."""
+        return self._frames[-1].program.name if self._frames else self._main.name
+
+    @property
+    def step(self) -> int:
+        """The present step of that program, from 1."""
+        return (self._frames[-1].step if self._frames else self._first_step) + 1
+
+    @property
+    def stack(self) -> tuple[tuple[str, int], ...]:
+        """Programs and their steps (from 1), the main program first."""
+        return tuple((frame.program.name, frame.step + 1) for frame in self._frames)
+
+    def uses(self, program: str) -> bool:
+        """Whether a program is on the stack, so that it cannot be changed."""
+        return any(frame.program.program.key == program.lower() for frame in self._frames)
+
+    # cycles
+
+    def _live(self) -> Generator[Event, None, None]:
+        yield from self._cycles()
+        while True:
+            yield self._last
+
+    def _cycles(self) -> Generator[Event, None, None]:
+        while self.cycles < 0 or self.cycles_done < self.cycles:
+            yield CycleBegins(self.cycles_done + 1, CYCLE_SETTINGS)
+            self._begin()
+            yield from self._cycle()
+            if self.state is TaskState.HALTED:
+                return
+            yield Break()
+            self.cycles_done += 1
+        self._last: Event = Completed(self.cycles_done)
+        self.state = TaskState.COMPLETED

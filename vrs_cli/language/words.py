@@ -1,0 +1,178 @@
+"""The form of a row in the tables of the language: instructions, monitor commands and, in part, functions.
+
+A row says what a word takes, so that parsing, checking, help, completion and colours read one fact in one place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Shape(Enum):
+    """What an argument is."""
+
+    REAL = "real"
+    STRING = "string"
+    LOCATION = "transformation, a compound of some, or a location function"
+    TRANSFORMATION = "transformation"
+    PLACE = "transformation or precision point"
+    VARIABLE = "variable"
+    REAL_VARIABLE = "real variable"
+    LOCATION_VARIABLE = "location to define"
+    STRING_VARIABLE = "string variable"
+    PROGRAM = "program"
+    LABEL = "label"
+    SIGNALS = "signal number"
+    ITEM = "real, string or format code"
+    FILE = "file name"
+    SWITCH = "switch"
+    PARAMETER_NAME = "parameter"
+    SETTING = "real or word"
+    WORD = "word"
+    INSTRUCTION = "instruction"
+    GROUP = "number in parentheses"
+
+
+RAW_SHAPES = frozenset({Shape.FILE, Shape.WORD})  # read as they stand, up to a blank, a comma or an equals sign
+
+
+class Route(Enum):
+    """The four types of command that the analyzer tells apart."""
+
+    MOTION = "motion"
+    POSITION = "position"
+    PARAMETER = "parameter"
+    PROGRAM = "program"
+
+
+class State(Enum):
+    """How far a word is carried out. PLANNED and REFUSED words are known, and refused by name."""
+
+    SUPPORTED = "supported"
+    PLANNED = "not available yet"
+    REFUSED = "not available"
+
+
+@dataclass(frozen=True)
+class Argument:
+    """A place in the form of a word. `lead`: the word before it (`STEP dt`); it then needs no comma."""
+
+    name: str
+    shape: Shape
+    optional: bool = False
+    repeated: bool = False
+    lead: str = ""
+
+
+@dataclass(frozen=True)
+class Word:
+    """A row: `value` is what follows `=`; `breaks`: the robot comes to rest first; `where`: 1 VAL, 2 VAL-II, + V+.
+
+    A `value` that is repeated (`STORE file = program, ...`) is kept as the arguments after the others.
+    `note`: how a refused word is said otherwise, or what is worth knowing.
+    """
+
+    name: str
+    arguments: tuple[Argument, ...]
+    route: Route
+    summary: str
+    example: str
+    where: str
+    value: Argument | None = None
+    modifiers: frozenset[str] = frozenset()
+    breaks: bool = False
+    state: State = State.SUPPORTED
+    note: str = ""
+
+    @property
+    def form(self) -> str:
+        """`APPRO location, distance [AT t | IN dt]`."""
+        return " ".join(part for part in (self.name, _arguments_form(self.arguments), *self._tail()) if part)
+
+    @property
+    def ours(self) -> bool:
+        """Whether no VAL or V+ has it."""
+        return not self.where.strip()
+
+    def _tail(self) -> Iterable[str]:
+        if self.value is not None:
+            shown = f"= {_argument_form(self.value)}"
+            yield f"[{shown}]" if self.value.optional else shown
+        yield from (form for name, form in _MODIFIER_FORMS if name in self.modifiers)
+
+    @property
+    def required(self) -> int:
+        """How many arguments it cannot do without."""
+        return sum(not argument.optional for argument in self.arguments)
+
+    @property
+    def leads(self) -> frozenset[str]:
+        return frozenset(argument.lead for argument in self.arguments if argument.lead)
+
+    @property
+    def raw(self) -> bool:
+        """Whether its first argument is read as it stands."""
+        return bool(self.arguments) and self.arguments[0].shape in RAW_SHAPES
+
+    @property
+    def grouped(self) -> int:
+        """How many of its arguments stand in parentheses before the others."""
+        return sum(argument.shape is Shape.GROUP for argument in self.arguments)
+
+    @property
+    def repeats(self) -> bool:
+        return bool(self.arguments) and self.arguments[-1].repeated
+
+
+_MODIFIER_FORMS = (("UNIT", "[MMPS | IPS | MONITOR]"), ("ALWAYS", "[ALWAYS]"), ("AT", "[AT t | IN dt]"))
+
+
+def _argument_form(argument: Argument) -> str:
+    name = f"({argument.name})" if argument.shape is Shape.GROUP else argument.name
+    shown = f"{argument.lead} {name}".strip()
+    return f"{shown}, ..." if argument.repeated else shown
+
+
+def _arguments_form(arguments: tuple[Argument, ...]) -> str:
+    form = ""
+    for number, argument in enumerate(arguments):
+        shown = _argument_form(argument)
+        before = "" if not number else " " if argument.lead or _after_group(arguments, number) else ", "
+        if not argument.optional:
+            form += before + shown
+        elif before == ", ":
+            form += f"[, {shown}]"
+        else:
+            form += f"{before}[{shown}]"
+    return form
+
+
+def _after_group(arguments: tuple[Argument, ...], number: int) -> bool:
+    return arguments[number - 1].shape is Shape.GROUP and arguments[number].shape is not Shape.GROUP
+
+
+def by_name(words: Iterable[Word]) -> Mapping[str, Word]:
+    """A table of rows, each under its name."""
+    return {word.name: word for word in words}
+
+
+def abbreviated(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
+    """What a word as typed can mean: the one row it names, or is cut short from; several if it is ambiguous.
+
+    Earlier tables come first, a full name before any abbreviation. Words of VAL and VAL-II may be cut to whatever
+    is unambiguous among themselves; the others only to what leaves them alone.
+    """
+    name = typed.upper()
+    for table in tables:
+        if name in table:
+            return (table[name],)
+    for table in tables:
+        found = tuple(word for key, word in table.items() if key.startswith(name))
+        old = tuple(word for word in found if "1" in word.where or "2" in word.where)
+        if len(old) == 1:
+            return old
+        if found:
+            return found if len(name) > 1 or old else ()
+    return ()

@@ -1,0 +1,367 @@
+"""What may come next on a line, by the tables of the language and the names that are defined. Pure: text in, words out.
+
+A suggestion replaces the `start` characters before the cursor. The tables say what each argument is (`Shape`); the
+session says which names there are (`Names`).
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+
+from vrs_cli.language.ast import Kind
+from vrs_cli.language.functions import FUNCTIONS, Function
+from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.monitor import COMMANDS
+from vrs_cli.language.words import Argument, Shape, State, Word
+
+
+@dataclass(frozen=True, slots=True)
+class Suggestion:
+    """`text` takes the place of the last `length` characters; `meta` explains it."""
+
+    text: str
+    length: int
+    meta: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """What is defined: programs and variables with a short note on each; `settings`: switches, parameters."""
+
+    programs: Mapping[str, str] = field(default_factory=dict)
+    variables: Mapping[Kind, Mapping[str, str]] = field(default_factory=dict)
+    switches: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, str] = field(default_factory=dict)
+
+    def of(self, *kinds: Kind) -> dict[str, str]:
+        """The variables of some kinds."""
+        return {name: note for kind in kinds for name, note in self.variables.get(kind, {}).items()}
+
+
+# --- where the cursor is -------------------------------------------------------------------------------------------
+
+_PREFIX = re.compile(r"[#$]?[A-Za-z][\w.]*$|[#$.]$|\.[A-Za-z]+$")
+_OPERAND_BEFORE = re.compile(r"[\w\])\"]\s+$")
+_LABEL = re.compile(r"\s*\d+\s+")
+_FIRST = re.compile(r"\s*(\.?[A-Za-z][\w.]*)")
+_TARGET = re.compile(r"\s*(?:[#$]?[A-Za-z][\w.]*)\s*(?:\[[^\]]*\]\s*)?=(?!=)")
+_QUOTED = re.compile(r'"[^"]*"')
+_NESTED = re.compile(r"[#$]?[A-Za-z][\w.]*$")
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The cursor among the arguments: the rest of the line since the word, and the name begun under the cursor."""
+
+    before: str  # from after the first word to the cursor, strings blanked
+    prefix: str  # the name that is being typed, maybe empty
+
+    @property
+    def index(self) -> int:
+        """The argument, from 0: how many commas outside parentheses stand before."""
+        return _top_level(self.before).count(",")
+
+    @property
+    def after_equals(self) -> bool:
+        return re.search(r"(?<![=<>])=(?![=<>])", _top_level(self.before)) is not None
+
+    @property
+    def operand_ended(self) -> bool:
+        """Whether a whole operand stands before the cursor, so that a connecting word may come."""
+        settled = self.before[: len(self.before) - len(self.prefix)]
+        return _OPERAND_BEFORE.search(settled) is not None
+
+    def innermost(self) -> tuple[str, int] | None:
+        """The function whose parentheses are open at the cursor, and which argument of it this is."""
+        depth, commas = 0, 0
+        for i in range(len(self.before) - 1, -1, -1):
+            character = self.before[i]
+            if character in ")]":
+                depth += 1
+            elif character in "([" and depth:
+                depth -= 1
+            elif character in "([":
+                found = _NESTED.search(self.before[:i].rstrip())
+                return (found.group().upper() if found and character == "(" else "", commas)
+            elif character == "," and not depth:
+                commas += 1
+        return None
+
+
+def _top_level(text: str) -> str:
+    """The text with all that is inside parentheses or brackets left out."""
+    kept, depth = [], 0
+    for character in text:
+        depth += (character in "([") - (character in ")]")
+        if depth == 0:
+            kept.append(character)
+    return "".join(kept)
+
+
+# --- suggestions by what is wanted ---------------------------------------------------------------------------------
+
+Candidates = Iterable[tuple[str, str]]  # a word and what explains it
+
+PLACE_FUNCTIONS = (Kind.LOCATION, Kind.PRECISION)
+CONNECTIVES: Mapping[str, tuple[str, ...]] = {
+    "IF": ("THEN", "GOTO"),
+    "WHILE": ("DO",),
+    "FOR": ("TO", "STEP"),
+    "CASE": ("OF",),
+}
+MODIFIER_WORDS: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "AT": (("AT", "at a time on the timeline, in seconds"), ("IN", "so many seconds from now")),
+    "ALWAYS": (("ALWAYS", "not for the next motion only"),),
+    "UNIT": (("MMPS", "mm a second"), ("IPS", "inches a second"), ("MONITOR", "percent, the monitor speed")),
+}
+WHERE_WORDS = (
+    ("AT", "at a time, in seconds"),
+    ("FROM", "WHERE FROM t1 TO t2 STEP dt: a table"),
+    ("TO", ""),
+    ("STEP", ""),
+)
+PLOT_WORDS = (
+    ("POSITION", "joint angles"),
+    ("VELOCITY", "joint velocities"),
+    ("ACCELERATION", "joint accelerations"),
+    ("TOOL", "X, Y and Z of the tool"),
+    ("X", "of the tool"),
+    ("Y", "of the tool"),
+    ("Z", "of the tool"),
+)
+
+
+def _functions(*kinds: Kind) -> Candidates:
+    for name, function in FUNCTIONS.items():
+        if function.result in kinds and _supported(function):
+            yield (name if function.constant else f"{name}(", function.summary)
+
+
+def _supported(row: Word | Function) -> bool:
+    return getattr(row, "state", State.SUPPORTED) is State.SUPPORTED
+
+
+def _reals(names: Names) -> Candidates:
+    yield from names.of(Kind.REAL).items()
+    yield from _functions(Kind.REAL)
+
+
+def _strings(names: Names) -> Candidates:
+    yield from names.of(Kind.STRING).items()
+    yield from _functions(Kind.STRING)
+
+
+def _locations(names: Names) -> Candidates:
+    yield from names.of(Kind.LOCATION).items()
+    yield from _functions(Kind.LOCATION)
+
+
+def _places(names: Names) -> Candidates:
+    yield from names.of(*PLACE_FUNCTIONS).items()
+    yield from _functions(*PLACE_FUNCTIONS)
+
+
+def _items(names: Names) -> Candidates:
+    yield from _strings(names)
+    yield from _reals(names)
+
+
+def _instructions(_names: Names) -> Candidates:
+    return _rows(INSTRUCTIONS)
+
+
+def _nothing(_names: Names) -> Candidates:
+    return ()
+
+
+SHAPES: Mapping[Shape, Callable[[Names], Candidates]] = {
+    Shape.REAL: _reals,
+    Shape.SIGNALS: _reals,
+    Shape.STRING: _strings,
+    Shape.LOCATION: _places,
+    Shape.TRANSFORMATION: _locations,
+    Shape.PLACE: _places,
+    Shape.VARIABLE: lambda names: names.of(*Kind).items(),
+    Shape.REAL_VARIABLE: lambda names: names.of(Kind.REAL).items(),
+    Shape.LOCATION_VARIABLE: lambda names: names.of(*PLACE_FUNCTIONS).items(),
+    Shape.STRING_VARIABLE: lambda names: names.of(Kind.STRING).items(),
+    Shape.PROGRAM: lambda names: names.programs.items(),
+    Shape.ITEM: _items,
+    Shape.SWITCH: lambda names: names.switches.items(),
+    Shape.PARAMETER_NAME: lambda names: names.parameters.items(),
+    Shape.INSTRUCTION: _instructions,
+}
+
+WORDS: Mapping[str, Callable[[Names], Candidates]] = {
+    "HELP": lambda names: (*_all_words(), *names.switches.items(), *names.parameters.items()),
+    "PLOT": lambda _names: PLOT_WORDS,
+    "WHERE": lambda _names: WHERE_WORDS,
+}
+
+
+def _rows(table: Mapping[str, Word]) -> Candidates:
+    return ((name, explained(word)) for name, word in table.items() if _supported(word))
+
+
+def explained(word: Word) -> str:
+    """The form and the meaning of a word."""
+    return f"{word.form}: {word.summary}"
+
+
+@cache
+def _all_words() -> tuple[tuple[str, str], ...]:
+    tables = (COMMANDS, INSTRUCTIONS, CONTROL, FUNCTIONS)
+    return tuple({name: row.summary for table in reversed(tables) for name, row in table.items()}.items())
+
+
+# --- the whole of it -----------------------------------------------------------------------------------------------
+
+
+def suggestions(text: str, names: Names, *, in_program: bool = False) -> list[Suggestion]:
+    """What may stand at the end of `text`, best first. `in_program`: a step is typed, not a command."""
+    line = _LABEL.sub("", text, count=1) if in_program else text
+    blanked = _QUOTED.sub(lambda quoted: '"' * len(quoted.group()), line)
+    if ";" in blanked or blanked.count('"') % 2:
+        return []
+    prefix = _prefix(line)
+    return [
+        Suggestion(_in_case(word, prefix), len(prefix), note)
+        for word, note in _unique(_candidates(blanked, prefix, names, in_program))
+        if word.upper().startswith(prefix.upper()) and word.upper() != prefix.upper()
+    ] or _files(line)
+
+
+def _prefix(line: str) -> str:
+    found = _PREFIX.search(line)
+    return found.group() if found else ""
+
+
+def _in_case(word: str, prefix: str) -> str:
+    """Keywords in lower case for who types in lower case."""
+    typed = prefix.lstrip("#$.")
+    return word.lower() if typed and typed.islower() and word.isupper() else word
+
+
+def _unique(candidates: Candidates) -> Iterator[tuple[str, str]]:
+    seen: set[str] = set()
+    for word, note in candidates:
+        if word.upper() not in seen:
+            seen.add(word.upper())
+            yield word, note
+
+
+def _candidates(line: str, prefix: str, names: Names, in_program: bool) -> Candidates:
+    if _TARGET.match(line):
+        return _after_assignment(line, names)
+    first = _FIRST.match(line)
+    if first is None or first.end() == len(line):
+        return _beginnings(names, in_program)
+    rest = line[first.end() :]
+    if not rest[0].isspace():
+        return _items(names)
+    word = _resolved(first.group(1).upper(), in_program)
+    if word is None:
+        return ()
+    if word.name == "DO" and not in_program:
+        return _candidates(rest.lstrip(), prefix, names, True)
+    return _inside(word, Place(rest, prefix), names)
+
+
+def _beginnings(names: Names, in_program: bool) -> Candidates:
+    if not in_program:
+        yield from _rows(COMMANDS)
+    yield from _rows(INSTRUCTIONS)
+    if in_program:
+        yield from _rows(CONTROL)
+        yield (".END", "the program ends here")
+    else:
+        yield (".PROGRAM", ".PROGRAM name: type a program, line by line, up to .END")
+    yield from names.of(Kind.REAL, Kind.STRING).items()
+
+
+def _after_assignment(line: str, names: Names) -> Candidates:
+    return _strings(names) if line.lstrip().startswith("$") else _items(names)
+
+
+def _resolved(word: str, in_program: bool) -> Word | None:
+    """The row of a word, also of one that is cut short, commands before instructions."""
+    tables = (INSTRUCTIONS, CONTROL) if in_program else (COMMANDS, INSTRUCTIONS, CONTROL)
+    for table in tables:
+        if word in table:
+            return table[word]
+    for table in tables:
+        rows = [row for name, row in table.items() if name.startswith(word)]
+        if len(rows) == 1:
+            return rows[0]
+    return None
+
+
+def _inside(word: Word, place: Place, names: Names) -> Candidates:
+    nested = place.innermost()
+    if nested is not None:
+        return _in_function(*nested, names)
+    if word.name in WORDS:
+        return WORDS[word.name](names)
+    if place.operand_ended:
+        return _connecting(word, place)
+    wanted = word.value if place.after_equals else _argument(word.arguments, place.index)
+    if wanted is None:
+        return _items(names) if word.name in CONTROL else _connecting(word, place)
+    return SHAPES.get(wanted.shape, _nothing)(names)
+
+
+def _connecting(word: Word, place: Place) -> Candidates:
+    yield from ((text, "") for text in CONNECTIVES.get(word.name, ()))
+    if place.operand_ended or not word.arguments:
+        for modifier in sorted(word.modifiers):
+            yield from MODIFIER_WORDS.get(modifier, ())
+
+
+def _in_function(name: str, index: int, names: Names) -> Candidates:
+    function = FUNCTIONS.get(name)
+    wanted = _argument(function.arguments, index) if function else None
+    return SHAPES.get(wanted.shape, _nothing)(names) if wanted else _reals(names)
+
+
+def _argument(arguments: tuple[Argument, ...], index: int) -> Argument | None:
+    """The argument at that place; a repeated one stands for all that follow."""
+    if index < len(arguments):
+        return arguments[index]
+    return arguments[-1] if arguments and arguments[-1].repeated else None
+
+
+# --- files ---------------------------------------------------------------------------------------------------------
+
+EXTENSIONS: Mapping[str, tuple[str, ...]] = {"SAVE": (".vrst",), "REPLAY": (".vrst",)}
+PROGRAM_EXTENSIONS = (".v2", ".pg", ".lc", ".rv", ".st")
+
+
+def _files(line: str) -> list[Suggestion]:
+    """The files that a FILE argument may name: folders, and files with the right extension."""
+    first = _FIRST.match(line)
+    word = _resolved(first.group(1).upper(), False) if first else None
+    if word is None or first is None or not word.arguments or word.arguments[0].shape is not Shape.FILE:
+        return []
+    typed = line[first.end() :].lstrip()
+    if "=" in typed or not line[first.end() :][:1].isspace():
+        return []
+    return list(_paths(typed, EXTENSIONS.get(word.name, PROGRAM_EXTENSIONS)))
+
+
+def _paths(typed: str, extensions: tuple[str, ...]) -> Iterator[Suggestion]:
+    folder, begun = os.path.split(typed)
+    try:
+        entries = sorted(os.scandir(os.path.expanduser(folder) or "."), key=lambda entry: entry.name)
+        rows = [(entry.name, entry.is_dir()) for entry in entries]
+    except OSError:
+        return
+    for name, is_folder in rows:
+        if name.startswith(begun) and (begun or not name.startswith(".")):
+            if is_folder:
+                yield Suggestion(f"{name}/", len(begun), "folder")
+            elif name.lower().endswith(extensions):
+                yield Suggestion(name, len(begun))

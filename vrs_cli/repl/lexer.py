@@ -1,0 +1,30 @@
+"""Colours of the line that is being typed: the pieces of `render.scan`, as prompt-toolkit wants them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from prompt_toolkit.document import Document
+from prompt_toolkit.formatted_text import StyleAndTextTuples
+from prompt_toolkit.lexers import Lexer
+
+from vrs_cli.render.roles import Role, toolkit_style
+
+STYLES: Mapping[Role, str] = {role: toolkit_style(role) for role in Role}
+
+
+class ValLexer(Lexer):
+    """Plain text until `ready()`: the tables of the language are heavy, and the first prompt does not wait for them."""
+
+    def __init__(self, ready: Callable[[], bool]) -> None:
+        self._ready = ready
+
+    def lex_document(self, document: Document) -> Callable[[int], StyleAndTextTuples]:
+        if not self._ready():
+            return lambda number: [("", document.lines[number])]
+        from vrs_cli.render.scan import scan
+
+        return lambda number: [(STYLES[role], text) for text, role in scan(document.lines[number])]
+
+    def invalidation_hash(self) -> object:
+        return self._ready()

@@ -1,0 +1,172 @@
+"""How a session talks at a terminal, with somebody there to answer; and where there is nobody (a pipe)."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, TextIO
+
+from vrs_cli.errors import FileError
+from vrs_cli.interfaces import replies
+from vrs_cli.interfaces.replies import Reply, Tone
+from vrs_cli.render.text import plain_text
+
+if TYPE_CHECKING:
+    from vrs_cli.render.console import TerminalRenderer
+
+PATIENCE = 0.5  # [s] a program runs before its progress is shown
+REFRESH = 0.1  # [s] between two lines of progress
+CLEAR_LINE = "\r\x1b[K"
+
+
+class PlainTerminal:
+    """Replies and what programs type in one stream, in order; `lines` is the input that PROMPT reads on from.
+
+    `failed`: some command could not be done; `leaving`: EXIT was said.
+    """
+
+    def __init__(self, stream: TextIO, lines: Iterator[str]) -> None:
+        self.stream = stream
+        self.lines = lines
+        self.failed = False
+        self.leaving = False
+
+    def show(self, reply: Reply) -> None:
+        self.failed = self.failed or is_error(reply)
+        self.leaving = self.leaving or isinstance(reply, replies.Farewell)
+        self.stream.write(plain_text(reply))
+
+    def type(self, text: str, newline: bool) -> None:
+        self.stream.write(text + ("\n" if newline else ""))
+
+    def ask(self, prompt: str) -> str:
+        """The next line of the input. Raises FileError at its end."""
+        if prompt:
+            self.stream.write(prompt)
+        try:
+            answer = next(self.lines).rstrip("\r\n")
+        except StopIteration:
+            raise FileError(f"the input ended where PROMPT {prompt} wants an answer", "give it one more line") from None
+        if prompt:
+            self.stream.write("\n")
+        return answer
+
+    def confirm(self, question: str) -> bool:  # noqa: ARG002 (nobody is there to be asked)
+        return False
+
+
+class ShellTerminal:
+    """A terminal with somebody at it. `read` asks for a line (it is prompt-toolkit's, or a stand-in).
+
+    `read` raises KeyboardInterrupt for Ctrl-C and EOFError for Ctrl-D. `interrupt` stops the running program.
+    """
+
+    def __init__(
+        self,
+        read: Callable[[str], str],
+        renderer: Callable[[], TerminalRenderer],
+        *,
+        clock: Callable[[], float] = time.monotonic,
+        stream: TextIO | None = None,
+    ) -> None:
+        self._read, self._renderer, self._clock = read, renderer, clock
+        self._stream = stream
+        self.interrupt: Callable[[], bool] = lambda: False
+        self.leaving = False
+        self.last = ""  # the latest message, for the toolbar
+        self._since: float | None = None
+        self._refreshed = 0.0
+        self._progress_shown = False
+
+    @property
+    def stream(self) -> TextIO:
+        return self._stream or sys.stdout
+
+    def show(self, reply: Reply) -> None:
+        self._clear_progress()
+        if isinstance(reply, replies.Farewell):
+            self.leaving = True
+        elif isinstance(reply, replies.Replay):
+            self._renderer().draw(reply)
+            self._play(reply)
+        else:
+            self._renderer().draw(reply)
+        self.last = latest(reply) or self.last
+
+    def _play(self, reply: replies.Replay) -> None:
+        from vrs_cli.kinematics.arm import arm_for
+        from vrs_cli.repl.player import play
+
+        play(arm_for(reply.model), reply.timeline, 1.0)
+
+    def type(self, text: str, newline: bool) -> None:
+        self._clear_progress()
+        self.stream.write(text + ("\n" if newline else ""))
+        self.stream.flush()
+
+    def ask(self, prompt: str) -> str:
+        """One line for PROMPT. Ctrl-C stops the program; the line is empty then."""
+        self._clear_progress()
+        try:
+            return self._read(prompt or "? ")
+        except (KeyboardInterrupt, EOFError):
+            if self.interrupt():
+                return ""
+            raise KeyboardInterrupt from None
+
+    def change(self, question: str) -> str | None:
+        """An answer to `Change?`; None for Ctrl-C: leave things as they were."""
+        try:
+            return self._read(f"{question} ")
+        except (KeyboardInterrupt, EOFError):
+            return None
+
+    def confirm(self, question: str) -> bool:
+        self._clear_progress()
+        answer = self.change(question)
+        return (answer or "").strip().upper() in ("Y", "YES")
+
+    # --- progress ---
+
+    def begin_progress(self) -> None:
+        """A program starts."""
+        self._since = self._clock()
+
+    def progress(self, clock: float) -> None:
+        """A running program has come to that time of the robot's clock [s]."""
+        now = self._clock()
+        if self._since is None or now - self._since < PATIENCE or now - self._refreshed < REFRESH:
+            return
+        self._refreshed = now
+        self._progress_shown = True
+        self.stream.write(f"{CLEAR_LINE}running, t = {clock:.1f} s (Ctrl-C stops it)")
+        self.stream.flush()
+
+    def end_progress(self) -> None:
+        """The program has ended."""
+        self._clear_progress()
+        self._since = None
+
+    def _clear_progress(self) -> None:
+        if self._progress_shown:
+            self.stream.write(CLEAR_LINE)
+            self._progress_shown = False
+
+
+def is_error(reply: Reply) -> bool:
+    """Whether a reply says that something could not be done."""
+    if isinstance(reply, replies.DiagnosticsReport):
+        from vrs_cli.language.diagnostics import Severity
+
+        return any(item.diagnostic.severity is Severity.ERROR for item in reply.items)
+    return getattr(reply, "tone", None) is Tone.ERROR
+
+
+def latest(reply: Reply) -> str:
+    """What the toolbar keeps of a reply: the first line of a message."""
+    if isinstance(reply, replies.Message):
+        return reply.text.split("\n")[0]
+    if isinstance(reply, replies.ProgramStopped):
+        return f"{reply.what} at {reply.program}, step {reply.step}"
+    return ""

@@ -1,0 +1,38 @@
+"""The line at the bottom of the shell: clock, speeds, where the tool is, and what was said last."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session import Session
+
+GAP = "  |  "
+
+
+def toolbar(session: Session | None, last: str, width: int) -> str:
+    """As much of it as fits, the most useful first. Without a session yet: that it is being made ready."""
+    if session is None:
+        return " one moment: the robot is being made ready "
+    text = ""
+    for part in (*_state(session), last):
+        longer = f"{text}{GAP}{part}" if text else f" {part}"
+        if part and len(longer) <= width:
+            text = longer
+    return text
+
+
+def _state(session: Session) -> tuple[str, ...]:
+    from vrs_cli.language.values import numbers_of
+    from vrs_cli.render.numbers import fixed
+
+    engine = session.engine
+    position = engine.position()
+    x, y, z, *_ = (fixed(number, 1) for number in numbers_of(position.T_world_tool))
+    speed = engine.parameters.speed.always
+    return (
+        f"t {fixed(engine.now, 2)} s",
+        f"X {x}  Y {y}  Z {z}",
+        f"speed {fixed(engine.parameters.monitor_speed, 0)} % / {fixed(speed.value, 0)} {speed.unit.value}",
+        str(engine.arm.configuration(position.joints)),
+    )
