@@ -51,16 +51,9 @@ def fault_object(fault: ProgramFault) -> Object:
 def diagnostic_objects(diagnostics: Iterable[Diagnostic]) -> list[Object]:
     """Errors of a file that could not be executed."""
     return [
-        {"code": one.code, "message": message_of(one), "program": None, "step": None, "line": one.span.line}
+        {"code": one.code, "message": one.message, "program": None, "step": None, "line": one.span.line}
         for one in diagnostics
     ]
-
-
-def message_of(diagnostic: Diagnostic) -> str:
-    """VAL-II's text, what happened and what would be right, on one line."""
-    detail = f" {diagnostic.detail}" if diagnostic.detail else ""
-    hint = f" ({diagnostic.hint})" if diagnostic.hint else ""
-    return f"*{diagnostic.text}*{detail}{hint}"
 
 
 def fault_text(path: str, fault: ProgramFault) -> str:

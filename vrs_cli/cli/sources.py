@@ -29,8 +29,7 @@ class Source:
         """Diagnostics in the order of their lines, each with its line and a caret."""
         from vrs_cli.language.diagnostics import show
 
-        ordered = sorted(diagnostics, key=lambda one: (one.span.line, one.span.column))
-        return "".join(f"{show(one, self.line(one.span.line), self.path)}\n" for one in ordered)
+        return "".join(f"{show(one, self.line(one.span.line), self.path)}\n" for one in ordered(diagnostics))
 
 
 def read_source(path: str) -> Source:
@@ -40,6 +39,11 @@ def read_source(path: str) -> Source:
     if path == STANDARD_STREAM:
         return Source("standard input", decode_program("standard input", sys.stdin.buffer.read()))
     return Source(str(find_program_file(path)), read_program_file(path))
+
+
+def ordered(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """In the order of their lines."""
+    return tuple(sorted(diagnostics, key=lambda one: (one.span.line, one.span.column)))
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:

@@ -8,7 +8,14 @@ from pathlib import Path
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import reason, write_atomically
 
-__all__ = ["EXTENSION", "decode_program", "find_program_file", "read_program_file", "with_extension", "write_atomically"]
+__all__ = [
+    "EXTENSION",
+    "decode_program",
+    "find_program_file",
+    "read_program_file",
+    "with_extension",
+    "write_atomically",
+]
 
 EXTENSION = ".v2"
 DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks

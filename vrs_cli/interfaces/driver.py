@@ -64,7 +64,11 @@ class Bounds:
 
 
 class Driver:
-    """Runs one task on one robot. `progress` is told the clock now and then; `interrupt` stops the run."""
+    """Runs one task on one robot. `progress` is told the clock now and then; `interrupt` stops the run.
+
+    `at_prompt`: the task is one instruction of the prompt. Its motion is over when it returns, and one with a time
+    stamp leaves the clock alone; a program that it CALLs runs as any other.
+    """
 
     def __init__(
         self,
@@ -73,9 +77,11 @@ class Driver:
         task: Task,
         bounds: Bounds = Bounds(),
         progress: Callable[[float], None] | None = None,
+        at_prompt: bool = False,
     ) -> None:
         self.engine, self.console, self.task, self.bounds = engine, console, task, bounds
-        self.progress = progress
+        self.progress, self.at_prompt = progress, at_prompt
+        self.error: VrsError | None = None
         self.started = engine.now
         self.typed: list[str] = []
         self._line = ""
@@ -123,13 +129,17 @@ class Driver:
             self._let_time_pass(WAIT_TICK)
         elif isinstance(event, CycleBegins):
             for setting in event.settings:
-                self.engine.perform(setting, program=True)
+                self.engine.perform(setting)
         elif isinstance(event, Completed | Halted | Paused | Failed):
             self._end(event)
         else:
-            self.engine.perform(event, program=True)
+            self.engine.perform(event, program=self._in_program)
             self._check_bounds()
         return None
+
+    @property
+    def _in_program(self) -> bool:
+        return not self.at_prompt or len(self.task.stack) > 1
 
     # --- effects ---
 
@@ -166,12 +176,15 @@ class Driver:
         if isinstance(event, Failed):
             self._fail(event)
             return
-        self.engine.wait_for_rest()
+        if not self.at_prompt:
+            self.engine.wait_for_rest()
         self._ending = (_ENDINGS[type(event)], None)
 
     def _fail(self, event: Event) -> None:
-        self.engine.wait_for_rest()
         assert isinstance(event, Failed)
+        if not self.at_prompt:
+            self.engine.wait_for_rest()
+        self.error = event.error
         self._ending = (Outcome.FAILED, event.fault)
 
     def _abort(self) -> None:

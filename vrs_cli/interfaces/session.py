@@ -6,18 +6,17 @@ from collections.abc import Callable, Iterable
 from typing import Protocol
 
 from vrs_cli.engine.clock import Clock
-from vrs_cli.engine.commands import Break
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import NoProgramSpecified, ProgramNotExecutable, UsageError
-from vrs_cli.interfaces.driver import Bounds, Console, Driver, Outcome, RunResult
+from vrs_cli.interfaces.driver import Bounds, Console, Driver, RunResult
 from vrs_cli.interfaces.readings import Readings
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Reply
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, load_robot
-from vrs_cli.language.ast import File, Program, Section, Statement
-from vrs_cli.language.diagnostics import Diagnostic
+from vrs_cli.language.ast import DoInstruction, File, Instruction, Program, Section, Statement
+from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity
 from vrs_cli.language.environment import Environment
-from vrs_cli.language.runtime import Task
+from vrs_cli.language.runtime import Task, statement_task
 from vrs_cli.language.values import Value
 
 
@@ -114,4 +113,91 @@ class Session:
             raise ProgramNotExecutable(stored.name, f"LISTP {stored.name} shows its bad lines with a ?")
         self.task = Task(self.environment, self.robot, stored.name, arguments, cycles, step)
         self.last_program = stored.name
-        return self._drive(self.task, bounds, progress)
+        return self._drive(Driver(self.engine, self.terminal, self.task, bounds or self.bounds, progress))
+
+    def proceed(self, progress: Callable[[float], None] | None = None) -> RunResult:
+        """Go on with a program that was paused, aborted or stopped by an error, at the next step."""
+        return self._drive(Driver(self.engine, self.terminal, self._stopped_task(), self.bounds, progress))
+
+    def retry(self, progress: Callable[[float], None] | None = None) -> RunResult:
+        """Like `proceed`, but the step that failed or was interrupted is done again."""
+        self._stopped_task().retry()
+        return self.proceed(progress)
+
+    def _stopped_task(self) -> Task:
+        if self.task is None or self.task.ended:
+            raise NoProgramSpecified("no program was stopped", "EXECUTE name starts one")
+        return self.task
+
+    def _drive(self, driver: Driver) -> RunResult:
+        if self._driver is not None:
+            raise UsageError("a program is running", "ABORT stops it")
+        self._driver = driver
+        try:
+            return driver.run()
+        finally:
+            self._driver = None
+
+    def interrupt(self) -> None:
+        """Stop the program that runs before its next step; nothing when none does. Safe in a signal handler."""
+        if self._driver is not None:
+            self._driver.interrupt()
+
+    def abort(self) -> None:
+        """ABORT at the prompt: brake now and drop what is scheduled; a stopped program cannot go on by itself."""
+        self.interrupt()
+        self.engine.stop()
+        self.engine.wait_for_rest()
+
+    # --- the prompt ---
+
+    def perform(self, line: str) -> None:
+        """One line of the prompt: parse it, check it, do it. Answers go to the terminal.
+
+        Raises LineRefused for a line that cannot be read or checked, and VrsError for what cannot be done.
+        """
+        from vrs_cli.language.parser import parse_prompt
+
+        statement = parse_prompt(line)
+        if statement is None:
+            return
+        if isinstance(statement, ProgramHeader):
+            raise UsageError(
+                ".PROGRAM opens a program of several lines", "type it at the prompt of vrs, or LOAD a file"
+            )
+        self._check(statement, line)
+        self.carry_out(statement)
+
+    def _check(self, statement: Statement, line: str) -> None:
+        """Raises LineRefused for the first error; warnings are shown."""
+        from vrs_cli.language.analyzer import check_line
+
+        found = check_line(statement, self.environment.kinds())
+        for diagnostic in found:
+            if diagnostic.severity is Severity.ERROR:
+                raise LineRefused(diagnostic)
+        if found:
+            self.terminal.show(DiagnosticsReport(tuple(Diagnosed(warning, line) for warning in found)))
+
+    def carry_out(self, statement: Statement) -> None:
+        """A monitor command by its handler, everything else as DO."""
+        from vrs_cli.interfaces.monitor import MONITOR
+
+        if isinstance(statement, Instruction) and statement.word in MONITOR:
+            for reply in MONITOR[statement.word](self, statement):
+                self.terminal.show(reply)
+            return
+        if isinstance(statement, DoInstruction):
+            if statement.statement is None and self.last_statement is None:
+                raise UsageError("there is no instruction to repeat", "DO instruction")
+            statement = statement.statement or self.last_statement or statement
+        self.do(statement)
+
+    def do(self, statement: Statement) -> None:
+        """One instruction now, as a program of one step. Raises VrsError where it cannot be done."""
+        self.last_statement = statement
+        task = statement_task(self.environment, self.robot, statement)
+        driver = Driver(self.engine, self.terminal, task, self.bounds, at_prompt=True)
+        self._drive(driver)
+        if driver.error is not None:
+            raise driver.error

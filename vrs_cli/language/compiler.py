@@ -14,8 +14,8 @@ request or effect is yielded as it is; Python suspends the program there, at no 
             F[:] = (l0, s0)
             raise
 
-A block that jumps to itself is a `while True` of its own, so a straight loop never meets the tree. With `everywhere` each
-operation begins a block: that variant, made on demand, can be entered at any step.
+A block that jumps to itself is a `while True` of its own, so a straight loop never meets the tree. With `everywhere`
+each operation begins a block: that variant, made on demand, can be entered at any step.
 """
 
 from __future__ import annotations
@@ -59,7 +59,6 @@ from vrs_cli.language.lowering import (
     Perform,
     lower,
 )
-from vrs_cli.language.printer import print_statement
 from vrs_cli.language.values import LIMIT, Value, integer, kind_of_value, storable, whole, within_range, wrapped
 from vrs_cli.language.words import Argument, Shape
 
@@ -91,7 +90,7 @@ def _for_step(step: float) -> float:
     return step
 
 
-def _parameter_value(name: str, variable: Reference) -> Value:
+def _setting(name: str, variable: Reference) -> Value:
     """`PARAMETER p = word`: the variable of that name if it has a value, otherwise the word itself."""
     return variable.value() if variable.defined() else name.upper()
 
@@ -150,7 +149,7 @@ _NAMES: dict[str, object] = {
     "bit_or": _bit_or,
     "bit_xor": _bit_xor,
     "for_step": _for_step,
-    "parameter_value": _parameter_value,
+    "setting": _setting,
     "by_value": by_value,
     "guarded": _guarded,
     "at_once": _at_once,
@@ -176,7 +175,7 @@ def _name(name: str) -> py.Name:
     return py.Name(name, py.Load())
 
 
-def _constant(value: object) -> py.Constant:
+def _constant(value: float | str | bool | None) -> py.Constant:
     return py.Constant(value)
 
 
@@ -273,6 +272,7 @@ class _Expressions:
     arrays: dict[Array, str] = field(default_factory=dict)
     namespace: dict[str, object] = field(default_factory=lambda: dict(_NAMES))
     spelling: dict[str, str] = field(default_factory=dict)
+    array_parameters: set[str] = field(default_factory=set)
 
     def bound(self, prefix: str, value: object) -> py.expr:
         """A value of the compiler as a global of the program."""
@@ -317,6 +317,8 @@ class _Expressions:
 
     def _cells(self, variable: ast.Variable, kind: Kind) -> str:
         if variable.key in self.parameters:
+            if variable.indexes is not None:
+                self.array_parameters.add(variable.key)
             return f"{'q' if kind is Kind.LOCATION else 'p'}{self.parameters[variable.key]}"
         if variable.indexes is None or SIGIL_KINDS.get(variable.sigil, kind) is not kind:
             return _CELLS[kind]
@@ -449,6 +451,8 @@ class _Expressions:
             return self.reference(expression)
         if argument.shape is Shape.ITEM:
             return self._item_of_list(expression)
+        if argument.shape is Shape.SETTING:
+            return self._setting(expression)
         return self.checked(expression, _WANTED.get(argument.shape, Kind.REAL))
 
     def checked(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
@@ -470,6 +474,14 @@ class _Expressions:
             return self.bound("k", expression)
         if isinstance(expression, ast.Variable):
             return self.read(expression)
+        return self.checked(expression)
+
+    def _setting(self, expression: ast.Expression) -> py.expr:
+        """The value of a parameter: a real, or a word (a name that has no value)."""
+        if isinstance(expression, ast.Word):
+            return _constant(expression.text.upper())
+        if isinstance(expression, ast.Variable):
+            return _call("setting", _constant(expression.name), self.reference(expression))
         return self.checked(expression)
 
     def _definable(self, expression: ast.Expression) -> py.expr:
@@ -513,7 +525,9 @@ def _python_name(function: Function) -> str:
 
 def text_of(statement: ast.Statement) -> str:
     """The canonical text of a step."""
-    return print_statement(statement)
+    from vrs_cli.language.printer import statement_text
+
+    return statement_text(statement)
 
 
 # --- programs ----------------------------------------------------------------------------------------------------
@@ -541,6 +555,8 @@ class _ProgramCompiler(_Expressions):
     def __init__(self, analysis: Analysis, lowered: Lowered) -> None:
         parameters = {variable.key: number for number, variable in enumerate(analysis.program.parameters)}
         super().__init__(analysis.kinds, parameters)
+        declared = analysis.program.parameters
+        self.array_parameters.update(variable.key for variable in declared if variable.indexes is not None)
         self._lowered = lowered
         self._jumps = _Jumps({})
 
@@ -695,9 +711,7 @@ class _ProgramCompiler(_Expressions):
         stored: list[py.stmt] = [py.Assign([py.Subscript(_name(place.cells), place.key, py.Store())], value)]
         return self._denied(place, place.key) + stored
 
-    def _store_element(
-        self, place: _Place, indexes: tuple[ast.Expression, ...], value: py.expr
-    ) -> list[py.stmt]:
+    def _store_element(self, place: _Place, indexes: tuple[ast.Expression, ...], value: py.expr) -> list[py.stmt]:
         at = _method(_name(place.cells), "at", *map(self.value, indexes))
         target = py.Subscript(_name(place.cells), _name("i"), py.Store())
         return [_assign("i", at), *self._denied(place, _name("i")), py.Assign([target], value)]
@@ -717,9 +731,9 @@ class _ProgramCompiler(_Expressions):
             self._operand(statement.word, expression, row)
             for expression, row in zip(statement.arguments, rows, strict=False)
         ]
-        value = _constant(None)
+        value: py.expr = _constant(None)
         if statement.value is not None and word.value is not None:
-            value = self._value(statement.word, statement.value, word.value)
+            value = self.operand(statement.value, word.value)
         operands = _call(
             "Operands",
             _constant(text_of(statement)),
@@ -741,13 +755,6 @@ class _ProgramCompiler(_Expressions):
     def _operand(self, word: str, expression: ast.Expression | None, row: Argument) -> py.expr:
         if word == "PROMPT" and isinstance(expression, ast.Variable):
             return self.reference(expression)
-        return self.operand(expression, row)
-
-    def _value(self, word: str, expression: ast.Expression, row: Argument) -> py.expr:
-        if word == "PARAMETER" and isinstance(expression, ast.Variable):
-            return _call("parameter_value", _constant(expression.name), self.reference(expression))
-        if word == "PARAMETER" and isinstance(expression, ast.Word):
-            return _constant(expression.text.upper())
         return self.operand(expression, row)
 
     def _stamp(self, modifiers: ast.Modifiers) -> py.expr:
@@ -772,7 +779,7 @@ class _ProgramCompiler(_Expressions):
     def _call_program(self, statement: ast.Instruction) -> list[py.stmt]:
         program = statement.arguments[0]
         given = program.arguments if isinstance(program, ast.Call) else ()
-        name = program.text if isinstance(program, ast.Word) else getattr(program, "name", "")
+        name = program.text if isinstance(program, ast.Word) else str(getattr(program, "name", ""))
         arguments = _tuple(map(self.argument_of_call, given))
         return [_yield(_call("CallProgram", _constant(name), arguments))]
 
@@ -800,6 +807,7 @@ _OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {
 }
 
 _SPECIAL: dict[str, Callable[[_ProgramCompiler, ast.Instruction], list[py.stmt]]] = {
+    "BREAK": lambda _compiler, _statement: [],  # the table says that it breaks
     "WAIT": _ProgramCompiler._wait,
     "CALL": _ProgramCompiler._call_program,
 }
@@ -819,11 +827,13 @@ class _Variant:
 
 @dataclass(frozen=True)
 class Compiled:
-    """A program ready to run. `spelling`: the names it uses, as it first spells them, by key."""
+    """A program ready to run. `spelling`: the names it uses, as it first spells them, by key. `array_parameters`: the
+    keys of those that stand for whole arrays."""
 
     analysis: Analysis
     lowered: Lowered
     spelling: Mapping[str, str]
+    array_parameters: frozenset[str]
     ordinary: _Variant
 
     @cached_property
@@ -831,9 +841,7 @@ class Compiled:
         """The variant that can be entered at every operation."""
         return _ProgramCompiler(self.analysis, self.lowered).variant(everywhere=True)
 
-    def start(
-        self, context: Context, arguments: Sequence[Reference], slots: list[object], op: int = 0
-    ) -> Steps:
+    def start(self, context: Context, arguments: Sequence[Reference], slots: list[object], op: int = 0) -> Steps:
         """An activation, from an operation on; one argument for each parameter.
 
         `slots`: `fresh_slots()` to begin with; when the activation has ended in any way they hold what it kept.
@@ -867,7 +875,7 @@ def compile_program(analysis: Analysis) -> Compiled:
         variant = compiler.variant(everywhere=False)
     except RecursionError:
         raise ProgramNotExecutable(analysis.program.name, "an expression is nested too deeply") from None
-    return Compiled(analysis, lowered, compiler.spelling, variant)
+    return Compiled(analysis, lowered, compiler.spelling, frozenset(compiler.array_parameters), variant)
 
 
 def _with_context(compiler: _Expressions, value: py.expr) -> Callable[[Context], Any]:

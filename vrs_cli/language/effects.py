@@ -54,7 +54,17 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.language.ast import Kind
 from vrs_cli.language.environment import Context, Reference
-from vrs_cli.language.values import TypeItem, Value, encode, integer, kind_of_value, numbers_of, plain, read_number, whole
+from vrs_cli.language.values import (
+    TypeItem,
+    Value,
+    encode,
+    integer,
+    kind_of_value,
+    numbers_of,
+    plain,
+    read_number,
+    whole,
+)
 
 # --- effects -----------------------------------------------------------------------------------------------------
 
@@ -394,7 +404,7 @@ def _here(context: Context, it: Operands) -> Iterable[Yielded]:
 def _decompose(_context: Context, it: Operands) -> Iterable[Yielded]:
     """Six elements from the one named: X, Y, Z, O, A, T of a transformation, or the joints."""
     first = cast(Reference, it.get(0))
-    if isinstance(first.key, str) or isinstance(first.key, tuple):
+    if isinstance(first.key, str | tuple):
         raise TypeMismatch(first.name, "DECOMPOSE wants an element of an array with one index: a[1]")
     for offset, number in enumerate(numbers_of(cast("Transform | Joints", it.value))):
         first._replace(key=(first.key or 0) + offset).assign(number)
@@ -522,9 +532,7 @@ _MODES = {
     "NOOVERLAP": (Mode.OVERLAP, False),
 }
 
-_CONFIGURATIONS: dict[str, Arm | Elbow | Wrist] = {
-    flag.name: flag for flags in (Arm, Elbow, Wrist) for flag in flags
-}
+_CONFIGURATIONS: dict[str, Arm | Elbow | Wrist] = {flag.name: flag for flags in (Arm, Elbow, Wrist) for flag in flags}
 
 _HANDS = {"OPEN": 1.0, "CLOSE": 0.0, "RELAX": None}
 

@@ -17,8 +17,17 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn, Protocol
 from vrs_cli.errors import IllegalArrayIndex, IllegalSignal, TypeMismatch, UndefinedName, UndefinedValue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.ast import NAME_LENGTH, Kind, Program
-from vrs_cli.language.values import Value, integer_between, kind_of_value, plain, storable, whole
+from vrs_cli.language.ast import NAME_LENGTH, Entry, Kind, Number, Program
+from vrs_cli.language.values import (
+    Value,
+    integer_between,
+    kind_of_value,
+    plain,
+    precision_point,
+    storable,
+    transformation,
+    whole,
+)
 
 if TYPE_CHECKING:
     from vrs_cli.language.analyzer import Analysis
@@ -380,6 +389,17 @@ class Environment:
         locations = self.cells(Kind.LOCATION, owner) if kind is Kind.REAL else NO_CELLS
         return Reference(cells, locations, index if owner else key)
 
+    def define(self, entry: Entry) -> None:
+        """A line of a .LOCATIONS, .REALS or .STRINGS section, in place of what the name was. Raises IllegalValue."""
+        name = entry.variable.sigil + entry.variable.name
+        numbers = [number.value for number in entry.variable.indexes or () if isinstance(number, Number)]
+        indexes = tuple(map(whole, numbers))
+        index = None if not indexes else indexes if len(indexes) > 1 else indexes[0]
+        value = _entered(entry)
+        if self.kind_of(name) not in (None, kind_of_value(value)):
+            self.delete(name)
+        self.reference(name, index).assign(value)
+
     def spell(self, key: str, name: str) -> None:
         """Keep the spelling of the first use of a name."""
         self.spelling.setdefault(key, name)
@@ -402,6 +422,7 @@ class Environment:
 
     def variables(self, kind: Kind) -> Iterator[Variable]:
         """Every value of a kind in the order of names and indexes, arrays element by element."""
+        rows: list[tuple[str, tuple[int, ...], str, Value]]
         rows = [(str(key), (), self._simple[kind].name(key), value) for key, value in self._simple[kind].items()]
         rows += [
             (array, index if isinstance(index, tuple) else (index,), cells.name(index), value)
@@ -448,9 +469,16 @@ class Environment:
         return self.programs[key]
 
 
+def _entered(entry: Entry) -> Value:
+    if entry.text is not None:
+        return entry.text
+    if entry.variable.sigil == "#":
+        return precision_point(entry.numbers)
+    return entry.numbers[0] if len(entry.numbers) == 1 else transformation(entry.numbers)
+
+
 class _Nothing(Environment):
     """Owner of the cells that stand where a `#` or `$` name can have no other kind."""
 
 
 NO_CELLS = Cells(_Nothing(), Kind.LOCATION)
-

@@ -218,12 +218,12 @@ def _or(number: float | None, default: float) -> float:
 
 
 def _trans(*numbers: float | None) -> Transform:
-    x, y, z, *angles = (*numbers, *(None,) * (6 - len(numbers)))
-    place = _or(x, 0.0) / 1000.0, _or(y, 0.0) / 1000.0, _or(z, 0.0) / 1000.0
+    x, y, z = (_or(number, 0.0) / 1000.0 for number in numbers[:3])
+    angles = numbers[3:]
     if all(angle is None for angle in angles):
-        return translation(*place)  # exactly, without the rounding of two right angles
+        return translation(x, y, z)  # exactly, without the rounding of two right angles
     o, a, t = map(_or, angles, NULL_ANGLES)
-    return from_oat(*place, radians(o), radians(a), radians(t))
+    return from_oat(x, y, z, radians(o), radians(a), radians(t))
 
 
 def _precision_point(context: Context, *joints: float | None) -> Joints:
@@ -402,16 +402,16 @@ def _identical(a: Transform, b: Transform) -> float:
 # --- the table ---------------------------------------------------------------------------------------------------
 
 
-def _real(name: str, **options: bool) -> Argument:
-    return Argument(name, Shape.REAL, **options)
+def _real(name: str, optional: bool = False, repeated: bool = False) -> Argument:
+    return Argument(name, Shape.REAL, optional, repeated)
 
 
 def _string(name: str) -> Argument:
     return Argument(name, Shape.STRING)
 
 
-def _location(name: str, **options: bool) -> Argument:
-    return Argument(name, Shape.LOCATION, **options)
+def _location(name: str, optional: bool = False) -> Argument:
+    return Argument(name, Shape.LOCATION, optional)
 
 
 _X = (_real("x"),)
@@ -703,7 +703,7 @@ _LATER = (
     _planned("KEYMODE", (_real("key"), _real("mode", optional=True)), "how a pendant key behaves"),
     _planned("PENDANT", (_real("key"),), "the state of the pendant"),
     _planned("LATCH", (_real("select", optional=True),), "where the robot was when a signal came", Kind.LOCATION),
-    _planned("$UNPACK", (_string("$array"), _real("first"), _real("count")), "part of an array of strings", Kind.STRING),
+    _planned("$UNPACK", (_string("$array"), _real("first"), _real("count")), "part of a string array", Kind.STRING),
     _planned("$DEFAULT", (), "the default disk and folder", Kind.STRING),
 )
 

@@ -15,13 +15,13 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from itertools import islice
+from itertools import chain, islice
+from typing import cast
 
 from vrs_cli.engine.commands import Break, Request
 from vrs_cli.errors import ArgumentMismatch, IllegalValue, ProgramNotExecutable, StackOverflow, VrsError
 from vrs_cli.language import ast
-from vrs_cli.language.analyzer import analyze
-from vrs_cli.language.ast import Kind, Program, Span, Step, Variable
+from vrs_cli.language.ast import Kind, Program, Step, Variable
 from vrs_cli.language.compiler import (
     Steps,
     by_value,
@@ -35,7 +35,6 @@ from vrs_cli.language.effects import (
     CallProgram,
     CycleBegins,
     Definable,
-    Effect,
     Halt,
     Pause,
     Prompt,
@@ -54,8 +53,9 @@ from vrs_cli.language.environment import (
     Reference,
     Robot,
     StoredProgram,
+    key_of,
 )
-from vrs_cli.language.values import Value, kind_of_value
+from vrs_cli.language.values import Value
 
 STACK_LIMIT = 10_000  # programs that have called one another
 MOST_CYCLES = 32767
@@ -138,9 +138,7 @@ class _Frame:
 
     __slots__ = ("_arguments", "_context", "_slots", "op", "program", "steps")
 
-    def __init__(
-        self, context: Context, program: StoredProgram, arguments: Sequence[Reference], step: int = 0
-    ) -> None:
+    def __init__(self, context: Context, program: StoredProgram, arguments: Sequence[Reference], step: int = 0) -> None:
         compiled = program.compiled
         self.program = program
         self.op = compiled.entry(step)
@@ -189,8 +187,8 @@ def _checked_argument(
         wanted, got = ("an array", "one value") if given.key is not None else ("one value", "an array")
         raise ArgumentMismatch(f"{name} is given {got}", f"{wanted} is wanted")
     decided = program.analysis.kinds.get(parameter.key)
-    wrong = {Kind.REAL: given.locations, Kind.LOCATION: given.cells}.get(decided or Kind.STRING, {})
-    if given.key in wrong and decided is not None:
+    wrong = given.locations if decided is Kind.REAL else given.cells
+    if decided is not None and given.key in wrong:
         raise ArgumentMismatch(f"{name}: {given.name} is not a {decided.value}", f"a {decided.value} is wanted")
     return given
 
@@ -207,9 +205,7 @@ def bind(
     arrays = program.compiled.array_parameters
     padded = (*arguments, *(None,) * (len(parameters) - len(arguments)))
     return tuple(
-        _left_out(environment, parameter)
-        if given is None
-        else _checked_argument(program, parameter, given, arrays)
+        _left_out(environment, parameter) if given is None else _checked_argument(program, parameter, given, arrays)
         for parameter, given in zip(parameters, padded, strict=True)
     )
 
@@ -242,7 +238,7 @@ class Task:
         bind(environment, self._main, self._arguments)
         self.cycles = cycles
         self.cycles_done = 0
-        self.steps = 0
+        self.steps_done = 0
         self.state = TaskState.RUNNING
         self.fault: ProgramFault | None = None
         self._frames: list[_Frame] = []
@@ -255,12 +251,13 @@ class Task:
     # for the driver
 
     def resume(self, answer: str | None = None, budget: int = BUDGET) -> Event:
-        """Go on until something is to be done, at most `budget` steps. `answer`: the line that Prompt asked for.
+        """Go on until something is to be done, or `budget` steps have begun. `answer`: the line that Prompt asked for.
 
+        With a budget of 1 the program goes on by single steps: each `Budget` stands before the step `step`.
         After the end the last event is given again.
         """
         self._answer, self._budget = answer, budget
-        if self.state is not TaskState.RUNNING:
+        if not self.ended:
             self.state, self.fault = TaskState.RUNNING, None
         return next(self._life)
 
@@ -302,23 +299,200 @@ class Task:
 
     def uses(self, program: str) -> bool:
         """Whether a program is on the stack, so that it cannot be changed."""
-        return any(frame.program.program.key == program.lower() for frame in self._frames)
+        return any(frame.program.program.key == key_of(program) for frame in self._frames)
 
     # cycles
 
     def _live(self) -> Generator[Event, None, None]:
-        yield from self._cycles()
+        last = yield from self._cycles()
         while True:
-            yield self._last
+            yield last
 
-    def _cycles(self) -> Generator[Event, None, None]:
+    def _cycles(self) -> Generator[Event, None, Completed | Halted]:
         while self.cycles < 0 or self.cycles_done < self.cycles:
-            yield CycleBegins(self.cycles_done + 1, CYCLE_SETTINGS)
             self._begin()
-            yield from self._cycle()
-            if self.state is TaskState.HALTED:
-                return
-            yield Break()
+            yield from self._say(CycleBegins(self.cycles_done + 1, CYCLE_SETTINGS))
+            halted = yield from self._cycle()
+            if halted is not None:
+                return halted
+            yield from self._say(Break())
             self.cycles_done += 1
-        self._last: Event = Completed(self.cycles_done)
+            self._frames.clear()
         self.state = TaskState.COMPLETED
+        return Completed(self.cycles_done)
+
+    def _begin(self) -> None:
+        arguments = bind(self._context.environment, self._main, self._arguments)
+        self._frames = [_Frame(self._context, self._main, arguments, self._first_step)]
+        self._first_step = 0
+
+    def _say(self, event: Event) -> Generator[Event, None, None]:
+        """Tell the driver, and again that the step has failed when the driver could not do it."""
+        yield event
+        failed = isinstance(event, Failed)
+        if self._thrown is not None:
+            error, self._thrown = self._thrown, None
+            failed = True
+            yield self._failed(error)
+        if self._again:
+            self._frames[-1].enter(self._frames[-1].op)
+        elif failed:
+            self._frames[-1].skip()
+        self._again = False
+
+    # steps
+
+    def _cycle(self) -> Generator[Event, None, Halted | None]:
+        """Until the main program returns or a STOP; the last event where it was a HALT."""
+        while True:
+            try:
+                event = self._advance()
+                if isinstance(event, CallProgram):
+                    self._call(event)
+                    continue
+            except VrsError as error:
+                yield from self._say(self._failed(error))
+                continue
+            if isinstance(event, Stop) or (isinstance(event, Return) and len(self._frames) == 1):
+                return None
+            if isinstance(event, Return):
+                self._frames.pop()
+            elif isinstance(event, Halt):
+                self.state = TaskState.HALTED
+                return Halted(self.program, self.step)
+            elif isinstance(event, Pause):
+                self.state = TaskState.PAUSED
+                yield from self._say(Paused(self.program, self.step))
+            else:
+                yield from self._say(event)
+
+    def _advance(self) -> Yielded | Budget:
+        """Steps of the program on top until it yields something else than the number of its next operation."""
+        frame = self._frames[-1]
+        op, begun = frame.op, 0
+        try:
+            for event in chain(self._answered(frame), islice(frame.steps, self._budget)):
+                if event.__class__ is not int:
+                    return cast(Yielded, event)
+                op = cast(int, event)
+                begun += 1
+            return _BUDGET
+        except ArithmeticError as error:
+            raise overflow(error) from None
+        finally:
+            frame.op = op
+            self._budget -= begun
+            self.steps_done += begun
+
+    def _answered(self, frame: _Frame) -> tuple[int | Yielded, ...]:
+        """What the program says to the answer of a PROMPT, if there is one."""
+        if self._answer is None:
+            return ()
+        answer, self._answer = self._answer, None
+        return (frame.steps.send(answer),)
+
+    def _call(self, call: CallProgram) -> None:
+        if len(self._frames) > STACK_LIMIT:
+            raise StackOverflow(f"{STACK_LIMIT} calls deep", f"does {call.name} call itself for ever?")
+        environment = self._context.environment
+        program = environment.program(call.name)
+        self._frames.append(_Frame(self._context, program, bind(environment, program, call.arguments)))
+
+    def _failed(self, error: VrsError) -> Failed:
+        frame = self._frames[-1]
+        program = frame.program.program
+        span = program.steps[frame.step].span if program.steps else program.span
+        message = str(error)
+        self._context.environment.last_error = error.code
+        self.state = TaskState.FAILED
+        self.fault = ProgramFault(
+            error.code,
+            message.split("*")[1],
+            message,
+            program.name,
+            frame.step + 1,
+            span.line,
+            frame.program.source(frame.step),
+        )
+        return Failed(self.fault, error)
+
+    # arguments
+
+    def _referred(self, argument: Reference | Value | None) -> Reference | None:
+        if argument is None or isinstance(argument, Reference):
+            return argument
+        return by_value(self._context, argument)
+
+    def _checked_step(self, step: int) -> int:
+        steps = len(self._main.program.steps)
+        if not 1 <= step <= max(steps, 1):
+            raise IllegalValue(f"step {step}", f"{self._main.name} has the steps 1 to {steps}")
+        return step
+
+
+# --- the prompt --------------------------------------------------------------------------------------------------
+
+
+class _LineTask(Task):
+    """One instruction of the prompt: a program of one step, with no cycle around it."""
+
+    def _cycles(self) -> Generator[Event, None, Completed | Halted]:
+        self._begin()
+        halted = yield from self._cycle()
+        self.state = TaskState.COMPLETED
+        return halted or Completed(0)
+
+
+def statement_task(environment: Environment, robot: Robot, statement: ast.Statement) -> Task:
+    """An instruction of the prompt as a task of one step; its program has no name.
+
+    Raises ProgramNotExecutable with the first fault that the analyzer finds.
+    """
+    from vrs_cli.language.analyzer import analyze
+
+    program = Program("", (), (Step(None, statement, None, statement.span),), None, statement.span)
+    programs = {key: stored.program for key, stored in environment.programs.items()}
+    analysis = analyze(program, environment.kinds(), programs)
+    if not analysis.executable:
+        raise ProgramNotExecutable(analysis.diagnostics[0].message)
+    return _LineTask(environment, robot, StoredProgram(environment, analysis))
+
+
+def execute_statement(
+    environment: Environment, robot: Robot, statement: ast.Statement
+) -> Generator[Event, str | None, None]:
+    """The events of one instruction at the prompt (DO), in the order a program of that one step gives them.
+
+    `send` the answer to Prompt. An error of the instruction itself is raised; one of a program that it calls is
+    `Failed`, the last event.
+    """
+    task = statement_task(environment, robot, statement)
+    answer: str | None = None
+    while True:
+        event = task.resume(answer)
+        if isinstance(event, Completed):
+            return
+        if isinstance(event, Failed) and not event.fault.program:
+            raise event.error
+        answer = yield event
+        if isinstance(event, Failed | Halted):
+            return
+
+
+def evaluate(environment: Environment, robot: Robot, expression: ast.Expression) -> Value:
+    """The value of an expression at the prompt, of whichever kind it is. Raises VrsError."""
+    value: Value = compile_expression(expression, environment.kinds())(Context(environment, robot))
+    return value
+
+
+def arguments_of(
+    environment: Environment, robot: Robot, arguments: Iterable[ast.Expression | None]
+) -> tuple[Reference | None, ...]:
+    """The arguments of EXECUTE at the prompt: variables by reference, as CALL passes them. Raises VrsError."""
+    context, kinds = Context(environment, robot), environment.kinds()
+    return tuple(compile_argument(argument, kinds)(context) for argument in arguments)
+
+
+def definable(environment: Environment, robot: Robot, expression: ast.Expression) -> Definable:
+    """What HERE and POINT at the prompt define: `a`, `#p`, `row[3]`, or the last name of `a:b`. Raises VrsError."""
+    return compile_definable(expression, environment.kinds())(Context(environment, robot))

@@ -1,0 +1,101 @@
+"""`vrs check`: all that is wrong with program files, without running them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from vrs_cli.cli.command_line import Parser
+from vrs_cli.cli.sources import Source, has_errors, ordered, read_source
+
+if TYPE_CHECKING:
+    from vrs_cli.language.diagnostics import Diagnostic
+
+OK, FAILED = 0, 1
+
+EPILOG = """\
+Exit status: 0 without errors (there may be warnings), 1 with errors.
+
+  vrs check pick.v2 place.v2
+  vrs check pick.v2 --format json
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A file and what is wrong with it, in the order of its lines."""
+
+    source: Source
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Print all diagnostics of all files."""
+    options = _parser(prog).parse(arguments)
+    findings = [_checked(source) for source in map(read_source, options.files)]
+    print(_FORMATS[options.format](findings), end="")
+    return FAILED if any(has_errors(finding.diagnostics) for finding in findings) else OK
+
+
+def _parser(prog: str) -> Parser:
+    parser = Parser(prog, "Find all mistakes in program files. Nothing is run, no file is changed.", EPILOG)
+    parser.add_argument("files", metavar="FILE.v2", nargs="+", help="program files (- is standard input)")
+    parser.add_argument("--format", choices=tuple(_FORMATS), default="text", help="text (default) or json")
+    return parser
+
+
+def _checked(source: Source) -> Finding:
+    """A file by itself, as LOAD into an empty memory would find it."""
+    from vrs_cli.cli.batch import BatchTerminal
+    from vrs_cli.interfaces.session import Session
+    from vrs_cli.render.progress import RunProgress
+
+    session = Session(BatchTerminal(None, RunProgress(source.path)))
+    return Finding(source, ordered(session.load_text(source.text, source.path)))
+
+
+def _text(findings: Sequence[Finding]) -> str:
+    told = "".join(finding.source.shown(finding.diagnostics) for finding in findings)
+    return told + _summary(findings)
+
+
+def _summary(findings: Sequence[Finding]) -> str:
+    """How many there are; nothing for files without fault."""
+    everything = [diagnostic for finding in findings for diagnostic in finding.diagnostics]
+    errors = sum(has_errors([diagnostic]) for diagnostic in everything)
+    if not everything:
+        return ""
+    return f"{_counted(errors, 'error')}, {_counted(len(everything) - errors, 'warning')}\n"
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def _json(findings: Sequence[Finding]) -> str:
+    return json.dumps({"files": [_object(finding) for finding in findings]}, indent=2) + "\n"
+
+
+def _object(finding: Finding) -> dict[str, Any]:
+    return {
+        "path": finding.source.path,
+        "diagnostics": [
+            {
+                "severity": one.severity.value,
+                "code": one.code,
+                "message": one.message,
+                "text": one.text,
+                "detail": one.detail,
+                "hint": one.hint,
+                "line": one.span.line,
+                "column": one.span.column,
+                "end": one.span.end,
+            }
+            for one in finding.diagnostics
+        ],
+    }
+
+
+_FORMATS = {"text": _text, "json": _json}

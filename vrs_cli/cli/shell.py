@@ -1,0 +1,30 @@
+"""`vrs` and `vrs shell`: the interactive shell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vrs_cli.cli.command_line import Parser
+
+EPILOG = """\
+Without a terminal on standard input its lines are executed one after another:
+
+  echo WHERE | vrs
+
+All subcommands: vrs --help
+"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Hand over to the shell; returns its exit status."""
+    options = _parser(prog).parse(arguments)
+    from vrs_cli.repl.shell import main as shell
+
+    return shell(robot=options.robot, file=options.file)
+
+
+def _parser(prog: str) -> Parser:
+    parser = Parser(prog, "The interactive VAL-II shell of a virtual robot.", EPILOG)
+    parser.add_argument("file", metavar="FILE.v2", nargs="?", help="a program file to load first")
+    parser.add_argument("--robot", metavar="NAME|FILE", default="puma560", help="a robot's name, or its TOML file")
+    return parser

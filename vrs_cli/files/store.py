@@ -1,0 +1,146 @@
+"""What is in memory as the text of a program file: STORE, STOREP, STOREL, STORER, STORES."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from vrs_cli.language import ast
+from vrs_cli.language.ast import Comment, Entry, File, Kind, Program, Section, Span
+from vrs_cli.language.environment import SIGIL_KINDS, Environment, key_of
+from vrs_cli.language.environment import Variable as Stored
+from vrs_cli.language.instructions import INSTRUCTIONS
+from vrs_cli.language.values import numbers_of
+from vrs_cli.language.words import Shape
+
+NOWHERE = Span(0, 0, 0)  # what is stored was read nowhere
+
+
+class Part(Enum):
+    """A part of the memory; `value` is the extension of a file that holds it alone."""
+
+    PROGRAMS = ".pg"
+    LOCATIONS = ".lc"
+    REALS = ".rv"
+    STRINGS = ".st"
+
+
+EVERYTHING = frozenset(Part)
+
+
+class _SectionRow(NamedTuple):
+    part: Part
+    name: str
+    kinds: tuple[Kind, ...]
+
+
+_SECTIONS = (
+    _SectionRow(Part.LOCATIONS, ".LOCATIONS", (Kind.LOCATION, Kind.PRECISION)),
+    _SectionRow(Part.REALS, ".REALS", (Kind.REAL,)),
+    _SectionRow(Part.STRINGS, ".STRINGS", (Kind.STRING,)),
+)
+
+
+def store(environment: Environment, what: Collection[Part] = EVERYTHING, programs: Sequence[str] = ()) -> str:
+    """The text of a file that brings `what` back when it is loaded.
+
+    With `programs`, only these, those that they call, and the variables that all of them use. Raises UndefinedName.
+    """
+    from vrs_cli.language.printer import print_file
+
+    chosen = _with_called(environment, programs) if programs else tuple(_programs(environment).values())
+    used = _variables_used(chosen) if programs else None
+    parts: list[Program | Section | Comment] = list(chosen) if Part.PROGRAMS in what else []
+    parts += [section for row in _SECTIONS if row.part in what for section in _section(environment, row, used)]
+    return print_file(File(tuple(parts)))
+
+
+# --- sections ----------------------------------------------------------------------------------------------------
+
+
+def _section(environment: Environment, row: _SectionRow, used: Collection[str] | None) -> Iterator[Section]:
+    """The section, if it has any entry."""
+    entries = tuple(
+        _entry(variable)
+        for kind in row.kinds
+        for variable in environment.variables(kind)
+        if used is None or _key(variable) in used
+    )
+    if entries:
+        yield Section(row.name, entries, NOWHERE)
+
+
+def _key(variable: Stored) -> str:
+    return key_of(variable.name.partition("[")[0])
+
+
+def _entry(stored: Stored) -> Entry:
+    value = stored.value
+    if isinstance(value, str):
+        return Entry(_variable(stored.name), (), value, NOWHERE)
+    numbers = (value,) if isinstance(value, float) else numbers_of(value)
+    return Entry(_variable(stored.name), numbers, None, NOWHERE)
+
+
+def _variable(name: str) -> ast.Variable:
+    """`#place[1,2]` as a variable with constant indexes."""
+    sigil = name[:1] if name[:1] in SIGIL_KINDS else ""
+    bare, bracket, indexes = name[len(sigil) :].partition("[")
+    if not bracket:
+        return ast.Variable(bare, sigil, None, NOWHERE)
+    numbers = tuple(ast.Number(float(text), text, NOWHERE) for text in indexes.rstrip("]").split(","))
+    return ast.Variable(bare, sigil, numbers, NOWHERE)
+
+
+# --- what programs use -------------------------------------------------------------------------------------------
+
+
+def _programs(environment: Environment) -> Mapping[str, Program]:
+    return {key: stored.program for key, stored in environment.programs.items()}
+
+
+def _with_called(environment: Environment, names: Iterable[str]) -> tuple[Program, ...]:
+    """The programs of these names and all that they call, each once, callers first. Raises UndefinedName."""
+    known = _programs(environment)
+    found: dict[str, Program] = {}
+    waiting = [environment.program(name).program for name in names]
+    while waiting:
+        program = waiting.pop(0)
+        if program.key not in found:
+            found[program.key] = program
+            waiting += [known[key] for key in _called(program) if key in known]
+    return tuple(found.values())
+
+
+def _called(program: Program) -> Iterator[str]:
+    """The keys of the programs that a program names, as CALL does."""
+    for node in _nodes(program):
+        if isinstance(node, ast.Instruction) and node.word in INSTRUCTIONS:
+            shapes = (argument.shape for argument in INSTRUCTIONS[node.word].arguments)
+            for shape, argument in zip(shapes, node.arguments, strict=False):
+                if shape is Shape.PROGRAM:
+                    yield from _program_key(argument)
+
+
+def _program_key(argument: object) -> Iterator[str]:
+    if isinstance(argument, ast.Call | ast.Variable):
+        yield key_of(argument.name)
+    elif isinstance(argument, ast.Word):
+        yield key_of(argument.text)
+
+
+def _variables_used(programs: Iterable[Program]) -> frozenset[str]:
+    return frozenset(node.key for program in programs for node in _nodes(program) if isinstance(node, ast.Variable))
+
+
+def _nodes(node: object) -> Iterator[object]:
+    """A tree, node by node, from its root."""
+    yield node
+    if isinstance(node, tuple):
+        for child in node:
+            yield from _nodes(child)
+    elif is_dataclass(node):
+        for field in fields(node):
+            yield from _nodes(getattr(node, field.name))

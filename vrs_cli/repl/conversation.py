@@ -1,0 +1,134 @@
+"""Lines into a session, one after the other, at a terminal or from a pipe: programs are gathered, errors become replies."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vrs_cli.errors import ProgramExists, VrsError
+from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone
+from vrs_cli.repl.entry import ProgramEntry, closes_program, opens_program
+from vrs_cli.repl.mishap import internal_error
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session import Session
+    from vrs_cli.language.diagnostics import Diagnostic
+
+_NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
+
+
+class Conversation:
+    """One session and the program that is being typed, if one is. Nothing that a user types raises an exception."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.entry: ProgramEntry | None = None
+        self._refused = False
+
+    # --- lines ---
+
+    def take(self, text: str) -> None:
+        """One line, or several that were pasted together."""
+        for line in text.splitlines() or [""]:
+            self._guarded(line)
+
+    def _guarded(self, line: str) -> None:
+        """Whatever goes wrong with a line is shown, and the next line may come."""
+        try:
+            self._line(line)
+        except VrsError as error:
+            self.session.terminal.show(refusal(error, line))
+        except KeyboardInterrupt:
+            self.session.terminal.show(Message("interrupted"))
+        except BrokenPipeError:
+            raise  # whoever read us has gone
+        except Exception as error:
+            self.session.terminal.show(internal_error(error))
+
+    def _line(self, line: str) -> None:
+        if self.entry is not None:
+            self._step(self.entry, line)
+        elif opens_program(line):
+            self._open(line)
+        elif line.strip():
+            self.session.perform(line)
+
+    # --- typing a program ---
+
+    def _open(self, header: str) -> None:
+        """`.PROGRAM`: the lines after it are its steps, also when it is refused (they are dropped then)."""
+        self.entry, self._refused = ProgramEntry(header), True
+        name = self._named(header)
+        if name and not self._may_replace(name):
+            raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
+        self._refused = False
+
+    def _named(self, header: str) -> str:
+        found = _NAME.match(header)
+        return found.group(1) if found else ""
+
+    def _may_replace(self, name: str) -> bool:
+        session = self.session
+        if session.environment.has_program(name) and session.engine.parameters.switch("INTERACTIVE"):
+            return session.terminal.confirm(f"Program {name} exists. Replace it (Y/N)?")
+        return True
+
+    @property
+    def dropping(self) -> bool:
+        """Whether the lines that come belong to a program that was refused."""
+        return self.entry is not None and self._refused
+
+    def _step(self, entry: ProgramEntry, line: str) -> None:
+        if not closes_program(line):
+            entry.add(line)
+            return
+        self.entry = None
+        if not self._refused:
+            self._store(entry)
+
+    def _store(self, entry: ProgramEntry) -> None:
+        """`.END`: check the whole and keep it."""
+        before = dict(self.session.environment.programs)
+        diagnostics = self.session.load_text(entry.text)
+        self.session.terminal.show(report(diagnostics, entry.text))
+        for key, stored in self.session.environment.programs.items():
+            if before.get(key) is not stored:
+                ready = "" if stored.analysis.executable else "; it cannot be executed yet"
+                steps = len(stored.program.steps)
+                self.session.terminal.show(
+                    Message(f"Program {stored.name}: {steps} step{'s' if steps != 1 else ''}{ready}")
+                )
+
+    def leave_entry(self, why: str = "") -> None:
+        """Ctrl-C, or the end of the input: what was typed of a program is forgotten, and said to be."""
+        if self.entry is not None:
+            name = self._named(self.entry.header) or "the program"
+            self.entry = None
+            tone = Tone.ERROR if why else Tone.NOTE
+            self.session.terminal.show(Message(f"{why}{name} is not stored (.END would have ended it)", tone))
+
+    # --- files ---
+
+    def load(self, path: Path | str) -> None:
+        """The file named on the command line."""
+        self._guarded(f"LOAD {path}")
+
+
+def refusal(error: VrsError, line: str) -> Reply:
+    """The reply for a line that cannot be carried out, with its place where that is known."""
+    from vrs_cli.language.diagnostics import LineRefused
+
+    if isinstance(error, LineRefused):
+        return DiagnosticsReport((Diagnosed(error.diagnostic, line),))
+    return Message(str(error), Tone.ERROR)
+
+
+def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:
+    """Findings in a text with their lines, in order."""
+    lines = text.split("\n")
+    ordered = sorted(diagnostics, key=lambda one: (one.span.line, one.span.column))
+    return DiagnosticsReport(
+        tuple(Diagnosed(one, lines[one.span.line - 1] if one.span.line <= len(lines) else "", path) for one in ordered)
+    )

@@ -1,0 +1,246 @@
+"""The shell on a terminal, with prompt-toolkit: history, completion, colours, checking before a line is sent.
+
+Only prompt-toolkit is imported before the first prompt is seen; the robot and the language are made ready behind it.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import TYPE_CHECKING
+
+from prompt_toolkit import PromptSession
+from prompt_toolkit.application import get_app
+from prompt_toolkit.completion import CompleteEvent, Completer, Completion
+from prompt_toolkit.document import Document
+from prompt_toolkit.history import InMemoryHistory
+from prompt_toolkit.styles import Style
+from prompt_toolkit.validation import ValidationError, Validator
+
+from vrs_cli import __version__
+from vrs_cli.repl.backstage import Backstage
+from vrs_cli.repl.history import history_path, open_history
+from vrs_cli.repl.lexer import ValLexer
+from vrs_cli.repl.toolbar import toolbar
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.render.console import TerminalRenderer
+    from vrs_cli.repl.complete import Names
+    from vrs_cli.repl.conversation import Conversation
+    from vrs_cli.repl.terminal import ShellTerminal
+
+BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
+IDLE, RUNNING = ".", "*"
+
+STYLE = Style.from_dict(
+    {
+        "bottom-toolbar": "noreverse fg:ansibrightblack",
+        "validation-toolbar": "noreverse fg:ansired",
+    }
+)
+
+
+class Workplace:
+    """What is made behind the first prompt: the conversation, on a terminal that can ask."""
+
+    def __init__(self, model: RobotModel | None, read: Callable[[str], str]) -> None:
+        from vrs_cli.interfaces.session import Session
+        from vrs_cli.kinematics.model import load_robot
+        from vrs_cli.language import parser
+        from vrs_cli.render.console import TerminalRenderer
+        from vrs_cli.repl import complete, validate  # noqa: F401 (the first key must not wait for them)
+        from vrs_cli.repl.conversation import Conversation
+        from vrs_cli.repl.shell import DEFAULT_ROBOT
+        from vrs_cli.repl.terminal import ShellTerminal
+
+        renderer: list[TerminalRenderer] = []
+
+        def draw() -> TerminalRenderer:
+            if not renderer:
+                renderer.append(TerminalRenderer())
+            return renderer[0]
+
+        self.terminal: ShellTerminal = ShellTerminal(read, draw)
+        session = Session(self.terminal, model or load_robot(DEFAULT_ROBOT))
+        self.conversation: Conversation = Conversation(session)
+        self.terminal.interrupt = self.interrupt
+        parser.parse_prompt("WHERE")
+
+    def interrupt(self) -> bool:
+        """Stop the program that runs; False when none does."""
+        session = self.conversation.session
+        if session.running:
+            session.interrupt()
+            return True
+        return False
+
+    def names(self) -> Names:
+        """What is defined, for completion."""
+        from vrs_cli.repl.names import names_of
+
+        return names_of(self.conversation.session)
+
+
+# --- what prompt-toolkit asks for -----------------------------------------------------------------------------------
+
+
+class ValCompleter(Completer):
+    """Suggestions of `complete`; none before the tables are there."""
+
+    def __init__(self, ready: Callable[[], Workplace | None]) -> None:
+        self._ready = ready
+
+    def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:
+        work = self._ready()
+        text = document.text_before_cursor
+        if work is None or (complete_event.text_inserted and not text.strip()):
+            return
+        from vrs_cli.repl.complete import suggestions
+
+        in_program = work.conversation.entry is not None
+        for suggestion in suggestions(text, work.names(), in_program=in_program):
+            yield Completion(suggestion.text, -suggestion.length, display_meta=suggestion.meta)
+
+
+class LineValidator(Validator):
+    """A line with a mistake is not sent: the cursor goes to it, the message below."""
+
+    def __init__(self, work: Callable[[], Workplace]) -> None:
+        self._work = work
+
+    def validate(self, document: Document) -> None:
+        conversation = self._work().conversation
+        text = document.text
+        from vrs_cli.repl.entry import closes_program, opens_program
+        from vrs_cli.repl.validate import first_mistake
+
+        in_program = conversation.entry is not None
+        if conversation.dropping or (closes_program(text) if in_program else opens_program(text)):
+            return
+        mistake = first_mistake(text, conversation.session.environment.kinds(), in_program=in_program)
+        if mistake is not None:
+            column = min(mistake.span.column - 1, len(text))
+            raise ValidationError(cursor_position=column, message=mistake.message)
+
+
+# --- the shell -----------------------------------------------------------------------------------------------------
+
+
+class Shell:
+    """The loop: read a line, carry it out. Wrong lines and Ctrl-C never end it."""
+
+    def __init__(self, model: RobotModel | None = None, file: str | None = None) -> None:
+        self.file = file
+        history, self.note = open_history(history_path(os.environ))
+        self._answers: PromptSession[str] | None = None
+        self.backstage = Backstage(lambda: Workplace(model, self._answer), self._redraw)
+        self.prompts: PromptSession[str] = PromptSession(
+            self._message,
+            history=history,
+            lexer=ValLexer(lambda: self.backstage.ready is not None),
+            completer=ValCompleter(lambda: self.backstage.ready),
+            validator=LineValidator(self.backstage.wait),
+            validate_while_typing=False,
+            complete_while_typing=True,
+            bottom_toolbar=self._toolbar,
+            style=STYLE,
+            reserve_space_for_menu=6,
+        )
+        self.prompts.app.after_render += lambda _app: self.backstage.begin()
+
+    def run(self) -> int:
+        """Until EXIT, QUIT or Ctrl-D."""
+        print(BANNER)
+        if self.note:
+            print(self.note)
+        if self.file is not None:
+            with stoppable(self.backstage.wait()):
+                self.backstage.wait().conversation.load(self.file)
+        while self._round():
+            pass
+        return 0
+
+    def _round(self) -> bool:
+        """One line; False when the user leaves."""
+        try:
+            line = self.prompts.prompt(default=self._indent())
+        except KeyboardInterrupt:
+            self._leave_entry()
+            return True
+        except EOFError:
+            return self._leave_entry()
+        work = self.backstage.wait()
+        with stoppable(work):
+            work.conversation.take(line)
+        return not work.terminal.leaving
+
+    def _leave_entry(self) -> bool:
+        """Ctrl-C or Ctrl-D while a program is typed: back to the prompt. False where none was."""
+        work = self.backstage.ready
+        if work is None or work.conversation.entry is None:
+            return False
+        work.conversation.leave_entry()
+        return True
+
+    # --- what the prompt shows ---
+
+    def _message(self) -> str:
+        work = self.backstage.ready
+        if work is None:
+            return IDLE
+        entry = work.conversation.entry
+        if entry is not None:
+            return entry.prompt
+        return RUNNING if work.conversation.session.running else IDLE
+
+    def _indent(self) -> str:
+        work = self.backstage.ready
+        entry = work.conversation.entry if work else None
+        return entry.indent if entry else ""
+
+    def _toolbar(self) -> str:
+        work = self.backstage.ready
+        width = get_app().output.get_size().columns
+        if work is None:
+            return toolbar(None, "", width)
+        return toolbar(work.conversation.session, work.terminal.last, width)
+
+    def _redraw(self) -> None:
+        self.prompts.app.invalidate()
+
+    def _answer(self, question: str) -> str:
+        """A line for PROMPT and `Change?`, with a history of its own."""
+        if self._answers is None:
+            self._answers = PromptSession(history=InMemoryHistory())
+        return self._answers.prompt(question)
+
+
+@contextmanager
+def stoppable(work: Workplace) -> Iterator[None]:
+    """While a line is carried out, Ctrl-C stops the program that runs; a second one whatever does not stop by itself."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    pressed = False
+
+    def stop(_signal: int, _frame: FrameType | None) -> None:
+        nonlocal pressed
+        if pressed or not work.interrupt():
+            raise KeyboardInterrupt
+        pressed = True
+
+    before = signal.signal(signal.SIGINT, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def run(model: RobotModel | None, file: str | None) -> int:
+    """The interactive shell."""
+    return Shell(model, file).run()

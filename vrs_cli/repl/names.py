@@ -1,0 +1,42 @@
+"""What a session has defined, for completion: every name with a note on it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
+from vrs_cli.language.ast import Kind
+from vrs_cli.language.values import Value, numbers_of, plain
+from vrs_cli.render.numbers import count, fixed
+from vrs_cli.repl.complete import Names
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session import Session
+
+MOST = 500  # names of a kind that are offered: a menu is for reading
+
+
+def names_of(session: Session) -> Names:
+    """All programs, variables (elements of arrays too), switches and parameters."""
+    environment = session.environment
+    return Names(
+        programs={
+            stored.name: count(len(stored.program.steps), "step") for stored in environment.programs.values()
+        },
+        variables={kind: _variables(session, kind) for kind in Kind},
+        switches={row.name: row.summary for row in SWITCHES.values()},
+        parameters={row.name: row.summary for row in PARAMETERS.values()},
+    )
+
+
+def _variables(session: Session, kind: Kind) -> dict[str, str]:
+    rows = session.environment.variables(kind)
+    return {name: _noted(value) for (name, value), _ in zip(rows, range(MOST), strict=False)}
+
+
+def _noted(value: Value) -> str:
+    if isinstance(value, float | int):
+        return plain(value)
+    if isinstance(value, str):
+        return f'"{value}"'
+    return " ".join(fixed(number, 1) for number in numbers_of(value))
