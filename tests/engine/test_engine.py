@@ -221,6 +221,25 @@ def test_a_precision_point_ends_what_was_asked(engine: Engine) -> None:
     assert engine.arm.configuration(engine.position().joints).arm is Arm.RIGHTY
 
 
+def test_nooverlap_refuses_more_than_half_a_turn(engine: Engine) -> None:
+    engine.perform(Move(joints(0, -90, 90, 0, 0, 200), straight=False))
+    engine.perform(SetMode(Mode.OVERLAP, on=False))
+    with pytest.raises(JointOutOfRange, match="NOOVERLAP"):
+        engine.perform(Move(joints(0, -90, 90, 0, 0, -100), straight=False))
+
+
+def test_single_keeps_the_wrist_within_one_turn(engine: Engine) -> None:
+    turned = PoseTarget(from_oat(0.0, 0.5, -0.2, radians(90), radians(90), radians(270)))
+    reached = []
+    for single in (False, True):
+        engine.perform(Move(joints(0, -90, 90, 0, 0, 240), straight=False))
+        engine.perform(SetMode(Mode.SINGLE, on=single))
+        engine.perform(Move(turned, straight=False))
+        reached.append(engine.position().joints[5])
+    assert abs(reached[0]) > radians(180)
+    assert abs(reached[1]) <= radians(180)
+
+
 # --- targets ---
 
 

@@ -143,7 +143,9 @@ def _guarded(prog: str, subcommand: Callable[[], int]) -> int:
         if isinstance(error, OSError) and error.filename is None:  # of a stream: files are named
             _abandon_output()
             return _told(prog, f"standard output cannot be written: {error.strerror}", FAILED)
-        return _told(prog, _internal_error(error), INTERNAL_ERROR)
+        from vrs_cli.repl.mishap import internal_error
+
+        return _told(prog, internal_error(error).text, INTERNAL_ERROR)
     return status
 
 
@@ -165,18 +167,3 @@ def _abandon_output() -> None:
     """Nobody takes what we write any more: what is left in the buffer must not be tried again at exit."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def _internal_error(error: Exception) -> str:
-    """The one line; the traceback is in a file."""
-    import tempfile
-    import traceback
-
-    report = "".join(traceback.format_exception(error))
-    try:
-        with tempfile.NamedTemporaryFile("w", prefix="vrs-", suffix=".txt", delete=False, encoding="utf-8") as file:
-            file.write(report)
-        place = f"; please report it with {file.name}"
-    except OSError:
-        place = "; please report it"
-    return f"internal error: {type(error).__name__}: {error}{place}"

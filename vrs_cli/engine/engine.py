@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import degrees, isfinite
+from math import degrees, isfinite, pi
 from typing import Any
 
 from vrs_cli.engine.clock import Clock, VirtualClock
@@ -63,6 +63,7 @@ from vrs_cli.trajectory.timeline import Timeline
 
 SLOWEST = 1e-4  # fraction of nominal speed: slower is no motion
 MM = 1e-3  # [m]
+HALF_TURN_ROUNDING = 1e-9  # [rad]
 INCH = 0.0254  # [m]
 
 DeltaListener = Callable[[TimelineDelta, Timeline], None]
@@ -229,6 +230,8 @@ class Engine:
         hand = self.timeline.locate(executed)[0].motion.hand
         wanted = move.hand if move.hand is not None else parameters.hand
         goal, pose = self._resolve(move, here, frames, executed)
+        if goal is not None:
+            self._check_overlap(here, goal)
         motion = Motion(
             number=self._number + 1,
             kind=Kind.STRAIGHT if pose is not None else Kind.JOINT,
@@ -288,7 +291,27 @@ class Engine:
                 raise StraightLineConfiguration(f"{words} asked, the arm is {have}", "use MOVE to change it")
             return None, pose
         T = compose(pose, inverse(frames.tool))
-        return self.arm.select(T, here, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist), None
+        return self._selecting_arm().select(T, here, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist), None
+
+    def _selecting_arm(self) -> RobotArm:
+        """The arm, under SINGLE with no joint that turns more than once."""
+        if not self.parameters.modes[Mode.SINGLE].present:
+            return self.arm
+        lower = tuple(max(low, -pi) for low in self.model.lower)
+        upper = tuple(min(high, pi) for high in self.model.upper)
+        return arm_for(replace(self.model, lower=lower, upper=upper))
+
+    def _check_overlap(self, here: Joints, goal: Joints) -> None:
+        """NOOVERLAP: no joint may turn by more than half a turn."""
+        if self.parameters.modes[Mode.OVERLAP].present:
+            return
+        for joint, (at, to) in enumerate(zip(here, goal, strict=True), 1):
+            if abs(to - at) > pi + HALF_TURN_ROUNDING:
+                raise JointOutOfRange(
+                    joint,
+                    f"would turn by {degrees(to - at):.1f} deg, NOOVERLAP allows half a turn",
+                    "say OVERLAP, or go there in two motions",
+                )
 
     def _under_way(self, move: Move, executed: float) -> Joints:
         """Where the motion before this one ends."""

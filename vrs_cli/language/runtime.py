@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from itertools import chain, islice
+from itertools import islice
 from typing import cast
 
 from vrs_cli.engine.commands import Break, Request
@@ -369,27 +369,30 @@ class Task:
     def _advance(self) -> Yielded | Budget:
         """Steps of the program on top until it yields something else than the number of its next operation."""
         frame = self._frames[-1]
-        op, begun = frame.op, 0
+        op, left = frame.op, self._budget
         try:
-            for event in chain(self._answered(frame), islice(frame.steps, self._budget)):
+            if self._answer is not None:
+                answered = self._answered(frame)
+                if not isinstance(answered, int):
+                    return answered
+                op, left = answered, left - 1
+            for event in islice(frame.steps, max(left, 0)):
                 if event.__class__ is not int:
                     return cast(Yielded, event)
-                op = cast(int, event)
-                begun += 1
+                op = event
+                left -= 1
             return _BUDGET
         except ArithmeticError as error:
             raise overflow(error) from None
         finally:
             frame.op = op
-            self._budget -= begun
-            self.steps_done += begun
+            self.steps_done += self._budget - left
+            self._budget = left
 
-    def _answered(self, frame: _Frame) -> tuple[int | Yielded, ...]:
-        """What the program says to the answer of a PROMPT, if there is one."""
-        if self._answer is None:
-            return ()
+    def _answered(self, frame: _Frame) -> int | Yielded:
+        """What the program says to the answer of a PROMPT."""
         answer, self._answer = self._answer, None
-        return (frame.steps.send(answer),)
+        return frame.steps.send(answer)
 
     def _call(self, call: CallProgram) -> None:
         if len(self._frames) > STACK_LIMIT:

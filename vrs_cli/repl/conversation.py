@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import ProgramExists, VrsError
+from vrs_cli.interfaces.monitor import Dialogue
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone
+from vrs_cli.language.environment import key_of
 from vrs_cli.repl.entry import ProgramEntry, closes_program, opens_program
 from vrs_cli.repl.mishap import internal_error
 
@@ -33,6 +35,8 @@ class Conversation:
         """One line, or several that were pasted together."""
         for line in text.splitlines() or [""]:
             self._guarded(line)
+        if self._refused and isinstance(self.session.terminal, Dialogue):
+            self.entry, self._refused = None, False  # somebody is there, and knows that it was refused
 
     def _guarded(self, line: str) -> None:
         """Whatever goes wrong with a line is shown, and the next line may come."""
@@ -60,32 +64,24 @@ class Conversation:
     def _open(self, header: str) -> None:
         """`.PROGRAM`: the lines after it are its steps, also when it is refused (they are dropped then)."""
         self.entry, self._refused = ProgramEntry(header), True
-        name = self._named(header)
+        name = _named(header)
         if name and not self._may_replace(name):
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
         self._refused = False
 
-    def _named(self, header: str) -> str:
-        found = _NAME.match(header)
-        return found.group(1) if found else ""
-
     def _may_replace(self, name: str) -> bool:
         session = self.session
-        if session.environment.has_program(name) and session.engine.parameters.switch("INTERACTIVE"):
+        if key_of(name) in session.environment.programs and session.engine.parameters.switch("INTERACTIVE"):
             return session.terminal.confirm(f"Program {name} exists. Replace it (Y/N)?")
         return True
-
-    @property
-    def dropping(self) -> bool:
-        """Whether the lines that come belong to a program that was refused."""
-        return self.entry is not None and self._refused
 
     def _step(self, entry: ProgramEntry, line: str) -> None:
         if not closes_program(line):
             entry.add(line)
             return
         self.entry = None
-        if not self._refused:
+        refused, self._refused = self._refused, False
+        if not refused:
             self._store(entry)
 
     def _store(self, entry: ProgramEntry) -> None:
@@ -104,7 +100,7 @@ class Conversation:
     def leave_entry(self, why: str = "") -> None:
         """Ctrl-C, or the end of the input: what was typed of a program is forgotten, and said to be."""
         if self.entry is not None:
-            name = self._named(self.entry.header) or "the program"
+            name = _named(self.entry.header) or "the program"
             self.entry = None
             tone = Tone.ERROR if why else Tone.NOTE
             self.session.terminal.show(Message(f"{why}{name} is not stored (.END would have ended it)", tone))
@@ -114,6 +110,12 @@ class Conversation:
     def load(self, path: Path | str) -> None:
         """The file named on the command line."""
         self._guarded(f"LOAD {path}")
+
+
+def _named(header: str) -> str:
+    """The name in a header, empty where there is none."""
+    found = _NAME.match(header)
+    return found.group(1) if found else ""
 
 
 def refusal(error: VrsError, line: str) -> Reply:

@@ -120,7 +120,7 @@ class LineValidator(Validator):
         from vrs_cli.repl.validate import first_mistake
 
         in_program = conversation.entry is not None
-        if conversation.dropping or (closes_program(text) if in_program else opens_program(text)):
+        if closes_program(text) if in_program else opens_program(text):
             return
         mistake = first_mistake(text, conversation.session.environment.kinds(), in_program=in_program)
         if mistake is not None:

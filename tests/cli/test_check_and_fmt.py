@@ -1,0 +1,108 @@
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Vrs
+
+GOOD = """\
+.PROGRAM  good ; the best
+  type  "x"  ;say it
+if n>2 then
+MOVE a
+end
+.END
+.locations
+a 1 2 3 90 -90 0
+.end
+"""
+BAD = '.PROGRAM bad\n  MOVEE a\n  TYPE "x\n  GOTO 7\n.END\n'
+
+
+@pytest.fixture(autouse=True)
+def _files(tmp_path: Path) -> None:
+    (tmp_path / "good.v2").write_text(GOOD)
+    (tmp_path / "bad.v2").write_text(BAD)
+
+
+def test_check_finds_every_mistake_with_its_place(vrs: Vrs) -> None:
+    ended = vrs("check", "bad.v2")
+    assert (ended.status, ended.err) == (1, "")
+    places = [line.split(" ")[0] for line in ended.out.splitlines() if line.startswith("bad.v2:")]
+    assert [place.split(":")[1] for place in places] == ["2", "3", "4"]
+    assert "*Unknown instruction*" in ended.out
+    assert ended.out.splitlines()[-1] == "3 errors, 0 warnings"
+
+
+def test_a_file_without_fault_is_silent(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "ok.v2").write_text('.PROGRAM ok\n    TYPE "x"\n.END\n')
+    assert vrs("check", "ok.v2") == (0, "", "")
+
+
+def test_warnings_alone_are_no_failure(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "warn.v2").write_text(".PROGRAM warn\n    MOVE never.set\n.END\n")
+    ended = vrs("check", "warn.v2")
+    assert ended.status == 0
+    assert "warning: " in ended.out
+    assert ended.out.endswith("0 errors, 1 warning\n")
+
+
+def test_check_in_json(vrs: Vrs) -> None:
+    ended = vrs("check", "good.v2", "bad.v2", "--format", "json")
+    assert ended.status == 1
+    good, bad = json.loads(ended.out)["files"]
+    assert good["path"] == "good.v2"
+    assert [one["line"] for one in bad["diagnostics"]] == [2, 3, 4]
+    first = bad["diagnostics"][0]
+    assert (first["severity"], first["code"], first["column"], first["end"]) == ("error", -452, 3, 8)
+
+
+def test_fmt_prints_and_changes_nothing(vrs: Vrs) -> None:
+    ended = vrs("fmt", "good.v2")
+    assert (ended.status, ended.err) == (0, "")
+    assert Path("good.v2").read_text() == GOOD
+    assert 'TYPE "x"' in ended.out
+    assert "the best" in ended.out
+    assert "say it" in ended.out
+
+
+def test_fmt_writes_once_and_for_all(vrs: Vrs) -> None:
+    printed = vrs("fmt", "good.v2").out
+    assert vrs("fmt", "--check", "good.v2") == (1, "good.v2 would change\n", "")
+    assert vrs("fmt", "--write", "good.v2") == (0, "good.v2 rewritten\n", "")
+    assert Path("good.v2").read_text() == printed
+    assert vrs("fmt", "--check", "good.v2") == (0, "", "")
+    assert vrs("fmt", "--write", "good.v2") == (0, "", "")
+    assert sorted(os.listdir()) == ["bad.v2", "good.v2"]
+
+
+def test_fmt_leaves_a_file_with_mistakes_alone(vrs: Vrs) -> None:
+    ended = vrs("fmt", "--write", "bad.v2", "good.v2")
+    assert ended.status == 1
+    assert "bad.v2:2:" in ended.err
+    assert Path("bad.v2").read_text() == BAD
+    assert ended.out == "good.v2 rewritten\n"
+
+
+@pytest.mark.parametrize("command", ["check", "fmt"])
+@pytest.mark.parametrize(
+    ("name", "status", "told"),
+    [
+        ("none.v2", 2, "*Nonexistent file* none.v2"),
+        ("folder", 2, "*File error* folder is a folder"),
+        ("junk.v2", 1, "*File is not what it should be* junk.v2 is not a text"),
+    ],
+)
+def test_a_file_that_is_no_program(vrs: Vrs, tmp_path: Path, command: str, name: str, status: int, told: str) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "junk.v2").write_bytes(b"\x00\x01")
+    ended = vrs(command, name)
+    assert (ended.status, ended.out) == (status, "")
+    assert ended.err.startswith(f"vrs {command}: {told}")
+
+
+def test_fmt_cannot_write_standard_input(vrs: Vrs) -> None:
+    assert vrs("fmt", "--write", "-").err == "vrs fmt: --write cannot change standard input (leave --write out)\n"

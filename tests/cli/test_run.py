@@ -1,0 +1,267 @@
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Vrs
+from vrs_cli.files.trajectory_file import read_trajectory
+
+PICK = """\
+.PROGRAM pick
+    TYPE "begin"
+    MOVE #safe
+    FOR i = 1 TO 2
+        MOVE #PPOINT(10*i,-45,180,0,45,0)
+        BREAK
+        TYPE "at", i
+    END
+    READY
+.END
+.PROGRAM other
+    TYPE "other"
+.END
+.LOCATIONS
+#safe 0 -45 180 0 45 0
+.END
+"""
+ASK = """\
+.PROGRAM ask
+    PROMPT "How many? ", n
+    TYPE "double", 2*n
+.END
+"""
+FAR = """\
+.PROGRAM far
+    TYPE "going"
+    MOVE TRANS(300,300,0,90,90,0)
+    MOVE TRANS(3000,0,0,90,90,0)
+.END
+"""
+FOREVER = """\
+.PROGRAM loop
+10  TYPE "round"
+    MOVE #a
+    MOVE #b
+    GOTO 10
+.END
+.LOCATIONS
+#a 0 -90 90 0 0 0
+#b 20 -90 90 0 0 0
+.END
+"""
+
+
+@pytest.fixture(autouse=True)
+def _programs(tmp_path: Path) -> None:
+    for name, text in (("pick.v2", PICK), ("ask.v2", ASK), ("far.v2", FAR), ("forever.v2", FOREVER)):
+        (tmp_path / name).write_text(text)
+
+
+# --- what a run tells --------------------------------------------------------------------------------------
+
+
+def test_a_run_types_and_completes(vrs: Vrs) -> None:
+    ended = vrs("run", "pick.v2")
+    assert ended == (0, "begin\nat 1\nat 2\nProgram completed\n", "")
+
+
+def test_quiet_is_what_the_program_types(vrs: Vrs) -> None:
+    assert vrs("run", "pick.v2", "--quiet").out == "begin\nat 1\nat 2\n"
+
+
+@pytest.mark.parametrize("name", ["other", "OTHER"])
+def test_a_program_by_name(vrs: Vrs, name: str) -> None:
+    assert vrs("run", "pick.v2", name).out == "other\nProgram completed\n"
+
+
+def test_the_extension_may_be_left_out_and_cycles_given(vrs: Vrs) -> None:
+    assert vrs("run", "pick", "other", "--cycles", 3, "--quiet").out == "other\n" * 3
+
+
+def test_json_is_one_object(vrs: Vrs) -> None:
+    ended = vrs("run", "pick.v2", "--json")
+    assert (ended.status, ended.err) == (0, "")
+    told = json.loads(ended.out)
+    assert set(told) == {"program", "cycles", "duration_s", "segments", "commands", "final", "typed", "errors"}
+    assert (told["program"], told["cycles"], told["errors"]) == ("pick", 1, [])
+    assert told["typed"] == ["begin", "at 1", "at 2"]
+    assert told["final"]["joints_deg"] == pytest.approx([0, -90, 90, 0, 0, 0], abs=1e-9)
+    assert told["final"]["xyz_mm"] == pytest.approx([-20.32, 149.09, 921.12], abs=1e-9)
+    assert told["final"]["oat_deg"] == pytest.approx([90, -90, 0], abs=1e-9)
+    assert [set(command) for command in told["commands"]] == [{"text", "t_iss", "t_exec", "t_end"}] * 4
+    assert told["duration_s"] == told["commands"][-1]["t_end"] > 1.0
+    assert told["segments"] >= 10
+
+
+def test_the_same_run_gives_the_same_bytes(vrs: Vrs) -> None:
+    for name in ("a", "b"):
+        assert vrs("run", "pick.v2", "--save", f"{name}.vrst", "--csv", f"{name}.csv").status == 0
+    for suffix in (".vrst", ".csv"):
+        assert Path(f"a{suffix}").read_bytes() == Path(f"b{suffix}").read_bytes()
+
+
+def test_the_files_of_a_run_agree(vrs: Vrs) -> None:
+    told = json.loads(vrs("run", "pick.v2", "--json", "--save", "t.vrst", "--csv", "t.csv", "--rate", 20).out)
+    timeline = read_trajectory("t.vrst").timeline
+    assert len(timeline) - 1 == told["segments"]
+    assert vrs("export", "t.vrst", "--to", "csv", "--rate", 20).out == Path("t.csv").read_text()
+    [last] = json.loads(vrs("where", "t.vrst", "--at", timeline.end, "--json").out)
+    assert last["joints_deg"] == told["final"]["joints_deg"]
+
+
+def test_a_table_on_standard_output_stands_alone(vrs: Vrs) -> None:
+    ended = vrs("run", "pick.v2", "--csv", "-", "--rate", 5)
+    assert ended.out.startswith("t,jt1,")
+    assert "begin" not in ended.out
+    assert ended.err == "begin\nat 1\nat 2\nProgram completed\n"
+
+
+def test_a_plot(vrs: Vrs) -> None:
+    pytest.importorskip("matplotlib")
+    assert vrs("run", "pick.v2", "--plot", "t.svg").status == 0
+    assert "<svg" in Path("t.svg").read_text()
+
+
+# --- errors ------------------------------------------------------------------------------------------------
+
+
+def test_an_error_of_the_program_has_its_place(vrs: Vrs) -> None:
+    ended = vrs("run", "far.v2")
+    assert ended.status == 1
+    assert ended.out == "going\n"
+    first, line, carets, place = ended.err.splitlines()
+    assert first.startswith("far.v2:4: *Location ")
+    assert line.strip() == "MOVE TRANS(3000,0,0,90,90,0)"
+    assert carets.strip() == "^" * len(line.strip())
+    assert place == "Program far stopped at step 3"
+
+
+def test_an_error_in_json(vrs: Vrs) -> None:
+    ended = vrs("run", "far.v2", "--json", "--save", "far.vrst")
+    assert (ended.status, ended.err) == (1, "")
+    told = json.loads(ended.out)
+    [error] = told["errors"]
+    assert (error["program"], error["step"], error["line"]) == ("far", 3, 4)
+    assert error["code"] in (-610, -619)
+    assert error["message"].startswith("*Location ")
+    assert len(told["commands"]) == len(read_trajectory("far.vrst").deltas) == 1
+
+
+def test_all_mistakes_of_a_file_at_once_and_nothing_runs(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "bad.v2").write_text('.PROGRAM bad\nTYPE "x"\nMOVEE a\nGOTO 5\n.END\n')
+    ended = vrs("run", "bad.v2", "--save", "t.vrst")
+    assert (ended.status, ended.out) == (1, "")
+    assert "bad.v2:3:1: *Unknown instruction* " in ended.err
+    assert "bad.v2:4:" in ended.err
+    assert not Path("t.vrst").exists()
+    told = json.loads(vrs("run", "bad.v2", "--json").out)
+    assert [error["line"] for error in told["errors"]] == [3, 4]
+    assert told["program"] is None
+
+
+def test_prompt_reads_standard_input(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    process = subprocess.run(
+        [sys.executable, "-m", "vrs_cli", "run", "ask.v2"], input="21\n", capture_output=True, text=True, check=True
+    )
+    assert process.stdout == "How many? \ndouble 42\nProgram completed\n"
+    with open(os.devnull) as nothing:
+        monkeypatch.setattr("sys.stdin", nothing)
+        ended = vrs("run", "ask.v2")
+    assert ended.status == 1
+    assert "ask.v2:2: *Unexpected end of file* PROMPT 'How many? '" in ended.err
+
+
+def test_a_program_that_does_not_end_is_stopped(vrs: Vrs) -> None:
+    ended = vrs("run", "forever.v2", "--max-time", 10, "--json")
+    assert ended.status == 1
+    told = json.loads(ended.out)
+    assert told["errors"][0]["message"].startswith("*Program time limit reached*")
+    assert 10.0 <= told["duration_s"] < 20.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["none.v2"], "vrs run: *Nonexistent file* none.v2"),
+        (["pikc.v2"], "vrs run: *Nonexistent file* pikc.v2 (did you mean pick.v2?)"),
+        (["."], "vrs run: *File error* . is a folder (name a program file)"),
+        (["pick.v2", "othr"], "vrs run: pick.v2 holds no program othr (did you mean other?)"),
+        (["pick.v2", "zzz"], "vrs run: pick.v2 holds no program zzz (it holds pick, other)"),
+        (["empty.v2"], "vrs run: empty.v2 holds no program"),
+        (["pick.v2", "--save", "pick.v2"], "vrs run: pick.v2 is named twice"),
+        (["pick.v2", "--save", "a", "--csv", "./a"], "vrs run: a is named twice"),
+        (["pick.v2", "--save", "pick.v2/t.vrst"], "vrs run: *File error* pick.v2/t.vrst cannot be written: not a dir"),
+        (["pick.v2", "--csv", "none/t.csv"], "vrs run: *File error* none/t.csv cannot be written: no such file"),
+        (["pick.v2", "--plot", "t.pdf"], "vrs run: *No plot* t.pdf is no picture file"),
+        (["pick.v2", "--json", "--csv", "-"], "vrs run: --json and --csv - both want standard output"),
+        (["pick.v2", "--save", "-"], "vrs run: --save - has no file"),
+        (["pick.v2", "--cycles", "x"], "vrs run: --cycles: 'x' is not a whole number"),
+        (["pick.v2", "--realtime", "0"], "vrs run: --realtime: 0 is not above 0"),
+        (["pick.v2", "--robot", "puma561"], "vrs run: *Nonexistent file* no robot is called 'puma561'"),
+    ],
+)
+def test_a_wrong_command_line_does_nothing(vrs: Vrs, tmp_path: Path, arguments: list[str], told: str) -> None:
+    (tmp_path / "empty.v2").write_text("; nothing\n")
+    before = sorted(os.listdir())
+    ended = vrs("run", *arguments)
+    assert (ended.status, ended.out) == (2, "")
+    assert ended.err.startswith(told)
+    assert ended.err.count("\n") == 1
+    assert sorted(os.listdir()) == before
+
+
+def test_binary_junk_is_no_program(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "junk.v2").write_bytes(bytes(range(256)))
+    assert vrs("run", "junk.v2") == (
+        1,
+        "",
+        "vrs run: *File is not what it should be* junk.v2 is not a text (a program file is VAL-II text)\n",
+    )
+
+
+def test_a_full_disk_at_the_end_is_status_1(vrs: Vrs) -> None:
+    ended = vrs("run", "pick.v2", "other", "--csv", "/dev/full")
+    assert ended.status == 1
+    assert ended.err == (
+        "vrs run: *File error* /dev/full cannot be written: no space left on device (name another place)\n"
+    )
+
+
+# --- real time ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("words", [["--realtime", "1000", "pick.v2"], ["--realtime=1e3", "pick.v2"]])
+def test_real_time_gives_the_same_trajectory(vrs: Vrs, words: list[str]) -> None:
+    assert vrs("run", "pick.v2", "--save", "a.vrst").status == 0
+    assert vrs("run", *words, "--save", "b.vrst").status == 0
+    assert Path("a.vrst").read_bytes() == Path("b.vrst").read_bytes()
+
+
+def test_realtime_without_a_rate_does_not_take_the_file(vrs: Vrs) -> None:
+    assert vrs("run", "--realtime", "pick.v2", "other").out == "other\nProgram completed\n"
+
+
+def test_an_interrupted_run_keeps_what_it_saved(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "vrs_cli", "run", "forever.v2", "--save", "t.vrst", "--realtime", "20"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    for _ in range(3):
+        assert process.stdout.readline() == "round\n"
+    time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert err == "vrs run: interrupted\n"
+    assert len(read_trajectory(tmp_path / "t.vrst").deltas) >= 4

@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+import pytest
+
+from vrs_cli.errors import UndefinedName
+from vrs_cli.files.store import EVERYTHING, Part, store
+from vrs_cli.interfaces.session import Session
+from vrs_cli.language.ast import Kind
+
+TEXT = """\
+.PROGRAM main(p) ;does it all
+    ; first
+    CALL sub(3)
+    APPRO p, 50
+    MOVE pallet[2] ;there
+.END
+.PROGRAM sub(n)
+    TYPE n, $name
+.END
+.PROGRAM alone
+    MOVE #safe
+.END
+.LOCATIONS
+pallet[1] 100 200 -300.5 90 -90 0
+pallet[2] 1 2 3 10 20 30
+#safe 0 -90 90 0 0 0
+.END
+.REALS
+count = 12.5
+grid[1,2] = -3
+.END
+.STRINGS
+$name = "A-17"
+.END
+"""
+
+
+class Nobody:
+    """A terminal that takes nothing and answers nothing."""
+
+    def type(self, text: str, newline: bool) -> None: ...
+    def show(self, reply: object) -> None: ...
+    def ask(self, prompt: str) -> str:
+        raise AssertionError(prompt)
+
+    def confirm(self, question: str) -> bool:
+        raise AssertionError(question)
+
+
+def loaded(text: str) -> Session:
+    session = Session(Nobody())
+    errors = [one for one in session.load_text(text) if one.severity.value == "error"]
+    assert not errors
+    return session
+
+
+def variables(session: Session) -> dict[str, object]:
+    found = {}
+    for kind in Kind:
+        for name, value in session.environment.variables(kind):
+            found[name] = pytest.approx(value, abs=1e-9) if kind is not Kind.STRING else value
+    return found
+
+
+def test_what_is_stored_comes_back() -> None:
+    before = loaded(TEXT)
+    text = store(before.environment)
+    after = loaded(text)
+    assert variables(after) == variables(before)
+    assert list(after.environment.programs) == ["main", "sub", "alone"]
+    assert store(after.environment) == text
+
+
+def test_comments_are_kept() -> None:
+    text = store(loaded(TEXT).environment)
+    for comment in ("does it all", "first", "there"):
+        assert comment in text
+
+
+@pytest.mark.parametrize(
+    ("part", "header", "absent"),
+    [
+        (Part.PROGRAMS, ".PROGRAM main", ".LOCATIONS"),
+        (Part.LOCATIONS, ".LOCATIONS", ".REALS"),
+        (Part.REALS, ".REALS", ".STRINGS"),
+        (Part.STRINGS, ".STRINGS", ".PROGRAM"),
+    ],
+)
+def test_one_part_alone(part: Part, header: str, absent: str) -> None:
+    text = store(loaded(TEXT).environment, {part})
+    assert text.startswith(header)
+    assert absent not in text
+
+
+def test_a_program_takes_along_what_it_uses() -> None:
+    text = store(loaded(TEXT).environment, EVERYTHING, ["main"])
+    for wanted in (".PROGRAM main", ".PROGRAM sub", "pallet[1]", "pallet[2]", "$name"):
+        assert wanted in text
+    for unused in (".PROGRAM alone", "#safe", "count", "grid"):
+        assert unused not in text
+
+
+def test_a_program_that_is_not_there() -> None:
+    with pytest.raises(UndefinedName, match="did you mean main"):
+        store(loaded(TEXT).environment, EVERYTHING, ["mian"])
+
+
+def test_nothing_is_an_empty_text() -> None:
+    assert store(loaded("").environment) == ""
