@@ -87,6 +87,52 @@ class TypeMismatch(ProgramError):
     code, text = -465, "Variable type mismatch"
 
 
+class UnknownKeyword(ProgramError):
+    code, text = -424, "Unknown keyword"
+
+
+class CannotInterpret(ProgramError):
+    code, text = -450, "Can't interpret line"
+
+
+class UnknownInstruction(ProgramError):
+    code, text = -452, "Unknown instruction"
+
+
+class NotAvailable(ProgramError):
+    """A word of VAL-II or its relatives that is known here, and not carried out."""
+
+    code, text = -453, "Not available"
+
+
+class InvalidName(ProgramError):
+    code, text = -455, "Invalid program or variable name"
+
+
+class InvalidNumber(ProgramError):
+    code, text = -456, "Invalid number format"
+
+
+class MissingParenthesis(ProgramError):
+    code, text = -457, "Missing parenthesis"
+
+
+class IllegalExpression(ProgramError):
+    code, text = -458, "Illegal expression syntax"
+
+
+class MissingQuote(ProgramError):
+    code, text = -460, "Missing quote mark"
+
+
+class DuplicateLabel(ProgramError):
+    code, text = -464, "Duplicate statement label"
+
+
+class ControlStructure(ProgramError):
+    code, text = -473, "Control structure error"
+
+
 class NoProgramSpecified(ProgramError):
     code, text = -301, "No program specified"
 

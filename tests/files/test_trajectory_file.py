@@ -242,3 +242,20 @@ def test_an_old_timeline_is_equal_to_one_applied_step_by_step(saved: Path) -> No
     for delta in recording.deltas:
         timeline = timeline.apply(delta)
     assert timeline == recording.timeline
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@given(place=st.floats(0.0, 1.0, exclude_max=True), junk=st.binary(max_size=6), cut=st.integers(0, 40))
+def test_any_damage_is_a_file_damaged_or_still_a_trajectory(
+    tmp_path: Path, place: float, junk: bytes, cut: int
+) -> None:
+    path = tmp_path / "t.vrst"
+    write_trajectory(path, puma(), [initial()], appended(3))
+    data = path.read_bytes()
+    at = int(place * len(data))
+    path.write_bytes(data[:at] + junk + data[at + cut :])
+    try:
+        recording = read_trajectory(path)
+    except FileDamaged:
+        return
+    assert len(recording.timeline) >= 1

@@ -73,7 +73,7 @@ def _parser(prog: str) -> Parser:
 
 def _with_rate(arguments: Sequence[str]) -> Iterator[str]:
     """`--realtime FILE` means `--realtime=1 FILE`: what follows the option is a rate only if it is a number."""
-    for argument, following in zip(arguments, [*arguments[1:], ""], strict=True):
+    for argument, following in zip(arguments, [*arguments[1:], ""], strict=False):
         yield "--realtime=1" if argument == "--realtime" and not _is_number(following) else argument
 
 

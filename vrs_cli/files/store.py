@@ -50,8 +50,8 @@ def store(environment: Environment, what: Collection[Part] = EVERYTHING, program
     """
     from vrs_cli.language.printer import print_file
 
-    chosen = _with_called(environment, programs) if programs else tuple(_programs(environment).values())
-    used = _variables_used(chosen) if programs else None
+    chosen = with_called(environment, programs) if programs else tuple(_programs(environment).values())
+    used = variables_used(chosen) if programs else None
     parts: list[Program | Section | Comment] = list(chosen) if Part.PROGRAMS in what else []
     parts += [section for row in _SECTIONS if row.part in what for section in _section(environment, row, used)]
     return print_file(File(tuple(parts)))
@@ -101,7 +101,7 @@ def _programs(environment: Environment) -> Mapping[str, Program]:
     return {key: stored.program for key, stored in environment.programs.items()}
 
 
-def _with_called(environment: Environment, names: Iterable[str]) -> tuple[Program, ...]:
+def with_called(environment: Environment, names: Iterable[str]) -> tuple[Program, ...]:
     """The programs of these names and all that they call, each once, callers first. Raises UndefinedName."""
     known = _programs(environment)
     found: dict[str, Program] = {}
@@ -131,7 +131,7 @@ def _program_key(argument: object) -> Iterator[str]:
         yield key_of(argument.text)
 
 
-def _variables_used(programs: Iterable[Program]) -> frozenset[str]:
+def variables_used(programs: Iterable[Program]) -> frozenset[str]:
     return frozenset(node.key for program in programs for node in _nodes(program) if isinstance(node, ast.Variable))
 
 

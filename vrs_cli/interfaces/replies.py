@@ -216,9 +216,8 @@ class SettingTable:
 
 @dataclass(frozen=True, slots=True)
 class ClockReport:
-    """TIME: the computer's calendar (text) and the robot clock [s]."""
+    """TIME: the robot clock [s]."""
 
-    calendar: str
     clock: float
 
 

@@ -56,12 +56,14 @@ class Variable:
     """`name`, `#name`, `$name`, `name[i]`, `name[i,j]`; `name[]` (the whole array) has `indexes == ()`.
 
     `sigil` is "", "#" or "$". A bare name is a real or a transformation: the analyzer decides from its use.
+    `grouped`: it stands in parentheses, so that CALL passes a copy.
     """
 
     name: str
     sigil: str
     indexes: tuple[Expression, ...] | None
     span: Span
+    grouped: bool = False
 
     @property
     def key(self) -> str:
@@ -71,11 +73,12 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class Unary:
-    """`operator` is "-", "+", "NOT" or "COM"."""
+    """`operator` is "-", "+", "NOT" or "COM"; `grouped` as in Binary."""
 
     operator: str
     operand: Expression
     span: Span
+    grouped: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,6 +312,16 @@ class Program:
 
 
 @dataclass(frozen=True, slots=True)
+class ProgramHeader:
+    """`.PROGRAM name(parameters) ;comment` at the prompt: what follows, up to `.END`, are its steps."""
+
+    name: str
+    parameters: tuple[Variable, ...]
+    comment: str | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class Entry:
     """A line of a .LOCATIONS, .REALS or .STRINGS section: a variable (constant indexes) and its value.
 
@@ -319,15 +332,20 @@ class Entry:
     numbers: tuple[float, ...]
     text: str | None
     span: Span
+    comment: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """`.LOCATIONS`, `.REALS` or `.STRINGS` to `.END`."""
+    """`.LOCATIONS`, `.REALS` or `.STRINGS` to `.END`; `name` has its dot, in upper case.
+
+    `remarks`: lines without a variable, each as the number of entries before it, and its comment (None: blank).
+    """
 
     name: str
     entries: tuple[Entry, ...]
     span: Span
+    remarks: tuple[tuple[int, str | None], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -340,6 +358,6 @@ class Comment:
 
 @dataclass(frozen=True, slots=True)
 class File:
-    """A program file in its order."""
+    """A program file in its order; a bad line is one that stands outside programs and sections."""
 
-    parts: tuple[Program | Section | Comment, ...]
+    parts: tuple[Program | Section | Comment | BadLine, ...]

@@ -312,6 +312,7 @@ _REFUSED = (
     _refused("ENDIF", "not a word of VAL-II", "", "every block ends in END"),
     _refused("GO", "motion to a location in VAL", "1", "use MOVE"),
     _refused("DRAW", "straight motion by a distance in VAL", "1", "use MOVES SHIFT(DEST BY dx, dy, dz)"),
+    Word("REMARK", (), Route.PROGRAM, "a comment in VAL", "REMARK pick the part", "1"),
     _refused("GOSUB", "call of a program in VAL", "1", "use CALL"),
     _refused("IFSIG", "branch on signals in VAL", "1", "use IF SIG(n, ...) GOTO label"),
     _refused("SETI", "assignment in VAL", "1", "use name = value"),

@@ -73,7 +73,7 @@ def wrapped(bits: int) -> float:
 def within_range(value: float) -> float:
     """The value itself. Raises ArithmeticOverflow for what a real cannot hold, infinity and NaN too."""
     if not -LIMIT <= value <= LIMIT:
-        raise ArithmeticOverflow(f"the result {value:.7g}", f"reals reach {LIMIT:.2g}")
+        raise ArithmeticOverflow(f"the result {value:.{SIGNIFICANT}G}", f"reals reach {LIMIT:.2G}")
     return value
 
 

@@ -150,9 +150,7 @@ def _program_names(reply: replies.ProgramNames, _page: Page) -> Iterator[Block]:
     )
     yield Grid(
         columns,
-        tuple(
-            (" " if row.executable else "*", row.name, count(row.steps, "step"), row.comment) for row in reply.rows
-        ),
+        tuple((" " if row.executable else "*", row.name, count(row.steps, "step"), row.comment) for row in reply.rows),
     )
     if not all(row.executable for row in reply.rows):
         yield line("* not executable: LISTP shows its bad lines, LOAD of the mended file brings it in", Role.NOTE)
@@ -207,7 +205,7 @@ def _settings(reply: replies.SettingTable, _page: Page) -> Iterator[Block]:
 
 
 def _clock(reply: replies.ClockReport, _page: Page) -> Iterator[Block]:
-    yield line(f"{reply.calendar}   robot clock {seconds(reply.clock)}")
+    yield line(f"Robot clock {seconds(reply.clock)}")
 
 
 def _identification(reply: replies.Identification, _page: Page) -> Iterator[Block]:

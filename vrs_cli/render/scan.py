@@ -8,10 +8,6 @@ from functools import cache
 
 from vrs_cli.render.roles import Role
 
-CONNECTIVES = frozenset(
-    "AT IN FROM TO STEP BY THEN DO OF GOTO ALWAYS MMPS IPS MONITOR AND OR XOR NOT MOD BAND BOR BXOR COM".split()
-)
-
 _TOKEN = re.compile(
     r"""(?P<comment>;.*)
       | (?P<string>"[^"]*"?)
@@ -51,8 +47,12 @@ def _first_role(word: str) -> Role | None:
 def inner_words() -> Mapping[str, Role]:
     """The role of every word that stands inside a statement."""
     from vrs_cli.language.functions import FUNCTIONS
+    from vrs_cli.language.instructions import CONNECTIVES, OPERATOR_WORDS
+    from vrs_cli.language.monitor import COMMANDS
 
-    return dict.fromkeys(FUNCTIONS, Role.FUNCTION) | dict.fromkeys(CONNECTIVES, Role.CONTROL)
+    leads = {lead for word in COMMANDS.values() for lead in word.leads}
+    words = CONNECTIVES | OPERATOR_WORDS | leads | {"AT", "IN", "DO", "GOTO", "MONITOR"}
+    return dict.fromkeys(FUNCTIONS, Role.FUNCTION) | dict.fromkeys(words, Role.CONTROL)
 
 
 def scan(line: str) -> Iterator[tuple[str, Role]]:

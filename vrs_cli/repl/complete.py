@@ -12,11 +12,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 
+from vrs_cli.interfaces.plotting import QUANTITIES
 from vrs_cli.language.ast import Kind
 from vrs_cli.language.functions import FUNCTIONS, Function
-from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
 from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.words import Argument, Shape, State, Word
+from vrs_cli.language.words import Argument, Shape, State, Word, abbreviated
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +46,8 @@ class Names:
 # --- where the cursor is -------------------------------------------------------------------------------------------
 
 _PREFIX = re.compile(r"[#$]?[A-Za-z][\w.]*$|[#$.]$|\.[A-Za-z]+$")
-_OPERAND_BEFORE = re.compile(r"[\w\])\"]\s+$")
-_LABEL = re.compile(r"\s*\d+\s+")
+_OPERAND_BEFORE = re.compile(r"([\w.]+|[\])\"])\s+$")
+_LABEL = re.compile(r"^\s*\d+\s+")
 _FIRST = re.compile(r"\s*(\.?[A-Za-z][\w.]*)")
 _TARGET = re.compile(r"\s*(?:[#$]?[A-Za-z][\w.]*)\s*(?:\[[^\]]*\]\s*)?=(?!=)")
 _QUOTED = re.compile(r'"[^"]*"')
@@ -72,8 +73,13 @@ class Place:
     @property
     def operand_ended(self) -> bool:
         """Whether a whole operand stands before the cursor, so that a connecting word may come."""
-        settled = self.before[: len(self.before) - len(self.prefix)]
-        return _OPERAND_BEFORE.search(settled) is not None
+        found = _OPERAND_BEFORE.search(self.before[: len(self.before) - len(self.prefix)])
+        return found is not None and found.group(1).upper() not in _CONNECTING
+
+    @property
+    def words(self) -> frozenset[str]:
+        """The words that stand there already."""
+        return frozenset(self.before[: len(self.before) - len(self.prefix)].upper().split())
 
     def innermost(self) -> tuple[str, int] | None:
         """The function whose parentheses are open at the cursor, and which argument of it this is."""
@@ -113,26 +119,15 @@ CONNECTIVES: Mapping[str, tuple[str, ...]] = {
     "FOR": ("TO", "STEP"),
     "CASE": ("OF",),
 }
-MODIFIER_WORDS: Mapping[str, tuple[tuple[str, str], ...]] = {
+MODIFIER__CONNECTING = (
+    frozenset({"AT", "IN", "BY", *(lead for word in COMMANDS.values() for lead in word.leads)}) | OPERATOR_WORDS
+)
+
+WORDS: Mapping[str, tuple[tuple[str, str], ...]] = {
     "AT": (("AT", "at a time on the timeline, in seconds"), ("IN", "so many seconds from now")),
     "ALWAYS": (("ALWAYS", "not for the next motion only"),),
     "UNIT": (("MMPS", "mm a second"), ("IPS", "inches a second"), ("MONITOR", "percent, the monitor speed")),
 }
-WHERE_WORDS = (
-    ("AT", "at a time, in seconds"),
-    ("FROM", "WHERE FROM t1 TO t2 STEP dt: a table"),
-    ("TO", ""),
-    ("STEP", ""),
-)
-PLOT_WORDS = (
-    ("POSITION", "joint angles"),
-    ("VELOCITY", "joint velocities"),
-    ("ACCELERATION", "joint accelerations"),
-    ("TOOL", "X, Y and Z of the tool"),
-    ("X", "of the tool"),
-    ("Y", "of the tool"),
-    ("Z", "of the tool"),
-)
 
 
 def _functions(*kinds: Kind) -> Candidates:
@@ -196,10 +191,13 @@ SHAPES: Mapping[Shape, Callable[[Names], Candidates]] = {
     Shape.INSTRUCTION: _instructions,
 }
 
+_CONNECTING = (
+    frozenset({"AT", "IN", "BY", *(lead for word in COMMANDS.values() for lead in word.leads)}) | OPERATOR_WORDS
+)
+
 WORDS: Mapping[str, Callable[[Names], Candidates]] = {
     "HELP": lambda names: (*_all_words(), *names.switches.items(), *names.parameters.items()),
-    "PLOT": lambda _names: PLOT_WORDS,
-    "WHERE": lambda _names: WHERE_WORDS,
+    "PLOT": lambda _names: tuple((name, row.summary) for name, row in QUANTITIES.items()),
 }
 
 
@@ -221,8 +219,11 @@ def _all_words() -> tuple[tuple[str, str], ...]:
 # --- the whole of it -----------------------------------------------------------------------------------------------
 
 
-def suggestions(text: str, names: Names, *, in_program: bool = False) -> list[Suggestion]:
-    """What may stand at the end of `text`, best first. `in_program`: a step is typed, not a command."""
+def suggestions(text: str, names: Names, *, in_program: bool = False, everything: bool = True) -> list[Suggestion]:
+    """What may stand at the end of `text`, best first. `in_program`: a step is typed, not a command.
+
+    Without `everything`, functions only where they are begun: so many would stand in the way of a number.
+    """
     line = _LABEL.sub("", text, count=1) if in_program else text
     blanked = _QUOTED.sub(lambda quoted: '"' * len(quoted.group()), line)
     if ";" in blanked or blanked.count('"') % 2:
@@ -231,7 +232,9 @@ def suggestions(text: str, names: Names, *, in_program: bool = False) -> list[Su
     return [
         Suggestion(_in_case(word, prefix), len(prefix), note)
         for word, note in _unique(_candidates(blanked, prefix, names, in_program))
-        if word.upper().startswith(prefix.upper()) and word.upper() != prefix.upper()
+        if (everything or prefix or not word.endswith("("))
+        and word.upper().startswith(prefix.upper())
+        and word.upper() != prefix.upper()
     ] or _files(line)
 
 
@@ -290,14 +293,8 @@ def _after_assignment(line: str, names: Names) -> Candidates:
 def _resolved(word: str, in_program: bool) -> Word | None:
     """The row of a word, also of one that is cut short, commands before instructions."""
     tables = (INSTRUCTIONS, CONTROL) if in_program else (COMMANDS, INSTRUCTIONS, CONTROL)
-    for table in tables:
-        if word in table:
-            return table[word]
-    for table in tables:
-        rows = [row for name, row in table.items() if name.startswith(word)]
-        if len(rows) == 1:
-            return rows[0]
-    return None
+    rows = abbreviated(word, *tables)
+    return rows[0] if len(rows) == 1 else None
 
 
 def _inside(word: Word, place: Place, names: Names) -> Candidates:
@@ -311,14 +308,17 @@ def _inside(word: Word, place: Place, names: Names) -> Candidates:
     wanted = word.value if place.after_equals else _argument(word.arguments, place.index)
     if wanted is None:
         return _items(names) if word.name in CONTROL else _connecting(word, place)
-    return SHAPES.get(wanted.shape, _nothing)(names)
+    offered = SHAPES.get(wanted.shape, _nothing)(names)
+    return (*_connecting(word, place), *offered) if wanted.optional and not place.before.strip() else offered
 
 
 def _connecting(word: Word, place: Place) -> Candidates:
-    yield from ((text, "") for text in CONNECTIVES.get(word.name, ()))
-    if place.operand_ended or not word.arguments:
-        for modifier in sorted(word.modifiers):
-            yield from MODIFIER_WORDS.get(modifier, ())
+    """The words that may stand between or after arguments, and do not yet."""
+    words = [(text, "") for text in CONNECTIVES.get(word.name, ())]
+    words += [(argument.lead, argument.name) for argument in word.arguments if argument.lead]
+    if place.operand_ended or not word.required:
+        words += [row for modifier in sorted(word.modifiers) for row in MODIFIER_WORDS.get(modifier, ())]
+    return [row for row in words if row[0] not in place.words]
 
 
 def _in_function(name: str, index: int, names: Names) -> Candidates:

@@ -1,14 +1,13 @@
-"""Lines into a session, one after the other, at a terminal or from a pipe: programs are gathered, errors become replies."""
+"""Lines into a session, at a terminal or from a pipe: programs are gathered, errors become replies."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import ProgramExists, VrsError
-from vrs_cli.interfaces.monitor import Dialogue
+from vrs_cli.interfaces.monitor import Dialogue, report
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone
 from vrs_cli.language.environment import key_of
 from vrs_cli.repl.entry import ProgramEntry, closes_program, opens_program
@@ -16,7 +15,6 @@ from vrs_cli.repl.mishap import internal_error
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session
-    from vrs_cli.language.diagnostics import Diagnostic
 
 _NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
 
@@ -125,12 +123,3 @@ def refusal(error: VrsError, line: str) -> Reply:
     if isinstance(error, LineRefused):
         return DiagnosticsReport((Diagnosed(error.diagnostic, line),))
     return Message(str(error), Tone.ERROR)
-
-
-def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:
-    """Findings in a text with their lines, in order."""
-    lines = text.split("\n")
-    ordered = sorted(diagnostics, key=lambda one: (one.span.line, one.span.column))
-    return DiagnosticsReport(
-        tuple(Diagnosed(one, lines[one.span.line - 1] if one.span.line <= len(lines) else "", path) for one in ordered)
-    )

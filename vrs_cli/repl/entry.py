@@ -10,7 +10,7 @@ INDENT = "    "  # a block (val2 section 7)
 
 _HEADER = re.compile(r"\s*\.PRO(?:G|GR|GRA|GRAM)?\b", re.IGNORECASE)
 _END = re.compile(r"\s*\.E(?:N|ND)?\s*(?:;.*)?$", re.IGNORECASE)
-_LABEL = re.compile(r"\s*\d+\s+")
+_LABEL = re.compile(r"^\s*\d+\s+")
 _COMMENT = re.compile(r";.*|\"[^\"]*\"")
 _FIRST = re.compile(r"[A-Z][\w.]*", re.IGNORECASE)
 

@@ -103,7 +103,9 @@ class ValCompleter(Completer):
         from vrs_cli.repl.complete import suggestions
 
         in_program = work.conversation.entry is not None
-        for suggestion in suggestions(text, work.names(), in_program=in_program):
+        for suggestion in suggestions(
+            text, work.names(), in_program=in_program, everything=complete_event.completion_requested
+        ):
             yield Completion(suggestion.text, -suggestion.length, display_meta=suggestion.meta)
 
 
@@ -222,7 +224,7 @@ class Shell:
 
 @contextmanager
 def stoppable(work: Workplace) -> Iterator[None]:
-    """While a line is carried out, Ctrl-C stops the program that runs; a second one whatever does not stop by itself."""
+    """While a line is carried out, Ctrl-C stops the program that runs; a second one stops whatever does not."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

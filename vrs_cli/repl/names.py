@@ -20,9 +20,7 @@ def names_of(session: Session) -> Names:
     """All programs, variables (elements of arrays too), switches and parameters."""
     environment = session.environment
     return Names(
-        programs={
-            stored.name: count(len(stored.program.steps), "step") for stored in environment.programs.values()
-        },
+        programs={stored.name: count(len(stored.program.steps), "step") for stored in environment.programs.values()},
         variables={kind: _variables(session, kind) for kind in Kind},
         switches={row.name: row.summary for row in SWITCHES.values()},
         parameters={row.name: row.summary for row in PARAMETERS.values()},

@@ -1,0 +1,62 @@
+"""Every program of programs/ runs, types what its `; expect:` lines say, and leaves a lawful timeline."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.engine.position import position_at
+from vrs_cli.interfaces.driver import Outcome
+from vrs_cli.interfaces.session import Session
+
+PROGRAMS = Path(__file__).parents[2] / "programs"
+SAMPLES = sorted(PROGRAMS.glob("*.v2"))
+EXPECT = "; expect:"
+LIMIT = 1.0 + 1e-5
+
+
+def expectations(text: str) -> list[str]:
+    return [line.removeprefix(EXPECT).strip() for line in text.splitlines() if line.startswith(EXPECT)]
+
+
+def test_there_are_samples() -> None:
+    assert len(SAMPLES) >= 8
+
+
+@pytest.mark.parametrize("path", SAMPLES, ids=lambda path: path.stem)
+def test_sample(path: Path) -> None:
+    text = path.read_text()
+    expected = expectations(text)
+    assert expected, f"{path.name} says nothing of what it does"
+    terminal = RecordingTerminal()
+    session = Session(terminal)
+    assert session.load_text(text, path.name) == ()
+    first = next(iter(session.environment.programs.values())).name
+    result = session.execute(first)
+    assert result.fault is None
+    assert result.outcome is Outcome.COMPLETED
+    assert [line.strip() for line in result.typed] == expected
+    keeps_limits(session)
+
+
+@pytest.mark.parametrize("path", SAMPLES, ids=lambda path: path.stem)
+def test_the_same_input_gives_the_same_timeline(path: Path) -> None:
+    timelines = []
+    for _ in range(2):
+        session = Session(RecordingTerminal())
+        session.load_text(path.read_text(), path.name)
+        session.execute(next(iter(session.environment.programs.values())).name)
+        timelines.append(session.engine.timeline)
+    assert timelines[0] == timelines[1]
+
+
+def keeps_limits(session: Session) -> None:
+    engine = session.engine
+    for k in range(2000):
+        here = position_at(engine.arm, engine.timeline, engine.end * k / 1999)
+        for v, v_max in zip(here.velocity, engine.model.max_velocity, strict=True):
+            assert abs(v) <= v_max * LIMIT
+        for a, a_max in zip(here.acceleration, engine.model.max_acceleration, strict=True):
+            assert abs(a) <= a_max * LIMIT

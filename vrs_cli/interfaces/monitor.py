@@ -1,0 +1,816 @@
+"""The monitor commands: one handler a row of the table, from a checked instruction to replies. Nothing is printed here.
+
+A handler is a generator where it asks questions between its replies: each reply is shown before the next question.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
+
+from vrs_cli import __version__
+from vrs_cli.engine.commands import SetMonitorSpeed
+from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, row_of
+from vrs_cli.errors import (
+    FileExists,
+    IllegalValue,
+    NoProgramSpecified,
+    ProgramExists,
+    TypeMismatch,
+    UndefinedValue,
+    UsageError,
+    VrsError,
+)
+from vrs_cli.interfaces.driver import Outcome, RunResult
+from vrs_cli.interfaces.plotting import plotted
+from vrs_cli.interfaces.replies import (
+    ClockReport,
+    Farewell,
+    FreeReport,
+    Identification,
+    ListedStep,
+    LocationTable,
+    Message,
+    NamedLocation,
+    ProgramName,
+    ProgramNames,
+    ProgramStopped,
+    ProgramText,
+    Progress,
+    RealTable,
+    Replay,
+    Reply,
+    SettingRow,
+    SettingTable,
+    SignalBank,
+    SignalTable,
+    StatusReport,
+    StringTable,
+    TimelineTable,
+    Tone,
+    Whereabouts,
+    WhereaboutsTable,
+)
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.language.ast import (
+    BadLine,
+    Call,
+    Expression,
+    File,
+    Instruction,
+    Kind,
+    Variable,
+    Word,
+)
+from vrs_cli.language.environment import INPUTS, INTERNAL, OUTPUTS, Index, Reference, StoredProgram, key_of
+from vrs_cli.language.values import (
+    Value,
+    kind_of_value,
+    numbers_of,
+    plain,
+    precision_point,
+    read_number,
+    transformation,
+    whole,
+)
+
+if TYPE_CHECKING:
+    from vrs_cli.files.store import Part
+    from vrs_cli.interfaces.session import Session
+
+Handler = Callable[["Session", Instruction], Iterable[Reply]]
+
+
+@runtime_checkable
+class Dialogue(Protocol):
+    """A terminal with somebody at it, who can be asked and may watch a program run. A pipe is none."""
+
+    def change(self, question: str) -> str | None:
+        """An answer; None when the question is left (Ctrl-C)."""
+
+    def begin_progress(self) -> None:
+        """A program starts."""
+
+    def progress(self, clock: float) -> None:
+        """It has come to that time of the robot's clock [s]."""
+
+    def end_progress(self) -> None:
+        """It has ended."""
+
+
+# --- operands ------------------------------------------------------------------------------------------------------
+
+
+def _value(session: Session, expression: Expression) -> Value:
+    from vrs_cli.language.runtime import evaluate
+
+    return evaluate(session.environment, session.robot, expression)
+
+
+def _real(session: Session, expression: Expression) -> float:
+    value = _value(session, expression)
+    if not isinstance(value, float):
+        raise TypeMismatch(f"a {kind_of_value(value).value}", "a real is wanted here")
+    return value
+
+
+def _argument(it: Instruction, index: int) -> Expression | None:
+    return it.arguments[index] if index < len(it.arguments) else None
+
+
+def _real_or(session: Session, it: Instruction, index: int, default: float) -> float:
+    given = _argument(it, index)
+    return default if given is None else _real(session, given)
+
+
+def _text(expression: Expression | None) -> str:
+    """A file, a program or another bare word, as it was typed."""
+    if isinstance(expression, Word):
+        return expression.text
+    if isinstance(expression, Variable | Call):
+        return expression.name
+    raise NoProgramSpecified()
+
+
+def _path(it: Instruction) -> Path:
+    return Path(_text(_argument(it, 0))).expanduser()
+
+
+def _shown(expression: Expression) -> str:
+    from vrs_cli.language.printer import print_expression
+
+    return print_expression(expression)
+
+
+# --- where the robot is --------------------------------------------------------------------------------------------
+
+MOST_ROWS = 100_000
+DEFAULT_ROWS = 10
+
+
+def _where(session: Session, it: Instruction) -> Iterator[Reply]:
+    _only_robot(session, it, 0)
+    engine, at = session.engine, it.modifiers
+    if at.at is not None:
+        yield Whereabouts(engine.position(_real(session, at.at)), stamped=True)
+    elif at.within is not None:
+        yield Whereabouts(engine.position(engine.now + _real(session, at.within)), stamped=True)
+    elif any(_argument(it, index) is not None for index in (1, 2, 3)):
+        yield WhereaboutsTable(tuple(engine.position(t) for t in _times(session, it)))
+    else:
+        yield Whereabouts(engine.position())
+
+
+def _only_robot(session: Session, it: Instruction, index: int) -> None:
+    number = _real_or(session, it, index, 1.0)
+    if whole(number) != 1:
+        raise IllegalValue(f"robot {plain(number)}", "there is one robot, number 1")
+
+
+def _times(session: Session, it: Instruction) -> Iterator[float]:
+    """FROM t1 TO t2 STEP dt, and the exact end."""
+    first = _real_or(session, it, 1, 0.0)
+    last = _real_or(session, it, 2, session.engine.end)
+    if last < first:
+        raise IllegalValue(f"FROM {plain(first)} TO {plain(last)}", "the first time comes first")
+    step = _real_or(session, it, 3, (last - first) / DEFAULT_ROWS or 1.0)
+    if not step > 0.0 or (last - first) / step > MOST_ROWS:
+        raise IllegalValue(f"STEP {plain(step)}", f"more than 0 s, for at most {MOST_ROWS} rows")
+    for k in range(int((last - first) / step - 1e-9) + 1):
+        yield first + k * step
+    if last > first:
+        yield last
+
+
+# --- locations -----------------------------------------------------------------------------------------------------
+
+
+def _here(session: Session, it: Instruction) -> Iterator[Reply]:
+    session.do(it)
+    yield from _defined(session, it)
+
+
+def _point(session: Session, it: Instruction) -> Iterator[Reply]:
+    if it.value is not None:
+        session.do(it)
+    yield from _defined(session, it)
+
+
+def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
+    """Show a location, and where somebody is there, ask for changes until an empty line."""
+    reference = _defined_by(session, it)
+    terminal = session.terminal
+    if not isinstance(terminal, Dialogue):
+        yield _one_location(reference.name, cast("Transform | Joints", reference.value()))
+        return
+    value = _present(session, reference)
+    while True:
+        yield _one_location(reference.name, value)
+        answer = terminal.change("Change?")
+        if answer is None:
+            yield Message(f"{reference.name} is left as it was")
+            return
+        if not answer.strip():
+            reference.assign(value)
+            return
+        try:
+            value = changed(value, answer)
+        except VrsError as error:
+            yield Message(str(error), Tone.ERROR)
+
+
+def _defined_by(session: Session, it: Instruction) -> Reference:
+    from vrs_cli.language.runtime import definable
+
+    expression = _argument(it, 0)
+    assert expression is not None
+    return definable(session.environment, session.robot, expression).reference
+
+
+def _present(session: Session, reference: Reference) -> Transform | Joints:
+    """The value; where there is none, what the six zeros of VAL stand for."""
+    if reference.defined():
+        return cast("Transform | Joints", reference.value())
+    return (0.0,) * session.engine.model.joint_count if reference.cells.kind is Kind.PRECISION else IDENTITY
+
+
+def changed(value: Transform | Joints, answer: str) -> Transform | Joints:
+    """A location with the numbers that were typed; commas skip those that stay. Raises IllegalValue."""
+    numbers = list(numbers_of(value))
+    fields = answer.split(",")
+    if len(fields) > len(numbers):
+        raise IllegalValue(f"{len(fields)} numbers", f"at most {len(numbers)}, commas between them")
+    for i, field in enumerate(fields):
+        if field.strip():
+            number = read_number(field)
+            if number is None:
+                raise IllegalValue(field.strip(), "numbers with commas between them; ,,50 changes the third alone")
+            numbers[i] = number
+    return transformation(numbers) if isinstance(value, Transform) else precision_point(numbers)
+
+
+def _one_location(name: str, value: Transform | Joints) -> LocationTable:
+    return LocationTable((NamedLocation(name, value),))
+
+
+def _tool(session: Session, it: Instruction) -> Iterator[Reply]:
+    session.do(it)
+    yield _one_location("TOOL", session.engine.frames.tool)
+
+
+def _base(session: Session, it: Instruction) -> Iterator[Reply]:
+    session.do(it)
+    yield _one_location("BASE", session.engine.frames.base)
+
+
+# --- listings of variables -----------------------------------------------------------------------------------------
+
+
+def _listl(session: Session, it: Instruction) -> Iterator[Reply]:
+    rows = _rows(session, it, (Kind.LOCATION, Kind.PRECISION), "LISTR lists reals, LISTS strings")
+    yield LocationTable(tuple(NamedLocation(name, cast("Transform | Joints", value)) for name, value in rows))
+
+
+def _listr(session: Session, it: Instruction) -> Iterator[Reply]:
+    rows = _rows(session, it, (Kind.REAL,), "LISTL lists locations, LISTS strings")
+    yield RealTable(tuple((name, cast(float, value)) for name, value in rows))
+
+
+def _lists(session: Session, it: Instruction) -> Iterator[Reply]:
+    rows = _rows(session, it, (Kind.STRING,), "LISTL lists locations, LISTR reals")
+    yield StringTable(tuple((name, cast(str, value)) for name, value in rows))
+
+
+def _rows(session: Session, it: Instruction, kinds: tuple[Kind, ...], otherwise: str) -> Iterator[tuple[str, Value]]:
+    """What was asked for, each with its name or text; everything of these kinds when nothing was."""
+    asked = [argument for argument in it.arguments if argument is not None]
+    if not asked:
+        for kind in kinds:
+            yield from session.environment.variables(kind)
+    for expression in asked:
+        for name, value in _elements(session, expression) or ((_shown(expression), _value(session, expression)),):
+            if kind_of_value(value) not in kinds:
+                raise TypeMismatch(f"{name} is a {kind_of_value(value).value}", otherwise)
+            yield name, value
+
+
+def _elements(session: Session, expression: Expression) -> tuple[tuple[str, Value], ...]:
+    """All elements, for a whole array: `a[]`, or `a` where that has no value of its own."""
+    if not isinstance(expression, Variable) or expression.indexes:
+        return ()
+    environment = session.environment
+    if expression.indexes is None and any(expression.key in environment.cells(kind) for kind in Kind):
+        return ()
+    return tuple(row for kind in Kind for row in environment.variables(kind) if _array_of(row.name) == expression.key)
+
+
+def _array_of(name: str) -> str:
+    """The key of the array that an element belongs to; empty for a simple variable."""
+    array, bracket, _ = name.partition("[")
+    return key_of(array) if bracket else ""
+
+
+# --- programs in memory --------------------------------------------------------------------------------------------
+
+
+def _listp(session: Session, it: Instruction) -> Iterator[Reply]:
+    environment = session.environment
+    names = [_text(argument) for argument in it.arguments if argument is not None]
+    stored = [environment.program(name) for name in names] or list(environment.programs.values())
+    if not stored:
+        yield ProgramNames(())
+    for program in stored:
+        yield listing(program)
+
+
+def listing(stored: StoredProgram) -> ProgramText:
+    """The canonical text of a program, its steps numbered."""
+    from vrs_cli.language.printer import print_file
+
+    header, *lines = print_file(File((stored.program,))).splitlines()
+    steps = tuple(
+        ListedStep(number, line, bad=isinstance(step.statement, BadLine))
+        for number, (step, line) in enumerate(zip(stored.program.steps, lines, strict=False), 1)
+    )
+    return ProgramText(header, steps)
+
+
+def _directory(session: Session, it: Instruction) -> Iterator[Reply]:
+    pattern = _text(it.arguments[0]).lower() if _argument(it, 0) is not None else "*"
+    stored = session.environment.programs
+    yield ProgramNames(
+        tuple(
+            ProgramName(
+                row.name,
+                row.analysis.executable,
+                len(row.program.steps),
+                f"; {row.program.comment.strip()}" if row.program.comment else "",
+            )
+            for key, row in sorted(stored.items())
+            if fnmatchcase(row.name.lower(), pattern)
+        )
+    )
+
+
+def _copy(session: Session, it: Instruction) -> Iterator[Reply]:
+    copied(session, it)
+    yield from ()
+
+
+def copied(session: Session, it: Instruction) -> StoredProgram:
+    """COPY new = old. Returns the old one. Raises ProgramExists, UndefinedName."""
+    new, old = _text(it.arguments[0]), session.environment.program(_text(it.value))
+    if key_of(new) in session.environment.programs:
+        raise ProgramExists(new, f"DELETEP {new} deletes it")
+    program = replace(old.program, name=new)
+    session.environment.store(replace(old.analysis, program=program), "\n".join(old.lines))
+    return old
+
+
+def _rename(session: Session, it: Instruction) -> Iterator[Reply]:
+    old = copied(session, it)
+    del session.environment.programs[old.program.key]
+    if session.last_program is not None and key_of(session.last_program) == old.program.key:
+        session.last_program = _text(it.arguments[0])
+    yield from ()
+
+
+# --- deleting ------------------------------------------------------------------------------------------------------
+
+
+def _sure(session: Session, what: str) -> None:
+    """Raises UsageError unless the user agrees, or has said DISABLE INTERACTIVE."""
+    if not session.engine.parameters.switch("INTERACTIVE"):
+        return
+    if not session.terminal.confirm(f"{what} Are you sure (Y/N)?"):
+        raise UsageError("nothing was deleted", "answer Y, or DISABLE INTERACTIVE to be asked no more")
+
+
+def _delete(session: Session, it: Instruction) -> Iterator[Reply]:
+    """Programs, what only they call, and the variables that only these use."""
+    from vrs_cli.files.store import variables_used, with_called
+
+    environment = session.environment
+    named = {environment.program(_text(argument)).program.key for argument in it.arguments}
+    under = {program.key for program in with_called(environment, sorted(named))}
+    outside = [key for key in environment.programs if key not in under]
+    kept = {program.key for program in with_called(environment, outside)} - named
+    doomed = [environment.programs[key] for key in environment.programs if key in under - kept]
+    _sure(session, f"{_listed(program.name for program in doomed)} and what only they use will be deleted.")
+    still_used = variables_used(environment.programs[key].program for key in kept)
+    for name in variables_used(program.program for program in doomed) - still_used:
+        environment.delete(name)
+    _drop_programs(session, doomed)
+    yield from ()
+
+
+def _deletep(session: Session, it: Instruction) -> Iterator[Reply]:
+    doomed = [session.environment.program(_text(argument)) for argument in it.arguments]
+    _sure(session, f"{_listed(program.name for program in doomed)} will be deleted.")
+    _drop_programs(session, doomed)
+    yield from ()
+
+
+def _drop_programs(session: Session, doomed: Iterable[StoredProgram]) -> None:
+    for program in doomed:
+        session.environment.programs.pop(program.program.key, None)
+        if session.last_program is not None and key_of(session.last_program) == program.program.key:
+            session.last_program = None
+
+
+def _delete_variables(*kinds: Kind) -> Handler:
+    def delete(session: Session, it: Instruction) -> Iterator[Reply]:
+        doomed = [_variable_of(session, argument, kinds) for argument in it.arguments]
+        _sure(session, f"{_listed(map(_shown, cast('Sequence[Expression]', it.arguments)))} will be deleted.")
+        for name, index in doomed:
+            session.environment.delete(name, index)
+        yield from ()
+
+    return delete
+
+
+def _variable_of(session: Session, expression: Expression | None, kinds: tuple[Kind, ...]) -> tuple[str, Index | None]:
+    """The name, and the index of one element. Raises UndefinedValue, TypeMismatch."""
+    if not isinstance(expression, Variable):
+        raise TypeMismatch("an expression", "the name of a variable is wanted")
+    name = expression.sigil + expression.name
+    kind = session.environment.kind_of(name)
+    if kind is None:
+        raise UndefinedValue(name, "there is nothing to delete")
+    if kind not in kinds:
+        raise TypeMismatch(f"{name} is a {kind.value}")
+    indexes = tuple(whole(_real(session, index)) for index in expression.indexes or ())
+    return name, None if not indexes else indexes[0] if len(indexes) == 1 else indexes
+
+
+def _zero(session: Session, _it: Instruction) -> Iterator[Reply]:
+    _sure(session, "All programs and variables will be deleted.")
+    session.environment.programs.clear()
+    session.environment.clear_variables()
+    session.last_program, session.task = None, None
+    yield from ()
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(names)
+
+
+# --- files ---------------------------------------------------------------------------------------------------------
+
+
+def _load(session: Session, it: Instruction) -> Iterator[Reply]:
+    """Programs that are there already stay as they are, and are named; variables are overwritten."""
+    from vrs_cli.files.program_file import find_program_file, read_program_file
+    from vrs_cli.files.trajectory_file import EXTENSION
+
+    path = find_program_file(_path(it))
+    if path.suffix.lower() == EXTENSION:
+        raise UsageError(f"{path} is a trajectory file", f"REPLAY {path}")
+    text = read_program_file(path)
+    programs = session.environment.programs
+    before = dict(programs)
+    diagnostics = session.load_text(text, str(path))
+    if diagnostics:
+        yield report(diagnostics, text, str(path))
+    brought = [stored for key, stored in programs.items() if before.get(key) is not stored]
+    for stored in brought:
+        if stored.program.key in before:
+            programs[stored.program.key] = before[stored.program.key]
+            yield Message(str(ProgramExists(stored.name, f"DELETEP {stored.name}, then LOAD again")), Tone.ERROR)
+    names = [_loaded(stored) for stored in brought if stored.program.key not in before]
+    yield Message(f"{path} loaded" + (f": {_listed(names)}" if names else ""))
+
+
+def _loaded(stored: StoredProgram) -> str:
+    return stored.name if stored.analysis.executable else f"{stored.name} (not executable)"
+
+
+def _store(extension: str, *parts: str) -> Handler:
+    """Parts by the names of `files.store.Part`."""
+
+    def store(session: Session, it: Instruction) -> Iterator[Reply]:
+        from vrs_cli.files import store as files
+        from vrs_cli.files.program_file import write_atomically
+
+        path = _with_extension(_path(it), extension)
+        what: list[Part] = [files.Part[name] for name in parts]
+        text = files.store(session.environment, what, [_text(argument) for argument in it.arguments[1:]])
+        if not text.strip():
+            yield Message("There is nothing to store", Tone.WARNING)
+            return
+        _may_write(session, path)
+        write_atomically(path, text)
+        yield Message(f"{path} stored")
+
+    return store
+
+
+def _with_extension(path: Path, extension: str) -> Path:
+    return path if path.suffix else path.with_name(path.name + extension)
+
+
+def _may_write(session: Session, path: Path) -> None:
+    """Raises FileExists where the user does not want a file overwritten, or nobody can be asked."""
+    if path.exists() and session.engine.parameters.switch("INTERACTIVE"):  # noqa: SIM102
+        if not session.terminal.confirm(f"{path} exists. Overwrite it (Y/N)?"):
+            raise FileExists(str(path), "answer Y or name another file; DISABLE INTERACTIVE overwrites")
+
+
+def _save(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.trajectory_file import EXTENSION, write_trajectory
+
+    engine = session.engine
+    path = _with_extension(_path(it), EXTENSION)
+    _may_write(session, path)
+    write_trajectory(path, engine.model, engine.initial, engine.deltas)
+    commands = len(engine.records())
+    yield Message(f"{path} saved: {commands} command{'s' if commands != 1 else ''}, {engine.end:.3f} s")
+
+
+def _replay(_session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.trajectory_file import EXTENSION, read_trajectory
+
+    path = _path(it)
+    path = path if path.exists() else _with_extension(path, EXTENSION)
+    recording = read_trajectory(path)
+    yield Replay(path, recording.model, recording.timeline, len(recording.deltas), recording.dropped_tail)
+
+
+def report(diagnostics: Iterable[Any], text: str, path: str | None = None) -> Reply:
+    """Findings in a text with their lines, in order."""
+    from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport
+
+    lines = text.split("\n")
+    ordered = sorted(diagnostics, key=lambda one: (one.span.line, one.span.column))
+    return DiagnosticsReport(
+        tuple(Diagnosed(one, lines[one.span.line - 1] if one.span.line <= len(lines) else "", path) for one in ordered)
+    )
+
+
+# --- running programs ----------------------------------------------------------------------------------------------
+
+
+def _execute(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.language.runtime import arguments_of
+
+    asked = _argument(it, 0)
+    name = None if asked is None else _text(asked)
+    given = asked.arguments if isinstance(asked, Call) else ()
+    arguments = arguments_of(session.environment, session.robot, given)
+    cycles, step = whole(_real_or(session, it, 1, 1.0)), whole(_real_or(session, it, 2, 1.0))
+    yield _run(session, lambda progress: session.execute(name, arguments, cycles, step, progress=progress))
+
+
+def _proceed(session: Session, _it: Instruction) -> Iterator[Reply]:
+    yield _run(session, session.proceed)
+
+
+def _retry(session: Session, _it: Instruction) -> Iterator[Reply]:
+    yield _run(session, session.retry)
+
+
+def _run(session: Session, run: Callable[[Callable[[float], None] | None], RunResult]) -> Reply:
+    """Run, with progress where somebody watches; how it ended."""
+    terminal = session.terminal
+    if not isinstance(terminal, Dialogue):
+        return ending(session, run(None))
+    terminal.begin_progress()
+    try:
+        return ending(session, run(terminal.progress))
+    finally:
+        terminal.end_progress()
+
+
+def ending(session: Session, result: RunResult) -> Reply:
+    """What is said when a program ends."""
+    if result.fault is not None:
+        fault = result.fault
+        return ProgramStopped(fault.message, fault.program, fault.step, fault.source, Tone.ERROR)
+    if result.outcome is Outcome.COMPLETED or session.task is None:
+        return Message(result.outcome.value)
+    return ProgramStopped(result.outcome.value, result.program, session.task.step)
+
+
+def _abort(session: Session, _it: Instruction) -> Iterator[Reply]:
+    scheduled = session.engine.now < session.engine.end
+    task = session.task
+    session.abort()
+    if task is not None and not task.ended:
+        yield ProgramStopped(Outcome.ABORTED.value, task.program, task.step)
+    elif scheduled:
+        yield Message("The motion is stopped")
+    else:
+        yield Message("Nothing is running")
+
+
+# --- settings ------------------------------------------------------------------------------------------------------
+
+
+def _speed(session: Session, it: Instruction) -> Iterator[Reply]:
+    argument = _argument(it, 0)
+    assert argument is not None
+    session.engine.perform(SetMonitorSpeed(_real(session, argument)))
+    yield from ()
+
+
+def _as_instruction(session: Session, it: Instruction) -> Iterator[Reply]:
+    """A word that does the same at the prompt as in a program, and answers nothing."""
+    session.do(it)
+    yield from ()
+
+
+def _switch(session: Session, it: Instruction) -> Iterator[Reply]:
+    if it.value is not None:
+        session.do(it)
+        return
+    switches = session.engine.parameters.switches
+    rows = _asked(it, SWITCHES, "switch")
+    yield SettingTable(
+        "Switch",
+        tuple(SettingRow(row.name, "ON" if switches[row.name] else "OFF", row.summary) for row in rows),
+    )
+
+
+def _parameter(session: Session, it: Instruction) -> Iterator[Reply]:
+    if it.value is not None:
+        session.do(it)
+        return
+    values = session.engine.parameters.values
+    rows = _asked(it, PARAMETERS, "parameter")
+    yield SettingTable(
+        "Parameter", tuple(SettingRow(row.name, _with_unit(row, values[row.name]), row.summary) for row in rows)
+    )
+
+
+def _asked(it: Instruction, table: Mapping[str, Any], what: str) -> list[Any]:
+    """The rows of the names given, all when none is. Raises UsageError."""
+    names = [_text(argument) for argument in it.arguments if argument is not None]
+    return [row_of(table, name, what) for name in names] or list(table.values())
+
+
+def _with_unit(row: ParameterRow, value: float | str) -> str:
+    return value if isinstance(value, str) else f"{plain(value)} {row.unit}".rstrip()
+
+
+# --- state ---------------------------------------------------------------------------------------------------------
+
+
+def _status(session: Session, _it: Instruction) -> Iterator[Reply]:
+    engine, parameters = session.engine, session.engine.parameters
+    speed = parameters.speed.always
+    yield StatusReport(
+        robot=engine.model.title,
+        progress=_progress(session),
+        monitor_speed=parameters.monitor_speed,
+        program_speed=f"{plain(speed.value)} {speed.unit.value}",
+        power=parameters.switch("POWER"),
+        clock=engine.now,
+        end=engine.end,
+        configuration=engine.arm.configuration(engine.position().joints),
+    )
+
+
+def _progress(session: Session) -> Progress | None:
+    task = session.task
+    if task is None:
+        return None
+    left = None if task.cycles < 0 else task.cycles - task.cycles_done
+    return Progress(task.program, task.state.value, None if task.ended else task.step, task.cycles_done, left)
+
+
+BANKS: Mapping[int, tuple[str, range]] = {
+    0: ("Inputs", INPUTS),
+    1: ("Outputs", OUTPUTS),
+    2: ("Internal signals", INTERNAL),
+}
+
+
+def _io(session: Session, it: Instruction) -> Iterator[Reply]:
+    asked = _argument(it, 0)
+    number = None if asked is None else whole(_real(session, asked))
+    if number is not None and number not in BANKS:
+        raise IllegalValue(f"IO {number}", "0 inputs, 1 outputs, 2 internal signals")
+    chosen = BANKS.values() if number is None else (BANKS[number],)
+    signals = session.environment.signals
+    yield SignalTable(tuple(SignalBank(title, bank[0], signals.state(bank)) for title, bank in chosen))
+
+
+def _time(session: Session, _it: Instruction) -> Iterator[Reply]:
+    yield ClockReport(session.engine.now)
+
+
+def _id(session: Session, _it: Instruction) -> Iterator[Reply]:
+    yield Identification(__version__, ".".join(map(str, sys.version_info[:3])), session.engine.model)
+
+
+def _free(session: Session, _it: Instruction) -> Iterator[Reply]:
+    environment = session.environment
+    yield FreeReport(
+        programs=len(environment.programs),
+        steps=sum(len(stored.program.steps) for stored in environment.programs.values()),
+        variables=sum(1 for kind in Kind for _ in environment.variables(kind)),
+        segments=len(session.engine.timeline),
+        percent=free_memory(),
+    )
+
+
+def free_memory() -> float | None:
+    """How much of the computer's memory is free [%]; None where the system does not say."""
+    try:
+        return 100.0 * os.sysconf("SC_AVPHYS_PAGES") / os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError, ZeroDivisionError):
+        return None
+
+
+def _help(_session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.interfaces.help import overview, page
+
+    asked = _argument(it, 0)
+    yield overview() if asked is None else page(_text(asked))
+
+
+# --- the timeline --------------------------------------------------------------------------------------------------
+
+
+def _undo(session: Session, _it: Instruction) -> Iterator[Reply]:
+    engine = session.engine
+    records = engine.records()
+    engine.undo()
+    yield Message(f"{records[-1].text or 'the last motion'} is undone; the clock is at {engine.now:.3f} s")
+
+
+def _timeline(session: Session, _it: Instruction) -> Iterator[Reply]:
+    engine = session.engine
+    yield TimelineTable(engine.records(), engine.timeline, engine.now)
+
+
+def _plot(session: Session, it: Instruction) -> Iterator[Reply]:
+    engine = session.engine
+    if engine.end <= engine.timeline.start:
+        yield Message("No motions yet")
+        return
+    yield plotted(engine.arm, engine.timeline, [_text(argument) for argument in it.arguments if argument is not None])
+
+
+def _leave(_session: Session, _it: Instruction) -> Iterator[Reply]:
+    yield Farewell()
+
+
+# --- the table -----------------------------------------------------------------------------------------------------
+
+MONITOR: Mapping[str, Handler] = {
+    "WHERE": _where,
+    "HERE": _here,
+    "POINT": _point,
+    "TOOL": _tool,
+    "BASE": _base,
+    "LISTL": _listl,
+    "LISTR": _listr,
+    "LISTS": _lists,
+    "LISTP": _listp,
+    "DIRECTORY": _directory,
+    "COPY": _copy,
+    "RENAME": _rename,
+    "DELETE": _delete,
+    "DELETEP": _deletep,
+    "DELETEL": _delete_variables(Kind.LOCATION, Kind.PRECISION),
+    "DELETER": _delete_variables(Kind.REAL),
+    "DELETES": _delete_variables(Kind.STRING),
+    "ZERO": _zero,
+    "LOAD": _load,
+    "STORE": _store(".v2", "PROGRAMS", "LOCATIONS", "REALS", "STRINGS"),
+    "STOREP": _store(".pg", "PROGRAMS"),
+    "STOREL": _store(".lc", "LOCATIONS"),
+    "STORER": _store(".rv", "REALS"),
+    "STORES": _store(".st", "STRINGS"),
+    "SAVE": _save,
+    "REPLAY": _replay,
+    "EXECUTE": _execute,
+    "ABORT": _abort,
+    "PROCEED": _proceed,
+    "RETRY": _retry,
+    "SPEED": _speed,
+    "SIGNAL": _as_instruction,
+    "RESET": _as_instruction,
+    "ENABLE": _as_instruction,
+    "DISABLE": _as_instruction,
+    "SWITCH": _switch,
+    "PARAMETER": _parameter,
+    "STATUS": _status,
+    "IO": _io,
+    "TIME": _time,
+    "ID": _id,
+    "FREE": _free,
+    "HELP": _help,
+    "UNDO": _undo,
+    "TIMELINE": _timeline,
+    "PLOT": _plot,
+    "EXIT": _leave,
+    "QUIT": _leave,
+}

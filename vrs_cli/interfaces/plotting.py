@@ -1,0 +1,112 @@
+"""PLOT: what is asked for, as curves over the time of a timeline. Knows no terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from vrs_cli.engine.position import Positions, positions_at
+from vrs_cli.errors import IllegalJoint, UsageError
+from vrs_cli.interfaces.replies import Curve, Plot
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.timeline import Timeline
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+SAMPLES = 481  # more than the dots of the widest drawing need
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A word of PLOT: `joints` where it has one curve a joint; `curves`: those of the tool."""
+
+    title: str
+    unit: str
+    summary: str
+    joints: str = ""
+    curves: tuple[str, ...] = ()
+
+
+QUANTITIES: Mapping[str, Quantity] = {
+    "POSITION": Quantity("Joints", "deg", "joint angles", joints="joints"),
+    "VELOCITY": Quantity("Joint velocities", "deg/s", "joint velocities", joints="velocity"),
+    "ACCELERATION": Quantity("Joint accelerations", "deg/s2", "joint accelerations", joints="acceleration"),
+    "TOOL": Quantity("Tool", "mm", "X, Y and Z of the tool", curves=("X", "Y", "Z")),
+    "X": Quantity("Tool", "mm", "X of the tool", curves=("X",)),
+    "Y": Quantity("Tool", "mm", "Y of the tool", curves=("Y",)),
+    "Z": Quantity("Tool", "mm", "Z of the tool", curves=("Z",)),
+    "SPEED": Quantity("Tool speed", "mm/s", "how fast the tool tip moves", curves=("SPEED",)),
+    "HAND": Quantity("Hand", "1 open", "the opening of the hand", curves=("HAND",)),
+}
+
+SYNTAX = f"PLOT {', '.join(QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VELOCITY, 1"
+
+
+def plotted(arm: RobotArm, timeline: Timeline, words: Sequence[str]) -> Plot:
+    """`PLOT`, `PLOT 1,2`, `PLOT VELOCITY,3`, `PLOT X,Z`. Raises UsageError, IllegalJoint."""
+    import numpy as np
+
+    numbers = [int(word) for word in words if word.isdigit()]
+    chosen = _chosen([word for word in words if not word.isdigit()])
+    first = QUANTITIES[chosen[0]]
+    times = np.linspace(timeline.start, timeline.end, SAMPLES)
+    positions = positions_at(arm, timeline, times)
+    if first.joints:
+        curves = _joint_curves(positions, first, _joints(arm, numbers))
+    elif numbers:
+        raise UsageError(f"{first.title.lower()} has no joint {numbers[0]}", SYNTAX)
+    else:
+        curves = _tool_curves(positions, [curve for word in chosen for curve in QUANTITIES[word].curves])
+    return Plot(first.title, first.unit, tuple(times.tolist()), curves)
+
+
+def _chosen(words: Sequence[str]) -> list[str]:
+    """The quantities in full. Raises UsageError for an unknown one, and for two that do not go on one scale."""
+    names = [_full_name(word.upper()) for word in words] or ["POSITION"]
+    units = {QUANTITIES[name].unit for name in names}
+    if len(units) > 1 or (QUANTITIES[names[0]].joints and len(set(names)) > 1):
+        raise UsageError(f"{' and '.join(names)} do not go on one scale", SYNTAX)
+    return list(dict.fromkeys(names))
+
+
+def _full_name(word: str) -> str:
+    if word in QUANTITIES:
+        return word
+    found = [name for name in QUANTITIES if name.startswith(word)]
+    if len(found) != 1:
+        raise UsageError(f"PLOT {word}", SYNTAX)
+    return found[0]
+
+
+def _joints(arm: RobotArm, numbers: Sequence[int]) -> Sequence[int]:
+    count = arm.model.joint_count
+    for number in numbers:
+        if not 1 <= number <= count:
+            raise IllegalJoint(f"joint {number}", f"this robot has joints 1 to {count}")
+    return list(dict.fromkeys(numbers)) or range(1, count + 1)
+
+
+def _joint_curves(positions: Positions, quantity: Quantity, joints: Sequence[int]) -> tuple[Curve, ...]:
+    import numpy as np
+
+    values = np.degrees(getattr(positions, quantity.joints))
+    return tuple(Curve(f"JT{joint}", str(joint), tuple(values[:, joint - 1].tolist())) for joint in joints)
+
+
+def _tool_curves(positions: Positions, names: Sequence[str]) -> tuple[Curve, ...]:
+    rows = _tool_values(positions)
+    return tuple(Curve(name, name[0], tuple(rows[name].tolist())) for name in dict.fromkeys(names))
+
+
+def _tool_values(positions: Positions) -> Mapping[str, Floats]:
+    """Every curve of the tool [mm, mm/s]. The speed is that between neighbouring samples."""
+    import numpy as np
+
+    xyz = positions.T_world_tool[:, :, 3] * 1000.0
+    speed = np.linalg.norm(np.gradient(xyz, positions.times, axis=0), axis=1)
+    return {"X": xyz[:, 0], "Y": xyz[:, 1], "Z": xyz[:, 2], "SPEED": speed, "HAND": positions.hand}

@@ -1,0 +1,425 @@
+"""One line of VAL-II as tokens, with the decisions that only the start of the statement and the tables allow.
+
+The patterns of the terminals stand in grammar/val2.lark and come in as an argument; its head names the decisions.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+from vrs_cli.errors import (
+    CannotInterpret,
+    InvalidName,
+    InvalidNumber,
+    MissingQuote,
+    UnknownInstruction,
+    UsageError,
+    VrsError,
+)
+from vrs_cli.language.ast import Span
+from vrs_cli.language.diagnostics import LineRefused, did_you_mean, error
+from vrs_cli.language.instructions import CONTROL, OPERATOR_WORDS, PROGRAM_WORDS
+from vrs_cli.language.monitor import COMMANDS
+from vrs_cli.language.words import State, Word, abbreviated
+
+LABEL_HIGH = 65535
+LONGEST = 400  # tokens of a line; a VAL-II line holds far fewer
+
+
+class Token:
+    """A terminal: `value` is the word in full or the sign in its one spelling; `text` is as typed.
+
+    `row`: what the tables say of a WORD.
+    """
+
+    __slots__ = ("column", "end", "line", "row", "text", "type", "value")
+
+    # what the parser's library asks of a token beside its type
+    start_pos = end_line = end_column = end_pos = None
+
+    def __init__(
+        self, type: str, value: str, text: str, line: int, column: int, end: int, row: Word | None = None
+    ) -> None:
+        self.type = type
+        self.value = value
+        self.text = text
+        self.line = line
+        self.column = column
+        self.end = end
+        self.row = row
+
+    @property
+    def span(self) -> Span:
+        return Span(self.line, self.column, self.end)
+
+    def __repr__(self) -> str:
+        return f"{self.type}({self.text})"
+
+
+# Words that link, where an expression has just ended.
+_LINKS = {
+    **{word: word for word in ("THEN", "GOTO", "TO", "STEP", "DO", "OF", "BY", "AT", "IN", "ALWAYS")},
+    **dict.fromkeys(("MMPS", "IPS", "MONITOR"), "UNIT"),
+}
+_MODIFIERS = {"AT": "AT", "IN": "AT", "ALWAYS": "ALWAYS", "UNIT": "UNIT"}  # what a row allows, by type of token
+_SPELLINGS = {"=<": "<=", "=>": ">="}
+_PREFIXES = frozenset({"NOT", "COM"})
+_INFIXES = OPERATOR_WORDS - _PREFIXES
+_SYMBOLS = ("COMMA", "LPAR", "RPAR", "LSQB", "RSQB", "EQUAL")
+_CLOSING = frozenset({"RPAR", "RSQB"})
+
+_BLANKS = re.compile(r"[ \t]*")
+_WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
+_GLUED = re.compile(r"[\w.^']+")
+_LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
+_ASSIGNS = re.compile(r"[ \t]*=(?![=<>])")
+_RAW = re.compile(r'"[^"]*"|[^\s;,="]+')
+_ENTRY_NUMBER = re.compile(r"[ \t]*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?)(?![\w.])")
+
+
+class Lexer:
+    """`terminals`: the pattern of each terminal that has one, by name. Its methods raise LineRefused."""
+
+    def __init__(self, terminals: Mapping[str, str]) -> None:
+        names = ("COMMENT", "STRING", "NUMBER", "NAME", "INFIX", *_SYMBOLS)
+        choices = "|".join(f"(?P<{name}>{terminals[name]})" for name in names)
+        self._patterns = Patterns(re.compile(f"[ \t]*(?:{choices})").match, re.compile(terminals["FORMAT"]).match)
+
+    def step(self, text: str, line: int) -> list[Token]:
+        """A program line: `[label] [statement] [;comment]`."""
+        scan = _Scan(self._patterns, text, line)
+        scan.label()
+        scan.statement()
+        return scan.tokens
+
+    def prompt(self, text: str) -> list[Token]:
+        """A line of the prompt."""
+        scan = _Scan(self._patterns, text, 1)
+        scan.command()
+        return scan.tokens
+
+    def header(self, text: str, line: int, at: int) -> list[Token]:
+        """What follows `.PROGRAM`, which ends at index `at`."""
+        scan = _Scan(self._patterns, text, line, at)
+        scan.heading()
+        return scan.tokens
+
+    def entry(self, text: str, line: int) -> list[Token]:
+        """A line of a section of variables: numbers have their signs."""
+        scan = _Scan(self._patterns, text, line)
+        scan.entry()
+        return scan.tokens
+
+
+Match = Callable[[str, int], re.Match[str] | None]
+
+
+class Patterns(NamedTuple):
+    """`next`: blanks and a token; `format`: a format code."""
+
+    next: Match
+    format: Match
+
+
+class _Scan:
+    """The tokens of one line, found from left to right. `at`: the index of what is not yet read."""
+
+    def __init__(self, patterns: Patterns, text: str, line: int, at: int = 0) -> None:
+        self.tokens: list[Token] = []
+        self._patterns = patterns
+        self._text = text.rstrip()
+        self._line = line
+        self._at = at
+
+    # --- the parts of a line ---
+
+    def label(self) -> None:
+        """The number before a statement, if there is one."""
+        match = _LABEL.match(self._text)
+        if match is None:
+            return
+        start, end = match.span(1)
+        if int(match[1][:9]) > LABEL_HIGH:
+            raise self._refused(InvalidNumber, start, end, match[1], f"labels are 0 to {LABEL_HIGH}")
+        self._add("LABEL", match[1], start, end)
+        self._at = end
+
+    def statement(self) -> None:
+        """An assignment, or an instruction with what belongs to it."""
+        if not self._over():
+            self._statement((PROGRAM_WORDS,), UnknownInstruction)
+
+    def command(self) -> None:
+        """A monitor command, or a statement."""
+        if not self._over():
+            self._statement((COMMANDS, PROGRAM_WORDS), UsageError)
+
+    def heading(self) -> None:
+        """A program's name and parameters."""
+        if not self._over():
+            self._first_word(InvalidName, "a program name begins with a letter", ".PROGRAM pick.place(part, $text)")
+        self._rest(None)
+
+    def entry(self) -> None:
+        """A variable and its value."""
+        while not self._over():
+            number = _ENTRY_NUMBER.match(self._text, self._at)
+            if number is not None:
+                self._add("NUMBER", number[1], *number.span(1))
+                self._at = number.end()
+            else:
+                self._token(None)
+
+    # --- the start of a statement ---
+
+    def _statement(self, tables: tuple[Mapping[str, Word], ...], unknown: type[VrsError]) -> None:
+        hint = "LISTR 5+3 shows a value, HELP the commands" if unknown is UsageError else ""
+        word = self._first_word(unknown, "a line begins with a word or the variable that is assigned", hint)
+        if self._assigned(word.end()):
+            self._rest(None)
+        elif word[0][0] in "#$%":
+            raise self._refused(CannotInterpret, *word.span(), word[0], "a variable is followed by = and its value")
+        else:
+            self._at = word.end()
+            self._operation(self._row(word, tables, unknown), word, tables)
+
+    def _first_word(self, kind: type[VrsError], detail: str, hint: str) -> re.Match[str]:
+        self._skip_blanks()
+        match = _WORD.match(self._text, self._at)
+        if match is None:
+            glued = _GLUED.match(self._text, self._at)
+            raise self._refused(kind, self._at, glued.end() if glued else self._at + 1, detail, hint)
+        return match
+
+    def _assigned(self, at: int) -> bool:
+        """Whether `=` follows a name that ends at an index, and perhaps its indexes."""
+        if self._text.startswith("[", _end(_BLANKS, self._text, at)):
+            at = self._after_brackets(_end(_BLANKS, self._text, at))
+        return _ASSIGNS.match(self._text, at) is not None
+
+    def _after_brackets(self, at: int) -> int:
+        depth = 0
+        for index in range(at, len(self._text)):
+            depth += {"[": 1, "]": -1}.get(self._text[index], 0)
+            if depth == 0:
+                return index + 1
+        return len(self._text)
+
+    def _row(self, word: re.Match[str], tables: tuple[Mapping[str, Word], ...], unknown: type[VrsError]) -> Word:
+        found = abbreviated(word[0], *tables)
+        if len(found) == 1:
+            return found[0]
+        if found:
+            choices = ", ".join(row.name for row in found[:8])
+            raise self._refused(unknown, *word.span(), f"{word[0]} is short for several words", choices)
+        hint = did_you_mean(word[0], [name for table in tables for name in table])
+        raise self._refused(unknown, *word.span(), word[0], hint or self._other_form(word))
+
+    def _other_form(self, word: re.Match[str]) -> str:
+        """What an unknown first word may have been meant as, from what follows it."""
+        rest = self._text[word.end() :].lstrip()
+        if rest.startswith("=="):
+            return "an assignment has one ="
+        if rest.startswith("("):
+            return f"CALL {word[0]}(...) carries out a program"
+        return ""
+
+    def _operation(self, row: Word, word: re.Match[str], tables: tuple[Mapping[str, Word], ...]) -> None:
+        if row.name == "REMARK":
+            self._add("COMMENT", f";{self._text[self._at :]}", word.start(), len(self._text))
+            self._at = len(self._text)
+        elif row is COMMANDS["DO"] and COMMANDS in tables:
+            self._add("DO_COMMAND", "DO", *word.span())
+            self.statement()
+        elif row is CONTROL.get(row.name):
+            self._add(row.name, row.name, *word.span())
+            self._rest(None)
+            self._mark_colon(row)
+        else:
+            self._add("WORD", row.name, *word.span(), row)
+            self._arguments(row)
+
+    def _arguments(self, row: Word) -> None:
+        if row.state is not State.SUPPORTED:
+            self._refused_rest()
+        elif row.raw:
+            self._raw_words()
+        else:
+            self._rest(row)
+
+    def _mark_colon(self, row: Word) -> None:
+        """The colon that ends VALUE 1, 2: is no operator."""
+        last = len(self.tokens) - 1
+        if self.tokens[last].type == "COMMENT":
+            last -= 1
+        if row.name in ("VALUE", "ANY") and self.tokens[last].text == ":":
+            self.tokens[last].type = "COLON"
+
+    def _refused_rest(self) -> None:
+        self._skip_blanks()
+        rest = self._text[self._at :]
+        end = self._at + len(_before_comment(rest).rstrip())
+        if end > self._at:
+            self._add("REST", self._text[self._at : end], self._at, end)
+            self._at = end
+        self._rest(None)
+
+    def _raw_words(self) -> None:
+        while not self._over():
+            raw = _RAW.match(self._text, self._at)
+            if raw is None:
+                self._token(None)
+            else:
+                self._add("RAW", raw[0].strip('"'), *raw.span())
+                self._at = raw.end()
+
+    # --- what follows ---
+
+    def _rest(self, row: Word | None) -> None:
+        """Everything up to the end of the line."""
+        operand, depth = False, 0
+        while self._at < len(self._text):
+            operand = self._token(row, operand)
+            if row is not None and row.grouped:
+                depth += {"LGROUP": 1, "LPAR": 1, "RPAR": -1}.get(self.tokens[-1].type, 0)
+                operand = operand and not self._closes_group(depth)
+        if len(self.tokens) > LONGEST:
+            beyond = self.tokens[LONGEST]
+            raise self._refused(CannotInterpret, beyond.column - 1, len(self._text), "the line is too long")
+
+    def _closes_group(self, depth: int) -> bool:
+        """Whether the last parenthesis is that of READ (lun) $s."""
+        openers = [token.type for token in self.tokens if token.type in ("LGROUP", "LPAR")]
+        return depth == 0 and self.tokens[-1].type == "RPAR" and openers[-1:] == ["LGROUP"]
+
+    def _token(self, row: Word | None, operand: bool = False) -> bool:
+        """Read one token; `operand`: an expression has just ended. Returns the same for what comes then."""
+        match = self._patterns.next(self._text, self._at)
+        if match is None:
+            raise self._unreadable()
+        kind = match.lastgroup
+        assert kind is not None
+        start, end = match.span(kind)
+        self._at = end
+        return _READERS[kind](self, row, operand, match[kind], start, end)
+
+    def _name(self, row: Word | None, operand: bool, text: str, start: int, end: int) -> bool:
+        word = text.upper()
+        if word in _INFIXES or word in _PREFIXES:
+            self._add("INFIX" if word in _INFIXES else "PREFIX", word, start, end)
+            return False
+        link = self._link(row, operand, word)
+        self._add(link or "NAME", word if link else text, start, end)
+        return link is None or link in ("ALWAYS", "UNIT")
+
+    def _link(self, row: Word | None, operand: bool, word: str) -> str | None:
+        """The type of a word that links, where it does."""
+        if not operand:
+            at_once = row is not None and not row.required and self.tokens[-1].type == "WORD"
+            if row is None or not at_once:
+                return None
+            link = _LINKS.get(word, "")
+            return "LEAD" if word in row.leads else link if _MODIFIERS.get(link) in row.modifiers else None
+        return "LEAD" if row is not None and word in row.leads else _LINKS.get(word)
+
+    def _number(self, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
+        glued = _GLUED.match(self._text, end)
+        if glued is not None:
+            raise self._refused(InvalidNumber, start, glued.end(), self._text[start : glued.end()])
+        self._add("NUMBER", text, start, end)
+        return True
+
+    def _string(self, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
+        self._add("STRING", text[1:-1], start, end)
+        return True
+
+    def _infix(self, _row: Word | None, operand: bool, text: str, start: int, end: int) -> bool:
+        format_code = None if operand or text != "/" else self._patterns.format(self._text, start)
+        if format_code is not None:
+            self._at = format_code.end()
+            self._add("FORMAT", format_code[0], start, self._at)
+            return True
+        sign = not operand and text in "+-"
+        self._add("PREFIX" if sign else "INFIX", _SPELLINGS.get(text, text), start, end)
+        return False
+
+    def _parenthesis(self, row: Word | None, _operand: bool, _text: str, start: int, end: int) -> bool:
+        group = row is not None and row.grouped > 0 and self.tokens[-1].type == "WORD"
+        self._add("LGROUP" if group else "LPAR", "(", start, end)
+        return False
+
+    def _comment(self, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
+        self._add("COMMENT", text, start, end)
+        return False
+
+    # --- characters ---
+
+    def _add(self, type: str, value: str, start: int, end: int, row: Word | None = None) -> None:
+        self.tokens.append(Token(type, value, self._text[start:end], self._line, start + 1, end + 1, row))
+
+    def _skip_blanks(self) -> None:
+        self._at = _end(_BLANKS, self._text, self._at)
+
+    def _over(self) -> bool:
+        """Whether only a comment is left; it is read."""
+        self._skip_blanks()
+        if self._text.startswith(";", self._at):
+            self._token(None)
+        return self._at >= len(self._text)
+
+    def _refused(self, kind: type[VrsError], start: int, end: int, detail: str, hint: str = "") -> LineRefused:
+        return LineRefused(error(kind, Span(self._line, start + 1, end + 1), detail, hint))
+
+    def _unreadable(self) -> LineRefused:
+        """What is wrong where no token begins."""
+        self._skip_blanks()
+        at, character = self._at, self._text[self._at]
+        glued = _GLUED.match(self._text, at)
+        if character == '"':
+            return self._refused(MissingQuote, at, len(self._text), "the text is not closed", 'a text ends in "')
+        if character in "^'" and glued is not None:
+            hint = "write ^HFF, ^B101, ^17 or 'A"
+            return self._refused(InvalidNumber, at, glued.end(), glued[0], hint)
+        if character in "_#$%" or character.isalpha():
+            end = glued.end() if glued else at + 1
+            return self._refused(InvalidName, at, end, self._text[at:end], "a name begins with a letter a to z")
+        shown = character if character.isprintable() else f"character {ord(character)}"
+        return self._refused(CannotInterpret, at, at + 1, f"{shown} has no meaning here")
+
+
+def _symbol(kind: str) -> Callable[[_Scan, Word | None, bool, str, int, int], bool]:
+    closes = kind in _CLOSING
+
+    def read(scan: _Scan, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
+        scan._add(kind, text, start, end)
+        return closes
+
+    return read
+
+
+_READERS: Mapping[str, Callable[[_Scan, Word | None, bool, str, int, int], bool]] = {
+    **{kind: _symbol(kind) for kind in _SYMBOLS},
+    "NAME": _Scan._name,
+    "NUMBER": _Scan._number,
+    "STRING": _Scan._string,
+    "INFIX": _Scan._infix,
+    "LPAR": _Scan._parenthesis,
+    "COMMENT": _Scan._comment,
+}
+
+
+def _end(pattern: re.Pattern[str], text: str, at: int) -> int:
+    match = pattern.match(text, at)
+    return match.end() if match else at
+
+
+def _before_comment(text: str) -> str:
+    """What stands before a `;` outside quotes."""
+    quoted = False
+    for index, character in enumerate(text):
+        quoted ^= character == '"'
+        if character == ";" and not quoted:
+            return text[:index]
+    return text
