@@ -122,6 +122,13 @@ class Run:
         return self.environment.reference(name).value()
 
 
+def wait(event: Wait, robot: StillRobot) -> None:
+    """Let the clock go on until the condition is true."""
+    robot.now += event.ticks * TICK
+    while not event.condition():
+        robot.now += TICK
+
+
 def drive(task: Task, robot: StillRobot, answers: Iterable[str] = (), most: int = 10_000) -> list[Event]:
     """Events until the task stops; waits are waited for, prompts answered in turn."""
     waiting, answer = list(answers), None
@@ -131,9 +138,11 @@ def drive(task: Task, robot: StillRobot, answers: Iterable[str] = (), most: int 
         events.append(event)
         answer = waiting.pop(0) if isinstance(event, Prompt) else None
         if isinstance(event, Wait):
-            robot.now += event.ticks * TICK
-            while not event.condition():
-                robot.now += TICK
+            try:
+                wait(event, robot)
+            except VrsError as error:
+                events.append(task.throw(error))
+                break
         elif isinstance(event, Completed | Failed | Halted | Paused):
             break
     return events

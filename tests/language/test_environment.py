@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.language.running import StillRobot, environment_with, program, run_lines
+from tests.language.running import environment_with, program, run
 from vrs_cli.errors import (
     IllegalArrayIndex,
     IllegalSignal,
@@ -231,11 +231,10 @@ def test_timers_count_from_what_they_were_set_to() -> None:
 
 
 def test_a_program_may_not_turn_a_location_into_a_real() -> None:
-    run = run_lines("SET p = NULL", "CALL change(p)")
-    assert isinstance(run.error, UndefinedName)
     text = program("SET p = NULL", "CALL other") + program("p = 1", name="other")
-    robot = StillRobot()
-    from tests.language.running import run as run_text
+    assert str(run(text).error) == "*Variable type mismatch* p is a transformation (a real is wanted here)"
 
-    failure = run_text(text, robot=robot).error
-    assert str(failure) == "*Variable type mismatch* p is a transformation (a real is wanted here)"
+
+def test_a_program_may_not_read_a_real_as_a_location() -> None:
+    text = program("p = 1", "CALL other") + program("MOVE p", name="other")
+    assert str(run(text).error) == "*Variable type mismatch* p is a real (a transformation is wanted here)"

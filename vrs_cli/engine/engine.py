@@ -7,14 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import degrees, isfinite, pi
+from math import isfinite
 from typing import Any
 
 from vrs_cli.engine.clock import Clock, VirtualClock
 from vrs_cli.engine.commands import (
     Break,
     Delay,
-    JointOffsetTarget,
     JointTarget,
     Mode,
     Move,
@@ -34,24 +33,19 @@ from vrs_cli.engine.commands import (
     SetTool,
     SpeedUnit,
     Stamp,
-    Target,
     ToolOffsetTarget,
 )
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import Position, joints_at, position_at, world_pose
+from vrs_cli.engine.targets import Situation, resolve, select, unmet
 from vrs_cli.errors import (
-    IllegalJoint,
     IllegalValue,
-    JointOutOfRange,
     PowerOff,
-    StraightLineConfiguration,
-    UndefinedValue,
     UsageError,
 )
 from vrs_cli.kinematics.arm import RobotArm, arm_for
-from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.joints import Joints, joints_outside
+from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.blend import rest
@@ -175,8 +169,7 @@ class Engine:
     def _move(self, move: Move, program: bool) -> None:
         self._check_power()
         start, executed = self._begin(move, program)
-        here = joints_at(self.arm, self.timeline, executed)
-        motion = self._motion(move, here, start, executed)
+        motion = self._motion(move, start, executed)
         if not self.parameters.switch("DRY.RUN"):
             self._edit(motion, executed)
         self.parameters.motion_taken()
@@ -218,33 +211,34 @@ class Engine:
         """Whether a configuration word asks for another configuration than the arm will have."""
         if not isinstance(move.target, PoseTarget | ToolOffsetTarget):
             return False
-        asked = self.parameters.asked
         have = self.arm.configuration(self.destination(self.end).joints)
-        return _differs(have, asked.arm, asked.elbow, asked.wrist)
+        return bool(unmet(have, self.parameters.asked))
 
     # --- motions ---
 
-    def _motion(self, move: Move, here: Joints, start: Start, executed: float) -> Motion:
+    def _motion(self, move: Move, start: Start, executed: float) -> Motion:
         parameters = self.parameters
-        frames = self.timeline.locate(executed)[0].motion.frames
-        hand = self.timeline.locate(executed)[0].motion.hand
+        under_way = self.timeline.locate(executed)[0].motion
         wanted = move.hand if move.hand is not None else parameters.hand
-        goal, pose = self._resolve(move, here, frames, executed)
-        if goal is not None:
-            self._check_overlap(here, goal)
+        goal = resolve(self.arm, parameters, move, self._situation(move, executed, under_way.frames))
         motion = Motion(
             number=self._number + 1,
-            kind=Kind.STRAIGHT if pose is not None else Kind.JOINT,
+            kind=Kind.JOINT if goal.pose is None else Kind.STRAIGHT,
             start=start,
-            goal=goal,
-            pose=pose,
+            goal=goal.joints,
+            pose=goal.pose,
             acceleration=parameters.acceleration,
             duration=on_grid(parameters.duration.present),
-            hand=hand if wanted is None else wanted,
-            frames=frames,
+            hand=under_way.hand if wanted is None else wanted,
+            frames=under_way.frames,
             text=move.text,
         )
         return self._at_speed(motion, move)
+
+    def _situation(self, move: Move, executed: float, frames: Frames) -> Situation:
+        """A motion with a time stamp follows the one that is under way then, another the last one."""
+        before = self.destination(executed if move.stamp is not None else self.end)
+        return Situation(joints_at(self.arm, self.timeline, executed), before.joints, frames)
 
     def _at_speed(self, motion: Motion, move: Move) -> Motion:
         """With the speeds that are in force: actual = monitor x program."""
@@ -263,77 +257,6 @@ class Engine:
         fraction = _fraction(tip / self.model.linear_speed)
         rotation = fraction if program.rotation is None else _fraction(monitor * program.rotation / FULL_SPEED)
         return replace(motion, speed=fraction, tip_speed=min(tip, self.model.linear_speed), rotation=rotation)
-
-    def _resolve(
-        self, move: Move, here: Joints, frames: Frames, executed: float
-    ) -> tuple[Joints | None, Transform | None]:
-        """The target as joints to reach (joint-interpolated), or as T_robot_tool (straight)."""
-        target = move.target
-        if isinstance(target, PoseTarget):
-            return self._towards(compose(frames.base, target.T_world_tool), move.straight, here, frames)
-        if isinstance(target, ToolOffsetTarget):
-            there = self._under_way(move, executed)
-            pose = compose(compose(self.arm.forward(there), frames.tool), target.T_destination_target)
-            return self._towards(pose, move.straight, here, frames)
-        joints = self._joints(target, move, executed)
-        if move.straight:
-            return None, compose(self.arm.forward(joints), frames.tool)
-        return joints, None
-
-    def _towards(
-        self, pose: Transform, straight: bool, here: Joints, frames: Frames
-    ) -> tuple[Joints | None, Transform | None]:
-        asked = self.parameters.asked
-        if straight:
-            have = self.arm.configuration(here)
-            if _differs(have, asked.arm, asked.elbow, asked.wrist):
-                words = " ".join(flag.name for flag in (asked.arm, asked.elbow, asked.wrist) if flag)
-                raise StraightLineConfiguration(f"{words} asked, the arm is {have}", "use MOVE to change it")
-            return None, pose
-        T = compose(pose, inverse(frames.tool))
-        return self._selecting_arm().select(T, here, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist), None
-
-    def _selecting_arm(self) -> RobotArm:
-        """The arm, under SINGLE with no joint that turns more than once."""
-        if not self.parameters.modes[Mode.SINGLE].present:
-            return self.arm
-        lower = tuple(max(low, -pi) for low in self.model.lower)
-        upper = tuple(min(high, pi) for high in self.model.upper)
-        return arm_for(replace(self.model, lower=lower, upper=upper))
-
-    def _check_overlap(self, here: Joints, goal: Joints) -> None:
-        """NOOVERLAP: no joint may turn by more than half a turn."""
-        if self.parameters.modes[Mode.OVERLAP].present:
-            return
-        for joint, (at, to) in enumerate(zip(here, goal, strict=True), 1):
-            if abs(to - at) > pi + HALF_TURN_ROUNDING:
-                raise JointOutOfRange(
-                    joint,
-                    f"would turn by {degrees(to - at):.1f} deg, NOOVERLAP allows half a turn",
-                    "say OVERLAP, or go there in two motions",
-                )
-
-    def _under_way(self, move: Move, executed: float) -> Joints:
-        """Where the motion before this one ends."""
-        return self.destination(executed if move.stamp is not None else self.end).joints
-
-    def _joints(self, target: Target, move: Move, executed: float) -> Joints:
-        """The joints of a target that is given by joints, inside their limits."""
-        if isinstance(target, NamedTarget):
-            if target.name not in self.model.poses:
-                raise UndefinedValue(f"robot {self.model.name} has no pose {target.name.upper()}")
-            return self.model.poses[target.name]
-        if isinstance(target, JointOffsetTarget):
-            joints = _driven(self._under_way(move, executed), target)
-        else:
-            assert isinstance(target, JointTarget)
-            joints = target.joints
-            if len(joints) != self.model.joint_count:
-                raise IllegalValue(
-                    f"a precision point of {len(joints)} joints", f"this robot has {self.model.joint_count}"
-                )
-        check_joint_limits(self.model, joints)
-        return joints
 
     # --- standing still ---
 
@@ -472,10 +395,9 @@ class Engine:
 
     def joints_for(self, T_world_tool: Transform) -> Joints:
         """The joints that a MOVE there from here would end in. Raises LocationOutOfRange, JointOutOfRange."""
-        frames, asked = self.frames, self.parameters.asked
-        T = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
-        here = self.position().joints
-        return self.arm.select(T, here, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist)
+        frames = self.frames
+        T_robot_flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
+        return select(self.arm, self.parameters, T_robot_flange, self.position().joints)
 
     def pose_of(self, joints: Joints) -> Transform:
         """T_world_tool of joints, with BASE and TOOL in force."""
@@ -495,26 +417,6 @@ _SETTERS: dict[type, Callable[[Engine, Any], None]] = {
     SetParameter: Engine._set_parameter,
     SetSwitch: Engine._set_switch,
 }
-
-
-def check_joint_limits(model: RobotModel, joints: Joints) -> None:
-    """Raises JointOutOfRange for the first joint outside its range."""
-    for joint in joints_outside(joints, model.lower, model.upper)[:1]:
-        low, high = degrees(model.lower[joint - 1]), degrees(model.upper[joint - 1])
-        raise JointOutOfRange(
-            joint,
-            f"would be {degrees(joints[joint - 1]):.2f} deg, its range is {low:.2f} to {high:.2f} deg",
-        )
-
-
-def _driven(joints: Joints, target: JointOffsetTarget) -> Joints:
-    if not 1 <= target.joint <= len(joints):
-        raise IllegalJoint(f"joint {target.joint}", f"this robot has joints 1 to {len(joints)}")
-    return tuple(q + target.change if i == target.joint else q for i, q in enumerate(joints, 1))
-
-
-def _differs(have: Configuration, *asked: object) -> bool:
-    return any(flag is not None and flag not in (have.arm, have.elbow, have.wrist) for flag in asked)
 
 
 def _fraction(speed: float) -> float:

@@ -465,11 +465,18 @@ def _listed(names: Iterable[str]) -> str:
 
 
 def _load(session: Session, it: Instruction) -> Iterator[Reply]:
-    """Programs that are there already stay as they are, and are named; variables are overwritten."""
+    yield from load(session, _path(it))
+
+
+def load(session: Session, named: Path) -> Iterator[Reply]:
+    """Programs that are there already stay as they are, and are named; variables are overwritten.
+
+    Raises NonexistentFile, FileError, FileDamaged.
+    """
     from vrs_cli.files.program_file import find_program_file, read_program_file
     from vrs_cli.files.trajectory_file import EXTENSION
 
-    path = find_program_file(_path(it))
+    path = find_program_file(named)
     if path.suffix.lower() == EXTENSION:
         raise UsageError(f"{path} is a trajectory file", f"REPLAY {path}")
     text = read_program_file(path)

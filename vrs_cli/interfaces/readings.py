@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from vrs_cli.engine.engine import Engine, check_joint_limits
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationTooClose, MotionError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
@@ -91,5 +92,3 @@ class Readings:
         except MotionError:
             return TOO_FAR_BIT
         return 0
-
-

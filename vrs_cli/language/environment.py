@@ -149,7 +149,8 @@ class Reference(NamedTuple):
         """Raises TypeMismatch where the name exists as another kind, IllegalArrayIndex for an index below 0."""
         key = self._cell()
         kind = kind_of_value(value)
-        mine, other = (self.locations, self.cells) if kind is Kind.LOCATION else (self.cells, self.locations)
+        to_location = kind is Kind.LOCATION and self.cells.kind is Kind.REAL
+        mine, other = (self.locations, self.cells) if to_location else (self.cells, self.locations)
         if mine.kind is not kind:
             raise TypeMismatch(f"{self.name} cannot hold a {kind.value}", f"a {self.cells.kind.value} is wanted")
         if key in other:

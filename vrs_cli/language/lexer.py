@@ -279,20 +279,23 @@ class _Scan:
 
     def _rest(self, row: Word | None) -> None:
         """Everything up to the end of the line."""
-        operand, depth = False, 0
+        if row is not None and row.grouped:
+            self._group(row)
+        operand = False
         while self._at < len(self._text):
             operand = self._token(row, operand)
-            if row is not None and row.grouped:
-                depth += {"LGROUP": 1, "LPAR": 1, "RPAR": -1}.get(self.tokens[-1].type, 0)
-                operand = operand and not self._closes_group(depth)
         if len(self.tokens) > LONGEST:
             beyond = self.tokens[LONGEST]
             raise self._refused(CannotInterpret, beyond.column - 1, len(self._text), "the line is too long")
 
-    def _closes_group(self, depth: int) -> bool:
-        """Whether the last parenthesis is that of READ (lun) $s."""
-        openers = [token.type for token in self.tokens if token.type in ("LGROUP", "LPAR")]
-        return depth == 0 and self.tokens[-1].type == "RPAR" and openers[-1:] == ["LGROUP"]
+    def _group(self, row: Word) -> None:
+        """The parenthesis of READ (lun) $s, after which a value may begin."""
+        operand, depth = False, 0
+        while self._at < len(self._text):
+            operand = self._token(row, operand)
+            depth += {"LGROUP": 1, "LPAR": 1, "RPAR": -1}.get(self.tokens[-1].type, 0)
+            if depth <= 0:
+                return
 
     def _token(self, row: Word | None, operand: bool = False) -> bool:
         """Read one token; `operand`: an expression has just ended. Returns the same for what comes then."""

@@ -137,7 +137,7 @@ _SYSTEM = (
 _OURS = (
     _word("UNDO", (), "take the last motion command back", "UNDO", "", Route.MOTION),
     _word("TIMELINE", (), "the segments of the trajectory", "TIMELINE", "", Route.POSITION),
-    _word("PLOT", (Argument("what", Shape.WORD, optional=True),), "plot the trajectory in the terminal", "PLOT speed", "", Route.POSITION),
+    _word("PLOT", (Argument("what", Shape.WORD, optional=True, repeated=True),), "plot joints (by number), velocity, acceleration, X, Y, Z, tool, speed or hand over time", "PLOT velocity, 1, 2", "", Route.POSITION),
     _word("SAVE", (FILE,), "write the trajectory to a file", "SAVE demo.vrst", ""),
     _word("REPLAY", (FILE,), "play a trajectory file", "REPLAY demo.vrst", ""),
     _word("EXIT", (), "leave the shell", "EXIT", ""),

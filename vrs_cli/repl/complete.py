@@ -51,6 +51,7 @@ _LABEL = re.compile(r"^\s*\d+\s+")
 _FIRST = re.compile(r"\s*(\.?[A-Za-z][\w.]*)")
 _TARGET = re.compile(r"\s*(?:[#$]?[A-Za-z][\w.]*)\s*(?:\[[^\]]*\]\s*)?=(?!=)")
 _QUOTED = re.compile(r'"[^"]*"')
+_BY = re.compile(r"\bBY\b", re.IGNORECASE)
 _NESTED = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 
 
@@ -73,25 +74,35 @@ class Place:
     @property
     def operand_ended(self) -> bool:
         """Whether a whole operand stands before the cursor, so that a connecting word may come."""
-        found = _OPERAND_BEFORE.search(self.before[: len(self.before) - len(self.prefix)])
-        return found is not None and found.group(1).upper() not in _CONNECTING
+        return _OPERAND_BEFORE.search(self.settled) is not None and not self.after_connecting
+
+    @property
+    def after_connecting(self) -> bool:
+        """Whether AT, FROM, an operator word or the like stands right before the cursor."""
+        return bool(self.settled.split()) and self.settled.upper().split()[-1] in _CONNECTING
+
+    @property
+    def settled(self) -> str:
+        """What is before the word under the cursor."""
+        return self.before[: len(self.before) - len(self.prefix)]
 
     @property
     def words(self) -> frozenset[str]:
         """The words that stand there already."""
-        return frozenset(self.before[: len(self.before) - len(self.prefix)].upper().split())
+        return frozenset(self.settled.upper().split())
 
     def innermost(self) -> tuple[str, int] | None:
         """The function whose parentheses are open at the cursor, and which argument of it this is."""
         depth, commas = 0, 0
-        for i in range(len(self.before) - 1, -1, -1):
-            character = self.before[i]
+        before = _BY.sub(",", self.before)
+        for i in range(len(before) - 1, -1, -1):
+            character = before[i]
             if character in ")]":
                 depth += 1
             elif character in "([" and depth:
                 depth -= 1
             elif character in "([":
-                found = _NESTED.search(self.before[:i].rstrip())
+                found = _NESTED.search(before[:i].rstrip())
                 return (found.group().upper() if found and character == "(" else "", commas)
             elif character == "," and not depth:
                 commas += 1
@@ -119,11 +130,7 @@ CONNECTIVES: Mapping[str, tuple[str, ...]] = {
     "FOR": ("TO", "STEP"),
     "CASE": ("OF",),
 }
-MODIFIER__CONNECTING = (
-    frozenset({"AT", "IN", "BY", *(lead for word in COMMANDS.values() for lead in word.leads)}) | OPERATOR_WORDS
-)
-
-WORDS: Mapping[str, tuple[tuple[str, str], ...]] = {
+MODIFIER_WORDS: Mapping[str, tuple[tuple[str, str], ...]] = {
     "AT": (("AT", "at a time on the timeline, in seconds"), ("IN", "so many seconds from now")),
     "ALWAYS": (("ALWAYS", "not for the next motion only"),),
     "UNIT": (("MMPS", "mm a second"), ("IPS", "inches a second"), ("MONITOR", "percent, the monitor speed")),
@@ -305,11 +312,13 @@ def _inside(word: Word, place: Place, names: Names) -> Candidates:
         return WORDS[word.name](names)
     if place.operand_ended:
         return _connecting(word, place)
+    if place.after_connecting:
+        return _reals(names)
     wanted = word.value if place.after_equals else _argument(word.arguments, place.index)
     if wanted is None:
         return _items(names) if word.name in CONTROL else _connecting(word, place)
     offered = SHAPES.get(wanted.shape, _nothing)(names)
-    return (*_connecting(word, place), *offered) if wanted.optional and not place.before.strip() else offered
+    return (*_connecting(word, place), *offered) if wanted.optional and not place.settled.strip() else offered
 
 
 def _connecting(word: Word, place: Place) -> Candidates:

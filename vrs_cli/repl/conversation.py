@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import ProgramExists, VrsError
-from vrs_cli.interfaces.monitor import Dialogue, report
+from vrs_cli.interfaces.monitor import Dialogue, load, report
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone
 from vrs_cli.language.environment import key_of
 from vrs_cli.repl.entry import ProgramEntry, closes_program, opens_program
@@ -32,22 +34,23 @@ class Conversation:
     def take(self, text: str) -> None:
         """One line, or several that were pasted together."""
         for line in text.splitlines() or [""]:
-            self._guarded(line)
+            self._guarded(partial(self._line, line), line)
         if self._refused and isinstance(self.session.terminal, Dialogue):
             self.entry, self._refused = None, False  # somebody is there, and knows that it was refused
 
-    def _guarded(self, line: str) -> None:
-        """Whatever goes wrong with a line is shown, and the next line may come."""
+    def _guarded(self, act: Callable[[], None], line: str) -> None:
+        """Whatever goes wrong is shown, and the next line may come."""
+        terminal = self.session.terminal
         try:
-            self._line(line)
+            act()
         except VrsError as error:
-            self.session.terminal.show(refusal(error, line))
+            terminal.show(refusal(error, line))
         except KeyboardInterrupt:
-            self.session.terminal.show(Message("interrupted"))
+            terminal.show(Message("interrupted"))
         except BrokenPipeError:
             raise  # whoever read us has gone
         except Exception as error:
-            self.session.terminal.show(internal_error(error))
+            terminal.show(internal_error(error))
 
     def _line(self, line: str) -> None:
         if self.entry is not None:
@@ -105,9 +108,13 @@ class Conversation:
 
     # --- files ---
 
-    def load(self, path: Path | str) -> None:
+    def load(self, path: str) -> None:
         """The file named on the command line."""
-        self._guarded(f"LOAD {path}")
+        self._guarded(lambda: self._load(Path(path)), "")
+
+    def _load(self, path: Path) -> None:
+        for reply in load(self.session, path):
+            self.session.terminal.show(reply)
 
 
 def _named(header: str) -> str:

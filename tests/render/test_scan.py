@@ -1,0 +1,42 @@
+"""The colours of a line."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrs_cli.render.roles import Role
+from vrs_cli.render.scan import scan
+
+WORDS = [
+    ("MOVE part", "MOVE", Role.INSTRUCTION),
+    ("move part", "move", Role.INSTRUCTION),
+    ("MOVE part", "part", Role.NAME),
+    ("WHERE", "WHERE", Role.COMMAND),
+    ("EXEC pick", "EXEC", Role.COMMAND),
+    ("EXEC pick", "pick", Role.NAME),
+    ("DO MOVE part", "MOVE", Role.INSTRUCTION),
+    ("WHILE x > 2 DO", "WHILE", Role.CONTROL),
+    ("WHILE x > 2 DO", "DO", Role.CONTROL),
+    ("x = SIN(30) ; half", "SIN", Role.FUNCTION),
+    ("x = SIN(30) ; half", "; half", Role.COMMENT),
+    ("move = 2", "move", Role.NAME),
+    ("MOVE[3] = 2", "MOVE", Role.NAME),
+    ('TYPE "a;b", x', '"a;b"', Role.STRING),
+    ("x = ^HFF", "^HFF", Role.NUMBER),
+    ("x = 1E-3", "1E-3", Role.NUMBER),
+    ("MOVE #safe", "#safe", Role.NAME),
+    ("MOVE a AT 2.5", "AT", Role.CONTROL),
+    ("WHERE FROM 0 TO 5", "FROM", Role.CONTROL),
+    (".PROGRAM pick", ".PROGRAM", Role.CONTROL),
+    ("MOVF part", "MOVF", Role.NAME),
+]
+
+
+@pytest.mark.parametrize(("line", "piece", "role"), WORDS)
+def test_role_of_a_piece(line: str, piece: str, role: Role) -> None:
+    assert (piece, role) in list(scan(line))
+
+
+@given(st.text())
+def test_law_the_pieces_are_the_line(line: str) -> None:
+    assert "".join(text for text, _ in scan(line)) == line

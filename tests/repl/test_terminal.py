@@ -1,0 +1,153 @@
+"""How a session talks: with somebody there, and with nobody."""
+
+from collections.abc import Callable, Iterable
+from io import StringIO
+
+import pytest
+
+from vrs_cli.errors import FileError
+from vrs_cli.interfaces.monitor import Dialogue
+from vrs_cli.interfaces.replies import Farewell, Message, ProgramStopped, Tone
+from vrs_cli.render.console import TerminalRenderer
+from vrs_cli.repl.terminal import PATIENCE, REFRESH, PlainTerminal, ShellTerminal
+
+CTRL_C = "\x03"
+
+
+def reader(answers: Iterable[str], asked: list[str]) -> Callable[[str], str]:
+    """Answers in their order; CTRL_C is what prompt-toolkit makes of that key."""
+    waiting = iter(answers)
+
+    def read(question: str) -> str:
+        asked.append(question)
+        answer = next(waiting)
+        if answer == CTRL_C:
+            raise KeyboardInterrupt
+        return answer
+
+    return read
+
+
+class Person:
+    """A shell terminal on a string, its answers and its clock in the hands of the test."""
+
+    def __init__(self, *answers: str) -> None:
+        self.stream, self.asked, self.now = StringIO(), list[str](), 0.0
+        self.terminal = ShellTerminal(
+            reader(answers, self.asked),
+            lambda: TerminalRenderer(self.stream, width=80),
+            clock=lambda: self.now,
+            stream=self.stream,
+        )
+
+    @property
+    def text(self) -> str:
+        return self.stream.getvalue()
+
+
+# --- with nobody there ---
+
+
+def plain(*lines: str) -> PlainTerminal:
+    return PlainTerminal(StringIO(), iter(lines))
+
+
+def text_of(terminal: PlainTerminal) -> str:
+    assert isinstance(terminal.stream, StringIO)
+    return terminal.stream.getvalue()
+
+
+def test_a_pipe_is_no_dialogue() -> None:
+    assert not isinstance(plain(), Dialogue)
+
+
+def test_replies_and_types_come_in_order() -> None:
+    terminal = plain()
+    terminal.type("a", False)
+    terminal.type("b", True)
+    terminal.show(Message("done"))
+    assert text_of(terminal) == "ab\ndone\n"
+
+
+def test_an_error_is_remembered_for_the_exit_status() -> None:
+    terminal = plain()
+    terminal.show(Message("done"))
+    terminal.show(Message("odd", Tone.WARNING))
+    assert not terminal.failed
+    terminal.show(ProgramStopped("*Undefined value* x", "p", 1, "y = x", Tone.ERROR))
+    terminal.show(Message("done"))
+    assert terminal.failed
+
+
+def test_prompt_reads_on_in_the_input() -> None:
+    terminal = plain("5\n", "6\r\n")
+    assert [terminal.ask("How many? "), terminal.ask("")] == ["5", "6"]
+    assert text_of(terminal) == "How many? \n"
+
+
+def test_prompt_at_the_end_of_the_input() -> None:
+    with pytest.raises(FileError, match="How many"):
+        plain().ask("How many?")
+
+
+def test_nobody_agrees() -> None:
+    assert plain("Y").confirm("Are you sure (Y/N)?") is False
+
+
+# --- with somebody there ---
+
+
+def test_a_person_is_a_dialogue() -> None:
+    assert isinstance(Person().terminal, Dialogue)
+
+
+@pytest.mark.parametrize(("answer", "agreed"), [("Y", True), (" yes", True), ("n", False), ("", False), (CTRL_C, False)])
+def test_questions(answer: str, agreed: bool) -> None:
+    person = Person(answer)
+    assert person.terminal.confirm("Are you sure (Y/N)?") is agreed
+    assert person.asked == ["Are you sure (Y/N)? "]
+
+
+def test_ctrl_c_at_a_prompt_stops_the_program() -> None:
+    person = Person(CTRL_C)
+    stopped: list[bool] = []
+    person.terminal.interrupt = lambda: not stopped.append(True)
+    assert person.terminal.ask("How many?") == ""
+    assert stopped == [True]
+
+
+def test_ctrl_c_at_a_prompt_that_belongs_to_no_program() -> None:
+    with pytest.raises(KeyboardInterrupt):
+        Person(CTRL_C).terminal.ask("How many?")
+
+
+def test_the_latest_message_is_kept() -> None:
+    person = Person()
+    person.terminal.show(Message("Program completed\nand more"))
+    person.terminal.show(Farewell())
+    assert (person.terminal.last, person.terminal.leaving) == ("Program completed", True)
+
+
+def test_a_short_run_shows_no_progress() -> None:
+    person = Person()
+    person.terminal.begin_progress()
+    person.now = PATIENCE / 2
+    person.terminal.progress(3.0)
+    person.terminal.end_progress()
+    assert person.text == ""
+
+
+def test_a_long_run_shows_the_clock_now_and_then_and_takes_it_away() -> None:
+    person = Person()
+    person.terminal.begin_progress()
+    for beat in range(10):
+        person.now = PATIENCE + beat * REFRESH * 0.501  # every second one is due
+        person.terminal.progress(float(beat))
+    assert person.text.count("running") == 5
+    assert "t = 8.0 s" in person.text
+    person.terminal.type("hello", True)
+    assert person.text.endswith("\r\x1b[Khello\n")
+    person.terminal.end_progress()
+    person.now += 10.0
+    person.terminal.progress(99.0)
+    assert "99" not in person.text

@@ -1,0 +1,28 @@
+"""The line at the bottom."""
+
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.engine.commands import SetMonitorSpeed, SetSpeed, SpeedUnit
+from vrs_cli.interfaces.session import Session
+from vrs_cli.repl.toolbar import toolbar
+
+
+def test_before_the_robot_is_there() -> None:
+    assert "one moment" in toolbar(None, "", 80)
+
+
+def test_clock_tool_speeds_configuration_and_the_last_message() -> None:
+    session = Session(RecordingTerminal())
+    session.engine.perform(SetMonitorSpeed(50.0))
+    session.engine.perform(SetSpeed(250.0, unit=SpeedUnit.MMPS, always=True))
+    text = toolbar(session, "Program completed", 160)
+    for part in ("t 0.00 s", "X -20.3  Y 149.1  Z 921.1", "50 % / 250 MMPS", "RIGHTY ABOVE NOFLIP", "Program completed"):
+        assert part in text
+
+
+def test_what_does_not_fit_is_left_out_whole() -> None:
+    session = Session(RecordingTerminal())
+    for width in range(10, 120):
+        text = toolbar(session, "Program completed", width)
+        assert len(text) <= width
+        assert all(part in ("t 0.00 s", "X -20.3  Y 149.1  Z 921.1", "speed 100 % / 100 %", "RIGHTY ABOVE NOFLIP",
+                            "Program completed") for part in text.strip().split("  |  ") if part)  # fmt: skip

@@ -1,0 +1,156 @@
+"""Targets of motions: from what was asked to the joints or the tool pose that the planner goes to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import degrees, pi
+
+from vrs_cli.engine.commands import (
+    JointOffsetTarget,
+    JointTarget,
+    Mode,
+    Move,
+    NamedTarget,
+    PoseTarget,
+    ToolOffsetTarget,
+)
+from vrs_cli.engine.parameters import Asked, Parameters
+from vrs_cli.errors import (
+    IllegalJoint,
+    IllegalValue,
+    JointOutOfRange,
+    StraightLineConfiguration,
+    UndefinedValue,
+)
+from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
+from vrs_cli.kinematics.joints import Joints, joints_outside
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.trajectory.motion import Frames
+
+HALF_TURN = pi + 1e-9  # [rad] and what rounding may add
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What a target depends on: the joints when the motion begins and where the one before it ends, BASE and TOOL."""
+
+    here: Joints
+    destination: Joints
+    frames: Frames
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """Joints to reach (joint-interpolated), or T_robot_tool (straight line): one of the two."""
+
+    joints: Joints | None = None
+    pose: Transform | None = None
+
+
+def resolve(arm: RobotArm, parameters: Parameters, move: Move, situation: Situation) -> Goal:
+    """Where a motion goes. Raises LocationOutOfRange, JointOutOfRange, StraightLineConfiguration, IllegalJoint,
+    IllegalValue, UndefinedValue.
+    """
+    pose = _tool_pose(arm, move, situation)
+    if pose is None:
+        joints = _joints(arm.model, move, situation)
+        check_joint_limits(arm.model, joints)
+        if move.straight:
+            return Goal(pose=compose(arm.forward(joints), situation.frames.tool))
+    elif move.straight:
+        _check_same_configuration(arm.configuration(situation.here), parameters.asked)
+        return Goal(pose=pose)
+    else:
+        joints = select(arm, parameters, compose(pose, inverse(situation.frames.tool)), situation.here)
+    if not parameters.modes[Mode.OVERLAP].present:
+        _check_half_turns(situation.here, joints)
+    return Goal(joints=joints)
+
+
+def _tool_pose(arm: RobotArm, move: Move, situation: Situation) -> Transform | None:
+    """T_robot_tool of a target that is given as a pose; None where it is given by joints."""
+    frames, target = situation.frames, move.target
+    if isinstance(target, PoseTarget):
+        return compose(frames.base, target.T_world_tool)
+    if isinstance(target, ToolOffsetTarget):
+        T_robot_destination = compose(arm.forward(situation.destination), frames.tool)
+        return compose(T_robot_destination, target.T_destination_target)
+    return None
+
+
+def _joints(model: RobotModel, move: Move, situation: Situation) -> Joints:
+    target = move.target
+    if isinstance(target, NamedTarget):
+        if target.name not in model.poses:
+            raise UndefinedValue(f"robot {model.name} has no pose {target.name.upper()}")
+        return model.poses[target.name]
+    if isinstance(target, JointOffsetTarget):
+        return _driven(situation.destination, target)
+    assert isinstance(target, JointTarget)
+    if len(target.joints) != model.joint_count:
+        raise IllegalValue(f"a precision point of {len(target.joints)} joints", f"this robot has {model.joint_count}")
+    return target.joints
+
+
+def _driven(joints: Joints, target: JointOffsetTarget) -> Joints:
+    if not 1 <= target.joint <= len(joints):
+        raise IllegalJoint(f"joint {target.joint}", f"this robot has joints 1 to {len(joints)}")
+    return tuple(q + target.change if i == target.joint else q for i, q in enumerate(joints, 1))
+
+
+# --- configuration -----------------------------------------------------------------------------------------------
+
+
+def select(arm: RobotArm, parameters: Parameters, T_robot_flange: Transform, near: Joints) -> Joints:
+    """The joints of a pose, in the configuration that was asked for; under SINGLE no joint turns more than once."""
+    asked = parameters.asked
+    if parameters.modes[Mode.SINGLE].present:
+        arm = arm_for(_single_turn(arm.model))
+    return arm.select(T_robot_flange, near, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist)
+
+
+def _single_turn(model: RobotModel) -> RobotModel:
+    lower = tuple(max(low, -pi) for low in model.lower)
+    upper = tuple(min(high, pi) for high in model.upper)
+    return replace(model, lower=lower, upper=upper)
+
+
+def unmet(have: Configuration, asked: Asked) -> tuple[Arm | Elbow | Wrist, ...]:
+    """The configuration words that were said and that the arm does not have."""
+    return tuple(
+        flag
+        for flag in (asked.arm, asked.elbow, asked.wrist)
+        if flag and flag not in (have.arm, have.elbow, have.wrist)
+    )
+
+
+def _check_same_configuration(have: Configuration, asked: Asked) -> None:
+    missing = unmet(have, asked)
+    if missing:
+        words = " ".join(flag.name for flag in missing)
+        raise StraightLineConfiguration(f"{words} asked, the arm is {have}", "use MOVE to change it")
+
+
+# --- joint limits ------------------------------------------------------------------------------------------------
+
+
+def check_joint_limits(model: RobotModel, joints: Joints) -> None:
+    """Raises JointOutOfRange for the first joint outside its range."""
+    for joint in joints_outside(joints, model.lower, model.upper)[:1]:
+        low, high = degrees(model.lower[joint - 1]), degrees(model.upper[joint - 1])
+        raise JointOutOfRange(
+            joint, f"would be {degrees(joints[joint - 1]):.2f} deg, its range is {low:.2f} to {high:.2f} deg"
+        )
+
+
+def _check_half_turns(here: Joints, goal: Joints) -> None:
+    """NOOVERLAP: no joint may turn by more than half a turn."""
+    for joint, (at, to) in enumerate(zip(here, goal, strict=True), 1):
+        if abs(to - at) > HALF_TURN:
+            raise JointOutOfRange(
+                joint,
+                f"would turn by {degrees(to - at):.1f} deg, NOOVERLAP allows half a turn",
+                "say OVERLAP, or go there in two motions",
+            )

@@ -1,0 +1,147 @@
+"""Text to syntax trees, by the one grammar of the language (grammar/val2.lark). The only module that imports lark.
+
+What cannot be read is a diagnostic, never another exception: of a line (`LineRefused`), or of a file, where every line
+is read for itself and all findings come together.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from lark import Lark, UnexpectedToken
+from lark.lexer import Lexer as LarkLexer
+
+from vrs_cli.errors import InvalidName
+from vrs_cli.language import ast
+from vrs_cli.language.ast import ProgramHeader, Span, Statement, Step
+from vrs_cli.language.builder import Builder
+from vrs_cli.language.complaints import complaint
+from vrs_cli.language.diagnostics import Diagnostic, LineRefused, error
+from vrs_cli.language.lexer import Lexer, Token
+from vrs_cli.language.monitor import COMMANDS
+from vrs_cli.language.source import FileReader, header_end
+
+GRAMMAR = "val2.lark"
+STARTS = ("step", "prompt", "header", "entry")
+
+T = TypeVar("T")
+
+
+def parse_file(text: str) -> tuple[ast.File, tuple[Diagnostic, ...]]:
+    """The programs and sections of a file, and everything that cannot be read in it.
+
+    A bad line of a program is kept as BadLine. Line ends may be LF, CR LF or CR.
+    """
+    return FileReader(_parser()).read(text)
+
+
+def parse_step(text: str, line: int = 1) -> Step:
+    """A program line: label, statement and comment, each or none. Raises LineRefused."""
+    return _parser().step(text, line)
+
+
+def parse_prompt(text: str) -> Statement | ProgramHeader | None:
+    """A line of the prompt; None for a blank or a comment. Raises LineRefused.
+
+    A monitor command is an Instruction; everything else that can be done is a DoInstruction.
+    """
+    at = header_end(text)
+    return _parser().prompt(text) if at is None else _parser().header(text, 1, at)
+
+
+def grammar_dir() -> Path:
+    """The folder of the grammar: that of a checkout, else the one that travels in the package."""
+    package = Path(__file__).resolve().parents[1]
+    checkout = package.parent / "grammar"
+    return checkout if (checkout / GRAMMAR).is_file() else package / "grammar"
+
+
+class LineParser:
+    """The grammar, ready to parse lines."""
+
+    def __init__(self) -> None:
+        grammar = (grammar_dir() / GRAMMAR).read_text(encoding="utf-8")
+        self._lark = Lark(
+            grammar,
+            start=list(STARTS),
+            parser="lalr",
+            lexer=_Ready,
+            transformer=Builder(),
+            keep_all_tokens=True,
+            maybe_placeholders=False,
+            cache=_cache_file(),
+        )
+        terminals = {terminal.name: terminal.pattern.to_regexp() for terminal in self._lark.terminals}
+        self._lexer = Lexer(terminals)
+
+    def step(self, text: str, line: int) -> Step:
+        """Raises LineRefused."""
+        tokens = self._lexer.step(text, line)
+        if not tokens:
+            return Step(None, None, None, Span(line, 1, 1))
+        return cast(Step, self._parsed(tokens, "step"))
+
+    def prompt(self, text: str) -> Statement | None:
+        """Raises LineRefused."""
+        tokens = self._lexer.prompt(text)
+        if not tokens:
+            return None
+        statement: Statement | None = self._parsed(tokens, "prompt")
+        first = tokens[0]
+        if statement is None or isinstance(statement, ast.DoInstruction) or COMMANDS.get(first.value) is first.row:
+            return statement
+        return ast.DoInstruction(statement, statement.span)
+
+    def header(self, text: str, line: int, at: int) -> ProgramHeader:
+        """`at`: the index after `.PROGRAM`. Raises LineRefused."""
+        tokens = self._lexer.header(text, line, at)
+        if not tokens or tokens[0].type != "NAME":
+            span = Span(line, at + 1, at + 2)
+            raise LineRefused(error(InvalidName, span, "a program name is missing", ".PROGRAM pick.place(part)"))
+        return cast(ProgramHeader, self._parsed(tokens, "header"))
+
+    def entry(self, text: str, line: int) -> ast.Entry | str | None:
+        """A variable with its value, the text of a comment line, or None for a blank one. Raises LineRefused."""
+        tokens = self._lexer.entry(text, line)
+        if not tokens:
+            return None
+        if tokens[0].type == "COMMENT":
+            return tokens[0].value[1:]
+        return cast(ast.Entry, self._parsed(tokens, "entry"))
+
+    def _parsed(self, tokens: list[Token], start: str) -> Any:
+        try:
+            return self._lark.parse(cast(str, tokens), start=start)
+        except UnexpectedToken as unexpected:
+            token = unexpected.token if unexpected.token.type != "$END" else None
+            raise LineRefused(complaint(tokens, cast("Token | None", token), start)) from None
+
+
+@cache
+def _parser() -> LineParser:
+    return LineParser()
+
+
+class _Ready(LarkLexer):
+    """Hands over the tokens that `Lexer` has found."""
+
+    def __init__(self, _configuration: object) -> None:
+        pass
+
+    def lex(self, tokens: Any) -> Iterator[Any]:  # type: ignore[override]
+        return iter(tokens)
+
+
+def _cache_file() -> str | bool:
+    """Where the parser's tables are kept between runs: a folder of the user's own, or nowhere."""
+    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    folder = Path(base) / "vrs" if base else Path.home() / ".cache" / "vrs"
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except (OSError, RuntimeError):
+        return False
+    return str(folder / "grammar.cache") if os.access(folder, os.W_OK) else False
