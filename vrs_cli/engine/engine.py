@@ -37,7 +37,7 @@ from vrs_cli.engine.commands import (
 )
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
 from vrs_cli.engine.planner import plan
-from vrs_cli.engine.position import Position, joints_at, position_at, world_pose
+from vrs_cli.engine.position import Position, joints_at, position_at
 from vrs_cli.engine.targets import Situation, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
@@ -398,10 +398,6 @@ class Engine:
         frames = self.frames
         T_robot_flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
         return select(self.arm, self.parameters, T_robot_flange, self.position().joints)
-
-    def pose_of(self, joints: Joints) -> Transform:
-        """T_world_tool of joints, with BASE and TOOL in force."""
-        return world_pose(self.arm, self.timeline.locate(self.now)[0].motion, joints)
 
 
 _SETTERS: dict[type, Callable[[Engine, Any], None]] = {

@@ -119,11 +119,8 @@ def _single_turn(model: RobotModel) -> RobotModel:
 
 def unmet(have: Configuration, asked: Asked) -> tuple[Arm | Elbow | Wrist, ...]:
     """The configuration words that were said and that the arm does not have."""
-    return tuple(
-        flag
-        for flag in (asked.arm, asked.elbow, asked.wrist)
-        if flag and flag not in (have.arm, have.elbow, have.wrist)
-    )
+    flags = (asked.arm, asked.elbow, asked.wrist)
+    return tuple(flag for flag in flags if flag and flag not in (have.arm, have.elbow, have.wrist))
 
 
 def _check_same_configuration(have: Configuration, asked: Asked) -> None:
