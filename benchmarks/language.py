@@ -1,7 +1,7 @@
 """How fast a program runs: `python -m benchmarks.language [passes]`.
 
-One FOR loop with one assignment, in one run: as compiled for a task (which can stop it at every step), as a plain loop of
-a Python module, and as a walk of the same syntax tree. Bar: at most 4 times plain Python.
+One FOR loop with one assignment, in one run: as compiled for a task (which can stop it at every step), as a plain
+loop of a Python module, and as a walk of the same syntax tree. Bar: at most 4 times plain Python.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ from collections.abc import Callable
 from statistics import median
 from time import perf_counter
 
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.engine.engine import Engine
+from vrs_cli.interfaces.readings import Readings
+from vrs_cli.kinematics.model import load_robot
 from vrs_cli.language import ast
 from vrs_cli.language.analyzer import Analysis, analyze
 from vrs_cli.language.environment import Environment
@@ -38,46 +39,6 @@ for i in range(1, passes + 1):
 """
 
 
-class Nowhere:
-    """A robot that answers, for programs that ask nothing of it."""
-
-    dof = 6
-
-    def _pose(self) -> Transform:
-        return IDENTITY
-
-    here = destination = tool = base = _pose
-
-    def _joints(self) -> Joints:
-        return (0.0,) * 6
-
-    joints = destination_joints = _joints
-
-    def hand(self) -> float:
-        return 0.0
-
-    def time(self) -> float:
-        return 0.0
-
-    def speed(self, number: int) -> float:
-        return 100.0
-
-    def state(self, number: int) -> float:
-        return 0.0
-
-    def moving(self) -> bool:
-        return False
-
-    def switch(self, name: str) -> bool:
-        return True
-
-    def parameter(self, name: str) -> float | str:
-        return 0.0
-
-    def in_range(self, place: Transform | Joints) -> int:
-        return 0
-
-
 def analysed(text: str) -> Analysis:
     file, _ = parse_file(text)
     return analyze(next(part for part in file.parts if isinstance(part, ast.Program)))
@@ -88,7 +49,7 @@ def compiled(analysis: Analysis, passes: int) -> float:
     environment = Environment()
     environment.store(analysis)
     environment.reference("passes").assign(float(passes))
-    task = Task(environment, Nowhere(), analysis.program.name)
+    task = Task(environment, Readings(Engine(load_robot("puma560"))), analysis.program.name)
     began = perf_counter()
     while not isinstance(event := task.resume(), Completed):
         assert not isinstance(event, Failed), event
@@ -162,7 +123,9 @@ def main(passes: int = 300_000) -> int:
         "compiled, in a task": lambda: compiled(analysis, passes),
         "walk of the tree": lambda: walked(analysis, passes),
     }
-    rounds = [{name: way() for name, way in ways.items()} for _ in range(REPEATS)]  # turn by turn: fair to a busy machine
+    rounds = [
+        {name: way() for name, way in ways.items()} for _ in range(REPEATS)
+    ]  # turn by turn: fair to a busy machine
     seconds = {name: median(turn[name] for turn in rounds) for name in ways}
     base = seconds["plain Python loop"]
     print(f"FOR loop with one assignment, {passes} passes, median of {REPEATS}")

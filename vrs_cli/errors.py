@@ -133,6 +133,12 @@ class ControlStructure(ProgramError):
     code, text = -473, "Control structure error"
 
 
+class AmbiguousGrouping(ProgramError):
+    """A warning: VAL-II's own table of operators groups an expression otherwise."""
+
+    code, text = 56, "Ambiguous grouping"
+
+
 class NoProgramSpecified(ProgramError):
     code, text = -301, "No program specified"
 

@@ -97,7 +97,7 @@ def test_json_is_one_object(vrs: Vrs) -> None:
     assert told["final"]["oat_deg"] == pytest.approx([90, -90, 0], abs=1e-9)
     assert [set(command) for command in told["commands"]] == [{"text", "t_iss", "t_exec", "t_end"}] * 4
     assert told["duration_s"] == told["commands"][-1]["t_end"] > 1.0
-    assert told["segments"] >= 10
+    assert told["segments"] >= 8  # of four motions
 
 
 def test_the_same_run_gives_the_same_bytes(vrs: Vrs) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically, check_writable
-from vrs_cli.files.program_file import read_program_file, with_extension, write_atomically
+from vrs_cli.files.program_file import read_program_file, write_atomically
 
 TEXT = '.PROGRAM p\n  TYPE "é"\n.END\n'
 
@@ -56,11 +56,6 @@ def test_what_is_no_program_is_refused(tmp_path: Path) -> None:
         read_program_file(tmp_path / "missing" / "junk.v2")
     with pytest.raises(NonexistentFile):
         read_program_file(tmp_path / "junk.v2" / "below")
-
-
-@pytest.mark.parametrize(("name", "stored"), [("a", "a.v2"), ("a.v2", "a.v2"), ("a.txt", "a.txt"), ("d/a", "d/a.v2")])
-def test_a_name_to_store_under_gets_its_extension(name: str, stored: str) -> None:
-    assert with_extension(name) == Path(stored)
 
 
 # --- writing -----------------------------------------------------------------------------------------------

@@ -48,7 +48,7 @@ def load(session: Session, *lines: str, name: str = "p", parameters: str = "") -
 
 
 def test_signals_come_when_motions_begin(session: Session, terminal: RecordingTerminal) -> None:
-    load(session, "MOVE a", 'TYPE /F6.3, TIME()', "MOVE b", 'TYPE /F6.3, TIME()', "BREAK", 'TYPE /F6.3, TIME()')
+    load(session, "MOVE a", "TYPE /F6.3, TIME()", "MOVE b", "TYPE /F6.3, TIME()", "BREAK", "TYPE /F6.3, TIME()")
     result = session.execute("p")
     first, second, end = map(float, result.typed)
     slowing = session.engine.records()[1].executed
@@ -109,7 +109,7 @@ def test_proceed_goes_on_behind_the_fault_and_retry_repeats_it(session: Session)
     load(session, 'TYPE "one"', "x = nothing", 'TYPE "two"')
     assert session.execute("p").outcome is Outcome.FAILED
     assert session.retry().outcome is Outcome.FAILED
-    session.environment.cells  # the store is the session's
+
     session.perform("nothing = 3")
     assert session.retry().typed == ("two",)
 

@@ -16,6 +16,7 @@ from vrs_cli.language.parser import parse_file
 from vrs_cli.language.runtime import Completed, Event, Failed, Halted, Paused, Task
 
 TICK = 0.028
+POSE = translation(0.5, 0.1, -0.2)
 
 
 @dataclass
@@ -23,7 +24,7 @@ class StillRobot:
     """Answers what it was told; the clock moves in `WAIT` only."""
 
     now: float = 0.0
-    pose: Transform = translation(0.5, 0.1, -0.2)
+    pose: Transform = POSE
     end: Transform = IDENTITY
     angles: Joints = (0.0, -1.0, 1.0, 0.0, 0.5, 0.0)
     opening: float = 0.0

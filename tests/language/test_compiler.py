@@ -23,6 +23,7 @@ from vrs_cli.errors import (
 from vrs_cli.language.analyzer import Analysis, analyze
 from vrs_cli.language.ast import Assignment, Binary, Expression, Kind, Number, Program, Span, Step, Unary, Variable
 from vrs_cli.language.compiler import compile_program
+from vrs_cli.language.diagnostics import error
 from vrs_cli.language.environment import Environment
 from vrs_cli.language.runtime import Budget, Completed, Failed, Task
 from vrs_cli.language.values import LIMIT, integer, whole
@@ -240,7 +241,7 @@ def test_jumps_and_blocks_go_where_the_reference_goes(lines: list[str], data: st
 @given(spaghetti(), st.integers(1, 60))
 @settings(max_examples=100, deadline=None)
 def test_a_repeated_step_changes_nothing_that_it_does_not_do(lines: list[str], steps: int) -> None:
-    """RETRY before a step: the program is entered again right there, loops and all, and goes on as if it had not been."""
+    """RETRY before a step: the program is entered again right there, loops and all, as if it had never been left."""
 
     def typed(again: bool) -> list[str]:
         environment = environment_with(program(*lines))
@@ -254,7 +255,6 @@ def test_a_repeated_step_changes_nothing_that_it_does_not_do(lines: list[str], s
             texts += [event.text] if hasattr(event, "text") else []
             if again and isinstance(event, Budget) and task.steps_done == steps:
                 task.retry()
-                task.steps_done += 0
         return texts
 
     once, twice = typed(again=False), typed(again=True)
@@ -273,15 +273,15 @@ def test_a_repeated_step_changes_nothing_that_it_does_not_do(lines: list[str], s
         ("FOR i = 0 TO 1 STEP 0.4", [0, 0.4, 0.8], 1.2),
         ("FOR i = 3 TO 1 STEP -1", [3, 2, 1], 0),
         ("FOR i = 1 TO 3 STEP -1", [], 1),
-        ("FOR i = 1 TO 5 STEP by", [1, 3, 5], 7),
-        ("FOR i = 5 TO 1 STEP -by", [5, 3, 1], -1),
+        ("FOR i = 1 TO 5 STEP gap", [1, 3, 5], 7),
+        ("FOR i = 5 TO 1 STEP -gap", [5, 3, 1], -1),
         ("FOR i = 1 TO n", [1, 2, 3], 4),
         ("FOR row[2] = 1 TO 2", [1, 2], 3),
     ],
 )
 def test_for(head: str, values: list[float], after: float) -> None:
     variable = head.split()[1]
-    result = run_lines("by = 2", "n = 3", head, f'  TYPE /D, {variable}', "  n = 100", "END", f"x = {variable}")
+    result = run_lines("gap = 2", "n = 3", head, f"  TYPE /D, {variable}", "  n = 100", "END", f"x = {variable}")
     assert [float(text) for text in result.typed.split()] == pytest.approx(values)
     assert result.value("x") == pytest.approx(after)
 
@@ -296,7 +296,18 @@ def test_the_variable_may_be_changed_inside() -> None:
 
 
 def test_a_loop_left_and_entered_again_keeps_its_limit() -> None:
-    lines = ["n = 2", "FOR i = 1 TO n", "  TYPE i", "  IF i == 1 GOTO 10", "20 x = 0", "END", "GOTO 30", "10 n = 99", "GOTO 20", "30"]
+    lines = [
+        "n = 2",
+        "FOR i = 1 TO n",
+        "  TYPE i",
+        "  IF i == 1 GOTO 10",
+        "20 x = 0",
+        "END",
+        "GOTO 30",
+        "10 n = 99",
+        "GOTO 20",
+        "30",
+    ]
     assert run_lines(*lines).typed == " 1\n 2\n"
 
 
@@ -307,12 +318,29 @@ def test_a_loop_entered_past_its_for_says_so() -> None:
 
 
 def test_each_call_has_its_own_limits() -> None:
-    inner = program("FOR j = 1 TO n", "  n = n-1", "  CALL down(n)", "END", "TYPE n", name="down", parameters="n")
-    assert run(program("k = 2", "CALL down(k)", "TYPE k") + inner).typed == " 0\n 0\n 0\n"
+    lines = ["IF n > 0 THEN", "FOR i[n] = 1 TO n", "  CALL down(n-1)", "  TYPE n, i[n]", "END", "END"]
+    assert run(program("CALL down(2)") + program(*lines, name="down", parameters="n")).typed.split("\n")[:-1] == [
+        " 1 1",
+        " 2 1",
+        " 1 1",
+        " 2 2",
+    ]
 
 
 def test_a_case_may_compare_with_expressions() -> None:
-    lines = ["k = 4", "FOR i = 1 TO 5", "CASE i OF", "VALUE 1, k/2:", ' TYPE "a"', "VALUE k:", ' TYPE "b"', "ANY", ' TYPE "c"', "END", "END"]
+    lines = [
+        "k = 4",
+        "FOR i = 1 TO 5",
+        "CASE i OF",
+        "VALUE 1, k/2:",
+        ' TYPE "a"',
+        "VALUE k:",
+        ' TYPE "b"',
+        "ANY",
+        ' TYPE "c"',
+        "END",
+        "END",
+    ]
     assert run_lines(*lines).typed.split() == ["a", "a", "c", "b", "c"]
 
 
@@ -324,7 +352,7 @@ def test_arrays_of_one_and_of_more_dimensions() -> None:
     assert run.value("x") == 9 + 2 + 1
 
 
-@pytest.mark.parametrize("line", ["a[-1] = 5", "x = a[-1]", "x = g[0, -1]", "a[i] = 1", "$s[-1] = \"x\""])
+@pytest.mark.parametrize("line", ["a[-1] = 5", "x = a[-1]", "x = g[0, -1]", "a[i] = 1", '$s[-1] = "x"'])
 def test_indexes_below_0_are_refused(line: str) -> None:
     run = run_lines("i = -1", line)
     assert isinstance(run.error, IllegalArrayIndex)
@@ -333,7 +361,7 @@ def test_indexes_below_0_are_refused(line: str) -> None:
 
 def test_reading_an_element_that_is_not_there_names_it() -> None:
     assert str(run_lines("a[1] = 5", "x = a[2]").error) == "*Undefined value* a[2]"
-    assert str(run_lines("x = $s[2]+\"\"").error if False else run_lines("$x = $s[2]").error) == "*Undefined value* $s[2]"
+    assert str(run_lines("$x = $s[2]").error) == "*Undefined value* $s[2]"
 
 
 def test_an_undefined_name_has_a_near_one() -> None:
@@ -357,12 +385,14 @@ def test_elements_are_passed_by_reference() -> None:
 
 
 def test_expressions_are_passed_as_copies() -> None:
-    run_ = run(program("x = 1", "y = 2", "CALL swap(x+0, y*1)") + SWAP)
+    run_ = run(program("x = 1", "y = 2", "CALL swap((x), y*1)") + SWAP)
     assert (run_.value("x"), run_.value("y")) == (1.0, 2.0)
 
 
 def test_whole_arrays_are_passed() -> None:
-    fill = program("FOR i = 1 TO n", "  a[i] = i", "  $s[i] = $CHR(64+i)", "END", name="fill", parameters="a[], $s[], n")
+    fill = program(
+        "FOR i = 1 TO n", "  a[i] = i", "  $s[i] = $CHR(64+i)", "END", name="fill", parameters="a[], $s[], n"
+    )
     run_ = run(program("CALL fill(row[], $name[], 3)", "x = row[3]", "$x = $name[2]") + fill)
     assert (run_.value("x"), run_.value("$x")) == (3.0, "B")
 
@@ -422,12 +452,8 @@ def test_two_programs_compiled_apart_share_their_variables() -> None:
 
 
 def test_a_program_with_errors_is_not_compiled() -> None:
-    analysis = assigned(Number(1.0, "1", NOWHERE))
-    bad = analyze(Program("bad", (), (Step(None, None, None, NOWHERE),), None, NOWHERE))
-    assert compile_program(bad).step_of(0) == 0
-    from vrs_cli.language.diagnostics import error
-
-    broken = Analysis(analysis.program, {}, (), {}, (error(IllegalValue, NOWHERE),))
+    whole_program = assigned(Number(1.0, "1", NOWHERE)).program
+    broken = Analysis(whole_program, {}, (), {}, (error(IllegalValue, NOWHERE),))
     with pytest.raises(ProgramNotExecutable, match="main"):
         compile_program(broken)
 
@@ -443,14 +469,8 @@ def test_an_expression_of_a_thousand_levels_is_refused_not_crashed() -> None:
 
 
 def test_long_programs_compile() -> None:
-    lines = ["x = 0"]
+    lines, x = ["x = 0"], 0
     for number in range(500):
         lines += [f"IF x MOD 7 == {number % 7} THEN", "  x = x+1", "ELSE", "  x = x+2", "END"]
-    assert run_lines(*lines).value("x") == 500 + sum(1 for _ in []) + _reference_sum()
-
-
-def _reference_sum() -> float:
-    x = 0
-    for number in range(500):
         x += 1 if x % 7 == number % 7 else 2
-    return x - 500
+    assert run_lines(*lines).value("x") == x

@@ -32,7 +32,9 @@ def test_the_four_kinds_are_apart() -> None:
     values = {"count": 3.0, "part": translation(1, 2, 3), "#safe": (0.0, 1.0), "$name": "x"}
     for name, value in values.items():
         environment.reference(name).assign(value)
-    for (name, value), kind in zip(values.items(), (Kind.REAL, Kind.LOCATION, Kind.PRECISION, Kind.STRING), strict=True):
+    for (name, value), kind in zip(
+        values.items(), (Kind.REAL, Kind.LOCATION, Kind.PRECISION, Kind.STRING), strict=True
+    ):
         assert environment.kind_of(name) is kind
         assert list(environment.variables(kind)) == [(name, value)]
     assert environment.kind_of("missing") is None

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
-from tests.language.running import StillRobot, run_lines
 
+from tests.language.running import StillRobot, run_lines
 from vrs_cli.errors import (
     ArithmeticOverflow,
     IllegalSignal,
@@ -16,7 +16,8 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.language.ast import Kind
-from vrs_cli.language.functions import FUNCTIONS, message
+from vrs_cli.language.functions import FUNCTIONS
+from vrs_cli.language.operations import message
 from vrs_cli.language.words import Shape, State
 
 REALS = [
@@ -221,7 +222,9 @@ def test_test_and_set_gives_the_old_value() -> None:
 
 
 def test_defined_and_last_follow_assignments() -> None:
-    run = run_lines("a[4] = 1", "x = LAST(a[])", "y = DEFINED(a[4])", "z = DEFINED(a[3])", "SET p = NULL", "w = DEFINED(p)")
+    run = run_lines(
+        "a[4] = 1", "x = LAST(a[])", "y = DEFINED(a[4])", "z = DEFINED(a[3])", "SET p = NULL", "w = DEFINED(p)"
+    )
     assert [run.value(name) for name in "xyzw"] == [4.0, -1.0, 0.0, -1.0]
 
 

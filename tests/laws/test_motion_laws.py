@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import radians, sqrt
 
 import pytest
@@ -34,12 +35,18 @@ joint_targets = st.tuples(*[fractions] * 6).map(
     )
 )
 pose_targets = st.tuples(
-    st.floats(0.3, 0.6), st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(0, 360), st.floats(20, 90)
-).map(lambda p: PoseTarget(from_oat(p[0], p[1], p[2], radians(p[3]), radians(p[4]), 0.0)))
+    st.floats(-0.3, 0.3),
+    st.floats(0.35, 0.6),
+    st.floats(-0.4, 0.1),
+    st.floats(30.0, 150.0),
+    st.floats(50.0, 90.0),
+    st.floats(-60.0, 60.0),
+).map(lambda p: PoseTarget(from_oat(p[0], p[1], p[2], *map(radians, p[3:]))))
+ABOVE_THE_TABLE = Move(PoseTarget(from_oat(0.0, 0.45, -0.15, radians(90), radians(90), 0.0)), straight=False)
 stamps = st.none() | st.floats(0.0, 12.0).map(Stamp)
 moves = st.builds(
     Move,
-    target=joint_targets | pose_targets,
+    target=joint_targets | pose_targets | pose_targets | pose_targets,
     straight=st.booleans(),
     hand=st.none() | st.sampled_from([0.0, 1.0]),
     stamp=stamps,
@@ -52,11 +59,11 @@ others = (
     | st.builds(OperateHand, opening=st.sampled_from([0.0, 1.0]), immediate=st.booleans())
     | st.builds(SetParameter, name=st.just("INSERT"), value=st.sampled_from(["ON", "ON", "OFF"]))
 )
-steps = st.lists(st.tuples(moves | moves | moves | others, st.booleans()), min_size=1, max_size=14)
+steps = st.lists(st.tuples(moves | moves | moves | others, st.booleans()), min_size=4, max_size=16)
 
 
 def performed(sequence: list[tuple[object, bool]]) -> tuple[Engine, list[tuple[Timeline, TimelineDelta, Timeline]]]:
-    """The engine after a sequence of requests (those not possible are refused), with every edit: before, delta, after."""
+    """The engine after a sequence of requests (impossible ones are refused), and every edit: before, delta, after."""
     engine = Engine(MODEL)
     edits: list[tuple[Timeline, TimelineDelta, Timeline]] = []
     before = [engine.timeline]
@@ -66,6 +73,7 @@ def performed(sequence: list[tuple[object, bool]]) -> tuple[Engine, list[tuple[T
         before.append(after)
 
     engine.listeners.append(note)
+    engine.perform(ABOVE_THE_TABLE, program=True)
     for request, program in sequence:
         try:
             engine.perform(request, program=program)  # type: ignore[arg-type]
@@ -76,7 +84,7 @@ def performed(sequence: list[tuple[object, bool]]) -> tuple[Engine, list[tuple[T
 
 def check_continuous(engine: Engine) -> None:
     segments = list(engine.timeline)
-    for a, b in zip(segments, segments[1:], strict=False):
+    for a, b in pairwise(segments):
         assert a.finish <= b.start
         left, right = state_at(engine.arm, a, a.duration).joints, state_at(engine.arm, b, 0.0).joints
         assert largest_change(left.joints, right.joints) <= POSITION, (a, b)
@@ -154,7 +162,7 @@ def check_tail_untouched(before: Timeline, delta: TimelineDelta, after: Timeline
     assert kept == list(before)[: len(kept)]
 
 
-@settings(max_examples=120, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
 @given(steps)
 def test_every_timeline_keeps_the_laws(sequence: list[tuple[object, bool]]) -> None:
     engine, edits = performed(sequence)

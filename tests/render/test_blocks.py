@@ -5,7 +5,10 @@ import pytest
 from vrs_cli.render.blocks import Column, Grid, grid_lines, number_column, split
 
 FIGURES = Grid(
-    tuple(number_column(heading) for heading in ("t", "X", "Y", "Z")), (("1.0", "2.0", "3.0", "4.0"),), tight=True, keys=1
+    tuple(number_column(heading) for heading in ("t", "X", "Y", "Z")),
+    (("1.0", "2.0", "3.0", "4.0"),),
+    tight=True,
+    keys=1,
 )
 SENTENCES = Grid((Column("", width=4), Column("", fold=True)), (("CP", "a motion blends into the next one"),))
 

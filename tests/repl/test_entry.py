@@ -2,22 +2,26 @@
 
 import pytest
 
-from vrs_cli.repl.entry import ProgramEntry, closes_program, depth, opens_program
+from vrs_cli.repl.entry import Entry, closes_entry, depth, opens_entry
 
 
-@pytest.mark.parametrize("line", [".PROGRAM pick", ".program pick(a, b)", "  .PROG x", ".PROGRAM"])
+@pytest.mark.parametrize(
+    "line", [".PROGRAM pick", ".program pick(a, b)", "  .PROGRAM x", ".PROGRAM", ".LOCATIONS", ".reals"]
+)
 def test_headers(line: str) -> None:
-    assert opens_program(line)
+    assert opens_entry(line)
 
 
-@pytest.mark.parametrize("line", ["PROGRAM pick", ".PROGRAMME x", ".END", "", ".5"])
+@pytest.mark.parametrize("line", ["PROGRAM pick", ".PROG x", ".PROGRAMME x", ".END", "", ".5"])
 def test_other_lines_are_no_headers(line: str) -> None:
-    assert not opens_program(line)
+    assert not opens_entry(line)
 
 
-@pytest.mark.parametrize(("line", "ends"), [(".END", True), (" .end ; done", True), ("END", False), (".ENDE", False)])
+@pytest.mark.parametrize(
+    ("line", "ends"), [(".END", True), (" .end ; done", True), ("END", False), (".ENDE", False), ("", False)]
+)
 def test_the_end(line: str, ends: bool) -> None:
-    assert closes_program(line) is ends
+    assert closes_entry(line) is ends
 
 
 @pytest.mark.parametrize(
@@ -41,7 +45,7 @@ def test_open_blocks(lines: list[str], open_blocks: int) -> None:
 
 
 def test_blocks_are_indented_and_their_words_moved_back() -> None:
-    entry = ProgramEntry(".PROGRAM demo")
+    entry = Entry(".PROGRAM demo")
     for line in ("FOR i = 1 TO 3", "IF i > 1 THEN", "  MOVE a", "ELSE", "MOVE b", "END", "end", "STOP", ""):
         entry.add(line)
     assert entry.text.splitlines() == [
@@ -60,7 +64,15 @@ def test_blocks_are_indented_and_their_words_moved_back() -> None:
 
 
 def test_the_prompt_counts_the_steps() -> None:
-    entry = ProgramEntry(".PROGRAM demo")
+    entry = Entry(".PROGRAM demo")
     assert (entry.prompt, entry.indent) == ("    1.? ", "    ")
     entry.add("WHILE TRUE DO")
     assert (entry.prompt, entry.indent) == ("    2.? ", "        ")
+
+
+def test_a_section_is_kept_as_it_is_typed() -> None:
+    entry = Entry(".REALS")
+    assert not entry.program
+    entry.add("  for 2")
+    entry.add("count 12")
+    assert (entry.indent, entry.text) == ("", ".REALS\nfor 2\ncount 12\n.END\n")

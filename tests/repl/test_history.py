@@ -13,7 +13,9 @@ def test_it_follows_the_state_folder(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("state", ["", "relative/folder"])
-def test_without_an_absolute_folder_it_is_below_home(state: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_without_an_absolute_folder_it_is_below_home(
+    state: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
     assert history_path({"XDG_STATE_HOME": state}) == tmp_path / ".local" / "state" / "vrs" / "history"
 

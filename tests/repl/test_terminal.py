@@ -101,7 +101,9 @@ def test_a_person_is_a_dialogue() -> None:
     assert isinstance(Person().terminal, Dialogue)
 
 
-@pytest.mark.parametrize(("answer", "agreed"), [("Y", True), (" yes", True), ("n", False), ("", False), (CTRL_C, False)])
+@pytest.mark.parametrize(
+    ("answer", "agreed"), [("Y", True), (" yes", True), ("n", False), ("", False), (CTRL_C, False)]
+)
 def test_questions(answer: str, agreed: bool) -> None:
     person = Person(answer)
     assert person.terminal.confirm("Are you sure (Y/N)?") is agreed

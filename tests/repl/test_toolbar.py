@@ -15,7 +15,13 @@ def test_clock_tool_speeds_configuration_and_the_last_message() -> None:
     session.engine.perform(SetMonitorSpeed(50.0))
     session.engine.perform(SetSpeed(250.0, unit=SpeedUnit.MMPS, always=True))
     text = toolbar(session, "Program completed", 160)
-    for part in ("t 0.00 s", "X -20.3  Y 149.1  Z 921.1", "50 % / 250 MMPS", "RIGHTY ABOVE NOFLIP", "Program completed"):
+    for part in (
+        "t 0.00 s",
+        "X -20.3  Y 149.1  Z 921.1",
+        "50 % / 250 MMPS",
+        "RIGHTY ABOVE NOFLIP",
+        "Program completed",
+    ):
         assert part in text
 
 

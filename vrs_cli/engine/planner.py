@@ -186,10 +186,8 @@ def plan(
     `insert` false: what was scheduled after it is dropped. Raises MotionError when the motion, or a scheduled one that
     would have to be planned again, is not possible; the message names the latter.
     """
-    place = _place(timeline, executed)
-    here = state_at(arm, place.segment, min(executed - place.segment.start, place.segment.duration))
-    if not place.interrupts:
-        here = standing(here)
+    place = _place(arm, timeline, executed)
+    here = place.here
     new = plan_motion(arm, here, motion, executed, slowest)
     if insert:
         replanned = _Rescheduling(arm, timeline, place, executed, new, standing(here), slowest).result()
@@ -213,26 +211,29 @@ def plan(
 class Place:
     """Where a time cuts the timeline: after `keep` segments, inside or at the end of `segment`, the last of them.
 
-    `interrupts`: the motion of `segment` is under way then. A motion that would begin just then from rest is not: it
-    is scheduled later.
+    `here` is the state then. `interrupts`: the motion of `segment` is under way. One that would begin just then from
+    rest is not: it is scheduled later.
     """
 
     keep: int
     segment: Segment
+    here: Here
     interrupts: bool
 
 
-def _place(timeline: Timeline, t: float) -> Place:
+def _place(arm: RobotArm, timeline: Timeline, t: float) -> Place:
     keep = timeline.index_at(t) + 1
     while keep > 1 and timeline[keep - 1].start >= t and timeline[keep - 1].duration > 0.0:
         keep -= 1  # of segments of no length those at t have happened
     segment = timeline[keep - 1]
+    here = state_at(arm, segment, min(t - segment.start, segment.duration))
     if segment.finish > t:
-        return Place(keep, segment, True)
+        return Place(keep, segment, here, True)
     if keep == len(timeline) or timeline[keep].start > t:
-        return Place(keep, segment, False)
-    following = timeline[keep].motion
-    return Place(keep, segment, following.number == segment.motion.number or following.start is Start.BLEND)
+        return Place(keep, segment, standing(here), False)
+    moving = not state_at(arm, timeline[keep], 0.0).joints.at_rest
+    under_way = moving or timeline[keep].motion.number == segment.motion.number
+    return Place(keep, segment, here if moving else standing(here), under_way)
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,9 +286,8 @@ class _Rescheduling:
 
     def _unchanged(self, following: Segment) -> bool:
         """Whether a motion begins as before: at rest, in the same place."""
-        if following.motion.start is Start.BLEND:
-            return False
-        return largest_change(self.place.joints.joints, segment_joints(self.arm, following, 0.0)) <= SAME_PLACE
+        before = state_at(self.arm, following, 0.0).joints
+        return before.at_rest and largest_change(self.place.joints.joints, before.joints) <= SAME_PLACE
 
     def _begin(self, following: Segment) -> float:
         """When a motion that starts from rest begins."""

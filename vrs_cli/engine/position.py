@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from vrs_cli.engine.planner import segment_joints
@@ -14,6 +15,7 @@ from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.trajectory.block_table import BlockTable, block_table
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
+    Rows = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,74 +121,48 @@ def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> Positions:
         np.empty((len(times), 3, 4)),
         np.empty(len(times)),
     )
-    for segment, rows in _groups(timeline, times):
-        _fill(arm, segment, rows, result)
+    order = np.argsort(times, kind="stable")
+    for table, rows in _blocks(timeline, times, order):
+        _fill(arm, table, rows, result)
     return result
 
 
-def _groups(timeline: Timeline, times: Floats) -> Iterator[tuple[Segment, NDArray[np.intp]]]:
-    """The rows of `times` that fall to each segment."""
+def _blocks(timeline: Timeline, times: Floats, order: Rows) -> Iterator[tuple[BlockTable, Rows]]:
+    """The rows of `times`, by `order` in their order, that fall to each block of the timeline."""
     import numpy as np
 
-    order = np.argsort(times, kind="stable")
     ordered = times[order]
-    first = 0
-    while first < len(ordered):
-        index = timeline.index_at(float(ordered[first]))
-        last = len(ordered)
-        if index + 1 < len(timeline):
-            last = max(int(np.searchsorted(ordered, timeline[index + 1].start, side="left")), first + 1)
-        yield timeline[index], order[first:last]
-        first = last
+    begins = timeline.block_begins
+    cuts = [0, *np.searchsorted(ordered, begins[1:], side="left"), len(ordered)]
+    for block, (first, last) in enumerate(pairwise(cuts)):
+        if first < last:
+            yield block_table(timeline.block(block), begins[block]), order[first:last]
 
 
-def _fill(arm: RobotArm, segment: Segment, rows: NDArray[np.intp], out: Positions) -> None:
+def _fill(arm: RobotArm, table: BlockTable, rows: Rows, out: Positions) -> None:
+    """What the segments of one block say of the times in `rows`, which are in order."""
     import numpy as np
 
     from vrs_cli.kinematics import transform_batch as batch
 
-    frames = segment.motion.frames
-    s = np.clip(out.times[rows] - segment.start, 0.0, segment.duration)
-    path = segment.path
-    if isinstance(path, JointPath):
-        q, qd, qdd = _joint_rows(path, s)
-    else:
-        q, qd, qdd = _cartesian_rows(arm, segment, s)
-    moving = ((out.times[rows] < segment.finish) & (out.times[rows] >= segment.start))[:, None]
+    local = out.times[rows] - table.offset
+    places = np.clip(np.searchsorted(table.starts, local, side="right") - 1, 0, None)
+    since = local - table.starts[places]
+    s = np.clip(since, 0.0, table.durations[places])
+    q, qd, qdd = table.rates(places, s)
+    for row in np.flatnonzero(table.straight[places]):
+        segment = table.segments[places[row]]
+        joints = segment_joints(arm, segment, float(s[row]))
+        q[row] = joints
+        qd[row], qdd[row] = _rates(arm, segment, float(s[row]), joints)
+    moving = ((since >= 0.0) & (since < table.durations[places]) & ~table.resting[places])[:, None]
     out.joints[rows] = q
     out.velocity[rows] = np.where(moving, qd, 0.0)
     out.acceleration[rows] = np.where(moving, qdd, 0.0)
-    T_world_robot, T_flange_tool = batch.stack([inverse(frames.base), frames.tool])
-    T_world_flange = batch.compose_batch(T_world_robot, arm.forward_batch(q))
-    out.T_world_tool[rows] = batch.compose_batch(T_world_flange, T_flange_tool)
-    out.hand[rows] = segment.motion.hand
-
-
-def _joint_rows(path: JointPath, s: Floats) -> tuple[Floats, Floats, Floats]:
-    import numpy as np
-
-    degree = len(path.coefficients[0])
-    a = np.array(path.coefficients)
-    powers = np.arange(degree, dtype=float)
-    first = a[:, 1:] * powers[1:]
-    second = first[:, 1:] * powers[1:-1]
-    return _horner(a, s), _horner(first, s), _horner(second, s)
-
-
-def _horner(a: Floats, s: Floats) -> Floats:
-    """Rows of ascending coefficients (n, k) at (N,) -> (N, n)."""
-    import numpy as np
-
-    result = np.zeros((len(s), len(a)))
-    for column in a.T[::-1]:
-        result = result * s[:, None] + column
-    return result
-
-
-def _cartesian_rows(arm: RobotArm, segment: Segment, s: Floats) -> tuple[Floats, Floats, Floats]:
-    """The scalar function row by row: its seeds make every row independent of the others."""
-    import numpy as np
-
-    rows = [segment_joints(arm, segment, float(x)) for x in s]
-    rates = [_rates(arm, segment, float(x), q) for x, q in zip(s, rows, strict=True)]
-    return np.array(rows), np.array([v for v, _ in rates]), np.array([a for _, a in rates])
+    out.hand[rows] = table.hand[places]
+    T_robot_flange = arm.forward_batch(q)
+    for number, frames in enumerate(table.frames):
+        with_these = table.frame_number[places] == number
+        T_world_robot, T_flange_tool = batch.stack([inverse(frames.base), frames.tool])
+        T_world_flange = batch.compose_batch(T_world_robot, T_robot_flange[with_these])
+        out.T_world_tool[rows[with_these]] = batch.compose_batch(T_world_flange, T_flange_tool)

@@ -13,7 +13,6 @@ __all__ = [
     "decode_program",
     "find_program_file",
     "read_program_file",
-    "with_extension",
     "write_atomically",
 ]
 
@@ -56,12 +55,6 @@ def find_program_file(path: str | Path) -> Path:
     if named.is_dir():
         raise FileError(f"{named} is a folder", "name a program file")
     raise NonexistentFile(str(named), _near(named))
-
-
-def with_extension(path: str | Path) -> Path:
-    """The name to store under: `.v2` added where there is no extension."""
-    named = Path(path)
-    return named if named.suffix else named.with_name(named.name + EXTENSION)
 
 
 def _bytes(path: Path) -> bytes:

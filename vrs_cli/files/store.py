@@ -132,6 +132,7 @@ def _program_key(argument: object) -> Iterator[str]:
 
 
 def variables_used(programs: Iterable[Program]) -> frozenset[str]:
+    """The keys of all variables that the programs name; a bare name may be of a real or a location."""
     return frozenset(node.key for program in programs for node in _nodes(program) if isinstance(node, ast.Variable))
 
 

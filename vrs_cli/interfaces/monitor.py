@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -62,7 +62,6 @@ from vrs_cli.language.ast import (
     BadLine,
     Call,
     Expression,
-    File,
     Instruction,
     Kind,
     Variable,
@@ -143,9 +142,9 @@ def _path(it: Instruction) -> Path:
 
 
 def _shown(expression: Expression) -> str:
-    from vrs_cli.language.printer import print_expression
+    from vrs_cli.language.printer import expression_text
 
-    return print_expression(expression)
+    return expression_text(expression)
 
 
 # --- where the robot is --------------------------------------------------------------------------------------------
@@ -331,14 +330,14 @@ def _listp(session: Session, it: Instruction) -> Iterator[Reply]:
 
 def listing(stored: StoredProgram) -> ProgramText:
     """The canonical text of a program, its steps numbered."""
-    from vrs_cli.language.printer import print_file
+    from vrs_cli.language.printer import program_header, step_texts
 
-    header, *lines = print_file(File((stored.program,))).splitlines()
+    program = stored.program
     steps = tuple(
-        ListedStep(number, line, bad=isinstance(step.statement, BadLine))
-        for number, (step, line) in enumerate(zip(stored.program.steps, lines, strict=False), 1)
+        ListedStep(number, text, bad=isinstance(step.statement, BadLine))
+        for number, (step, text) in enumerate(zip(program.steps, step_texts(program), strict=True), 1)
     )
-    return ProgramText(header, steps)
+    return ProgramText(program_header(program), steps)
 
 
 def _directory(session: Session, it: Instruction) -> Iterator[Reply]:
@@ -384,12 +383,15 @@ def _rename(session: Session, it: Instruction) -> Iterator[Reply]:
 # --- deleting ------------------------------------------------------------------------------------------------------
 
 
-def _sure(session: Session, what: str) -> None:
-    """Raises UsageError unless the user agrees, or has said DISABLE INTERACTIVE."""
+def _refused(session: Session, question: str) -> Message | None:
+    """None where the user agrees, or has said DISABLE INTERACTIVE; otherwise what is said of it."""
     if not session.engine.parameters.switch("INTERACTIVE"):
-        return
-    if not session.terminal.confirm(f"{what} Are you sure (Y/N)?"):
-        raise UsageError("nothing was deleted", "answer Y, or DISABLE INTERACTIVE to be asked no more")
+        return None
+    if session.terminal.confirm(f"{question} Are you sure (Y/N)?"):
+        return None
+    if isinstance(session.terminal, Dialogue):
+        return Message("Nothing is deleted")
+    return Message("*Not confirmed* nothing is deleted (DISABLE INTERACTIVE deletes without a question)", Tone.ERROR)
 
 
 def _delete(session: Session, it: Instruction) -> Iterator[Reply]:
@@ -402,19 +404,23 @@ def _delete(session: Session, it: Instruction) -> Iterator[Reply]:
     outside = [key for key in environment.programs if key not in under]
     kept = {program.key for program in with_called(environment, outside)} - named
     doomed = [environment.programs[key] for key in environment.programs if key in under - kept]
-    _sure(session, f"{_listed(program.name for program in doomed)} and what only they use will be deleted.")
+    refused = _refused(session, f"{_listed(program.name for program in doomed)} and what only they use go.")
+    if refused:
+        yield refused
+        return
     still_used = variables_used(environment.programs[key].program for key in kept)
     for name in variables_used(program.program for program in doomed) - still_used:
         environment.delete(name)
     _drop_programs(session, doomed)
-    yield from ()
 
 
 def _deletep(session: Session, it: Instruction) -> Iterator[Reply]:
     doomed = [session.environment.program(_text(argument)) for argument in it.arguments]
-    _sure(session, f"{_listed(program.name for program in doomed)} will be deleted.")
-    _drop_programs(session, doomed)
-    yield from ()
+    refused = _refused(session, f"{_listed(program.name for program in doomed)} will be deleted.")
+    if refused:
+        yield refused
+    else:
+        _drop_programs(session, doomed)
 
 
 def _drop_programs(session: Session, doomed: Iterable[StoredProgram]) -> None:
@@ -427,10 +433,12 @@ def _drop_programs(session: Session, doomed: Iterable[StoredProgram]) -> None:
 def _delete_variables(*kinds: Kind) -> Handler:
     def delete(session: Session, it: Instruction) -> Iterator[Reply]:
         doomed = [_variable_of(session, argument, kinds) for argument in it.arguments]
-        _sure(session, f"{_listed(map(_shown, cast('Sequence[Expression]', it.arguments)))} will be deleted.")
+        refused = _refused(session, f"{_listed(name for name, _ in doomed)} will be deleted.")
+        if refused:
+            yield refused
+            return
         for name, index in doomed:
             session.environment.delete(name, index)
-        yield from ()
 
     return delete
 
@@ -450,11 +458,13 @@ def _variable_of(session: Session, expression: Expression | None, kinds: tuple[K
 
 
 def _zero(session: Session, _it: Instruction) -> Iterator[Reply]:
-    _sure(session, "All programs and variables will be deleted.")
+    refused = _refused(session, "All programs and variables will be deleted.")
+    if refused:
+        yield refused
+        return
     session.environment.programs.clear()
     session.environment.clear_variables()
     session.last_program, session.task = None, None
-    yield from ()
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Protocol
 
 from vrs_cli.engine.clock import Clock
@@ -13,9 +13,9 @@ from vrs_cli.interfaces.readings import Readings
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Reply
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, load_robot
-from vrs_cli.language.ast import DoInstruction, File, Instruction, Program, Section, Statement
+from vrs_cli.language.ast import DoInstruction, File, Instruction, Program, ProgramHeader, Section, Statement
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity
-from vrs_cli.language.environment import Environment
+from vrs_cli.language.environment import Environment, Reference
 from vrs_cli.language.runtime import Task, statement_task
 from vrs_cli.language.values import Value
 
@@ -95,7 +95,7 @@ class Session:
     def execute(
         self,
         program: str | None = None,
-        arguments: tuple[Value, ...] = (),
+        arguments: Sequence[Reference | Value | None] = (),
         cycles: int = 1,
         step: int = 1,
         *,

@@ -29,7 +29,8 @@ INDEXES = 3
 
 def _end(child: Any) -> int:
     """The column after a token or a node."""
-    return child.end if type(child) is Token else child.span.end  # type: ignore[no-any-return]
+    end: int = child.end if type(child) is Token else child.span.end
+    return end
 
 
 def _from(first: Token | Expression, last: Any) -> Span:
@@ -206,8 +207,12 @@ class _Given:
     def items(self, items: list[Expression | None]) -> None:
         if self.value is None:
             self.arguments += items
-        else:
-            self.value = items
+            return
+        self.value = items
+        beyond = items[1] if len(items) > 1 else None
+        if beyond is not None and self.row.value is not None and not self.row.value.repeated:
+            hint = f"the form is {self.row.form}"
+            raise LineRefused(error(CannotInterpret, beyond.span, f"{self.row.name}: too many values", hint))
 
     def modifier(self, token: Token, expression: Expression | None) -> None:
         sort = _SORTS[token.type]
@@ -257,7 +262,7 @@ class _Given:
         return _shaped(self.value, (row.value,))[0]
 
     def modifiers(self) -> ast.Modifiers:
-        if self.at is self.within is self.unit is None and not self.always:
+        if self.at is None and self.within is None and self.unit is None and not self.always:
             return ast.NO_MODIFIERS
         return ast.Modifiers(self.at, self.within, self.always, self.unit)
 

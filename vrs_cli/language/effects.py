@@ -508,10 +508,6 @@ def _parameter(_context: Context, it: Operands) -> Iterable[Yielded]:
     return (SetParameter(cast(str, it.get(0)), cast("float | str", it.value)),)
 
 
-def _nothing(_context: Context, _it: Operands) -> Iterable[Yielded]:
-    return NOTHING
-
-
 def _flow(effect: Effect) -> Handler:
     def flow(_context: Context, _it: Operands) -> Iterable[Yielded]:
         return (effect,)
@@ -578,7 +574,6 @@ HANDLERS: Mapping[str, Handler] = {
     "DISABLE": _switches(on=False),
     "SWITCH": _switch,
     "PARAMETER": _parameter,
-    "REMARK": _nothing,
     "RETURN": _flow(Return()),
     "STOP": _flow(Stop()),
     "PAUSE": _flow(Pause()),

@@ -294,10 +294,10 @@ class StoredProgram:
         line = self.program.steps[step].span.line
         if 1 <= line <= len(self.lines):
             return self.lines[line - 1].strip()
-        from vrs_cli.language.compiler import text_of
+        from vrs_cli.language.printer import statement_text
 
         statement = self.program.steps[step].statement
-        return "" if statement is None else text_of(statement)
+        return "" if statement is None else statement_text(statement)
 
 
 # --- the robot as programs see it ----------------------------------------------------------------------------------

@@ -8,49 +8,56 @@ for an argument whose shape is a variable, a `Reference`. Sources: V+ Language R
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import reduce
-from math import cos, radians, sin, sqrt
-from operator import or_
+from math import radians
 
-from vrs_cli import __version__, errors
-from vrs_cli.errors import ArithmeticOverflow, IllegalValue, NegativeSquareRoot, VrsError
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import (
-    IDENTITY,
-    Transform,
-    Vector,
-    at_position,
-    from_oat,
-    inverse,
-    normalised,
-    position,
-    rotation_x,
-    rotation_y,
-    rotation_z,
-    translation,
-)
-from vrs_cli.kinematics.transform import distance as metres_between
+from vrs_cli import __version__
+from vrs_cli.kinematics.transform import IDENTITY, inverse, normalised, rotation_x, rotation_y, rotation_z
 from vrs_cli.language.ast import Kind
-from vrs_cli.language.environment import Context, Reference
-from vrs_cli.language.values import (
-    FALSE,
-    INTEGER_HIGH,
-    TRUE,
-    TypeItem,
-    Value,
-    encode,
-    in_degrees,
-    integer,
-    integer_between,
-    leading_number,
-    millimetres,
-    plain,
-    quadrant,
-    whole,
+from vrs_cli.language.operations import (
+    arc_tangent,
+    bit_mask,
+    bits_of,
+    character,
+    clock_text,
+    code_of,
+    cosine,
+    decoded,
+    distance,
+    encoded,
+    fraction,
+    frame,
+    from_bcd,
+    identical,
+    integer_part,
+    last_index,
+    message,
+    middle,
+    numeric,
+    outside,
+    packer,
+    position_of,
+    precision_point,
+    scale,
+    shift,
+    sign,
+    signal_installed,
+    signals_on,
+    sine,
+    square,
+    square_root,
+    string_order,
+    tangent,
+    test_and_set,
+    to_bcd,
+    trans,
+    truncate,
+    truth,
+    unpacker,
+    value_of,
 )
+from vrs_cli.language.values import FALSE, TRUE, Value, millimetres, whole
 from vrs_cli.language.words import Argument, Shape, State
 
 
@@ -92,313 +99,6 @@ def _form(arguments: tuple[Argument, ...], with_by: bool) -> str:
     return shown
 
 
-# --- arithmetic --------------------------------------------------------------------------------------------------
-
-
-def truth(condition: bool) -> float:
-    """-1 or 0."""
-    return TRUE if condition else FALSE
-
-
-def _sign(x: float) -> float:
-    return -1.0 if x < 0.0 else 1.0
-
-
-def _square(x: float) -> float:
-    return x * x
-
-
-def _square_root(x: float) -> float:
-    if x < 0.0:
-        raise NegativeSquareRoot(f"SQRT({plain(x)})", "the argument must not be negative")
-    return sqrt(x)
-
-
-def _integer_part(x: float) -> float:
-    return float(math.trunc(x))
-
-
-def _fraction(x: float) -> float:
-    return x - math.trunc(x)
-
-
-_SINES: tuple[Callable[[float], float], ...] = (sin, cos, lambda x: -sin(x), lambda x: -cos(x))
-
-
-def _sine(angle: float) -> float:
-    right_angles, rest = quadrant(angle)
-    return _SINES[right_angles](rest) + 0.0
-
-
-def _cosine(angle: float) -> float:
-    right_angles, rest = quadrant(angle)
-    return _SINES[(right_angles + 1) % 4](rest) + 0.0
-
-
-def _tangent(angle: float) -> float:
-    cosine = _cosine(angle)
-    if cosine == 0.0:
-        raise ArithmeticOverflow(f"TAN({plain(angle)})", "the tangent of a right angle is infinite")
-    return _sine(angle) / cosine
-
-
-def _arc_tangent(y: float, x: float) -> float:
-    return in_degrees(math.atan2(y, x))
-
-
-def _outside(low: float, value: float, high: float) -> float:
-    return truth(value < low or value > high)
-
-
-def modulo(a: float, b: float) -> float:
-    """`a MOD b`: both rounded to integers; the sign is that of a. Raises ArithmeticOverflow for b = 0."""
-    dividend, divisor = integer(a), integer(b)
-    if divisor == 0:
-        raise ArithmeticOverflow(f"{plain(a)} MOD {plain(b)}", "the divisor is 0")
-    return float(math.fmod(dividend, divisor)) + 0.0
-
-
-def power(a: float, b: float) -> float:
-    """`a ** b`. Raises ArithmeticOverflow, and IllegalValue for the root of a negative number."""
-    if a < 0.0 and b != math.trunc(b):
-        raise IllegalValue(f"{plain(a)} ** {plain(b)}", "a negative number has whole powers only")
-    try:
-        return float(a**b)
-    except (OverflowError, ZeroDivisionError):
-        raise ArithmeticOverflow(f"{plain(a)} ** {plain(b)}") from None
-
-
-# --- bits --------------------------------------------------------------------------------------------------------
-
-_BCD_DIGITS = 6  # four bits each fill 24
-
-
-def _to_bcd(x: float) -> float:
-    digits = integer_between(x, 0, 10**_BCD_DIGITS - 1, "BCD of")
-    return float(int(str(digits), 16))
-
-
-def _from_bcd(x: float) -> float:
-    text = format(integer_between(x, 0, INTEGER_HIGH, "DCB of"), "x")
-    if not text.isdecimal():
-        raise IllegalValue(f"DCB({plain(x)})", "every four bits must be a digit from 0 to 9")
-    return float(int(text))
-
-
-def _bit_mask(*bits: float) -> float:
-    masks = (1 << (integer_between(bit, 1, 24, "bit") - 1) for bit in bits)
-    return float(reduce(or_, masks, 0))
-
-
-def _signal(context: Context, *numbers: float) -> float:
-    states = [context.environment.signals.read(number) for number in numbers]
-    return truth(all(states))
-
-
-def _signal_installed(context: Context, number: float) -> float:
-    return truth(context.environment.signals.exists(number))
-
-
-def _bits(context: Context, first: float, count: float | None) -> float:
-    return float(context.environment.signals.read_bits(first, 1.0 if count is None else count))
-
-
-# --- locations ---------------------------------------------------------------------------------------------------
-
-
-NULL_ANGLES = (90.0, -90.0, 0.0)  # O, A, T of the identity (val2 section 6.2)
-
-
-def _distance(a: Transform, b: Transform) -> float:
-    return millimetres(metres_between(a, b))
-
-
-def _or(number: float | None, default: float) -> float:
-    return default if number is None else number
-
-
-def _trans(*numbers: float | None) -> Transform:
-    x, y, z = (_or(number, 0.0) / 1000.0 for number in numbers[:3])
-    angles = numbers[3:]
-    if all(angle is None for angle in angles):
-        return translation(x, y, z)  # exactly, without the rounding of two right angles
-    o, a, t = map(_or, angles, NULL_ANGLES)
-    return from_oat(x, y, z, radians(o), radians(a), radians(t))
-
-
-def _precision_point(context: Context, *joints: float | None) -> Joints:
-    dof = context.robot.dof
-    if any(joint is not None for joint in joints[dof:]):
-        raise IllegalValue(f"{len(joints)} joint angles", f"the robot has {dof} joints")
-    return tuple(radians(_or(joint, 0.0)) for joint in (*joints, *(None,) * dof)[:dof])
-
-
-def _shift(T: Transform, dx: float | None, dy: float | None = None, dz: float | None = None) -> Transform:
-    x, y, z = position(T)
-    return at_position(T, x + _or(dx, 0.0) / 1000.0, y + _or(dy, 0.0) / 1000.0, z + _or(dz, 0.0) / 1000.0)
-
-
-def _scale(T: Transform, factor: float) -> Transform:
-    x, y, z = position(T)
-    return at_position(T, x * factor, y * factor, z * factor)
-
-
-def _difference(a: Vector, b: Vector) -> Vector:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _direction(v: Vector, problem: str) -> Vector:
-    length = math.hypot(*v)
-    if length < 1e-9:
-        raise IllegalValue(f"FRAME: {problem}", "give three positions that are not on one line")
-    return v[0] / length, v[1] / length, v[2] / length
-
-
-def _frame(a: Transform, b: Transform, c: Transform, d: Transform | None) -> Transform:
-    x = _direction(_difference(position(b), position(a)), "the first two positions are the same")
-    to_c = _difference(position(c), position(a))
-    z = _direction(_cross(x, to_c), "the third position is on the line of the first two")
-    y = _cross(z, x)
-    origin = position(a if d is None else d)
-    return Transform(
-        x[0], y[0], z[0], origin[0], x[1], y[1], z[1], origin[1], x[2], y[2], z[2], origin[2]
-    )  # fmt: skip
-
-
-# --- strings -----------------------------------------------------------------------------------------------------
-
-
-def _code_of(text: str, index: float | None) -> float:
-    place = whole(_or(index, 1.0))
-    if place < 1:
-        raise IllegalValue(f"character {place} of a string", "characters count from 1")
-    return float(ord(text[place - 1])) if place <= len(text) else -1.0
-
-
-def _value_of(text: str) -> float:
-    found = leading_number(text.strip())
-    return 0.0 if found is None else found[0]
-
-
-def _position_of(text: str, part: str, start: float | None) -> float:
-    first = max(whole(_or(start, 1.0)), 1)
-    return float(text.find(part, first - 1) + 1) if part else 0.0
-
-
-def _compare(a: str, b: str) -> float:
-    return float((a > b) - (a < b))
-
-
-def _character(code: float) -> str:
-    return chr(integer_between(code, 0, 255, "character"))
-
-
-def _middle(text: str, first: float, count: float | None) -> str:
-    start = whole(first)
-    if start < 1:
-        raise IllegalValue(f"character {start} of a string", "characters count from 1")
-    size = len(text) if count is None else max(whole(count), 0)
-    return text[start - 1 : start - 1 + size]
-
-
-def _encode(*items: TypeItem) -> str:
-    return encode(items)[0]
-
-
-def _decode(source: Reference, separators: str, mode: float | None) -> str:
-    """The head of the string up to a separator, or of separators alone; the string keeps the rest."""
-    text = source.value()
-    assert isinstance(text, str)
-    wanted = whole(_or(mode, 0.0)) > 0
-    size = next((i for i, c in enumerate(text) if (c in separators) is not wanted), len(text))
-    source.assign(text[size:])
-    return text[:size]
-
-
-def _truncate(text: str) -> str:
-    return text.split("\0", 1)[0]
-
-
-def _packer(code: str, low: float, high: float) -> Callable[[float], str]:
-    """A number as the bytes of a big-endian binary form, a character a byte."""
-
-    def pack(x: float) -> str:
-        if not low <= x <= high:
-            raise IllegalValue(plain(x), f"{plain(low)} to {plain(high)} can be packed")
-        return struct.pack(f">{code}", x if code in "fd" else whole(x)).decode("latin-1")
-
-    return pack
-
-
-def _unpacker(code: str) -> Callable[[str, float | None], float]:
-    def unpack(text: str, first: float | None) -> float:
-        start = whole(_or(first, 1.0)) - 1
-        size = struct.calcsize(code)
-        piece = text[start : start + size] if start >= 0 else ""
-        if len(piece) < size:
-            raise IllegalValue(f"{len(piece)} characters", f"{size} are wanted from there on")
-        return float(struct.unpack(f">{code}", piece.encode("latin-1", "replace"))[0])
-
-    return unpack
-
-
-# --- the system --------------------------------------------------------------------------------------------------
-
-# Messages that are no errors (V+ Language Reference, system messages).
-MESSAGES = {1: "Success", 3: "Program completed", 8: "(HALTED)", 9: "(PAUSED)"}
-
-
-def _subclasses(cls: type[VrsError]) -> list[type[VrsError]]:
-    return [cls, *(found for child in cls.__subclasses__() for found in _subclasses(child))]
-
-
-def message(code: int) -> str:
-    """The text of a message code, `Unknown error code n` for one that is not used."""
-    if code in MESSAGES:
-        return MESSAGES[code]
-    if code == errors.JointOutOfRange.code:
-        return "Joint out of range"
-    texts = {cls.code: cls.text for cls in reversed(_subclasses(VrsError))}
-    return texts.get(code, f"Unknown error code {code}")
-
-
-_MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
-_FIRST_DAY = 1984  # the robot clock is counted from the first day of VAL-II's year: the same text every run
-
-
-def _clock_text(context: Context) -> str:
-    from datetime import datetime, timedelta
-
-    moment = datetime(_FIRST_DAY, 1, 1) + timedelta(seconds=math.floor(context.robot.time()))
-    return f"{moment.day:02d}-{_MONTHS[moment.month - 1]}-{moment.year % 100:02d} {moment:%H:%M:%S}"
-
-
-def _number_or_overflow(value: float | str) -> float:
-    if isinstance(value, str):
-        raise IllegalValue(f"the parameter is the word {value}", "a number is wanted here")
-    return value
-
-
-def _last_index(array: Reference) -> float:
-    indexes = [i for cells in (array.cells, array.locations) for i in cells if isinstance(i, int)]
-    return float(max(indexes, default=-1))
-
-
-def _test_and_set(variable: Reference, new: float) -> float:
-    old = variable.value()
-    assert isinstance(old, float)
-    variable.assign(new)
-    return old
-
-
-def _identical(a: Transform, b: Transform) -> float:
-    return truth(a == b)
-
-
 # --- the table ---------------------------------------------------------------------------------------------------
 
 
@@ -423,17 +123,17 @@ _AT = _real("first", optional=True)
 
 _ARITHMETIC = (
     Function("ABS", _X, Kind.REAL, "the value without its sign", "ABS(-3)", "2 +", abs),
-    Function("SIGN", _X, Kind.REAL, "-1 for a negative number, otherwise 1", "SIGN(x)", "2 +", _sign),
-    Function("SQR", _X, Kind.REAL, "the square", "SQR(3)", "2 +", _square),
-    Function("SQRT", _X, Kind.REAL, "the square root", "SQRT(2)", "2 +", _square_root),
-    Function("INT", _X, Kind.REAL, "the integer part, cut toward 0", "INT(-2.7)", "2 +", _integer_part),
-    Function("FRACT", _X, Kind.REAL, "what INT cuts off, with its sign", "FRACT(2.75)", "2 +", _fraction),
-    Function("SIN", _ANGLE, Kind.REAL, "the sine of an angle in degrees", "SIN(30)", "2 +", _sine),
-    Function("COS", _ANGLE, Kind.REAL, "the cosine of an angle in degrees", "COS(60)", "2 +", _cosine),
-    Function("TAN", _ANGLE, Kind.REAL, "the tangent of an angle in degrees", "TAN(45)", "2 +", _tangent),
+    Function("SIGN", _X, Kind.REAL, "-1 for a negative number, otherwise 1", "SIGN(x)", "2 +", sign),
+    Function("SQR", _X, Kind.REAL, "the square", "SQR(3)", "2 +", square),
+    Function("SQRT", _X, Kind.REAL, "the square root", "SQRT(2)", "2 +", square_root),
+    Function("INT", _X, Kind.REAL, "the integer part, cut toward 0", "INT(-2.7)", "2 +", integer_part),
+    Function("FRACT", _X, Kind.REAL, "what INT cuts off, with its sign", "FRACT(2.75)", "2 +", fraction),
+    Function("SIN", _ANGLE, Kind.REAL, "the sine of an angle in degrees", "SIN(30)", "2 +", sine),
+    Function("COS", _ANGLE, Kind.REAL, "the cosine of an angle in degrees", "COS(60)", "2 +", cosine),
+    Function("TAN", _ANGLE, Kind.REAL, "the tangent of an angle in degrees", "TAN(45)", "2 +", tangent),
     Function(
         "ATAN2", (_real("y"), _real("x")), Kind.REAL,
-        "the angle in degrees, -180 to 180, whose tangent is y/x", "ATAN2(1, -1)", "2 +", _arc_tangent,
+        "the angle in degrees, -180 to 180, whose tangent is y/x", "ATAN2(1, -1)", "2 +", arc_tangent,
     ),
     Function("MAX", _MORE, Kind.REAL, "the largest of its arguments", "MAX(a, b, 10)", "2 +", lambda *x: max(x)),
     Function("MIN", _MORE, Kind.REAL, "the smallest of its arguments", "MIN(a, b)", "2 +", lambda *x: min(x)),
@@ -444,13 +144,13 @@ _ARITHMETIC = (
     ),
     Function(
         "OUTSIDE", (_real("low"), _real("value"), _real("high")), Kind.REAL,
-        "TRUE where the value is below low or above high", "OUTSIDE(0, x, 10)", "2 +", _outside,
+        "TRUE where the value is below low or above high", "OUTSIDE(0, x, 10)", "2 +", outside,
     ),
-    Function("BCD", _X, Kind.REAL, "the digits of an integer, four bits each", "BCD(93)", "+", _to_bcd),
-    Function("DCB", _X, Kind.REAL, "the integer of digits of four bits each", "DCB(147)", "+", _from_bcd),
+    Function("BCD", _X, Kind.REAL, "the digits of an integer, four bits each", "BCD(93)", "+", to_bcd),
+    Function("DCB", _X, Kind.REAL, "the integer of digits of four bits each", "DCB(147)", "+", from_bcd),
     Function(
         "BMASK", (_real("bit"), _real("bits", optional=True, repeated=True)), Kind.REAL,
-        "an integer with these bits set, 1 the lowest, 24 the highest", "BMASK(1, 3)", "+", _bit_mask,
+        "an integer with these bits set, 1 the lowest, 24 the highest", "BMASK(1, 3)", "+", bit_mask,
     ),
 )  # fmt: skip
 
@@ -469,7 +169,7 @@ _LOCATIONS = (
     ),
     Function(
         "DISTANCE", (_location("a"), _location("b")), Kind.REAL,
-        "the distance of two transformations in mm", "DISTANCE(a, HERE)", "2 +", _distance,
+        "the distance of two transformations in mm", "DISTANCE(a, HERE)", "2 +", distance,
     ),
     Function(
         "INRANGE", (Argument("location", Shape.PLACE),), Kind.REAL,
@@ -478,26 +178,26 @@ _LOCATIONS = (
     ),
     Function(
         "IDENTICAL", (_location("a"), _location("b")), Kind.REAL,
-        "TRUE where two transformations are the same to the last digit", "IDENTICAL(a, b)", "+", _identical,
+        "TRUE where two transformations are the same to the last digit", "IDENTICAL(a, b)", "+", identical,
     ),
     Function(
         "TRANS", tuple(_real(name, optional=True) for name in ("x", "y", "z", "o", "a", "t")), Kind.LOCATION,
         "a transformation from X, Y, Z in mm and O, A, T in degrees; what is missing is that of NULL: "
-        "0, 0, 0, 90, -90, 0", "SET p = TRANS(500, 150, -100, 90, 90, 0)", "2 +", _trans,
+        "0, 0, 0, 90, -90, 0", "SET p = TRANS(500, 150, -100, 90, 90, 0)", "2 +", trans,
     ),
     Function(
         "#PPOINT", _JOINTS, Kind.PRECISION, "a precision point from joint angles in degrees; missing ones are 0",
-        "MOVE #PPOINT(0, -90, 90)", "2 +", _precision_point, contextual=True,
+        "MOVE #PPOINT(0, -90, 90)", "2 +", precision_point, contextual=True,
     ),
     Function(
         "SHIFT",
         (_location("location"), *(_real(name, optional=True) for name in ("dx", "dy", "dz"))), Kind.LOCATION,
-        "the transformation moved along the axes of the world by so many mm", "SHIFT(a BY 5, -5, 10)", "2 +", _shift,
+        "the transformation moved along the axes of the world by so many mm", "SHIFT(a BY 5, -5, 10)", "2 +", shift,
     ),
     Function(
         "FRAME", (_location("a"), _location("b"), _location("c"), _location("d", optional=True)), Kind.LOCATION,
         "a frame with its origin at d (at a if it is missing), X from a to b, and c on the +Y side",
-        "SET pallet = FRAME(a, b, c, a)", "2 +", _frame,
+        "SET pallet = FRAME(a, b, c, a)", "2 +", frame,
     ),
     Function(
         "INVERSE", (_location("location"),), Kind.LOCATION, "the inverse transformation", "INVERSE(a):b", "2 +",
@@ -517,7 +217,7 @@ _LOCATIONS = (
     ),
     Function(
         "SCALE", (_location("location"), _real("factor")), Kind.LOCATION,
-        "the transformation with X, Y, Z multiplied", "SCALE(a BY 0.5)", "+", _scale,
+        "the transformation with X, Y, Z multiplied", "SCALE(a BY 0.5)", "+", scale,
     ),
     Function(
         "NORMAL", (_location("location"),), Kind.LOCATION,
@@ -556,16 +256,16 @@ _SIGNALS = (
     Function(
         "SIG", (_real("signal"), _real("signals", optional=True, repeated=True)), Kind.REAL,
         "TRUE where all these signals are on (off for negative numbers)", "WAIT SIG(1001, -1002)", "2 +",
-        _signal, contextual=True,
+        signals_on, contextual=True,
     ),
     Function(
         "SIG.INS", (_real("signal"),), Kind.REAL, "TRUE where there is a signal of that number", "SIG.INS(1001)",
-        "2 +", _signal_installed, contextual=True,
+        "2 +", signal_installed, contextual=True,
     ),
     Function(
         "BITS", (_real("first"), _real("count", optional=True)), Kind.REAL,
         "signals as a binary number, the first one its lowest bit", "part = BITS(1001, 4)", "2 +",
-        _bits, contextual=True,
+        bits_of, contextual=True,
     ),
     Function(
         "TIMER", (_real("timer"),), Kind.REAL, "seconds since a timer was set", "WAIT TIMER(1) > 2", "2 +",
@@ -595,7 +295,7 @@ _SYSTEM = (
     Function(
         "PARAMETER", (Argument("parameter", Shape.PARAMETER_NAME),), Kind.REAL, "the value of a parameter",
         "PARAMETER(HAND.TIME)", "2 +",
-        lambda context, name: _number_or_overflow(context.robot.parameter(name)), contextual=True,
+        lambda context, name: numeric(context.robot.parameter(name)), contextual=True,
     ),
     Function(
         "HAND", (), Kind.REAL, "the opening of the hand: 1 open, 0 closed", "IF HAND == 0 THEN", "2 +",
@@ -603,7 +303,7 @@ _SYSTEM = (
     ),
     Function(
         "HAND.TIME", (), Kind.REAL, "seconds that the hand is given to open or close", "DELAY HAND.TIME", "2 +",
-        lambda context: _number_or_overflow(context.robot.parameter("HAND.TIME")), constant=True, contextual=True,
+        lambda context: numeric(context.robot.parameter("HAND.TIME")), constant=True, contextual=True,
     ),
     Function(
         "ERROR", _TASK, Kind.REAL, "the code of the latest error, 0 if there was none", "TYPE $ERROR(ERROR(0))",
@@ -615,11 +315,11 @@ _SYSTEM = (
     ),
     Function(
         "LAST", (Argument("array", Shape.VARIABLE),), Kind.REAL,
-        "the highest index of an array that has a value, -1 if none has", "LAST(row[])", "+", _last_index,
+        "the highest index of an array that has a value, -1 if none has", "LAST(row[])", "+", last_index,
     ),
     Function(
         "TAS", (Argument("variable", Shape.REAL_VARIABLE), _real("new")), Kind.REAL,
-        "the value of a variable, which then gets a new one", "TAS(busy, TRUE)", "+", _test_and_set,
+        "the value of a variable, which then gets a new one", "TAS(busy, TRUE)", "+", test_and_set,
     ),
     Function("PI", (), Kind.REAL, "3.14159...", "2*PI*r", "2 +", lambda: math.pi, constant=True),
     Function("TRUE", (), Kind.REAL, "-1", "done = TRUE", "2 +", lambda: TRUE, constant=True),
@@ -633,57 +333,57 @@ _STRINGS = (
              lambda text: float(len(text))),
     Function(
         "ASC", (_string("$s"), _real("index", optional=True)), Kind.REAL,
-        "the code of a character, counted from 1; -1 beyond the end", "ASC($s, 2)", "2 +", _code_of,
+        "the code of a character, counted from 1; -1 beyond the end", "ASC($s, 2)", "2 +", code_of,
     ),
     Function("VAL", (_string("$s"),), Kind.REAL, "the number that a string begins with, 0 if none",
-             'VAL("12.5 mm")', "2 +", _value_of),
+             'VAL("12.5 mm")', "2 +", value_of),
     Function(
         "POS", (_string("$s"), _string("$part"), _real("start", optional=True)), Kind.REAL,
         "where a part begins in a string, counted from 1; 0 if it is not there", 'POS("part.v2", ".")', "2 +",
-        _position_of,
+        position_of,
     ),
     Function("STRDIF", (_string("$a"), _string("$b")), Kind.REAL, "-1, 0 or 1: $a before, equal to or after $b",
-             "STRDIF($a, $b)", "2 +", _compare),
-    Function("$CHR", (_real("code"),), Kind.STRING, "the character of a code", "$CHR(34)", "2 +", _character),
+             "STRDIF($a, $b)", "2 +", string_order),
+    Function("$CHR", (_real("code"),), Kind.STRING, "the character of a code", "$CHR(34)", "2 +", character),
     Function(
         "$MID", (_string("$s"), _real("first"), _real("count", optional=True)), Kind.STRING,
-        "part of a string: so many characters from the first, counted from 1", "$MID($s, 1, 3)", "2 +", _middle,
+        "part of a string: so many characters from the first, counted from 1", "$MID($s, 1, 3)", "2 +", middle,
     ),
     Function(
         "$ENCODE", (Argument("item", Shape.ITEM), Argument("items", Shape.ITEM, optional=True, repeated=True)),
-        Kind.STRING, "what TYPE would print, as a string", "$s = $ENCODE(/F6.2, x)", "2 +", _encode,
+        Kind.STRING, "what TYPE would print, as a string", "$s = $ENCODE(/F6.2, x)", "2 +", encoded,
     ),
     Function(
         "$DECODE",
         (Argument("$variable", Shape.STRING_VARIABLE), _string("$separators"), _real("mode", optional=True)),
         Kind.STRING,
         "takes the front of a string up to a separator (mode 1: the separators) and leaves the rest in the variable",
-        '$word = $DECODE($line, " ,", 0)', "2 +", _decode,
+        '$word = $DECODE($line, " ,", 0)', "2 +", decoded,
     ),
     Function("$ERROR", (_real("code"),), Kind.STRING, "the text of an error code", "$ERROR(-610)", "2 +",
              lambda code: message(whole(code))),
     Function("$TIME", (), Kind.STRING, "the robot clock as date and time, counted from 01-Jan-84", "TYPE $TIME()",
-             "+", _clock_text, contextual=True),
+             "+", clock_text, contextual=True),
     Function("$ID", (_real("which", optional=True),), Kind.STRING, "name and version of the system", "TYPE $ID()",
              "+", lambda _=None: f"vrs {__version__}"),
     Function("$TRUNCATE", (_string("$s"),), Kind.STRING, "the string up to its first zero character",
-             "$TRUNCATE($s)", "+", _truncate),
+             "$TRUNCATE($s)", "+", truncate),
     Function("$INTB", _X, Kind.STRING, "an integer as two characters", "$INTB(500)", "+",
-             _packer("h", -32768.0, 32767.0)),
+             packer("h", -32768.0, 32767.0)),
     Function("$LNGB", _X, Kind.STRING, "an integer as four characters", "$LNGB(70000)", "+",
-             _packer("i", -2147483648.0, 2147483647.0)),
+             packer("i", -2147483648.0, 2147483647.0)),
     Function("$FLTB", _X, Kind.STRING, "a real in single precision as four characters", "$FLTB(1.5)", "+",
-             _packer("f", -3.4028234e38, 3.4028234e38)),
+             packer("f", -3.4028234e38, 3.4028234e38)),
     Function("$DBLB", _X, Kind.STRING, "a real in double precision as eight characters", "$DBLB(1.5)", "+",
-             _packer("d", -3.4028235e38, 3.4028235e38)),
+             packer("d", -3.4028235e38, 3.4028235e38)),
     Function("INTB", (_string("$s"), _AT), Kind.REAL, "the integer of two characters of a string", "INTB($s)", "+",
-             _unpacker("h")),
+             unpacker("h")),
     Function("LNGB", (_string("$s"), _AT), Kind.REAL, "the integer of four characters of a string", "LNGB($s, 3)",
-             "+", _unpacker("i")),
+             "+", unpacker("i")),
     Function("FLTB", (_string("$s"), _AT), Kind.REAL, "the single-precision real of four characters", "FLTB($s)",
-             "+", _unpacker("f")),
+             "+", unpacker("f")),
     Function("DBLB", (_string("$s"), _AT), Kind.REAL, "the double-precision real of eight characters", "DBLB($s)",
-             "+", _unpacker("d")),
+             "+", unpacker("d")),
 )  # fmt: skip
 
 

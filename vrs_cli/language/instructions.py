@@ -228,7 +228,14 @@ _INPUT_OUTPUT = (
         'PROMPT "How many? ", count',
         "1 2 +",
     ),
-    Word("SIGNAL", (SIGNALS,), Route.PROGRAM, "turn signals on, or off where the number is negative", "SIGNAL 1, -2", "1 2 +"),
+    Word(
+        "SIGNAL",
+        (SIGNALS,),
+        Route.PROGRAM,
+        "turn signals on, or off where the number is negative",
+        "SIGNAL 1, -2",
+        "1 2 +",
+    ),
     Word("RESET", (), Route.PROGRAM, "turn all output signals off", "RESET", "1 2 +"),
     Word(
         "BITS",
@@ -267,14 +274,30 @@ _FLOW = (
 )
 
 _PLANNED = (
-    _planned("REACT", (Argument("signal", Shape.SIGNALS), PROGRAM, real("priority", True)), "call a program when a signal changes", "1 2 +"),
-    _planned("REACTI", (Argument("signal", Shape.SIGNALS), PROGRAM, real("priority", True)), "REACT that stops the motion at once", "1 2 +"),
+    _planned(
+        "REACT",
+        (Argument("signal", Shape.SIGNALS), PROGRAM, real("priority", True)),
+        "call a program when a signal changes",
+        "1 2 +",
+    ),
+    _planned(
+        "REACTI",
+        (Argument("signal", Shape.SIGNALS), PROGRAM, real("priority", True)),
+        "REACT that stops the motion at once",
+        "1 2 +",
+    ),
     _planned("REACTE", (Argument("program", Shape.PROGRAM, optional=True),), "call a program on any error", "+"),
     _planned("IGNORE", (Argument("signal", Shape.SIGNALS),), "end REACT or REACTI", "1 2 +"),
     _planned("LOCK", (real("priority"),), "program priority, which reactions must exceed", "2 +"),
     _planned("RUNSIG", (Argument("signal", Shape.SIGNALS),), "keep a signal on while the program runs", "2 +"),
     _planned("GRASP", (real("width"), LABEL), "close the hand and check its opening", "1 2"),
-    _planned("ALTER", (UNIT, real("dx"), real("dy", True), real("dz", True), real("rx", True), real("ry", True), real("rz", True)), "change the path while it is driven", "2 +", route=Route.MOTION),
+    _planned(
+        "ALTER",
+        (UNIT, real("dx"), real("dy", True), real("dz", True), real("rx", True), real("ry", True), real("rz", True)),
+        "change the path while it is driven",
+        "2 +",
+        route=Route.MOTION,
+    ),
     _planned("ALTON", (UNIT, real("mode", True)), "begin to change the path", "2 +", route=Route.MOTION),
     _planned("ALTOFF", (), "end the changing of the path", "2 +", route=Route.MOTION),
     _planned("NOALTER", (), "end the changing of the path", "2", route=Route.MOTION),
@@ -284,17 +307,39 @@ _PLANNED = (
     _planned("CALLS", (TEXT,), "call the program that a string names", "+"),
     _planned("RETURNE", (), "return from an error reaction to the next step", "+"),
     _planned("EXECUTE", (PROGRAM, real("cycles", True), real("step", True)), "start another task", "+"),
-    _planned("PCEXECUTE", (PROGRAM, real("cycles", True), real("step", True)), "start the process control program", "2"),
+    _planned(
+        "PCEXECUTE", (PROGRAM, real("cycles", True), real("step", True)), "start the process control program", "2"
+    ),
     _planned("ABORT", (TASK,), "stop a task", "+", note="use HALT"),
     _planned("KILL", (TASK,), "clear a task", "+"),
     _planned("CYCLE.END", (TASK,), "let a task end after its cycle", "+"),
     _planned("PROCEED", (TASK,), "let a task go on", "+"),
     _planned("RETRY", (TASK,), "let a task repeat its step", "+"),
     _planned("WAIT.EVENT", (real("mask", True), real("seconds", True)), "wait for an event", "+"),
-    _planned("CALIBRATE", (), "find the zero of the joints", "+", route=Route.POSITION, note="a virtual robot is calibrated"),
-    _planned("AUTO", (Argument("variable", Shape.VARIABLE, repeated=True),), "variables of one call", "+", note="every variable is global"),
-    _planned("LOCAL", (Argument("variable", Shape.VARIABLE, repeated=True),), "variables of one program", "+", note="every variable is global"),
-    _planned("GLOBAL", (Argument("variable", Shape.VARIABLE, repeated=True),), "variables of all programs", "+", note="every variable is global"),
+    _planned(
+        "CALIBRATE", (), "find the zero of the joints", "+", route=Route.POSITION, note="a virtual robot is calibrated"
+    ),
+    _planned(
+        "AUTO",
+        (Argument("variable", Shape.VARIABLE, repeated=True),),
+        "variables of one call",
+        "+",
+        note="every variable is global",
+    ),
+    _planned(
+        "LOCAL",
+        (Argument("variable", Shape.VARIABLE, repeated=True),),
+        "variables of one program",
+        "+",
+        note="every variable is global",
+    ),
+    _planned(
+        "GLOBAL",
+        (Argument("variable", Shape.VARIABLE, repeated=True),),
+        "variables of all programs",
+        "+",
+        note="every variable is global",
+    ),
     _planned("ATTACH", (UNIT, Argument("$device", Shape.STRING, optional=True)), "take hold of a device", "+"),
     _planned("DETACH", (Argument("unit", Shape.GROUP, optional=True),), "let a device go", "+"),
     _planned("SELECT", (Argument("device", Shape.WORD),), "choose a robot", "+", value=real("number")),
@@ -305,7 +350,7 @@ _PLANNED = (
     _planned("READ", (UNIT, Argument("variable", Shape.VARIABLE, repeated=True)), "read from a device", "+"),
     _planned("WRITE", (UNIT, ITEMS), "write to a device", "+"),
     _planned("MC", (Argument("command", Shape.INSTRUCTION),), "carry out a monitor command", "+"),
-)  # fmt: skip
+)
 
 _REFUSED = (
     _refused("ELSEIF", "not a word of VAL-II", "", "write ELSE, and IF ... THEN on the next line"),
@@ -331,7 +376,9 @@ INSTRUCTIONS: Mapping[str, Word] = by_name(
 )
 
 
-def _control(name: str, arguments: tuple[Argument, ...], summary: str, example: str, value: Argument | None = None) -> Word:
+def _control(
+    name: str, arguments: tuple[Argument, ...], summary: str, example: str, value: Argument | None = None
+) -> Word:
     return Word(name, arguments, Route.PROGRAM, summary, example, "2 +", value)
 
 

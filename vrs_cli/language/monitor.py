@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from vrs_cli.language.instructions import DEFINED, INSTRUCTIONS, PROGRAM, SIGNALS, SWITCHES, real
+from vrs_cli.language.instructions import DEFINED, INSTRUCTIONS, SIGNALS, SWITCHES, real
 from vrs_cli.language.words import Argument, Route, Shape, State, Word, by_name
 
 FILE = Argument("file", Shape.FILE)
 NEW = Argument("new", Shape.PROGRAM)
 PROGRAMS = Argument("program", Shape.PROGRAM, optional=True, repeated=True)
 TASK = real("task", optional=True)
-EXECUTED = (Argument("program", Shape.PROGRAM, optional=True), real("cycles", optional=True), real("step", optional=True))
+EXECUTED = (
+    Argument("program", Shape.PROGRAM, optional=True),
+    real("cycles", optional=True),
+    real("step", optional=True),
+)
 
 
 def _word(
@@ -28,7 +32,12 @@ def _word(
 
 
 def _planned(
-    name: str, arguments: tuple[Argument, ...], summary: str, where: str = "+", value: Argument | None = None, note: str = ""
+    name: str,
+    arguments: tuple[Argument, ...],
+    summary: str,
+    where: str = "+",
+    value: Argument | None = None,
+    note: str = "",
 ) -> Word:
     return Word(name, arguments, Route.PROGRAM, summary, name, where, value, state=State.PLANNED, note=note)
 
@@ -52,7 +61,13 @@ _POSITIONS = (
         "1 2 +",
         modifiers=frozenset({"AT"}),
     ),
-    _word("HERE", (DEFINED,), "define a location as the present position, then correct it", "HERE part", route=Route.POSITION),
+    _word(
+        "HERE",
+        (DEFINED,),
+        "define a location as the present position, then correct it",
+        "HERE part",
+        route=Route.POSITION,
+    ),
     Word(
         "POINT",
         (DEFINED,),
@@ -62,10 +77,30 @@ _POSITIONS = (
         "1 2 +",
         value=Argument("value", Shape.PLACE, optional=True),
     ),
-    _word("LISTL", (Argument("location", Shape.PLACE, optional=True, repeated=True),), "list locations", "LISTL part, #safe", route=Route.POSITION),
-    _word("LISTR", (real("expression", True, True),), "list reals; a desk calculator", "LISTR count, SIN(30)/2", "2 +", Route.POSITION),
-    _word("LISTS", (Argument("$string", Shape.STRING, optional=True, repeated=True),), "list strings", "LISTS $part", "2 +", Route.POSITION),
-)  # fmt: skip
+    _word(
+        "LISTL",
+        (Argument("location", Shape.PLACE, optional=True, repeated=True),),
+        "list locations",
+        "LISTL part, #safe",
+        route=Route.POSITION,
+    ),
+    _word(
+        "LISTR",
+        (real("expression", True, True),),
+        "list reals; a desk calculator",
+        "LISTR count, SIN(30)/2",
+        "2 +",
+        Route.POSITION,
+    ),
+    _word(
+        "LISTS",
+        (Argument("$string", Shape.STRING, optional=True, repeated=True),),
+        "list strings",
+        "LISTS $part",
+        "2 +",
+        Route.POSITION,
+    ),
+)
 
 _STATE = (
     _word("STATUS", (TASK,), "what is running, its step, cycles and speeds", "STATUS"),
@@ -73,41 +108,81 @@ _STATE = (
     _word("TIME", (), "the robot clock", "TIME", "2 +"),
     _word("ID", (), "the version of the system and the robot", "ID", "2 +"),
     _word("FREE", (), "how much is stored", "FREE"),
-    _word("HELP", (Argument("word", Shape.WORD, optional=True),), "what there is, or what a word does", "HELP APPRO", "1 2"),
-)  # fmt: skip
+    _word(
+        "HELP",
+        (Argument("word", Shape.WORD, optional=True),),
+        "what there is, or what a word does",
+        "HELP APPRO",
+        "1 2",
+    ),
+)
 
 _PROGRAMS = (
     _word("DIRECTORY", (Argument("names", Shape.WORD, optional=True),), "the programs in memory", "DIRECTORY pick*"),
     _word("LISTP", (PROGRAMS,), "list programs with their step numbers", "LISTP pick.place"),
     _word("COPY", (NEW,), "copy a program", "COPY new = old", "2 +", value=Argument("old", Shape.PROGRAM)),
     _word("RENAME", (NEW,), "give a program another name", "RENAME new = old", value=Argument("old", Shape.PROGRAM)),
-    _word("DELETE", (Argument("program", Shape.PROGRAM, repeated=True),), "delete programs and what they alone use", "DELETE pick.place"),
-    _word("DELETEP", (Argument("program", Shape.PROGRAM, repeated=True),), "delete programs", "DELETEP pick.place", "2 +"),
-    _word("DELETEL", (Argument("location", Shape.LOCATION_VARIABLE, repeated=True),), "delete locations", "DELETEL part, #safe", "2 +"),
+    _word(
+        "DELETE",
+        (Argument("program", Shape.PROGRAM, repeated=True),),
+        "delete programs and what they alone use",
+        "DELETE pick.place",
+    ),
+    _word(
+        "DELETEP", (Argument("program", Shape.PROGRAM, repeated=True),), "delete programs", "DELETEP pick.place", "2 +"
+    ),
+    _word(
+        "DELETEL",
+        (Argument("location", Shape.LOCATION_VARIABLE, repeated=True),),
+        "delete locations",
+        "DELETEL part, #safe",
+        "2 +",
+    ),
     _word("DELETER", (Argument("real", Shape.REAL_VARIABLE, repeated=True),), "delete reals", "DELETER count", "2 +"),
-    _word("DELETES", (Argument("$string", Shape.STRING_VARIABLE, repeated=True),), "delete strings", "DELETES $part", "2 +"),
+    _word(
+        "DELETES",
+        (Argument("$string", Shape.STRING_VARIABLE, repeated=True),),
+        "delete strings",
+        "DELETES $part",
+        "2 +",
+    ),
     _word("ZERO", (), "delete all programs and variables", "ZERO"),
-)  # fmt: skip
+)
 
 _FILES = (
     _word("LOAD", (FILE,), "read programs and variables from a file", "LOAD pick.v2"),
-    _word("STORE", (FILE,), "write programs with everything they use to a file", "STORE cell.v2 = pick, place", value=PROGRAMS),
+    _word(
+        "STORE",
+        (FILE,),
+        "write programs with everything they use to a file",
+        "STORE cell.v2 = pick, place",
+        value=PROGRAMS,
+    ),
     _word("STOREP", (FILE,), "write programs to a file", "STOREP cell.pg", value=PROGRAMS),
     _word("STOREL", (FILE,), "write the locations of programs to a file", "STOREL cell.lc", value=PROGRAMS),
     _word("STORER", (FILE,), "write the reals of programs to a file", "STORER cell.rv", "2 +", value=PROGRAMS),
     _word("STORES", (FILE,), "write the strings of programs to a file", "STORES cell.st", "2 +", value=PROGRAMS),
-)  # fmt: skip
+)
 
 _EXECUTION = (
-    _word("EXECUTE", EXECUTED, "run a program: how often (negative: for ever), from which step", "EXECUTE pick(part), 5"),
-    _word("DO", (Argument("instruction", Shape.INSTRUCTION, optional=True),), "carry out one instruction; bare: the last one again", "DO MOVE part"),
+    _word(
+        "EXECUTE", EXECUTED, "run a program: how often (negative: for ever), from which step", "EXECUTE pick(part), 5"
+    ),
+    _word(
+        "DO",
+        (Argument("instruction", Shape.INSTRUCTION, optional=True),),
+        "carry out one instruction; bare: the last one again",
+        "DO MOVE part",
+    ),
     _word("ABORT", (TASK,), "stop the program and the motion", "ABORT"),
     _word("PROCEED", (TASK,), "go on at the next step", "PROCEED"),
     _word("RETRY", (TASK,), "go on with the step that failed", "RETRY"),
-    _word("SPEED", (real("percent"),), "the monitor speed, which scales every motion", "SPEED 50", route=Route.PARAMETER),
+    _word(
+        "SPEED", (real("percent"),), "the monitor speed, which scales every motion", "SPEED 50", route=Route.PARAMETER
+    ),
     _word("SIGNAL", (SIGNALS,), "turn signals on, or off where the number is negative", "SIGNAL 1, -2", "2 +"),
     _word("RESET", (), "turn all output signals off", "RESET", "2 +"),
-)  # fmt: skip
+)
 
 _SYSTEM = (
     INSTRUCTIONS["TOOL"],
@@ -137,16 +212,34 @@ _SYSTEM = (
 _OURS = (
     _word("UNDO", (), "take the last motion command back", "UNDO", "", Route.MOTION),
     _word("TIMELINE", (), "the segments of the trajectory", "TIMELINE", "", Route.POSITION),
-    _word("PLOT", (Argument("what", Shape.WORD, optional=True, repeated=True),), "plot joints (by number), velocity, acceleration, X, Y, Z, tool, speed or hand over time", "PLOT velocity, 1, 2", "", Route.POSITION),
+    _word(
+        "PLOT",
+        (Argument("what", Shape.WORD, optional=True, repeated=True),),
+        "plot joints (by number), velocity, acceleration, X, Y, Z, tool, speed or hand over time",
+        "PLOT velocity, 1, 2",
+        "",
+        Route.POSITION,
+    ),
     _word("SAVE", (FILE,), "write the trajectory to a file", "SAVE demo.vrst", ""),
     _word("REPLAY", (FILE,), "play a trajectory file", "REPLAY demo.vrst", ""),
     _word("EXIT", (), "leave the shell", "EXIT", ""),
     _word("QUIT", (), "leave the shell", "QUIT", ""),
-)  # fmt: skip
+)
 
 _LATER = (
-    _planned("EDIT", (Argument("program", Shape.PROGRAM, optional=True), real("step", True)), "the line editor", "1 2 +", note="type .PROGRAM name to enter a program, or edit its file and LOAD it"),
-    _planned("SEE", (Argument("program", Shape.PROGRAM, optional=True), real("step", True)), "the screen editor", note="edit its file and LOAD it"),
+    _planned(
+        "EDIT",
+        (Argument("program", Shape.PROGRAM, optional=True), real("step", True)),
+        "the line editor",
+        "1 2 +",
+        note="type .PROGRAM name to enter a program, or edit its file and LOAD it",
+    ),
+    _planned(
+        "SEE",
+        (Argument("program", Shape.PROGRAM, optional=True), real("step", True)),
+        "the screen editor",
+        note="edit its file and LOAD it",
+    ),
     _planned("TEACH", (DEFINED,), "record locations from the pendant", "1 2 +", note="use HERE"),
     _planned("WATCH", (real("expression"),), "stop when a value changes"),
     _planned("FLIST", (FILE,), "type a disk file", "2 +"),
@@ -179,7 +272,7 @@ _LATER = (
     _planned("DELETEM", (Argument("module", Shape.WORD),), "delete a module"),
     _planned("JOG", (), "move by hand", note="use DRIVE"),
     _planned("NET", (), "the network"),
-)  # fmt: skip
+)
 
 _REFUSED = (
     _refused("DPOINT", "delete a location in VAL", "1", "use DELETEL"),

@@ -42,9 +42,7 @@ N = TypeVar("N")
 class Grouping(Generic[N]):
     """The tree of a flat expression `PREFIX* value (INFIX PREFIX* value)*`, by precedence climbing."""
 
-    def __init__(
-        self, order: Order, unary: Callable[[Token, N], N], binary: Callable[[Token, N, N], N]
-    ) -> None:
+    def __init__(self, order: Order, unary: Callable[[Token, N], N], binary: Callable[[Token, N, N], N]) -> None:
         self._infix = order.infix
         self._prefix = order.prefix
         self._unary = unary

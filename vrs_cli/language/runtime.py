@@ -22,14 +22,7 @@ from vrs_cli.engine.commands import Break, Request
 from vrs_cli.errors import ArgumentMismatch, IllegalValue, ProgramNotExecutable, StackOverflow, VrsError
 from vrs_cli.language import ast
 from vrs_cli.language.ast import Kind, Program, Step, Variable
-from vrs_cli.language.compiler import (
-    Steps,
-    by_value,
-    compile_argument,
-    compile_definable,
-    compile_expression,
-    overflow,
-)
+from vrs_cli.language.compiler import Steps, compile_argument, compile_definable, compile_expression
 from vrs_cli.language.effects import (
     CYCLE_SETTINGS,
     CallProgram,
@@ -55,6 +48,7 @@ from vrs_cli.language.environment import (
     StoredProgram,
     key_of,
 )
+from vrs_cli.language.support import by_value, overflow
 from vrs_cli.language.values import Value
 
 STACK_LIMIT = 10_000  # programs that have called one another

@@ -6,13 +6,20 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, Protocol
 
-from vrs_cli.errors import CannotInterpret, ControlStructure, FileDamaged, InvalidName, ProgramExists, TypeMismatch
-from vrs_cli.errors import VrsError
+from vrs_cli.errors import (
+    CannotInterpret,
+    ControlStructure,
+    FileDamaged,
+    ProgramExists,
+    TypeMismatch,
+    VrsError,
+)
 from vrs_cli.language import ast
 from vrs_cli.language.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Span, Step
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, did_you_mean, error, warning
 
 PROGRAM, END = ".PROGRAM", ".END"
+JOINTS_HIGH = 12  # joints of a precision point in a file
 SECTIONS = (".LOCATIONS", ".REALS", ".STRINGS")
 
 _DIRECTIVE = re.compile(r"[ \t]*(\.[A-Za-z][\w.]*)")

@@ -198,6 +198,13 @@ SHAPES: Mapping[Shape, Callable[[Names], Candidates]] = {
     Shape.INSTRUCTION: _instructions,
 }
 
+
+@cache
+def _all_words() -> tuple[tuple[str, str], ...]:
+    tables = (COMMANDS, INSTRUCTIONS, CONTROL, FUNCTIONS)
+    return tuple({name: row.summary for table in reversed(tables) for name, row in table.items()}.items())
+
+
 _CONNECTING = (
     frozenset({"AT", "IN", "BY", *(lead for word in COMMANDS.values() for lead in word.leads)}) | OPERATOR_WORDS
 )
@@ -215,12 +222,6 @@ def _rows(table: Mapping[str, Word]) -> Candidates:
 def explained(word: Word) -> str:
     """The form and the meaning of a word."""
     return f"{word.form}: {word.summary}"
-
-
-@cache
-def _all_words() -> tuple[tuple[str, str], ...]:
-    tables = (COMMANDS, INSTRUCTIONS, CONTROL, FUNCTIONS)
-    return tuple({name: row.summary for table in reversed(tables) for name, row in table.items()}.items())
 
 
 # --- the whole of it -----------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from vrs_cli.errors import ProgramExists, VrsError
 from vrs_cli.interfaces.monitor import Dialogue, load, report
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone
 from vrs_cli.language.environment import key_of
-from vrs_cli.repl.entry import ProgramEntry, closes_program, opens_program
+from vrs_cli.repl.entry import Entry, closes_entry, opens_entry
 from vrs_cli.repl.mishap import internal_error
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ class Conversation:
 
     def __init__(self, session: Session) -> None:
         self.session = session
-        self.entry: ProgramEntry | None = None
+        self.entry: Entry | None = None
         self._refused = False
 
     # --- lines ---
@@ -55,7 +55,7 @@ class Conversation:
     def _line(self, line: str) -> None:
         if self.entry is not None:
             self._step(self.entry, line)
-        elif opens_program(line):
+        elif opens_entry(line):
             self._open(line)
         elif line.strip():
             self.session.perform(line)
@@ -64,7 +64,7 @@ class Conversation:
 
     def _open(self, header: str) -> None:
         """`.PROGRAM`: the lines after it are its steps, also when it is refused (they are dropped then)."""
-        self.entry, self._refused = ProgramEntry(header), True
+        self.entry, self._refused = Entry(header), True
         name = _named(header)
         if name and not self._may_replace(name):
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
@@ -76,8 +76,8 @@ class Conversation:
             return session.terminal.confirm(f"Program {name} exists. Replace it (Y/N)?")
         return True
 
-    def _step(self, entry: ProgramEntry, line: str) -> None:
-        if not closes_program(line):
+    def _step(self, entry: Entry, line: str) -> None:
+        if not closes_entry(line):
             entry.add(line)
             return
         self.entry = None
@@ -85,7 +85,7 @@ class Conversation:
         if not refused:
             self._store(entry)
 
-    def _store(self, entry: ProgramEntry) -> None:
+    def _store(self, entry: Entry) -> None:
         """`.END`: check the whole and keep it."""
         before = dict(self.session.environment.programs)
         diagnostics = self.session.load_text(entry.text)

@@ -1,4 +1,7 @@
-"""Typing a program line by line: `.PROGRAM name` opens it, `.END` closes it. Pure: knows no terminal."""
+"""Typing a program line by line: `.PROGRAM name` opens it, `.END` closes it. Pure: knows no terminal.
+
+The sections of a file (`.LOCATIONS`, `.REALS`, `.STRINGS`) are taken too, so that a whole file can be pasted.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from vrs_cli.language.source import END, PROGRAM, SECTIONS, lines_of
+
 INDENT = "    "  # a block (val2 section 7)
 
-_HEADER = re.compile(r"\s*\.PRO(?:G|GR|GRA|GRAM)?\b", re.IGNORECASE)
-_END = re.compile(r"\s*\.E(?:N|ND)?\s*(?:;.*)?$", re.IGNORECASE)
 _LABEL = re.compile(r"^\s*\d+\s+")
 _COMMENT = re.compile(r";.*|\"[^\"]*\"")
 _FIRST = re.compile(r"[A-Z][\w.]*", re.IGNORECASE)
@@ -19,22 +22,32 @@ MIDDLES = frozenset({"ELSE", "VALUE", "ANY"})
 OPENERS = frozenset({"FOR", "WHILE", "CASE"})
 
 
-def opens_program(line: str) -> bool:
-    """Whether a line at the prompt is the header of a program."""
-    return _HEADER.match(line) is not None
+def opens_entry(line: str) -> bool:
+    """Whether a line at the prompt begins a program or a section."""
+    return _directive(line) in (PROGRAM, *SECTIONS)
 
 
-def closes_program(line: str) -> bool:
+def closes_entry(line: str) -> bool:
     """Whether a line is `.END`."""
-    return _END.match(line) is not None
+    return _directive(line) == END
+
+
+def _directive(line: str) -> str:
+    lines = lines_of(line)
+    return lines[0].directive if lines else ""
 
 
 @dataclass
-class ProgramEntry:
+class Entry:
     """The lines typed so far; the first is the header."""
 
     header: str
     lines: list[str] = field(default_factory=list)
+
+    @property
+    def program(self) -> bool:
+        """Whether it is a program, and no section."""
+        return _directive(self.header) == PROGRAM
 
     @property
     def prompt(self) -> str:
@@ -44,18 +57,21 @@ class ProgramEntry:
     @property
     def indent(self) -> str:
         """The blanks before the next line: one INDENT for each open block, and one for the program."""
-        return INDENT * (1 + depth(self.lines))
+        return INDENT * (1 + depth(self.lines)) if self.program else ""
 
     def add(self, line: str) -> None:
         """Take a line, a block's END or ELSE moved back under its beginning."""
         text = line.strip()
+        if not self.program:
+            self.lines.append(text)
+            return
         before = depth(self.lines)
         back = 1 if before and _first_word(text) in CLOSERS | MIDDLES else 0
         self.lines.append(INDENT * (1 + before - back) + text if text else "")
 
     @property
     def text(self) -> str:
-        """The program as a file would hold it."""
+        """All of it as a file would hold it."""
         return "\n".join([self.header.strip(), *self.lines, ".END", ""])
 
 

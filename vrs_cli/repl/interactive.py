@@ -117,14 +117,16 @@ class LineValidator(Validator):
 
     def validate(self, document: Document) -> None:
         conversation = self._work().conversation
-        text = document.text
-        from vrs_cli.repl.entry import closes_program, opens_program
+        text, entry = document.text, conversation.entry
+        from vrs_cli.repl.entry import Entry, closes_entry, opens_entry
         from vrs_cli.repl.validate import first_mistake
 
-        in_program = conversation.entry is not None
-        if closes_program(text) if in_program else opens_program(text):
+        if closes_entry(text) if entry else opens_entry(text) and not Entry(text).program:
             return
-        mistake = first_mistake(text, conversation.session.environment.kinds(), in_program=in_program)
+        if entry is not None and not entry.program:
+            return
+        known = conversation.session.environment.kinds()
+        mistake = first_mistake(text, known, in_program=entry is not None)
         if mistake is not None:
             column = min(mistake.span.column - 1, len(text))
             raise ValidationError(cursor_position=column, message=mistake.message)

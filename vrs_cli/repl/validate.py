@@ -16,14 +16,15 @@ def first_mistake(line: str, known: Mapping[str, Kind], *, in_program: bool = Fa
     if not line.strip() or "\n" in line:
         return None
     from vrs_cli.language.analyzer import check_line
+    from vrs_cli.language.ast import ProgramHeader, Step
     from vrs_cli.language.parser import parse_prompt, parse_step
 
     try:
         parsed = parse_step(line) if in_program else parse_prompt(line)
     except LineRefused as refused:
         return refused.diagnostic
-    statement = getattr(parsed, "statement", parsed)
-    if statement is None:
+    statement = parsed.statement if isinstance(parsed, Step) else parsed
+    if statement is None or isinstance(statement, ProgramHeader):
         return None
     diagnostics = check_line(statement, known)
     return next((one for one in diagnostics if one.severity is Severity.ERROR), None)

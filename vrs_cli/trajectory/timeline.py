@@ -8,9 +8,10 @@ whoever reads them and share their blocks with new ones.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 
+from vrs_cli.trajectory.block_table import BlockTable
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.segment import Segment
 
@@ -19,14 +20,18 @@ BLOCK = 512  # segments in a full block
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Segments with their stored starts; the time of all is `offset` later than stored."""
+    """Segments with their stored starts; the time of all is `offset` later than stored.
+
+    `table` holds the same segments as arrays once they were read so (`block_table`); a moved block shares it.
+    """
 
     offset: float
     starts: tuple[float, ...]
     segments: tuple[Segment, ...]
+    table: list[BlockTable] = field(default_factory=list, compare=False, repr=False)
 
     def moved(self, shift: float) -> Block:
-        return Block(self.offset + shift, self.starts, self.segments)
+        return Block(self.offset + shift, self.starts, self.segments, self.table)
 
     def part(self, first: int, last: int) -> Block:
         return Block(self.offset, self.starts[first:last], self.segments[first:last])
@@ -97,6 +102,14 @@ class Timeline:
         """When the last segment finishes [s]."""
         block = self._blocks[-1]
         return block.offset + block.segments[-1].finish
+
+    @property
+    def block_begins(self) -> Sequence[float]:
+        """The start of each block's first segment [s]."""
+        return self._begins
+
+    def block(self, number: int) -> Block:
+        return self._blocks[number]
 
     def index_at(self, t: float) -> int:
         """The index of the last segment with start <= t (0 before the first)."""
