@@ -234,6 +234,15 @@ def test_an_unwritable_place_is_one_clear_error(tmp_path: Path, place: str) -> N
 def test_a_full_disk_is_a_file_error() -> None:
     with pytest.raises(FileError, match=r"/dev/full cannot be written: no space left"):
         write_trajectory("/dev/full", puma(), [initial()], ())
+    with pytest.raises(FileError, match=r"/dev/full cannot be written: no space left"):
+        TrajectoryWriter("/dev/full", puma(), [initial()])
+    assert Path("/dev/full").is_char_device()
+
+
+def test_a_device_is_written_and_stays_a_device() -> None:
+    with TrajectoryWriter("/dev/null", puma(), [initial()]) as journal:
+        journal.append(appended(1)[0])
+    assert Path("/dev/null").is_char_device()
 
 
 def test_an_old_timeline_is_equal_to_one_applied_step_by_step(saved: Path) -> None:

@@ -115,7 +115,7 @@ class Run:
         return "".join(e.text + "\n" * e.newline for e in self.events if isinstance(e, Type))
 
     @property
-    def requests(self) -> list[Event]:
+    def requests(self) -> Sequence[Event]:
         """What was asked of the robot and the terminal, without the frame of the cycle."""
         return [e for e in self.events[:-1] if not isinstance(e, CycleBegins)][:-1]
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from tests.language.reference import Interpreter
 from tests.language.running import StillRobot, environment_with, program, run, run_lines
+from tests.language.spaghetti import spaghetti
 from vrs_cli.errors import (
     ArgumentMismatch,
     ArithmeticOverflow,
@@ -21,12 +22,24 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.language.analyzer import Analysis, analyze
-from vrs_cli.language.ast import Assignment, Binary, Expression, Kind, Number, Program, Span, Step, Unary, Variable
+from vrs_cli.language.ast import (
+    Assignment,
+    BadLine,
+    Binary,
+    Expression,
+    Kind,
+    Number,
+    Program,
+    Span,
+    Step,
+    Unary,
+    Variable,
+)
 from vrs_cli.language.compiler import compile_program
 from vrs_cli.language.diagnostics import error
 from vrs_cli.language.environment import Environment
 from vrs_cli.language.runtime import Budget, Completed, Failed, Task
-from vrs_cli.language.values import LIMIT, integer, whole
+from vrs_cli.language.values import LIMIT, integer
 
 NOWHERE = Span(1, 1, 1)
 
@@ -45,7 +58,7 @@ PYTHON: dict[str, Callable[[float, float], float]] = {
     "-": lambda a, b: a - b,
     "*": lambda a, b: a * b,
     "/": lambda a, b: a / b,
-    "MOD": lambda a, b: math.fmod(whole(a), whole(b)) + 0.0,
+    "MOD": lambda a, b: math.fmod(integer(a), integer(b)) + 0.0,
     "==": lambda a, b: truth(a == b),
     "<>": lambda a, b: truth(a != b),
     "<": lambda a, b: truth(a < b),
@@ -102,8 +115,8 @@ def assigned(tree: Expression) -> Analysis:
 
 def value_or_error(tree: Expression) -> float | type[VrsError]:
     environment = Environment()
-    for name, value in NAMES.items():
-        environment.reference(name).assign(value)
+    for name, known in NAMES.items():
+        environment.reference(name).assign(known)
     environment.store(assigned(tree))
     task = Task(environment, StillRobot(), "main")
     while not isinstance(event := task.resume(), Completed):
@@ -135,76 +148,6 @@ def test_both_sides_of_and_and_or_are_evaluated() -> None:
 
 
 # --- flow against the reference ---
-
-conditions = st.builds(
-    lambda modulus, relation, value: f"x MOD {modulus} {relation} {value}",
-    st.integers(2, 5),
-    st.sampled_from(["==", "<"]),
-    st.integers(0, 3),
-)
-
-
-@st.composite
-def spaghetti(draw: st.DrawFn) -> list[str]:
-    """A program of random blocks, with labels on random lines and jumps from anywhere to anywhere."""
-    lines: list[str] = []
-
-    def block(depth: int) -> None:
-        for _ in range(draw(st.integers(1, 3))):
-            statement(depth)
-
-    def statement(depth: int) -> None:
-        kinds = ["plain", "jump", "branch"] + ["if", "else", "while", "do", "for", "case"] * (depth < 3)
-        kind = draw(st.sampled_from(kinds))
-        if kind == "plain":
-            lines.append(f'TYPE "{len(lines)}"')
-            lines.append(f"x = x+{draw(st.integers(1, 3))}")
-        elif kind == "jump":
-            lines.append("GOTO ?")
-        elif kind == "branch":
-            lines.append(f"IF {draw(conditions)} GOTO ?")
-        else:
-            compound(kind, depth)
-
-    def compound(kind: str, depth: int) -> None:
-        opener = {
-            "if": lambda: f"IF {draw(conditions)} THEN",
-            "else": lambda: f"IF {draw(conditions)} THEN",
-            "while": lambda: f"WHILE {draw(conditions)} DO",
-            "do": lambda: "DO",
-            "for": lambda: "FOR {} = {} TO {} STEP {}".format(
-                draw(st.sampled_from("ij")),
-                draw(st.integers(-2, 3)),
-                draw(st.integers(-2, 3)),
-                draw(st.sampled_from([1, 2, -1])),
-            ),
-            "case": lambda: f"CASE x MOD {draw(st.integers(2, 4))} OF",
-        }[kind]()
-        lines.append(opener)
-        if kind == "case":
-            for value in range(draw(st.integers(0, 2))):
-                lines.append(f"VALUE {value},{value + 2}:")
-                block(depth + 1)
-            if draw(st.booleans()):
-                lines.append("ANY")
-                block(depth + 1)
-        else:
-            block(depth + 1)
-        if kind == "else":
-            lines.append("ELSE")
-            block(depth + 1)
-        lines.append(f"UNTIL {draw(conditions)}" if kind == "do" else "END")
-
-    lines.append("x = x+0")
-    block(0)
-    targets = draw(st.lists(st.integers(0, len(lines) - 1), min_size=1, max_size=4, unique=True))
-    for number, line in enumerate(lines):
-        if "?" in line:
-            lines[number] = line.replace("?", str(100 + draw(st.sampled_from(targets))))
-    for target in targets:
-        lines[target] = f"{100 + target} {lines[target]}"
-    return lines
-
 
 REFERENCE_STEPS, COMPILED_STEPS = 300, 2000
 
@@ -456,6 +399,12 @@ def test_a_program_with_errors_is_not_compiled() -> None:
     broken = Analysis(whole_program, {}, (), {}, (error(IllegalValue, NOWHERE),))
     with pytest.raises(ProgramNotExecutable, match="main"):
         compile_program(broken)
+
+
+def test_a_program_with_a_line_that_could_not_be_read_is_not_compiled() -> None:
+    bad = Program("main", (), (Step(None, BadLine("MOVE MOVE", NOWHERE), None, NOWHERE),), None, NOWHERE)
+    with pytest.raises(ProgramNotExecutable, match="main"):
+        compile_program(Analysis(bad, {}, (), {}, ()))
 
 
 def test_an_expression_of_a_thousand_levels_is_refused_not_crashed() -> None:

@@ -16,6 +16,7 @@ from vrs_cli.errors import (
 from vrs_cli.kinematics.transform import IDENTITY, translation
 from vrs_cli.language.ast import Entry, Kind, Number, Span, Variable
 from vrs_cli.language.environment import INPUTS, INTERNAL, OUTPUTS, Environment, Signals, Timers
+from vrs_cli.language.values import Value
 
 NOWHERE = Span(1, 1, 1)
 
@@ -29,7 +30,7 @@ def names(environment: Environment, kind: Kind) -> list[str]:
 
 def test_the_four_kinds_are_apart() -> None:
     environment = Environment()
-    values = {"count": 3.0, "part": translation(1, 2, 3), "#safe": (0.0, 1.0), "$name": "x"}
+    values: dict[str, Value] = {"count": 3.0, "part": translation(1, 2, 3), "#safe": (0.0, 1.0), "$name": "x"}
     for name, value in values.items():
         environment.reference(name).assign(value)
     for (name, value), kind in zip(

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser
 from vrs_cli.cli.outputs import add_rate_option, check_distinct, write_table
 from vrs_cli.cli.recordings import read_recording
-from vrs_cli.files.atomic import check_writable
 from vrs_cli.files.rates import DEFAULT_RATE
 
 EPILOG = """\
@@ -21,6 +20,7 @@ Columns of csv: t [s], jt1 ... jt6 [deg], x, y, z [mm], o, a, t_angle [deg].
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Write a saved trajectory as a table."""
+    from vrs_cli.files.atomic import check_writable
     from vrs_cli.files.exports import EXPORTERS
 
     options = _parser(prog, tuple(EXPORTERS)).parse(arguments)

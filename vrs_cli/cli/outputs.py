@@ -11,7 +11,6 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, sampling_rate
-from vrs_cli.files.atomic import check_writable
 from vrs_cli.files.rates import DEFAULT_RATE
 
 if TYPE_CHECKING:
@@ -63,6 +62,8 @@ class Outputs:
 
         Raises CommandLineError when one file is to be two things, FileError, UsageError.
         """
+        from vrs_cli.files.atomic import check_writable
+
         files = [path for path in (self.csv, self.plot, *also) if path not in (None, STANDARD_STREAM)]
         check_distinct(path for path in files if path is not None)
         if self.csv is not None and not self.takes_standard_output:

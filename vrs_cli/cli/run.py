@@ -15,7 +15,6 @@ from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, 
 from vrs_cli.cli.outputs import Outputs, add_output_options
 from vrs_cli.cli.sources import Source, has_errors, read_source
 from vrs_cli.errors import FileError, UndefinedName
-from vrs_cli.files.atomic import check_writable
 
 if TYPE_CHECKING:
     from vrs_cli.cli.batch import BatchTerminal
@@ -87,6 +86,8 @@ def _is_number(text: str) -> bool:
 
 def _check_outputs(options: argparse.Namespace, outputs: Outputs) -> None:
     """Raise before anything runs what would go wrong after it."""
+    from vrs_cli.files.atomic import check_writable
+
     if options.json and outputs.takes_standard_output:
         raise CommandLineError("--json and --csv - both want standard output", "write the table to a file")
     if options.save == STANDARD_STREAM:

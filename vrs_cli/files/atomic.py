@@ -30,10 +30,6 @@ def atomically(path: str | Path) -> Iterator[BinaryIO]:
     """
     target = Path(path)
     with writing(target):
-        if _is_special(target):
-            with target.open("wb") as stream:
-                yield stream
-            return
         beside = create_beside(target)
     try:
         with writing(target):
@@ -46,9 +42,12 @@ def atomically(path: str | Path) -> Iterator[BinaryIO]:
 
 
 class Beside:
-    """A new file beside `target`, to take its place with `commit`; the stream stays open after that."""
+    """A new file `name` beside `target`, to take its place with `commit`; the stream stays open after that.
 
-    def __init__(self, target: Path, name: str, stream: BinaryIO) -> None:
+    Without a name the stream is that of the target itself, a device or a pipe: there is nothing to replace.
+    """
+
+    def __init__(self, target: Path, name: str | None, stream: BinaryIO) -> None:
         self.target = target
         self.name = name
         self.stream = stream
@@ -56,6 +55,8 @@ class Beside:
     def commit(self) -> None:
         """Sync the stream and put the file in the target's place; the stream is still good for appending."""
         sync(self.stream)
+        if self.name is None:
+            return
         os.chmod(self.name, _mode_for(self.target))
         os.replace(self.name, self.target)
         _sync_folder(self.target.parent)
@@ -64,12 +65,15 @@ class Beside:
         """Close the stream and remove the file, if it has not taken its place."""
         with suppress(OSError):
             self.stream.close()
-        with suppress(OSError):
-            os.unlink(self.name)
+        if self.name is not None:
+            with suppress(OSError):
+                os.unlink(self.name)
 
 
 def create_beside(target: Path) -> Beside:
     """An open, empty, hidden file in the folder of the target (of what a link points at). Raises OSError."""
+    if _is_special(target):
+        return Beside(target, None, target.open("wb"))
     target = Path(os.path.realpath(target))
     if target.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
@@ -80,7 +84,11 @@ def create_beside(target: Path) -> Beside:
 def sync(stream: BinaryIO) -> None:
     """What was written is on the disk when this returns. Raises OSError."""
     stream.flush()
-    os.fsync(stream.fileno())
+    try:
+        os.fsync(stream.fileno())
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a device or a pipe holds nothing back
+            raise
 
 
 def check_writable(path: str | Path) -> None:

@@ -310,12 +310,15 @@ class Plot:
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """REPLAY: a recorded trajectory, animated on a terminal and summed up elsewhere."""
+    """REPLAY: a recorded trajectory, animated on a terminal and summed up elsewhere.
+
+    `changes`: how many deltas it holds. `dropped_tail`: its last line was torn.
+    """
 
     path: Path
     model: RobotModel
     timeline: Timeline
-    commands: int
+    changes: int
     dropped_tail: bool
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 from vrs_cli.errors import (
@@ -25,7 +26,7 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.language import ast
-from vrs_cli.language.ast import NAME_LENGTH, Expression, Kind, Program, Span, Statement
+from vrs_cli.language.ast import NAME_LENGTH, BadLine, Expression, Kind, Program, Span, Statement
 from vrs_cli.language.diagnostics import Diagnostic, Severity, did_you_mean, error, warning
 from vrs_cli.language.functions import FUNCTIONS
 from vrs_cli.language.grouping import val_grouping
@@ -54,7 +55,8 @@ class Analysis:
 
     @property
     def executable(self) -> bool:
-        return all(diagnostic.severity is not Severity.ERROR for diagnostic in self.diagnostics)
+        unread = any(isinstance(step.statement, BadLine) for step in self.program.steps)
+        return not unread and all(found.severity is not Severity.ERROR for found in self.diagnostics)
 
 
 def analyze(
@@ -74,11 +76,13 @@ def analyze(
 
 
 def check_line(
-    statement: Statement, known: Mapping[str, Kind] | None = None, *, in_program: bool = False
+    statement: Statement | ast.ProgramHeader, known: Mapping[str, Kind] | None = None, *, in_program: bool = False
 ) -> tuple[Diagnostic, ...]:
     """A line of the prompt, or (`in_program`) a step by itself, whose block and labels cannot be seen."""
     checker = _Checker(known or {}, None, None)
-    if in_program:
+    if isinstance(statement, ast.ProgramHeader):
+        checker.header(statement.parameters)
+    elif in_program:
         checker.statement(1, statement)
     else:
         checker.command(statement)
@@ -143,7 +147,7 @@ class _Checker:
         self._logical = False
         self._parameters = {variable.key for variable in program.parameters} if program else set()
         if program is not None:
-            self._header(program)
+            self.header(program.parameters)
 
     def decided(self) -> Mapping[str, Kind]:
         """REAL or LOCATION by key, of the bare names of this program."""
@@ -155,7 +159,7 @@ class _Checker:
         unknown = [key for key in unknown if key not in self._parameters]
         if not unknown:
             return
-        elsewhere = _given_in(self._others())
+        elsewhere = frozenset[str]().union(*(_given_in(_Same(program)) for program in self._others()))
         candidates = [*self._given, *self._known, *elsewhere]
         for key in unknown:
             if key not in elsewhere:
@@ -178,13 +182,14 @@ class _Checker:
 
     # --- lines ---
 
-    def _header(self, program: Program) -> None:
-        for parameter in program.parameters:
+    def header(self, parameters: Sequence[ast.Variable]) -> None:
+        """The parameters of a program."""
+        for parameter in parameters:
             self._check_name(parameter)
             if parameter.indexes:
                 self._fault(CannotInterpret, parameter.span, "a parameter has no index", "write name, or name[]")
-        keys = [parameter.key for parameter in program.parameters]
-        for place, parameter in enumerate(program.parameters):
+        keys = [parameter.key for parameter in parameters]
+        for place, parameter in enumerate(parameters):
             if parameter.key in keys[:place]:
                 self._fault(ArgumentMismatch, parameter.span, f"{parameter.name} is there twice")
 
@@ -251,13 +256,14 @@ class _Checker:
         if row is None:
             self._fault(CannotInterpret, statement.span, f"{statement.word} is no instruction")
         elif row.state is not State.SUPPORTED:
-            self._refused(statement.span, row.name, row.state, row.note or row.summary)
+            self._refused(statement.span, row.name, row.state, row.summary, row.note)
         else:
             self._count(statement, row)
             self._operands(statement, row)
 
-    def _refused(self, span: Span, name: str, state: State, note: str) -> None:
-        self._fault(NotAvailable, span, f"{name} is {state.value}", note)
+    def _refused(self, span: Span, name: str, state: State, summary: str, note: str = "") -> None:
+        what = f"{name} is {state.value}" if state is State.PLANNED else f"{name}: {summary}"
+        self._fault(NotAvailable, span, what, note or ("" if what.endswith(summary) else summary))
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
         """Whether every argument that is needed is there, and none too many."""
@@ -431,6 +437,8 @@ class _Checker:
         decided = self._kinds.get(key) or self._held(key)
         if decided is None:
             bare = wanted & _BARE
+            if not bare:
+                self._fault(TypeMismatch, variable.span, f"{variable.name} is no string", f"${variable.name} is one")
             if len(bare) != 1:
                 return None
             decided = self._kinds[key] = _Decided(next(iter(bare)), self._step)
@@ -447,7 +455,10 @@ class _Checker:
             self._warn(TypeMismatch, variable.span, detail)
 
     def _mismatch(self, expression: Expression, kind: Kind, wanted: Collection[Kind], step: int | None = None) -> None:
-        shown = f"{expression.sigil}{expression.name}" if isinstance(expression, ast.Variable) else "this"
+        from vrs_cli.language.printer import expression_text
+
+        text = expression_text(expression)
+        shown = text if len(text) <= LONGEST_SHOWN else "this"
         since = f" since step {step}" if step is not None and step != self._step else ""
         self._fault(
             TypeMismatch, expression.span, f"{shown} is {_ARTICLES[kind]}{since}", f"{_kinds_text(wanted)} is wanted"
@@ -517,9 +528,10 @@ class _Checker:
             return Kind.REAL if operator in RELATIONS else kind
         if operator == "**":
             self._check_power(expression)
+        found = len(self.diagnostics)
         self._checked(expression.left, _REAL)
         self._checked(expression.right, _REAL)
-        return Kind.REAL
+        return Kind.REAL if len(self.diagnostics) == found else None
 
     def _both(self, expression: ast.Binary) -> Kind | None:
         """Two reals or two strings."""
@@ -612,6 +624,7 @@ class _Checker:
 
 
 FORMAT_CODES = "BCDEFGHIOSUX"
+LONGEST_SHOWN = 40  # characters of an expression in a message
 
 _CONSTANT_KINDS = {ast.Number: Kind.REAL, ast.Text: Kind.STRING, ast.Unary: Kind.REAL}
 
@@ -683,9 +696,23 @@ def _form_of(name: str) -> str:
     return f"its form is {row.form}" if row is not None else ""
 
 
-def _given_in(programs: Iterable[Program]) -> frozenset[str]:
-    """The keys of all variables that programs give a value to."""
-    return frozenset(key for program in programs for step in program.steps for key in _given_by(step.statement))
+class _Same:
+    """A program by its identity: comparing trees would cost more than walking one."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and other.program is self.program
+
+    def __hash__(self) -> int:
+        return id(self.program)
+
+
+@lru_cache(maxsize=1024)
+def _given_in(same: _Same) -> frozenset[str]:
+    """The keys of all variables that a program gives a value to."""
+    return frozenset(key for step in same.program.steps for key in _given_by(step.statement))
 
 
 def _given_by(statement: Statement | None) -> Iterator[str]:

@@ -34,7 +34,7 @@ def _end(child: Any) -> int:
 
 
 def _from(first: Token | Expression, last: Any) -> Span:
-    start = first.span
+    start = first if type(first) is Token else first.span
     return Span(start.line, start.column, _end(last))
 
 

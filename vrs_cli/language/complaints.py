@@ -114,7 +114,8 @@ class _Complaint:
                 opened.pop()
         if self._type in _PAIRS and (not opened or _OPENING[opened[-1].type] != self._token_text()):
             return self._say(MissingParenthesis, f"{self._token_text()} closes nothing")
-        if opened and self._type not in _VALUES and self._type != "EQUAL":
+        in_index = bool(opened) and opened[-1].type == "LSQB"
+        if opened and self._type not in _VALUES and (self._type != "EQUAL" or in_index):
             return self._say(MissingParenthesis, f"{opened[-1].text} is not closed", "", opened[-1])
         return None
 
@@ -147,7 +148,10 @@ class _Complaint:
             return self._say(IllegalExpression, self._shown(), f"write {relation}")
         if any(one.type in links for one in self._before) or self._type in _VALUES:
             return None
+        last = self._before[-1]
         detail = f"{' or '.join(links)} is missing"
+        if len(self._before) > 1 and self._before[-2] is head and last.text.upper() in links:
+            detail = f"a value is missing between {head.type} and {last.text.upper()}"
         return self._say(CannotInterpret, detail, f"the form is {_FORMS[head.type]}")
 
     def _neighbours(self) -> Diagnostic | None:
@@ -157,6 +161,10 @@ class _Complaint:
             return None
         if last.type == "RAW":
             return self._say(CannotInterpret, self._shown(), 'a name with blanks stands in quotes: "my file.v2"')
+        if last.text.upper() in ("AT", "IN") and self._before[-2:-1] and self._before[-2].type == "WORD":
+            return self._say(CannotInterpret, f"{self._before[-2].value} takes no {last.text.upper()}", "", last)
+        if self._head is not None and self._head.type == "FOR" and not any(one.type == "EQUAL" for one in self._before):
+            return self._say(CannotInterpret, "= is missing", f"the form is {_FORMS['FOR']}")
         relation = _RELATIONS_OF_VAL.get(self._token_text().upper())
         hint = f"write {relation}" if relation else f"an operator or a comma is missing before {self._token_text()}"
         return self._say(IllegalExpression, self._shown(), hint)
@@ -168,8 +176,10 @@ class _Complaint:
         if last.type == "THEN":
             return f"{self._shown()} after THEN", "THEN ends the line; what is done stands on the next ones"
         if head.type in CONTROL and (head is last or last.type in ("DO", "OF", "COLON")):
-            hint = f"the form is {_FORMS[head.type]}" if head.type in _FORMS else ""
+            hint = f"the form is {_FORMS[head.type]}" if head.type in _FORMS else f"{head.type} stands alone"
             return f"{self._shown()} after {last.text.upper()}", hint
+        if head.type == "NAME" and self._start in ("step", "prompt"):
+            return self._shown(), "a variable is followed by = and its value"
         hint = f"the form is {head.row.form}" if head.row is not None else ""
         return self._shown(), hint
 

@@ -437,13 +437,13 @@ class Environment:
     def delete(self, name: str, index: Index | None = None) -> bool:
         """Forget a variable and the array of that name, or one element. False where there was none."""
         key = key_of(name)
-        kind = self.kind_of(name)
-        if kind is None:
+        if self.kind_of(name) is None:
             return False
         if index is not None:
-            return self.cells(kind, key).pop(index, None) is not None
-        self._simple[kind].pop(key, None)
-        self.cells(kind, key).clear()
+            return any(self.cells(kind, key).pop(index, None) is not None for kind in Kind)
+        for kind in Kind:
+            self._simple[kind].pop(key, None)
+            self.cells(kind, key).clear()
         return True
 
     def clear_variables(self, *kinds: Kind) -> None:

@@ -377,29 +377,31 @@ INSTRUCTIONS: Mapping[str, Word] = by_name(
 
 
 def _control(
-    name: str, arguments: tuple[Argument, ...], summary: str, example: str, value: Argument | None = None
+    name: str,
+    arguments: tuple[Argument, ...],
+    summary: str,
+    example: str,
+    after: str = "",
+    value: Argument | None = None,
 ) -> Word:
-    return Word(name, arguments, Route.PROGRAM, summary, example, "2 +", value)
+    return Word(name, arguments, Route.PROGRAM, summary, example, "2 +", value, after=after)
 
 
 _CONDITION = real("condition")
+_COUNTED = Argument("variable", Shape.REAL_VARIABLE)
 
 CONTROL: Mapping[str, Word] = by_name(
     (
-        _control("IF", (_CONDITION,), "IF ... THEN begins a block, IF ... GOTO label branches", "IF x > 2 THEN"),
+        _control("IF", (_CONDITION,), "a block, or a branch, on a condition", "IF x > 2 THEN", "THEN | GOTO label"),
         _control("ELSE", (), "what is done where the condition of IF is false", "ELSE"),
-        _control("WHILE", (_CONDITION,), "a loop that tests before each pass", "WHILE x > 2 DO"),
+        _control("WHILE", (_CONDITION,), "a loop that tests before each pass", "WHILE x > 2 DO", "DO"),
         _control("DO", (), "a loop that tests after each pass", "DO"),
         _control("UNTIL", (_CONDITION,), "the end of a DO loop: leaves it where the condition is true", "UNTIL x > 2"),
         _control(
-            "FOR",
-            (Argument("variable", Shape.REAL_VARIABLE),),
-            "a loop that counts",
-            "FOR i = 1 TO 10 STEP 2",
-            real("first"),
+            "FOR", (_COUNTED,), "a loop that counts", "FOR i = 1 TO 10 STEP 2", "TO last [STEP step]", real("first")
         ),
-        _control("CASE", (real("number"),), "chooses among VALUE parts", "CASE part OF"),
-        _control("VALUE", (real("number", repeated=True),), "a part of CASE", "VALUE 1, 2:"),
+        _control("CASE", (real("number"),), "chooses among VALUE parts", "CASE part OF", "OF"),
+        _control("VALUE", (real("number", repeated=True),), "a part of CASE", "VALUE 1, 2:", ":"),
         _control("ANY", (), "the part of CASE for every other value", "ANY"),
         _control("END", (), "the end of IF, WHILE, FOR and CASE", "END"),
         _control("GOTO", (LABEL,), "go on at a label", "GOTO 10"),

@@ -20,7 +20,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.ast import Span
 from vrs_cli.language.diagnostics import LineRefused, did_you_mean, error
-from vrs_cli.language.instructions import CONTROL, OPERATOR_WORDS, PROGRAM_WORDS
+from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, PROGRAM_WORDS
 from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.words import State, Word, abbreviated
 
@@ -74,7 +74,8 @@ _BLANKS = re.compile(r"[ \t]*")
 _WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
 _GLUED = re.compile(r"[\w.^']+")
 _LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
-_ASSIGNS = re.compile(r"[ \t]*=(?![=<>])")
+_ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
+_ELEMENT = re.compile(r"\(.*\)[ \t]*=(?!=)")
 _RAW = re.compile(r'"[^"]*"|[^\s;,="]+')
 _ENTRY_NUMBER = re.compile(r"[ \t]*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?)(?![\w.])")
 
@@ -176,7 +177,8 @@ class _Scan:
 
     def _statement(self, tables: tuple[Mapping[str, Word], ...], unknown: type[VrsError]) -> None:
         hint = "LISTR 5+3 shows a value, HELP the commands" if unknown is UsageError else ""
-        word = self._first_word(unknown, "a line begins with a word or the variable that is assigned", hint)
+        kind = UsageError if unknown is UsageError else CannotInterpret
+        word = self._first_word(kind, "a line begins with a word or the variable that is assigned", hint)
         if self._assigned(word.end()):
             self._rest(None)
         elif word[0][0] in "#$%":
@@ -189,23 +191,15 @@ class _Scan:
         self._skip_blanks()
         match = _WORD.match(self._text, self._at)
         if match is None:
+            if kind is not UsageError and self._patterns.next(self._text, self._at) is None:
+                raise self._unreadable()
             glued = _GLUED.match(self._text, self._at)
             raise self._refused(kind, self._at, glued.end() if glued else self._at + 1, detail, hint)
         return match
 
     def _assigned(self, at: int) -> bool:
-        """Whether `=` follows a name that ends at an index, and perhaps its indexes."""
-        if self._text.startswith("[", _end(_BLANKS, self._text, at)):
-            at = self._after_brackets(_end(_BLANKS, self._text, at))
+        """Whether `=` or an index follows a name that ends at an index of the text."""
         return _ASSIGNS.match(self._text, at) is not None
-
-    def _after_brackets(self, at: int) -> int:
-        depth = 0
-        for index in range(at, len(self._text)):
-            depth += {"[": 1, "]": -1}.get(self._text[index], 0)
-            if depth == 0:
-                return index + 1
-        return len(self._text)
 
     def _row(self, word: re.Match[str], tables: tuple[Mapping[str, Word], ...], unknown: type[VrsError]) -> Word:
         found = abbreviated(word[0], *tables)
@@ -214,17 +208,24 @@ class _Scan:
         if found:
             choices = ", ".join(row.name for row in found[:8])
             raise self._refused(unknown, *word.span(), f"{word[0]} is short for several words", choices)
-        hint = did_you_mean(word[0], [name for table in tables for name in table])
-        raise self._refused(unknown, *word.span(), word[0], hint or self._other_form(word))
+        raise self._refused(unknown, *word.span(), word[0], self._other_form(word[0], word.end(), tables))
 
-    def _other_form(self, word: re.Match[str]) -> str:
-        """What an unknown first word may have been meant as, from what follows it."""
-        rest = self._text[word.end() :].lstrip()
+    def _other_form(self, word: str, end: int, tables: tuple[Mapping[str, Word], ...]) -> str:
+        """What an unknown first word may have been meant as."""
+        rest = _before_comment(self._text[end:]).strip()
+        if word.upper() in COMMANDS:
+            return "a monitor command, typed at the prompt"
         if rest.startswith("=="):
             return "an assignment has one ="
-        if rest.startswith("("):
-            return f"CALL {word[0]}(...) carries out a program"
-        return ""
+        if _ELEMENT.match(rest):
+            return f"an element of an array is {word}[index]"
+        at_prompt = COMMANDS in tables
+        near = did_you_mean(word, (*COMMANDS, *INSTRUCTIONS) if at_prompt else PROGRAM_WORDS)
+        if near or (rest and rest[0] != "("):
+            return near
+        return (
+            f"EXECUTE {word} runs a program, LISTR {word} shows a value" if at_prompt else f"CALL {word} runs a program"
+        )
 
     def _operation(self, row: Word, word: re.Match[str], tables: tuple[Mapping[str, Word], ...]) -> None:
         if row.name == "REMARK":

@@ -10,7 +10,7 @@ import os
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, cast
 
 from lark import Lark, UnexpectedToken
 from lark.lexer import Lexer as LarkLexer
@@ -27,8 +27,6 @@ from vrs_cli.language.source import FileReader, header_end
 
 GRAMMAR = "val2.lark"
 STARTS = ("step", "prompt", "header", "entry")
-
-T = TypeVar("T")
 
 
 def parse_file(text: str) -> tuple[ast.File, tuple[Diagnostic, ...]]:
@@ -91,8 +89,10 @@ class LineParser:
         if not tokens:
             return None
         statement: Statement | None = self._parsed(tokens, "prompt")
-        first = tokens[0]
-        if statement is None or isinstance(statement, ast.DoInstruction) or COMMANDS.get(first.value) is first.row:
+        row = tokens[0].row
+        if statement is None or isinstance(statement, ast.DoInstruction):
+            return statement
+        if row is not None and COMMANDS.get(row.name) is row:
             return statement
         return ast.DoInstruction(statement, statement.span)
 

@@ -36,8 +36,7 @@ def print_program(program: Program) -> str:
 def program_header(program: Program | ast.ProgramHeader) -> str:
     """`.PROGRAM name(parameters) ;comment`."""
     parameters = ", ".join(expression_text(parameter) for parameter in program.parameters)
-    shown = f".PROGRAM {program.name.lower()}"
-    return _with_comment(f"{shown}({parameters})" if parameters else shown, program.comment)
+    return _with_comment(f".PROGRAM {program.name.lower()}({parameters})", program.comment)
 
 
 def step_texts(program: Program) -> tuple[str, ...]:
@@ -72,7 +71,13 @@ def _entry_text(entry: ast.Entry) -> str:
         return f'{name:<{NAME_WIDTH}} "{entry.text}"'
     if len(entry.numbers) == 1 and not entry.variable.sigil:
         return f"{name:<{NAME_WIDTH}} {_number_text(entry.numbers[0])}"
-    return f"{name:<{NAME_WIDTH}}" + "".join(f" {number + 0.0:12.6f}" for number in entry.numbers)
+    return f"{name:<{NAME_WIDTH}}" + "".join(f" {_column_text(number):>12}" for number in entry.numbers)
+
+
+def _column_text(value: float) -> str:
+    """Six decimals, or as many digits as the value needs: formatting a file never changes a number."""
+    short = f"{value + 0.0:.6f}"
+    return short if float(short) == value else repr(value).upper()
 
 
 def _number_text(value: float) -> str:
@@ -165,9 +170,21 @@ def _value(statement: ast.Value) -> str:
 
 
 def _instruction(statement: ast.Instruction) -> str:
-    row = INSTRUCTIONS.get(statement.word) or COMMANDS[statement.word]
+    row = _row_of(statement)
     parts = [statement.word, *_argument_parts(statement, row), *_modifier_parts(statement.modifiers)]
     return " ".join(part for part in parts if part)
+
+
+def _row_of(statement: ast.Instruction) -> Word:
+    """The row that its arguments were read by: of a refused instruction they are one piece of text."""
+    row = INSTRUCTIONS.get(statement.word)
+    if row is None or (
+        row.state is not State.SUPPORTED
+        and statement.word in COMMANDS
+        and not all(isinstance(argument, ast.Word) for argument in statement.arguments)
+    ):
+        return COMMANDS[statement.word]
+    return row
 
 
 def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
@@ -175,8 +192,9 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
     if row.state is not State.SUPPORTED:
         yield "".join(argument.text for argument in arguments if isinstance(argument, ast.Word))
         return
-    if arguments[:1] == [None] and row.arguments[0].shape is Shape.STRING and text_omitted(arguments[1:]):
+    if arguments[:1] == [None] and _shape_at(row, 0) is Shape.STRING and text_omitted(arguments[1:]):
         arguments.pop(0)
+    arguments = [_capital(given, _shape_at(row, place)) for place, given in enumerate(arguments)]
     plain = sum(not argument.lead for argument in row.arguments)
     own = arguments if row.value is None or not row.value.repeated else arguments[:plain]
     grouped = own[: row.grouped]
@@ -188,9 +206,28 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
             if given is not None:
                 yield f"{argument.lead} {expression_text(given)}"
     if statement.value is not None:
-        yield f"= {expression_text(statement.value)}"
+        value = _capital(statement.value, row.value.shape if row.value is not None else Shape.REAL)
+        yield f"= {_list_text([value])}"
     elif len(own) < len(arguments):
         yield f"= {_list_text(arguments[plain:])}"
+
+
+def _shape_at(row: Word, place: int) -> Shape:
+    if not row.arguments:
+        return Shape.REAL
+    return row.arguments[min(place, len(row.arguments) - 1)].shape
+
+
+def _capital(expression: Expression | None, shape: Shape) -> Expression | None:
+    """The words of switches, parameters and their settings in upper case."""
+    if shape in _CAPITAL and isinstance(expression, ast.Word):
+        return ast.Word(expression.text.upper(), expression.span)
+    if shape is Shape.SETTING and isinstance(expression, ast.Variable) and expression.indexes is None:
+        return ast.Word(expression.sigil + expression.name.upper(), expression.span)
+    return expression
+
+
+_CAPITAL = frozenset({Shape.SWITCH, Shape.PARAMETER_NAME, Shape.SETTING})
 
 
 def _modifier_parts(modifiers: ast.Modifiers) -> Iterator[str]:

@@ -71,7 +71,7 @@ class Word:
     """A row: `value` is what follows `=`; `breaks`: the robot comes to rest first; `where`: 1 VAL, 2 VAL-II, + V+.
 
     A `value` that is repeated (`STORE file = program, ...`) is kept as the arguments after the others.
-    `note`: how a refused word is said otherwise, or what is worth knowing.
+    `after`: what stands after the arguments (`WHILE condition DO`). `note`: how a refused word is said otherwise, or what is worth knowing.
     """
 
     name: str
@@ -85,6 +85,7 @@ class Word:
     breaks: bool = False
     state: State = State.SUPPORTED
     note: str = ""
+    after: str = ""
 
     @property
     def form(self) -> str:
@@ -100,6 +101,7 @@ class Word:
         if self.value is not None:
             shown = f"= {_argument_form(self.value)}"
             yield f"[{shown}]" if self.value.optional else shown
+        yield self.after
         yield from (form for name, form in _MODIFIER_FORMS if name in self.modifiers)
 
     @property

@@ -71,9 +71,11 @@ Block = Line | Grid
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """What is drawn on: characters a line (None: without end), colours or not, any character or ASCII only."""
+    """What is drawn on: characters a line and rows of a table that grows with time (None: without end), colours or
+    not, any character or ASCII only."""
 
     width: int | None = None
+    rows: int | None = None
     colours: bool = False
     unicode: bool = False
 

@@ -17,6 +17,7 @@ from vrs_cli.render.roles import Role, rich_style
 if TYPE_CHECKING:
     from vrs_cli.interfaces.replies import Reply
 
+ROWS = 200  # of a table that grows with time: more than anyone reads on a terminal
 RULES = 2  # characters that the rules add at each side of a column
 
 
@@ -30,13 +31,13 @@ class TerminalRenderer:
     def page(self) -> Page:
         console = self.console
         unicode = (console.encoding or "").lower().startswith("utf")
-        return Page(console.width, console.color_system is not None, unicode)
+        return Page(console.width, ROWS, console.color_system is not None, unicode)
 
     def draw(self, reply: Reply) -> None:
         page = self.page
         for block in blocks(reply, page):
             for renderable in _renderables(block, page):
-                self.console.print(renderable, soft_wrap=isinstance(renderable, Text))
+                self.console.print(renderable)
 
     def write(self, text: str) -> None:
         """Text as it is: what a program TYPEs."""

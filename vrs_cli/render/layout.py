@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from textwrap import wrap
 from typing import Any
 
+from vrs_cli.engine.engine import CommandRecord
 from vrs_cli.engine.position import Position, position_at
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.replies import Reply, Tone
@@ -265,14 +267,22 @@ def _sentence(text: str) -> str:
 # --- the timeline --------------------------------------------------------------------------------------------------
 
 
-def _timeline(reply: replies.TimelineTable, _page: Page) -> Iterator[Block]:
+def _timeline(reply: replies.TimelineTable, page: Page) -> Iterator[Block]:
     if not reply.commands:
         yield line(f"No motions yet; the clock is at {seconds(reply.clock)}", Role.NOTE)
         return
-    yield _command_grid(reply)
+    yield from _latest(_command_grid(reply.commands), "commands", page.rows)
     yield line()
-    yield _segment_grid(_moving(reply.timeline))
+    yield from _latest(_segment_grid(_moving(reply.timeline)), "segments", page.rows)
     yield line(f"The clock is at {seconds(reply.clock)}", Role.NOTE)
+
+
+def _latest(grid: Grid, what: str, most: int | None) -> Iterator[Block]:
+    """The last rows of a table that may be long, and how many were left out."""
+    if most is not None and len(grid.rows) > most:
+        yield line(f"The first {len(grid.rows) - most} {what} are not shown; SAVE writes all of them", Role.NOTE)
+        grid = replace(grid, rows=grid.rows[-most:])
+    yield grid
 
 
 def _moving(timeline: Timeline) -> Iterator[Segment]:
@@ -280,14 +290,14 @@ def _moving(timeline: Timeline) -> Iterator[Segment]:
     return (segment for segment in timeline if segment.motion.number > 0)
 
 
-def _command_grid(reply: replies.TimelineTable) -> Grid:
+def _command_grid(commands: Iterable[CommandRecord]) -> Grid:
     columns = (
         Column("No.", Role.NUMBER, right=True, width=3),
         Column("Command", Role.INSTRUCTION, width=NAME_COLUMN),
         *(Column(heading, Role.NUMBER, right=True, width=8) for heading in ("t_iss", "t_exec", "t_end")),
     )
     rows = tuple(
-        (str(row.number), row.text, fixed(row.issued), fixed(row.executed), fixed(row.end)) for row in reply.commands
+        (str(row.number), row.text, fixed(row.issued), fixed(row.executed), fixed(row.end)) for row in commands
     )
     return Grid(columns, rows, boxed=True)
 
@@ -318,13 +328,9 @@ def _labelled(motion: Motion) -> str:
     return f"{motion.number} {motion.text}".rstrip() if motion.number else ""
 
 
-def _replay(reply: replies.Replay, _page: Page) -> Iterator[Block]:
+def _replay(reply: replies.Replay, page: Page) -> Iterator[Block]:
     timeline = reply.timeline
-    yield line(
-        f"{reply.path}: {reply.model.title}, {count(reply.commands, 'change')}, {count(len(timeline), 'segment')}, "
-        f"{seconds(timeline.start)} to {seconds(timeline.end)}",
-        Role.NOTE,
-    )
+    yield from _message(replay_summary(reply), page)
     if reply.dropped_tail:
         yield line("its last line was not written to the end, and was left out", Role.WARNING)
     columns = (*map(number_column, ("t", *POSE)), Column("   Command", Role.INSTRUCTION))
@@ -338,6 +344,15 @@ def _replay(reply: replies.Replay, _page: Page) -> Iterator[Block]:
         for segment in _ends(timeline)
     )
     yield Grid(columns, rows, tight=True, keys=1)
+
+
+def replay_summary(reply: replies.Replay) -> replies.Message:
+    """What a recording is, in one line."""
+    timeline = reply.timeline
+    return replies.Message(
+        f"{reply.path}: {reply.model.title}, {count(reply.changes, 'change')}, {count(len(timeline), 'segment')}, "
+        f"{seconds(timeline.start)} to {seconds(timeline.end)}"
+    )
 
 
 def _ends(timeline: Timeline) -> Iterator[Segment]:

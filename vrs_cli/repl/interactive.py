@@ -29,8 +29,8 @@ from vrs_cli.repl.toolbar import toolbar
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.language.diagnostics import Diagnostic
     from vrs_cli.render.console import TerminalRenderer
-    from vrs_cli.repl.complete import Names
     from vrs_cli.repl.conversation import Conversation
     from vrs_cli.repl.terminal import ShellTerminal
 
@@ -53,7 +53,7 @@ class Workplace:
         from vrs_cli.kinematics.model import load_robot
         from vrs_cli.language import parser
         from vrs_cli.render.console import TerminalRenderer
-        from vrs_cli.repl import complete, validate  # noqa: F401 (the first key must not wait for them)
+        from vrs_cli.repl import names, validate  # noqa: F401 (the first key must not wait for them)
         from vrs_cli.repl.conversation import Conversation
         from vrs_cli.repl.shell import DEFAULT_ROBOT
         from vrs_cli.repl.terminal import ShellTerminal
@@ -79,18 +79,18 @@ class Workplace:
             return True
         return False
 
-    def names(self) -> Names:
-        """What is defined, for completion."""
-        from vrs_cli.repl.names import names_of
+    def note(self, error: Exception) -> None:
+        """Tell of an error where nothing can be printed: in the toolbar."""
+        from vrs_cli.repl.mishap import internal_error
 
-        return names_of(self.conversation.session)
+        self.terminal.last = internal_error(error).text
 
 
 # --- what prompt-toolkit asks for -----------------------------------------------------------------------------------
 
 
 class ValCompleter(Completer):
-    """Suggestions of `complete`; none before the tables are there."""
+    """Suggestions of `complete`; none before the tables are there, and none where finding them fails."""
 
     def __init__(self, ready: Callable[[], Workplace | None]) -> None:
         self._ready = ready
@@ -99,13 +99,21 @@ class ValCompleter(Completer):
         work = self._ready()
         text = document.text_before_cursor
         if work is None or (complete_event.text_inserted and not text.strip()):
-            return
-        from vrs_cli.repl.complete import suggestions
+            return []
+        try:
+            return list(self._completions(work, text, complete_event.completion_requested))
+        except Exception as error:
+            work.note(error)
+            return []
 
-        in_program = work.conversation.entry is not None
-        for suggestion in suggestions(
-            text, work.names(), in_program=in_program, everything=complete_event.completion_requested
-        ):
+    def _completions(self, work: Workplace, text: str, everything: bool) -> Iterator[Completion]:
+        from vrs_cli.repl.complete import suggestions
+        from vrs_cli.repl.names import names_of
+
+        conversation = work.conversation
+        in_program = conversation.entry is not None
+        names = names_of(conversation.session)
+        for suggestion in suggestions(text, names, in_program=in_program, everything=everything):
             yield Completion(suggestion.text, -suggestion.length, display_meta=suggestion.meta)
 
 
@@ -116,20 +124,26 @@ class LineValidator(Validator):
         self._work = work
 
     def validate(self, document: Document) -> None:
-        conversation = self._work().conversation
-        text, entry = document.text, conversation.entry
+        try:
+            mistake = self._mistake(document.text)
+        except Exception:  # the line is sent then, and whatever is wrong is told of it
+            return
+        if mistake is not None:
+            column = min(mistake.span.column - 1, len(document.text))
+            raise ValidationError(cursor_position=column, message=mistake.message)
+
+    def _mistake(self, text: str) -> Diagnostic | None:
         from vrs_cli.repl.entry import Entry, closes_entry, opens_entry
         from vrs_cli.repl.validate import first_mistake
 
+        conversation = self._work().conversation
+        entry = conversation.entry
         if closes_entry(text) if entry else opens_entry(text) and not Entry(text).program:
-            return
+            return None
         if entry is not None and not entry.program:
-            return
+            return None
         known = conversation.session.environment.kinds()
-        mistake = first_mistake(text, known, in_program=entry is not None)
-        if mistake is not None:
-            column = min(mistake.span.column - 1, len(text))
-            raise ValidationError(cursor_position=column, message=mistake.message)
+        return first_mistake(text, known, entry.header if entry else None)
 
 
 # --- the shell -----------------------------------------------------------------------------------------------------

@@ -73,7 +73,7 @@ class Player:
     def run(self) -> None:
         """Play on the terminal until the user leaves."""
         application: Application[None] = Application(
-            layout=Layout(Window(FormattedTextControl(self.text), dont_extend_height=True)),
+            layout=Layout(Window(FormattedTextControl(self.text), dont_extend_height=True, wrap_lines=True)),
             key_bindings=self._bindings(),
             refresh_interval=REFRESH,
         )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TextIO
 from vrs_cli.errors import FileError
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.replies import Reply, Tone
+from vrs_cli.render.layout import replay_summary
 from vrs_cli.render.text import plain_text
 
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ class ShellTerminal:
         if isinstance(reply, replies.Farewell):
             self.leaving = True
         elif isinstance(reply, replies.Replay):
-            self._renderer().draw(reply)
+            self._renderer().draw(replay_summary(reply))
             self._play(reply)
         else:
             self._renderer().draw(reply)

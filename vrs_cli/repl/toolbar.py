@@ -7,19 +7,28 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session
 
-GAP = "  |  "
+GAP = " | "
+LEAST_MESSAGE = 12  # columns: a shorter rest of the line says nothing
 
 
 def toolbar(session: Session | None, last: str, width: int) -> str:
     """As much of it as fits, the most useful first. Without a session yet: that it is being made ready."""
     if session is None:
-        return " one moment: the robot is being made ready "
+        return " one moment: the robot is being made ready"[:width]
     text = ""
-    for part in (*_state(session), last):
+    for part in _state(session):
         longer = f"{text}{GAP}{part}" if text else f" {part}"
-        if part and len(longer) <= width:
+        if len(longer) <= width:
             text = longer
-    return text
+    return text + _message(last, width - len(text))
+
+
+def _message(last: str, room: int) -> str:
+    """The message, cut where it is too long; nothing where hardly any of it would be seen."""
+    room -= len(GAP)
+    if not last or room < min(len(last), LEAST_MESSAGE):
+        return ""
+    return GAP + (last if len(last) <= room else f"{last[: room - 3]}...")
 
 
 def _state(session: Session) -> tuple[str, ...]:
@@ -32,7 +41,7 @@ def _state(session: Session) -> tuple[str, ...]:
     speed = engine.parameters.speed.always
     return (
         f"t {fixed(engine.now, 2)} s",
-        f"X {x}  Y {y}  Z {z}",
-        f"speed {fixed(engine.parameters.monitor_speed, 0)} % / {fixed(speed.value, 0)} {speed.unit.value}",
+        f"X {x} Y {y} Z {z}",
+        f"{fixed(engine.parameters.monitor_speed, 0)} % / {fixed(speed.value, 0)} {speed.unit.value}",
         str(engine.arm.configuration(position.joints)),
     )

@@ -15,7 +15,6 @@ from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import Polynomial, parabola, value
 from vrs_cli.trajectory.profile import (
-    MARGIN,
     NEGLIGIBLE,
     Component,
     Demand,
@@ -144,7 +143,7 @@ def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Mot
 
 
 def _stopping_time(velocity: float, acceleration: float) -> float:
-    return up_to_grid(abs(velocity) / acceleration * MARGIN)
+    return up_to_grid(abs(velocity) / acceleration)
 
 
 def _stop_path(state: JointState, duration: float) -> JointPath:

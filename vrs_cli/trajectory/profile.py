@@ -21,6 +21,7 @@ from vrs_cli.trajectory.instant import TICK, up_to_grid
 
 NEGLIGIBLE = 1e-12  # a displacement or velocity that is none [rad, m, rad/s, m/s]
 MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
+ROOM = 8 * TICK  # [s] by which a blend is longer than it must be: rounding the other times moves the limits a little
 SLIVER = 1e-6  # [s] a cruise that is none
 SEARCH_STEPS = 6
 LONGEST_BLEND = 1e6  # [s]
@@ -213,12 +214,12 @@ def _shortest(total: Callable[[float], float], low: float, high: float) -> float
 
 def _settled(demands: Demands, blend: float, least: float) -> Times:
     """The times on the grid for the chosen blend time; slower when the motion is to last at least `least`."""
-    blend = up_to_grid(blend * MARGIN) + TICK
+    blend = up_to_grid(blend * MARGIN) + ROOM
     while (u := _quickest(demand := demands(blend), blend)) is None:
-        blend = up_to_grid(blend * 1.001) + TICK  # rounding may have cost the last bit of room
+        blend = up_to_grid(blend * 1.001) + ROOM  # rounding may have cost the last bit of room
     if u == 0.0:
         return Times(blend, 0.0, 0.0)
-    u /= MARGIN
+    u = max(u / MARGIN, 0.5 * (demand.low + u))  # where rounding finds room on both sides
     spare = least - (1.0 / u + 0.5 * (blend + demand.slowing * u))
     if spare > 0.0:
         u = max(1.0 / (1.0 / u + spare), demand.low)

@@ -1,0 +1,41 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+VRS = [sys.executable, "-m", "vrs_cli"]
+
+
+def fed(text: str, *arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """vrs with these arguments and `text` on a pipe."""
+    return subprocess.run([*VRS, *arguments], input=text, capture_output=True, text=True, check=False, cwd=folder)
+
+
+@pytest.mark.parametrize("arguments", [(), ("shell",)])
+def test_without_a_terminal_lines_are_executed(tmp_path: Path, arguments: tuple[str, ...]) -> None:
+    ended = fed("WHERE\n", *arguments, folder=tmp_path)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert {"149.090", "921.120", "JT6"} <= set(ended.stdout.split())
+
+
+def test_a_file_is_loaded_first(tmp_path: Path) -> None:
+    (tmp_path / "hello.v2").write_text('.PROGRAM hello\n    TYPE "hello"\n.END\n')
+    ended = fed("EXECUTE hello\n", "shell", "hello.v2", folder=tmp_path)
+    assert ended.returncode == 0
+    assert "hello" in ended.stdout.splitlines()
+
+
+def test_a_line_that_fails_is_told_by_the_status(tmp_path: Path) -> None:
+    ended = fed("WHEER\nWHERE\n", folder=tmp_path)
+    assert ended.returncode == 1
+    assert "149.090" in ended.stdout
+    assert "Traceback" not in ended.stdout + ended.stderr
+
+
+def test_a_robot_that_is_not_there(tmp_path: Path) -> None:
+    ended = fed("WHERE\n", "--robot", "none.toml", folder=tmp_path)
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert ended.stderr == "vrs: *Nonexistent file* none.toml\n"
