@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from difflib import get_close_matches
+from itertools import islice
 
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch
 from vrs_cli.errors import UsageError
@@ -54,7 +56,7 @@ def _usable(rows: Iterable[Word | Function]) -> tuple[str, ...]:
 def page(typed: str) -> HelpPage:
     """Every meaning of a word, which may be cut short. Raises UsageError with what is near."""
     name = _full_name(typed.upper())
-    entries = tuple(entry for source in _SOURCES for entry in source(name))
+    entries = tuple(entry for source in _SOURCES for entry in source(name)) or tuple(_users(name))
     if not entries:
         near = get_close_matches(name, _all_names(), 1)
         raise UsageError(
@@ -69,7 +71,7 @@ def _all_names() -> list[str]:
 
 def _full_name(name: str) -> str:
     """The word itself, or the one that it is cut short from."""
-    if name in _all_names():
+    if name in _all_names() or any(_users(name)):
         return name
     found = abbreviated(name, COMMANDS, INSTRUCTIONS, CONTROL)
     if len(found) == 1:
@@ -78,6 +80,26 @@ def _full_name(name: str) -> str:
     if len(starting) > 1:
         raise UsageError(f"{name} can be {', '.join(starting)}", "write more of the word")
     return starting[0] if starting else name
+
+
+MOST_USERS = 3
+_TABLES: Mapping[str, Mapping[str, Word]] = {
+    "control structure": CONTROL,
+    "monitor command": COMMANDS,
+    "instruction": INSTRUCTIONS,
+}
+
+
+def _users(name: str) -> Iterator[HelpEntry]:
+    """For a word that only stands inside others (STEP, AT, THEN): the first of those."""
+    users = (
+        (sort, row)
+        for sort, table in _TABLES.items()
+        for row in table.values()
+        if name in re.findall(r"[A-Z]+", row.form) and row.state is State.SUPPORTED
+    )
+    for sort, row in islice(users, MOST_USERS):
+        yield HelpEntry(sort, row.form, row.summary, row.example, row.where)
 
 
 def _word(sort: str, table: Mapping[str, Word]) -> Callable[[str], Iterator[HelpEntry]]:

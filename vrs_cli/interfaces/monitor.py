@@ -206,6 +206,8 @@ def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
     reference = _defined_by(session, it)
     terminal = session.terminal
     if not isinstance(terminal, Dialogue):
+        if not reference.defined():
+            raise UndefinedValue(reference.name, f"POINT {reference.name} = location gives it one")
         yield _one_location(reference.name, cast("Transform | Joints", reference.value()))
         return
     value = _present(session, reference)
@@ -300,19 +302,11 @@ def _rows(session: Session, it: Instruction, kinds: tuple[Kind, ...], otherwise:
 
 
 def _elements(session: Session, expression: Expression) -> tuple[tuple[str, Value], ...]:
-    """All elements, for a whole array: `a[]`, or `a` where that has no value of its own."""
+    """What a name alone stands for: the simple variable and all elements of the array of that name."""
     if not isinstance(expression, Variable) or expression.indexes:
         return ()
-    environment = session.environment
-    if expression.indexes is None and any(expression.key in environment.cells(kind) for kind in Kind):
-        return ()
-    return tuple(row for kind in Kind for row in environment.variables(kind) if _array_of(row.name) == expression.key)
-
-
-def _array_of(name: str) -> str:
-    """The key of the array that an element belongs to; empty for a simple variable."""
-    array, bracket, _ = name.partition("[")
-    return key_of(array) if bracket else ""
+    rows = (row for kind in Kind for row in session.environment.variables(kind))
+    return tuple(row for row in rows if key_of(row.name.partition("[")[0]) == expression.key)
 
 
 # --- programs in memory --------------------------------------------------------------------------------------------

@@ -27,15 +27,6 @@ _MISSING_LINK: Mapping[str, tuple[str, ...]] = {
     "CASE": ("OF",),
 }
 _RELATIONS_OF_VAL = {"EQ": "==", "NE": "<>", "GT": ">", "GE": ">=", "LT": "<", "LE": "<="}
-_FORMS = {
-    "IF": "IF condition THEN, or IF condition GOTO label",
-    "WHILE": "WHILE condition DO",
-    "FOR": "FOR variable = first TO last [STEP step]",
-    "CASE": "CASE number OF",
-    "VALUE": "VALUE number, number:",
-    "UNTIL": "UNTIL condition",
-    "GOTO": "GOTO label",
-}
 _CONDITIONS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
 
 
@@ -96,7 +87,7 @@ class _Complaint:
         if last is None or self._type in _VALUES or self._type in _OPENING or self._type == "PREFIX":
             return None
         if last.type in _MISSING_LINK or last.type in ("UNTIL", "VALUE"):
-            return self._say(CannotInterpret, f"a value is missing after {last.text.upper()}", _FORMS[last.type])
+            return self._say(CannotInterpret, f"a value is missing after {last.text.upper()}", CONTROL[last.type].form)
         if last.type not in _WANTS_VALUE or (last.type == "COMMA" and self._type == ""):
             return None
         if self._type == "EQUAL" and last.text in "<>=":
@@ -152,7 +143,7 @@ class _Complaint:
         detail = f"{' or '.join(links)} is missing"
         if len(self._before) > 1 and self._before[-2] is head and last.text.upper() in links:
             detail = f"a value is missing between {head.type} and {last.text.upper()}"
-        return self._say(CannotInterpret, detail, f"the form is {_FORMS[head.type]}")
+        return self._say(CannotInterpret, detail, f"the form is {CONTROL[head.type].form}")
 
     def _neighbours(self) -> Diagnostic | None:
         """Two values with nothing between them."""
@@ -164,7 +155,7 @@ class _Complaint:
         if last.text.upper() in ("AT", "IN") and self._before[-2:-1] and self._before[-2].type == "WORD":
             return self._say(CannotInterpret, f"{self._before[-2].value} takes no {last.text.upper()}", "", last)
         if self._head is not None and self._head.type == "FOR" and not any(one.type == "EQUAL" for one in self._before):
-            return self._say(CannotInterpret, "= is missing", f"the form is {_FORMS['FOR']}")
+            return self._say(CannotInterpret, "= is missing", f"the form is {CONTROL['FOR'].form}")
         relation = _RELATIONS_OF_VAL.get(self._token_text().upper())
         hint = f"write {relation}" if relation else f"an operator or a comma is missing before {self._token_text()}"
         return self._say(IllegalExpression, self._shown(), hint)
@@ -176,7 +167,11 @@ class _Complaint:
         if last.type == "THEN":
             return f"{self._shown()} after THEN", "THEN ends the line; what is done stands on the next ones"
         if head.type in CONTROL and (head is last or last.type in ("DO", "OF", "COLON")):
-            hint = f"the form is {_FORMS[head.type]}" if head.type in _FORMS else f"{head.type} stands alone"
+            hint = (
+                f"the form is {CONTROL[head.type].form}"
+                if CONTROL[head.type].arguments
+                else f"{head.type} stands alone"
+            )
             return f"{self._shown()} after {last.text.upper()}", hint
         if head.type == "NAME" and self._start in ("step", "prompt"):
             return self._shown(), "a variable is followed by = and its value"

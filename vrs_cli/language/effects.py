@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass
-from math import radians
+from math import asin, hypot, radians
 from typing import cast
 
 from vrs_cli.engine.commands import (
@@ -296,11 +296,9 @@ def aligned(T: Transform) -> Transform:
         a[2] * nearest[0] - a[0] * nearest[2],
         a[0] * nearest[1] - a[1] * nearest[0],
     )
-    sine = (turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2) ** 0.5
+    sine = hypot(*turn)
     if sine < 1e-12:
         return T
-    from math import asin
-
     return at_position(compose(rotation_about(turn, asin(min(sine, 1.0))), T), T.px, T.py, T.pz)
 
 

@@ -81,7 +81,7 @@ class FileReader:
         self._diagnostics: list[Diagnostic] = []
         self._lines: Sequence[Line] = ()
         self._at = 0
-        self._programs: dict[str, str] = {}
+        self._programs: set[str] = set()
 
     def read(self, text: str) -> tuple[File, tuple[Diagnostic, ...]]:
         """The file and everything that is wrong with its lines."""
@@ -144,29 +144,31 @@ class FileReader:
 
     # --- programs ---
 
-    def _program(self, line: Line) -> Program:
-        begun = self._at
+    def _program(self, line: Line) -> Program | BadLine:
+        """A program; where its heading cannot be read, its steps are only checked."""
         header = self._header(line)
         body = list(self._inside())
-        last = self._lines[self._at - 1] if self._at > begun else line
+        end = self._lines[self._at - 1].span.end
         numbered = step_numbers(body)
         steps = tuple(self._step(inner, numbered) for inner in _without_trailing_blanks(body))
-        span = Span(line.number, line.span.column, max(last.span.end, line.span.end))
+        if header is None:
+            return BadLine(line.text.strip(), line.span)
+        span = Span(line.number, line.span.column, max(end, line.span.end))
         return Program(header.name, header.parameters, steps, header.comment, span)
 
-    def _header(self, line: Line) -> ProgramHeader:
+    def _header(self, line: Line) -> ProgramHeader | None:
         at = header_end(line.text)
         assert at is not None
         try:
             header = self._parser.header(line.text, line.number, at)
         except LineRefused as refused:
             self._diagnostics.append(refused.diagnostic)
-            return ProgramHeader("", (), None, line.span)
+            return None
         key = header.name.lower()[: ast.NAME_LENGTH]
         if key in self._programs:
             detail = f"{header.name} is there twice in this file"
             self._diagnostics.append(error(ProgramExists, header.span, detail))
-        self._programs[key] = header.name
+        self._programs.add(key)
         return header
 
     def _step(self, line: Line, numbered: bool) -> Step:

@@ -71,7 +71,8 @@ class Word:
     """A row: `value` is what follows `=`; `breaks`: the robot comes to rest first; `where`: 1 VAL, 2 VAL-II, + V+.
 
     A `value` that is repeated (`STORE file = program, ...`) is kept as the arguments after the others.
-    `after`: what stands after the arguments (`WHILE condition DO`). `note`: how a refused word is said otherwise, or what is worth knowing.
+    `after`: what stands behind the arguments (`WHILE condition DO`).
+    `note`: how a refused word is said otherwise, or what is worth knowing.
     """
 
     name: str
@@ -90,7 +91,8 @@ class Word:
     @property
     def form(self) -> str:
         """`APPRO location, distance [AT t | IN dt]`."""
-        return " ".join(part for part in (self.name, _arguments_form(self.arguments), *self._tail()) if part)
+        parts = (self.name, _arguments_form(self.arguments), *self._tail())
+        return " ".join(part for part in parts if part).replace(" :", ":")
 
     @property
     def ours(self) -> bool:

@@ -147,12 +147,15 @@ def _program_names(reply: replies.ProgramNames, _page: Page) -> Iterator[Block]:
     columns = (
         Column("", Role.ERROR),
         Column("", Role.NAME, width=NAME_COLUMN),
-        Column("", Role.NUMBER, right=True),
+        Column("", Role.NUMBER),
         Column("", Role.COMMENT, fold=True),
     )
     yield Grid(
         columns,
-        tuple((" " if row.executable else "*", row.name, count(row.steps, "step"), row.comment) for row in reply.rows),
+        tuple(
+            (" " if row.executable else "*", row.name, f"{row.steps:4d} step{'s' * (row.steps != 1)}", row.comment)
+            for row in reply.rows
+        ),
     )
     if not all(row.executable for row in reply.rows):
         yield line("* not executable: LISTP shows its bad lines, LOAD of the mended file brings it in", Role.NOTE)

@@ -1,0 +1,62 @@
+"""Whole sessions, as they are typed into a pipe: `sessions/*.txt`.
+
+A line after `> ` is typed, one after `< ` is read by the PROMPT of the program that it runs, `#` begins a comment; all
+others are what the shell answers.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from io import StringIO
+from pathlib import Path
+
+import pytest
+
+from vrs_cli.interfaces.session import Session
+from vrs_cli.repl.conversation import Conversation
+from vrs_cli.repl.terminal import PlainTerminal
+
+SESSIONS = Path(__file__).parent / "sessions"
+
+
+@dataclass
+class Exchange:
+    """What is typed, and what is answered."""
+
+    typed: str
+    read: list[str] = field(default_factory=list)
+    answers: list[str] = field(default_factory=list)
+
+
+def exchanges(path: Path) -> Iterator[Exchange]:
+    present: Exchange | None = None
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if line.startswith("# "):
+            continue
+        if line.startswith("> "):
+            if present:
+                yield present
+            present = Exchange(line[2:])
+        elif present is not None:
+            (present.read if line.startswith("< ") else present.answers).append(line)
+    if present:
+        yield present
+
+
+@pytest.mark.parametrize("path", sorted(SESSIONS.glob("*.txt")), ids=lambda path: path.stem)
+def test_session(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for file in SESSIONS.glob("*.v2"):
+        shutil.copy(file, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    unread: list[str] = []
+    stream = StringIO()
+    conversation = Conversation(Session(PlainTerminal(stream, iter(lambda: unread.pop(0) if unread else "", ""))))
+    for exchange in exchanges(path):
+        unread += [line[2:] + "\n" for line in exchange.read]
+        conversation.take(exchange.typed)
+        answered = stream.getvalue().splitlines()
+        assert answered == exchange.answers, exchange.typed
+        stream.seek(0)
+        stream.truncate()
