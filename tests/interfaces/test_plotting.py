@@ -46,7 +46,9 @@ def test_curves(engine: Engine, words: tuple[str, ...], unit: str, labels: list[
     assert all(len(curve.values) == len(drawn.times) == SAMPLES for curve in drawn.curves)
 
 
-@pytest.mark.parametrize("words", [("X", "SPEED"), ("VELOCITY", "X"), ("POSITION", "VELOCITY"), ("X", "1"), ("Q",), ("P%",)])
+@pytest.mark.parametrize(
+    "words", [("X", "SPEED"), ("VELOCITY", "X"), ("POSITION", "VELOCITY"), ("X", "1"), ("Q",), ("P%",)]
+)
 def test_what_cannot_be_drawn_says_what_can(engine: Engine, words: tuple[str, ...]) -> None:
     with pytest.raises(UsageError, match="PLOT POSITION, VELOCITY"):
         plot(engine, *words)

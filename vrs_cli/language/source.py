@@ -148,13 +148,11 @@ class FileReader:
         """A program; where its heading cannot be read, its steps are only checked."""
         header = self._header(line)
         body = list(self._inside())
-        end = self._lines[self._at - 1].span.end
         numbered = step_numbers(body)
         steps = tuple(self._step(inner, numbered) for inner in _without_trailing_blanks(body))
         if header is None:
             return BadLine(line.text.strip(), line.span)
-        span = Span(line.number, line.span.column, max(end, line.span.end))
-        return Program(header.name, header.parameters, steps, header.comment, span)
+        return Program(header.name, header.parameters, steps, header.comment, line.span)
 
     def _header(self, line: Line) -> ProgramHeader | None:
         at = header_end(line.text)
@@ -237,12 +235,13 @@ def step_numbers(lines: Sequence[Line]) -> bool:
 
     Numbers that a GOTO of the program names are labels.
     """
-    found = [(_STEP_NUMBER.match(line.text), line) for line in lines if line.text.strip()]
-    if len(found) < 2 or any(
-        match is None or int(match[1][:9]) != number for number, (match, _) in enumerate(found, 1)
-    ):
-        return False
-    rest = [line.text[match.end() :] for match, line in found if match is not None]
+    rest: list[str] = []
+    for line in lines:
+        if line.text and not line.text.isspace():
+            match = _STEP_NUMBER.match(line.text)
+            if match is None or int(match[1][:9]) != len(rest) + 1:
+                return False
+            rest.append(line.text[match.end() :])
     labels = {inner[1] for text in rest if (inner := _STEP_NUMBER.match(text))}
     targets = {target for text in rest for target in _GOTO.findall(text)}
-    return targets <= labels
+    return len(rest) > 1 and targets <= labels

@@ -17,7 +17,9 @@ from prompt_toolkit import PromptSession
 from prompt_toolkit.application import get_app
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
+from prompt_toolkit.filters import Condition
 from prompt_toolkit.history import InMemoryHistory
+from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.styles import Style
 from prompt_toolkit.validation import ValidationError, Validator
 
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
 
 BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
 IDLE, RUNNING = ".", "*"
+MENU_ROWS = 6
 
 STYLE = Style.from_dict(
     {
@@ -167,7 +170,8 @@ class Shell:
             complete_while_typing=True,
             bottom_toolbar=self._toolbar,
             style=STYLE,
-            reserve_space_for_menu=6,
+            reserve_space_for_menu=MENU_ROWS,
+            key_bindings=key_bindings(),
         )
         self.prompts.app.after_render += lambda _app: self.backstage.begin()
 
@@ -236,6 +240,17 @@ class Shell:
         if self._answers is None:
             self._answers = PromptSession(history=InMemoryHistory())
         return self._answers.prompt(question)
+
+
+def key_bindings() -> KeyBindings:
+    """Ctrl-D also leaves where the line holds nothing but the indent of a program."""
+    bindings = KeyBindings()
+
+    @bindings.add("c-d", filter=Condition(lambda: not get_app().current_buffer.text.strip()))
+    def leave(event: KeyPressEvent) -> None:
+        event.app.exit(exception=EOFError, style="class:exiting")
+
+    return bindings
 
 
 @contextmanager

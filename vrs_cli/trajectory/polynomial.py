@@ -13,6 +13,18 @@ def value(a: Polynomial, t: float) -> float:
     return result
 
 
+def value_and_rate(a: Polynomial, t: float) -> tuple[float, float]:
+    """p(t) and dp/dt."""
+    if len(a) == 3:  # by far the most frequent
+        c0, c1, c2 = a
+        return c0 + t * (c1 + t * c2), c1 + 2.0 * c2 * t
+    result = rate = 0.0
+    for coefficient in reversed(a):
+        rate = rate * t + result
+        result = result * t + coefficient
+    return result, rate
+
+
 def derivative(a: Polynomial) -> Polynomial:
     """The polynomial dp/dt."""
     return tuple(power * coefficient for power, coefficient in enumerate(a) if power) or (0.0,)

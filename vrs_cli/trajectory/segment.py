@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, Vector, compose, rotate, rotation_about
+from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotate, rotation_about
 from vrs_cli.trajectory.motion import Motion
-from vrs_cli.trajectory.polynomial import Polynomial, derivative, value
+from vrs_cli.trajectory.polynomial import Polynomial, derivative, value, value_and_rate
 from vrs_cli.trajectory.vector import added, cross, scaled
 
 Twist = tuple[float, float, float, float, float, float]
@@ -83,37 +83,42 @@ class CartesianPath:
 
     def pose(self, s: float) -> Transform:
         """T_robot_tool at t_s + s."""
-        x, y, z = self.position
-        R = self.orientation
-        for axis, angle in self.turns:
-            R = compose(R, rotation_about(axis, value(angle, s)))
-        return R._replace(px=value(x, s), py=value(y, s), pz=value(z, s))
+        return self.state(s)[0]
 
     def twist(self, s: float) -> Twist:
         """Velocity of the tool tip and angular velocity, in the robot's frame [m/s, rad/s]."""
-        vx, vy, vz = (value(derivative(a), s) for a in self.position)
-        w, _ = self._spin(s)
-        return (vx, vy, vz, *w)
+        return self.state(s)[1]
+
+    def state(self, s: float) -> tuple[Transform, Twist]:
+        """`pose` and `twist` at once."""
+        (x, vx), (y, vy), (z, vz) = [value_and_rate(a, s) for a in self.position]
+        R = self.orientation
+        wx = wy = wz = 0.0
+        for axis, polynomial in self.turns:
+            angle, rate = value_and_rate(polynomial, s)
+            kx, ky, kz = rotate(R, axis)
+            wx, wy, wz = wx + kx * rate, wy + ky * rate, wz + kz * rate
+            R = compose(R, rotation_about(axis, angle))
+        return at_position(R, x, y, z), (vx, vy, vz, wx, wy, wz)
 
     def twist_rate(self, s: float) -> Twist:
         """Acceleration of the tool tip and angular acceleration [m/s2, rad/s2]."""
         ax, ay, az = (value(derivative(derivative(a)), s) for a in self.position)
-        _, alpha = self._spin(s)
-        return (ax, ay, az, *alpha)
+        return (ax, ay, az, *self._spin_rate(s))
 
-    def _spin(self, s: float) -> tuple[Vector, Vector]:
-        """Angular velocity and acceleration: each turn adds to what the turns before it carry along."""
+    def _spin_rate(self, s: float) -> Vector:
+        """Angular acceleration: each turn adds to what the turns before it carry along."""
         w: Vector = (0.0, 0.0, 0.0)
         alpha: Vector = (0.0, 0.0, 0.0)
         R = self.orientation
-        for axis, angle in self.turns:
-            rate = derivative(angle)
+        for axis, polynomial in self.turns:
+            angle, rate = value_and_rate(polynomial, s)
             k = rotate(R, axis)
-            spin = scaled(k, value(rate, s))
-            alpha = added(added(alpha, scaled(k, value(derivative(rate), s))), cross(w, spin))
+            spin = scaled(k, rate)
+            alpha = added(added(alpha, scaled(k, value(derivative(derivative(polynomial)), s))), cross(w, spin))
             w = added(w, spin)
-            R = compose(R, rotation_about(axis, value(angle, s)))
-        return w, alpha
+            R = compose(R, rotation_about(axis, angle))
+        return alpha
 
 
 Path = JointPath | CartesianPath

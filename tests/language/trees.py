@@ -1,0 +1,179 @@
+"""Random programs as syntax trees (hypothesis), and trees without their places, for the laws of parser and printer."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from hypothesis import strategies as st
+
+from vrs_cli.language import ast
+from vrs_cli.language.functions import FUNCTIONS, WITH_BY
+from vrs_cli.language.names import is_reserved
+from vrs_cli.language.precedence import ORDER
+
+NOWHERE = ast.Span(1, 1, 1)
+
+names = st.from_regex(r"[a-z][a-z0-9._]{0,11}", fullmatch=True).filter(
+    lambda name: not is_reserved(name) and name not in ("at", "in", "from", "monitor")
+)
+sigils = st.sampled_from(["", "#", "$"])
+texts = st.text(alphabet=st.characters(min_codepoint=32, max_codepoint=126, exclude_characters='"'), max_size=12)
+numbers = st.one_of(
+    st.integers(0, 10**6).map(lambda n: ast.Number(float(n), str(n), NOWHERE)),
+    st.sampled_from(["2.5", ".5", "5.", "1E-3", "^HFF", "^B101", "^17", "'A", "'a"]).map(
+        lambda text: ast.Number(VALUES[text], text, NOWHERE)
+    ),
+)
+VALUES = {
+    "2.5": 2.5,
+    ".5": 0.5,
+    "5.": 5.0,
+    "1E-3": 1e-3,
+    "^HFF": 255.0,
+    "^B101": 5.0,
+    "^17": 15.0,
+    "'A": 65.0,
+    "'a": 97.0,
+}
+constants = st.sampled_from([name for name, row in FUNCTIONS.items() if row.constant]).map(
+    lambda name: ast.Call(name, (), NOWHERE)
+)
+functions = st.sampled_from([name for name, row in FUNCTIONS.items() if not row.constant and row.arguments])
+
+
+def _variables(inner: st.SearchStrategy[ast.Expression], grouped: bool = True) -> st.SearchStrategy[ast.Variable]:
+    indexes = st.one_of(st.none(), st.lists(inner, min_size=0, max_size=3).map(tuple))
+    groups = st.booleans() if grouped else st.just(False)
+    return st.builds(ast.Variable, names, sigils, indexes, st.just(NOWHERE), groups)
+
+
+def _trimmed(items: list[ast.Expression | None]) -> tuple[ast.Expression | None, ...]:
+    while items and items[-1] is None:
+        items.pop()
+    return tuple(items)
+
+
+def _arguments(inner: st.SearchStrategy[ast.Expression]) -> st.SearchStrategy[tuple[ast.Expression | None, ...]]:
+    return st.lists(st.one_of(inner, st.none()), max_size=4).map(_trimmed)
+
+
+def _calls(inner: st.SearchStrategy[ast.Expression]) -> st.SearchStrategy[ast.Call]:
+    """Calls of functions whose arguments are plain values: those that take words are read otherwise."""
+    plain = functions.filter(lambda name: name not in ("SWITCH", "PARAMETER", "DEFINED", "LAST", "TAS", "$DECODE"))
+    return st.builds(ast.Call, plain, _arguments(inner), st.just(NOWHERE), st.just(True)).filter(
+        lambda call: call.name not in WITH_BY or (len(call.arguments) > 0 and call.arguments[0] is not None)
+    )
+
+
+def _deeper(inner: st.SearchStrategy[ast.Expression]) -> st.SearchStrategy[ast.Expression]:
+    return st.one_of(
+        st.builds(ast.Unary, st.sampled_from([*ORDER.prefix]), inner, st.just(NOWHERE), st.booleans()),
+        st.builds(ast.Binary, st.sampled_from([*ORDER.infix]), inner, inner, st.just(NOWHERE), st.booleans()),
+        _variables(inner),
+        _calls(inner),
+    )
+
+
+_expressions: st.SearchStrategy[ast.Expression] = st.recursive(
+    st.one_of(
+        numbers,
+        texts.map(lambda text: ast.Text(text, NOWHERE)),
+        constants,
+        st.builds(ast.Variable, names, sigils, st.none(), st.just(NOWHERE), st.booleans()),
+    ),
+    _deeper,
+    max_leaves=12,
+)
+
+
+@st.composite
+def _expression(draw: st.DrawFn) -> ast.Expression:
+    """By itself, so that strategies made of it have a short name."""
+    return draw(_expressions)
+
+
+expressions = _expression()
+reals = st.builds(ast.Variable, names, st.just(""), st.none(), st.just(NOWHERE))
+labels = st.integers(0, 65535)
+modifiers = st.one_of(
+    st.just(ast.NO_MODIFIERS),
+    expressions.map(lambda e: ast.Modifiers(at=e)),
+    expressions.map(lambda e: ast.Modifiers(within=e)),
+)
+units = st.sampled_from([None, "MMPS", "IPS", "MONITOR"])
+speeds = st.builds(ast.Modifiers, st.none(), st.none(), st.booleans(), units)
+formats = st.builds(
+    ast.Format, st.sampled_from("BCDEFGHIOSUX"), st.one_of(st.none(), st.integers(0, 20)), st.none(), st.just(NOWHERE)
+)
+items = st.lists(st.one_of(expressions, formats), max_size=4).map(tuple)
+calls = st.builds(
+    lambda name, arguments: ast.Call(name, arguments, NOWHERE, True), names, _arguments(expressions)
+) | names.map(lambda name: ast.Call(name, (), NOWHERE))
+words = st.sampled_from(["CP", "POWER", "DRY.RUN"]).map(lambda text: ast.Word(text, NOWHERE))
+
+X = st.just(NOWHERE)
+instructions = st.one_of(
+    st.builds(ast.Instruction, st.sampled_from(["MOVE", "MOVES"]), st.tuples(expressions), X, st.none(), modifiers),
+    st.builds(ast.Instruction, st.just("APPRO"), st.tuples(expressions, expressions), X, st.none(), modifiers),
+    st.builds(ast.Instruction, st.just("BASE"), _arguments(expressions), X),
+    st.builds(ast.Instruction, st.just("READY"), st.just(()), X, st.none(), modifiers),
+    st.builds(ast.Instruction, st.just("SPEED"), st.tuples(expressions), X, st.none(), speeds),
+    st.builds(ast.Instruction, st.just("TYPE"), items, X),
+    st.builds(ast.Instruction, st.just("SET"), st.tuples(reals), X, expressions),
+    st.builds(ast.Instruction, st.just("BITS"), st.tuples(expressions, expressions), X, expressions),
+    st.builds(ast.Instruction, st.just("CALL"), st.tuples(calls), X),
+    st.builds(ast.Instruction, st.just("ENABLE"), st.lists(words, min_size=1, max_size=3).map(tuple), X),
+)
+statements = st.one_of(
+    st.builds(ast.Assignment, _variables(expressions, grouped=False), expressions, X),
+    instructions,
+    st.builds(ast.Goto, labels, X),
+    st.builds(ast.IfGoto, expressions, labels, X),
+    st.builds(ast.If, expressions, X),
+    st.builds(ast.Else, X),
+    st.builds(ast.While, expressions, X),
+    st.builds(ast.Do, X),
+    st.builds(ast.Until, expressions, X),
+    st.builds(ast.For, reals, expressions, expressions, st.one_of(st.none(), expressions), X),
+    st.builds(ast.Case, expressions, X),
+    st.builds(ast.Value, st.lists(expressions, min_size=1, max_size=3).map(tuple), X),
+    st.builds(ast.Any, X),
+    st.builds(ast.End, X),
+)
+comments = st.one_of(
+    st.none(), st.text(alphabet=st.characters(min_codepoint=32, max_codepoint=126), max_size=12).map(str.rstrip)
+)
+steps = st.builds(ast.Step, st.one_of(st.none(), labels), st.one_of(st.none(), statements), comments, X)
+parameters = st.lists(st.builds(ast.Variable, names, sigils, st.just(None), X), max_size=3).map(tuple)
+
+
+def _without_blank_end(all_steps: list[ast.Step]) -> tuple[ast.Step, ...]:
+    blank = ast.Step(None, None, None, NOWHERE)
+    while all_steps and all_steps[-1] == blank:
+        all_steps.pop()
+    return tuple(all_steps)
+
+
+programs = st.builds(ast.Program, names, parameters, st.lists(steps, max_size=8).map(_without_blank_end), comments, X)
+
+
+def without_places(node: Any, groups: bool = True) -> Any:
+    """A tree as plain tuples, with no spans in it; without `groups`, wherever its source had parentheses."""
+    if isinstance(node, tuple):
+        return tuple(without_places(child, groups) for child in node)
+    if not dataclasses.is_dataclass(node):
+        return node
+    left_out = ("span",) if groups else ("span", "grouped")
+    names = (field.name for field in dataclasses.fields(node) if field.name not in left_out)
+    return (type(node).__name__, *(without_places(getattr(node, name), groups) for name in names))
+
+
+def groups_in(node: Any) -> int:
+    """How many parentheses the source of a tree has."""
+    if isinstance(node, tuple):
+        return sum(map(groups_in, node))
+    if not dataclasses.is_dataclass(node):
+        return 0
+    own = getattr(node, "grouped", False)
+    return own + sum(groups_in(getattr(node, field.name)) for field in dataclasses.fields(node))

@@ -1,0 +1,326 @@
+"""The shell on a terminal: keys in, what the session has become out."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from prompt_toolkit.application import create_app_session
+from prompt_toolkit.completion import CompleteEvent
+from prompt_toolkit.document import Document
+from prompt_toolkit.input import PipeInput, create_pipe_input
+from prompt_toolkit.output import DummyOutput
+from prompt_toolkit.validation import ValidationError
+
+from vrs_cli.interfaces.replies import Message
+from vrs_cli.interfaces.session import Session
+from vrs_cli.language.ast import Kind
+from vrs_cli.repl.interactive import LineValidator, Shell, ValCompleter, stoppable
+from vrs_cli.repl.lexer import ValLexer
+
+ENTER, CTRL_C, CTRL_D, TAB, UP = "\r", "\x03", "\x04", "\t", "\x1b[A"
+PASTE = ("\x1b[200~", "\x1b[201~")
+
+
+@pytest.fixture(autouse=True)
+def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@contextmanager
+def keyboard() -> Iterator[PipeInput]:
+    with create_pipe_input() as keys, create_app_session(input=keys, output=DummyOutput()):
+        yield keys
+
+
+def run(*keys: str, file: str | None = None) -> Shell:
+    """A whole session of the shell; it must end by itself at the last key."""
+    with keyboard() as pipe:
+        pipe.send_text("".join(keys))
+        shell = Shell(file=file)
+        assert shell.run() == 0
+    return shell
+
+
+def session(shell: Shell) -> Session:
+    return shell.backstage.wait().conversation.session
+
+
+def lines(*texts: str) -> str:
+    return "".join(text + ENTER for text in texts)
+
+
+def real(shell: Shell, name: str) -> object:
+    return dict(session(shell).environment.variables(Kind.REAL)).get(name)
+
+
+# --- leaving -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("last", [lines("EXIT"), lines("quit"), CTRL_D])
+def test_ways_to_leave(last: str) -> None:
+    assert real(run(lines("a = 1"), last), "a") == 1.0
+
+
+def test_it_says_what_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    run(CTRL_D)
+    assert capsys.readouterr().out.startswith("vrs ")
+
+
+# --- wrong lines ---------------------------------------------------------------------------------------------------
+
+
+def test_ctrl_c_clears_the_line_and_never_leaves() -> None:
+    shell = run("a = 1", CTRL_C, CTRL_C, lines("b = 2", "EXIT"))
+    assert (real(shell, "a"), real(shell, "b")) == (None, 2.0)
+
+
+def test_a_wrong_line_is_not_sent_and_can_be_mended() -> None:
+    shell = run("a = 3 +", ENTER, "\x1b[F 4", ENTER, lines("EXIT"))  # End, then the rest of it
+    assert real(shell, "a") == 7.0
+
+
+def test_a_line_that_cannot_be_done_does_not_end_the_shell(capsys: pytest.CaptureFixture[str]) -> None:
+    shell = run(lines("MOVE nowhere", "a = 1", "EXIT"))
+    assert "*Undefined value* nowhere" in capsys.readouterr().out
+    assert real(shell, "a") == 1.0
+
+
+def test_an_error_of_the_shell_itself_is_one_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(_session: Session, _line: str) -> None:
+        raise ZeroDivisionError("surprise")
+
+    monkeypatch.setattr(Session, "perform", broken)
+    run(lines("WHERE"), CTRL_D)
+    out = capsys.readouterr().out
+    assert "internal error: ZeroDivisionError: surprise" in out
+    assert "Traceback" not in out
+    report = Path("".join(out.split("please report it with")[1].split()))
+    assert "Traceback" in report.read_text()
+    report.unlink()
+
+
+# --- the validator -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def shell() -> Iterator[Shell]:
+    with keyboard():
+        yield Shell()
+
+
+@pytest.mark.parametrize(
+    ("line", "column", "text"),
+    [
+        ("MOVF part", 0, "*Unknown instruction*|*Illegal monitor command*"),
+        ("MOVE part AT", 12, "*Illegal expression syntax*"),
+        ("count = (3", 8, "*Missing parenthesis*"),
+        ('TYPE "open', 5, "*Missing quote mark*"),
+        ("MOVE 5", 5, "*Variable type mismatch*"),
+        ("END", 0, "*Can't interpret line*"),
+    ],
+)
+def test_the_cursor_goes_to_the_mistake(shell: Shell, line: str, column: int, text: str) -> None:
+    with pytest.raises(ValidationError) as refused:
+        LineValidator(shell.backstage.wait).validate(Document(line))
+    assert refused.value.cursor_position == column
+    assert any(refused.value.message.startswith(one) for one in text.split("|"))
+
+
+@pytest.mark.parametrize("line", ["", "  ", "; note", "MOVE nowhere", ".PROGRAM p", ".REALS", "WHERE\nMOVF"])
+def test_lines_that_may_be_sent(shell: Shell, line: str) -> None:
+    LineValidator(shell.backstage.wait).validate(Document(line))
+
+
+def test_steps_are_checked_as_steps(shell: Shell) -> None:
+    conversation = shell.backstage.wait().conversation
+    conversation.take("a = 5")  # outside the program a is a real
+    conversation.take(".PROGRAM p(a)")
+    validator = LineValidator(shell.backstage.wait)
+    for line in ("FOR i = 1 TO 3", "END", "MOVE a", "10 GOTO 10", ".END"):
+        validator.validate(Document(line))
+    for line in ("MOVF a", "WHERE", "FOR i = 1"):
+        with pytest.raises(ValidationError):
+            validator.validate(Document(line))
+
+
+def test_a_validator_that_fails_lets_the_line_pass() -> None:
+    def broken() -> object:
+        raise RuntimeError("no robot")
+
+    LineValidator(broken).validate(Document("WHERE"))  # type: ignore[arg-type]
+
+
+# --- completion and colours ----------------------------------------------------------------------------------------
+
+
+def test_completion_knows_what_is_defined(shell: Shell) -> None:
+    work = shell.backstage.wait()
+    work.conversation.take("SET pallet = TRANS(500,150,-100,90,90,0)")
+    found = ValCompleter(lambda: work).get_completions(Document("MOVE pa"), CompleteEvent(text_inserted=True))
+    (completion,) = found
+    assert (completion.text, completion.start_position) == ("pallet", -2)
+    assert completion.display_meta_text == "500.0 150.0 -100.0 90.0 90.0 0.0"
+
+
+def test_nothing_pops_up_on_an_empty_line(shell: Shell) -> None:
+    completer = ValCompleter(shell.backstage.wait)
+    assert list(completer.get_completions(Document(""), CompleteEvent(text_inserted=True))) == []
+    assert list(completer.get_completions(Document(""), CompleteEvent(completion_requested=True)))
+
+
+def test_before_the_tables_are_there_nothing_is_suggested_or_coloured() -> None:
+    assert list(ValCompleter(lambda: None).get_completions(Document("MO"), CompleteEvent(text_inserted=True))) == []
+    assert ValLexer(lambda: False).lex_document(Document("MOVE a"))(0) == [("", "MOVE a")]
+    coloured = ValLexer(lambda: True).lex_document(Document("MOVE a"))(0)
+    assert [fragment[1] for fragment in coloured] == ["MOVE", " ", "a"]
+    assert "cyan" in coloured[0][0]
+
+
+def test_a_failing_completion_is_told_in_the_toolbar(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
+    work = shell.backstage.wait()
+
+    def broken(*_arguments: object, **_options: object) -> object:
+        raise RuntimeError("no names")
+
+    monkeypatch.setattr("vrs_cli.repl.names.names_of", broken)
+    assert list(ValCompleter(lambda: work).get_completions(Document("MO"), CompleteEvent(text_inserted=True))) == []
+    assert work.terminal.last.startswith("internal error: RuntimeError: no names")
+    Path(work.terminal.last.rsplit(" ", 1)[1]).unlink()
+
+
+# --- programs ------------------------------------------------------------------------------------------------------
+
+
+def test_a_program_typed_line_by_line() -> None:
+    shell = run(
+        lines(".PROGRAM count", "FOR i = 1 TO 3", "total = total+i", "END", ".END", "total = 0", "EX count", "EXIT")
+    )
+    assert real(shell, "total") == 6.0
+    (stored,) = session(shell).environment.programs.values()
+    assert [step.statement is not None for step in stored.program.steps] == [True, True, True]
+
+
+def test_a_wrong_step_is_not_taken() -> None:
+    shell = run(lines(".PROGRAM p"), "MOVX", ENTER, "\x15\x0b", lines("a = 1", ".END", "EXIT"))  # Ctrl-U, Ctrl-K
+    (stored,) = session(shell).environment.programs.values()
+    assert (len(stored.program.steps), stored.analysis.executable) == (1, True)
+
+
+@pytest.mark.parametrize("key", [CTRL_C, CTRL_D])
+def test_leaving_a_program_stores_nothing_and_says_so(key: str, capsys: pytest.CaptureFixture[str]) -> None:
+    shell = run(lines(".PROGRAM p", "a = 1"), key, lines("b = 2", "EXIT"))
+    assert session(shell).environment.programs == {}
+    assert real(shell, "b") == 2.0
+    assert "p is not stored" in capsys.readouterr().out
+
+
+def test_a_structure_error_is_told_at_the_end(capsys: pytest.CaptureFixture[str]) -> None:
+    shell = run(lines(".PROGRAM p", "FOR i = 1 TO 3", ".END", "EXIT"))
+    assert "*Control structure error*" in capsys.readouterr().out
+    assert not session(shell).environment.programs["p"].analysis.executable
+
+
+def test_a_file_pasted_as_a_whole() -> None:
+    text = ".PROGRAM p\nFOR i = 1 TO 2\n  n = n+i\nEND\n.END\n.REALS\nn 10\n.END\nEXECUTE p\n"
+    shell = run(PASTE[0], text, PASTE[1], ENTER, lines("EXIT"))
+    assert real(shell, "n") == 13.0
+
+
+@pytest.mark.parametrize(("answer", "value"), [("N", 1.0), ("Y", 2.0)])
+def test_a_program_that_is_there_is_replaced_when_agreed(answer: str, value: float) -> None:
+    first = lines(".PROGRAM p", "a = 1", ".END")
+    again = lines(".PROGRAM p", answer) + (lines("a = 2", ".END") if answer == "Y" else "")
+    assert real(run(first, again, lines("EXECUTE p", "EXIT")), "a") == value
+
+
+def test_prompt_and_change_are_answered() -> None:
+    shell = run(
+        lines(".PROGRAM p", 'PROMPT "How many? ", n', ".END", "EXECUTE p", "5", "POINT a = NULL", "1,2,3", "", "EXIT")
+    )
+    assert real(shell, "n") == 5.0
+    (location,) = session(shell).environment.variables(Kind.LOCATION)
+    assert location.value[3::4] == pytest.approx((0.001, 0.002, 0.003))  # type: ignore[index]
+
+
+def test_a_file_named_on_the_command_line_is_loaded(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (state / "my cell.v2").write_text(".PROGRAM p\na = 4\n.END\n")
+    assert real(run(lines("EXECUTE p", "EXIT"), file="my cell.v2"), "a") == 4.0
+    run(CTRL_D, file="nowhere.v2")
+    assert "*Nonexistent file* nowhere.v2" in capsys.readouterr().out
+
+
+# --- history -------------------------------------------------------------------------------------------------------
+
+
+def test_lines_come_back_in_the_next_session() -> None:
+    run(lines("a = 1", "EXIT"))
+    assert real(run(UP, UP, ENTER, lines("EXIT")), "a") == 1.0
+
+
+def test_without_a_place_for_the_history_there_is_one_note(
+    state: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (state / "file").touch()
+    monkeypatch.setenv("XDG_STATE_HOME", str(state / "file"))
+    assert real(run(lines("a = 1", "EXIT")), "a") == 1.0
+    assert capsys.readouterr().out.count("the history cannot be kept") == 1
+
+
+# --- Ctrl-C while a program runs -----------------------------------------------------------------------------------
+
+
+def interrupting(when: Callable[[Session], bool]) -> Callable[[Session, str], None]:
+    """Session.perform, with Ctrl-C pressed as soon as the clock tells so."""
+    perform = Session.perform
+
+    def pressed(session: Session, line: str) -> None:
+        session.engine.listeners.append(
+            lambda _delta, _timeline: signal.raise_signal(signal.SIGINT) if when(session) else None
+        )
+        perform(session, line)
+
+    return pressed
+
+
+def test_ctrl_c_stops_the_program_and_not_the_shell(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pressed: list[float] = []
+
+    def once(session: Session) -> bool:
+        late = session.engine.now > 5.0 and not pressed
+        if late:
+            pressed.append(session.engine.now)
+        return late
+
+    monkeypatch.setattr(Session, "perform", interrupting(once))
+    typed = lines(".PROGRAM loop", "DO", "DRIVE 1, 10", "DRIVE 1, -10", "UNTIL FALSE", ".END")
+    shell = run(typed, lines("EXECUTE loop", "a = 1", "EXIT"))
+    out = capsys.readouterr().out
+    assert "(ABORTED)\nProgram stopped at loop, step" in out
+    assert real(shell, "a") == 1.0
+    assert 5.0 < session(shell).engine.now < 10.0
+
+
+def test_ctrl_c_beside_a_program_ends_what_is_done(shell: Shell) -> None:
+    work = shell.backstage.wait()
+    with pytest.raises(KeyboardInterrupt), stoppable(work):
+        signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_the_toolbar_shows_the_clock_and_the_last_message(shell: Shell) -> None:
+    work = shell.backstage.wait()
+    work.conversation.take("DRIVE 1, 60")
+    work.terminal.show(Message("all is well"))
+    text = shell._toolbar()
+    assert "t 1.03 s" in text
+    assert "X -139.3" in text

@@ -1,0 +1,122 @@
+"""The shell on a pipe: `echo WHERE | vrs`."""
+
+from io import StringIO
+from pathlib import Path
+
+import pytest
+
+from vrs_cli.interfaces.session import Session
+from vrs_cli.kinematics.model import load_robot
+from vrs_cli.repl import shell
+from vrs_cli.repl.plain import run
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def pipe(*lines: str, file: str | None = None) -> tuple[int, list[str]]:
+    """The exit status, and what was written."""
+    sink = StringIO()
+    status = run(load_robot("puma560"), file, [f"{line}\n" for line in lines], sink)
+    return status, sink.getvalue().splitlines()
+
+
+def test_nothing_but_the_answers() -> None:
+    status, written = pipe("", "; a note", "a = 2", "LISTR a*3")
+    assert (status, written) == (0, ["a*3              6"])
+
+
+def test_a_wrong_line_gives_the_status_and_does_not_stop() -> None:
+    status, written = pipe("MOVF a", "LISTR 5")
+    assert status == 1
+    assert written[0].startswith("*Illegal monitor command* MOVF")
+    assert written[-1].split() == ["5", "5"]
+
+
+@pytest.mark.parametrize(
+    "line", ["MOVE nowhere", "LOAD nowhere", "EXECUTE nowhere", "ZERO", "MOVE 5", "EXECUTE bad", "READY AT -1"]
+)
+def test_every_kind_of_failure_gives_the_status(line: str) -> None:
+    assert pipe(".PROGRAM bad", "a = nothing", ".END", line)[0] == 1
+
+
+def test_a_warning_is_no_failure() -> None:
+    status, written = pipe(".PROGRAM p", "a = nothing", ".END")
+    assert status == 0
+    assert written[0].startswith("warning:")
+
+
+@pytest.mark.parametrize("word", ["EXIT", "QUIT", "exit"])
+def test_exit_ends_the_input(word: str) -> None:
+    assert pipe(word, "MOVF a") == (0, [])
+
+
+def test_types_messages_and_errors_in_their_order() -> None:
+    _, written = pipe(".PROGRAM p", 'TYPE "one"', "PAUSE", 'TYPE "two"', "a = b", ".END", "EXECUTE p", "PROCEED")
+    told = [line for line in written if not line.startswith((" ", "warning"))]
+    assert told == [
+        "Program p: 4 steps",
+        "one",
+        "(PAUSED)",
+        "Program stopped at p, step 2",
+        "two",
+        "*Undefined value* b",
+        "Program stopped at p, step 4",
+    ]
+
+
+def test_prompt_reads_the_lines_that_follow() -> None:
+    status, written = pipe(".PROGRAM p", 'PROMPT "n? ", n', ".END", "EXECUTE p", "5", "LISTR n")
+    assert (status, written[-1].split()) == (0, ["n", "5"])
+
+
+def test_prompt_at_the_end_of_the_input_fails_the_program() -> None:
+    status, written = pipe(".PROGRAM p", 'PROMPT "How many?", n', ".END", "EXECUTE p")
+    assert status == 1
+    assert any("How many?" in line and "the input ended" in line for line in written)
+
+
+def test_a_refused_program_swallows_its_lines() -> None:
+    status, written = pipe(".PROGRAM p", "a = 1", ".END", ".PROGRAM p", "a = 2", ".END", "EXECUTE p", "LISTR a")
+    assert status == 1
+    assert written[1].startswith("*Program already exists* p")
+    assert written[2:] == ["Program completed", "a                1"]
+
+
+def test_the_input_ends_inside_a_program() -> None:
+    status, written = pipe(".PROGRAM p", "a = 1")
+    assert (status, written) == (1, ["the input ended: p is not stored (.END would have ended it)"])
+
+
+def test_a_file_is_loaded_first(folder: Path) -> None:
+    (folder / "my cell.v2").write_text(".PROGRAM p\nTYPE 1\n.END\n")
+    assert pipe("EXECUTE p", file="my cell") == (0, ["my cell.v2 loaded: p", " 1", "Program completed"])
+    assert pipe("WHERE", file="nowhere")[0] == 1
+
+
+def test_whatever_is_piped_in_no_exception_leaves(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(_session: Session, _line: str) -> None:
+        raise RecursionError("too deep")
+
+    monkeypatch.setattr(Session, "perform", broken)
+    status, (line,) = pipe("WHERE")
+    assert status == 1
+    assert line.startswith("internal error: RecursionError: too deep; please report it with ")
+    Path(line.rsplit(" ", 1)[1]).unlink()
+
+
+def test_main_takes_the_pipe_where_there_is_no_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.stdin", StringIO("LISTR 7\n"))
+    assert shell.main() == 0
+    assert capsys.readouterr().out.split() == ["7", "7"]
+
+
+def test_another_robot(folder: Path) -> None:
+    source = (Path(shell.__file__).parents[1] / "kinematics" / "robots" / "puma560.toml").read_text()
+    (folder / "mine.toml").write_text(source.replace('name = "puma560"', 'name = "mine"'))
+    assert shell.load("mine.toml").name == "mine"

@@ -1,0 +1,216 @@
+"""The joints along the path of a tool, in one constant configuration.
+
+The path is sampled, more finely where the joints change quickly; neighbouring samples explain each other, so that no
+joint jumps unseen. What the samples show is the load: the greatest joint velocity and acceleration as parts of their
+limits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from math import degrees, sqrt
+from typing import NamedTuple
+
+from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, StraightLineSingular
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
+from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.trajectory.segment import CartesianPath
+
+SAMPLES = 8  # a stretch, before it is refined
+FINEST = 2.0**-10  # of a stretch: no finer
+JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
+RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
+JUMP = 2e-3  # [rad] at most, beyond what the velocities of two neighbours explain
+STILL = 1e-9  # [m/s, rad/s] a tool that stands
+SEED_STEP = 1.0  # [rad] between neighbouring seeds: far less than the half turn that would confuse them
+MARGIN = 1.01  # velocities are taken so much higher than the samples show, for what lies between them
+SMALL_MARGIN = 1.0005
+ROUNDING = 1e-6  # a velocity that is this little above its limit is at it
+ACCELERATION_MARGIN = 1.025
+
+
+class Sample(NamedTuple):
+    """Joints and joint velocity at a time of a stretch [s, rad, rad/s]."""
+
+    s: float
+    joints: Joints
+    velocity: Joints
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """The greatest joint velocity and acceleration as parts of their limits; which joint asks most, and where."""
+
+    velocity: float = 0.0
+    acceleration: float = 0.0
+    joint: int = 0
+    place: Transform | None = None
+
+    @property
+    def slowing(self) -> float:
+        """By how much time would have to be stretched for the joints to follow."""
+        return max(self.velocity, sqrt(self.acceleration))
+
+    def worse(self, other: Load) -> Load:
+        worst = self if self.slowing >= other.slowing else other
+        velocity, acceleration = max(self.velocity, other.velocity), max(self.acceleration, other.acceleration)
+        return Load(velocity, acceleration, worst.joint, worst.place)
+
+
+class Follower:
+    """Follows paths of a tool with one arm in one configuration."""
+
+    def __init__(self, arm: RobotArm, configuration: Configuration, T_flange_tool: Transform) -> None:
+        self.arm, self.configuration, self.tool = arm, configuration, T_flange_tool
+        self.T_tool_flange = inverse(T_flange_tool)
+        self.max_velocity = arm.model.max_velocity
+        self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
+
+    def samples(self, path: CartesianPath, duration: float, near: Joints) -> list[Sample]:
+        """In order of time; the first joints are next to `near`.
+
+        Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
+        """
+        samples = [self._sample(path, 0.0, near)]
+        for step in range(1, SAMPLES + 1):
+            self._refine(path, samples, duration * step / SAMPLES, duration * FINEST)
+        return samples
+
+    def _refine(self, path: CartesianPath, samples: list[Sample], until: float, finest: float) -> None:
+        """Append samples up to time `until`, halving the way while neighbours differ too much."""
+        pending = [until]
+        while pending:
+            last = samples[-1]
+            sample = self._sample(path, pending[-1], last.joints)
+            if self._close(last, sample):
+                samples.append(sample)
+                pending.pop()
+            elif sample.s - last.s > finest:
+                pending.append(0.5 * (last.s + sample.s))
+            else:
+                self._check_no_jump(last, sample, path)
+                samples.append(sample)
+                pending.pop()
+
+    def _close(self, a: Sample, b: Sample) -> bool:
+        half = 0.5 * (b.s - a.s)
+        for p, q, v, w, step in zip(a.joints, b.joints, a.velocity, b.velocity, self.rate_steps, strict=True):
+            change = q - p
+            if abs(change) > JOINT_STEP or abs(w - v) > step or abs(change - half * (v + w)) > JUMP:
+                return False
+        return True
+
+    def _check_no_jump(self, a: Sample, b: Sample, path: CartesianPath) -> None:
+        """At a singularity joints may jump: they change in next to no time, though their velocities are small."""
+        half = 0.5 * (b.s - a.s)
+        rows = zip(a.joints, b.joints, a.velocity, b.velocity, strict=True)
+        jumps = [abs(q - p - half * (v + w)) for p, q, v, w in rows]
+        if max(jumps) > JUMP:
+            raise StraightLineSingular(
+                f"near {shown_place(path.pose(b.s))} joint {jumps.index(max(jumps)) + 1} would have to jump by "
+                f"{degrees(max(jumps)):.1f} deg",
+                "use MOVE there, or a via point farther from the singularity",
+            )
+
+    def _sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
+        pose, twist = path.state(s)
+        joints = self.arm.branch_joints(compose(pose, self.T_tool_flange), self.configuration, near)
+        if joints is None:
+            raise LocationOutOfRange(
+                f"the straight line leaves the reach of the arm near {shown_place(pose)}",
+                "use MOVE, or a via point nearer to the robot",
+            )
+        if not self.arm.limits_ok(joints):
+            raise self._outside(joints, pose)
+        if max(twist) <= STILL and min(twist) >= -STILL:
+            return Sample(s, joints, (0.0,) * len(joints))
+        return Sample(s, joints, self.arm.joint_velocity(joints, twist, self.tool))
+
+    def _outside(self, joints: Joints, pose: Transform) -> JointOutOfRange:
+        model = self.arm.model
+        joint = joints_outside(joints, model.lower, model.upper)[0]
+        i = joint - 1
+        return JointOutOfRange(
+            joint,
+            f"the straight line needs {degrees(joints[i]):.1f} deg near {shown_place(pose)}, "
+            f"its range is {degrees(model.lower[i]):.0f} to {degrees(model.upper[i]):.0f}",
+            "use MOVE, or another configuration",
+        )
+
+    # --- what the samples show ---
+
+    def load(self, path: CartesianPath, samples: list[Sample], start: Joints) -> Load:
+        """The greatest load. A joint that is no faster than at the start of the motion, `start`, is given
+        little margin: the motion that was interrupted may have been at its limit.
+        """
+        accelerations = _accelerations(samples)
+        peaks = _first_peaks(samples, accelerations)
+        velocity = self._velocity_load(path, samples[0].s, [(v, 1.0) for v in peaks])
+        for s, _, speeds in samples[1:]:
+            rows = [
+                (v, MARGIN if abs(v) > abs(before) else SMALL_MARGIN) for v, before in zip(speeds, start, strict=True)
+            ]
+            velocity = velocity.worse(self._velocity_load(path, s, rows))
+        acceleration = Load()
+        for s, rates in accelerations:
+            limits = self.arm.model.max_acceleration
+            ratios = [abs(a) / limit * ACCELERATION_MARGIN for a, limit in zip(rates, limits, strict=True)]
+            worst = max(ratios)
+            if worst > acceleration.acceleration:
+                acceleration = Load(0.0, worst, ratios.index(worst) + 1, path.pose(s) if worst > 1.0 else None)
+        return velocity.worse(acceleration)
+
+    def _velocity_load(self, path: CartesianPath, s: float, rows: list[tuple[float, float]]) -> Load:
+        """The load of joint velocities, each taken higher by its margin."""
+        ratios = [abs(v) * margin / limit for (v, margin), limit in zip(rows, self.max_velocity, strict=True)]
+        worst = max(ratios)
+        return Load(worst, 0.0, ratios.index(worst) + 1, path.pose(s) if worst > 1.0 + ROUNDING else None)
+
+
+def _accelerations(samples: list[Sample]) -> list[tuple[float, Joints]]:
+    """Mean joint accelerations between samples, carried on to both ends, where they are often greatest."""
+    means = [
+        (0.5 * (a.s + b.s), tuple([(w - v) / (b.s - a.s) for v, w in zip(a.velocity, b.velocity, strict=True)]))
+        for a, b in pairwise(samples)
+    ]
+    first = (samples[0].s, _carried_on(means[0], means[1], samples[0].s))
+    last = (samples[-1].s, _carried_on(means[-1], means[-2], samples[-1].s))
+    return [first, *means, last]
+
+
+def _first_peaks(samples: list[Sample], accelerations: list[tuple[float, Joints]]) -> Joints:
+    """The greatest joint velocities between the first two samples: parabolas with the acceleration at the start."""
+    lasting = samples[1].s - samples[0].s
+    peaks = []
+    for v, at_start, mean in zip(samples[0].velocity, accelerations[0][1], accelerations[1][1], strict=True):
+        bend = at_start - mean
+        rising = at_start * v > 0.0 and bend * v > 0.0
+        peaks.append(v + at_start * at_start * lasting / (4.0 * bend) if rising else v)
+    return tuple(peaks)
+
+
+def _carried_on(near: tuple[float, Joints], far: tuple[float, Joints], s: float) -> Joints:
+    """The line through two timed values, at time s."""
+    part = (s - near[0]) / (near[0] - far[0])
+    return tuple([a + part * (a - b) for a, b in zip(near[1], far[1], strict=True)])
+
+
+def seeds_of(samples: list[Sample]) -> tuple[Joints, ...]:
+    """Joints at equal intervals from the first sample to the last, so many that neighbours are near each other."""
+    travelled = sum(largest_change(a.joints, b.joints) for a, b in pairwise(samples))
+    count = 1 if travelled < SEED_STEP else 2 * (int(travelled / SEED_STEP) + 1)
+    seeds = []
+    at = 0
+    for k in range(count + 1):
+        s = samples[-1].s * k / count
+        while at < len(samples) - 1 and abs(samples[at + 1].s - s) <= abs(samples[at].s - s):
+            at += 1
+        seeds.append(samples[at].joints)
+    return tuple(seeds)
+
+
+def shown_place(pose: Transform) -> str:
+    return f"X {pose.px * 1e3:.1f} Y {pose.py * 1e3:.1f} Z {pose.pz * 1e3:.1f} mm"
