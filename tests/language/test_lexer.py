@@ -30,7 +30,7 @@ def types(text: str) -> list[str]:
         ("SPEED monitor MONITOR ALWAYS", ["WORD", "NAME", "UNIT", "ALWAYS"]),
         ("x = -a - -b", ["NAME", "EQUAL", "PREFIX", "NAME", "INFIX", "PREFIX", "NAME"]),
         ("x = NOT a AND COM b", ["NAME", "EQUAL", "PREFIX", "NAME", "INFIX", "PREFIX", "NAME"]),
-        ("TYPE /F6.2, a/F6, x/2", ["WORD", "FORMAT", "COMMA", "NAME", "INFIX", "NAME", "COMMA", "NAME", "INFIX", "NUMBER"]),
+        ("TYPE /F6.2, a/F6", ["WORD", "FORMAT", "COMMA", "NAME", "INFIX", "NAME"]),
         ("VALUE 1, 2 :", ["VALUE", "NUMBER", "COMMA", "NUMBER", "COLON"]),
         ("VALUE 1: ;x", ["VALUE", "NUMBER", "COLON", "COMMENT"]),
         ("MOVE a:b", ["WORD", "NAME", "INFIX", "NAME"]),

@@ -168,13 +168,14 @@ def test_the_grammar_is_found() -> None:
 
 # --- any text ------------------------------------------------------------------------------------------------------
 
+SIGNS = "( ) [ ] , = == =< <> + - * / ** : ; \" x y #p $s %b 5 2.5 ^HFF 'A AT IN /F6.2 a[1] a[] .PROGRAM .END 10 \t é"
 PIECES = [
     *PROGRAM_WORDS,
     *COMMANDS,
     *FUNCTIONS,
     *CONNECTIVES,
     *OPERATOR_WORDS,
-    *["(", ")", "[", "]", ",", "=", "==", "=<", "<>", "+", "-", "*", "/", "**", ":", ";", '"', "x", "y", "#p", "$s", "%b", "5", "2.5", "^HFF", "'A", "AT", "IN", "/F6.2", "a[1]", "a[]", ".PROGRAM", ".END", "10", "\t", "é"],
+    *SIGNS.split(" "),
     '"text"',
 ]
 lines = st.one_of(

@@ -85,7 +85,7 @@ def test_sections() -> None:
         (".LOCATIONS", "p[] 1 2 3 4 5 6", -465),
         (".REALS", "x 1 2", -465),
         (".REALS", "#x 1", -465),
-        (".REALS", "x 1,", -458),
+        (".REALS", "x 1,", -450),
         (".REALS", "x = y", -450),
         (".REALS", "5", -450),
         (".REALS", "x 3y", -456),
@@ -108,15 +108,15 @@ def test_everything_that_is_wrong_is_told_at_once() -> None:
     assert found == [
         (1, -450),
         (4, -450),
+        (5, -473),
         (6, -452),
         (7, -457),
-        (5, -473),
         (8, -309),
         (10, -473),
         (11, -450),
+        (12, -473),
         (12, -455),
         (13, -458),
-        (12, -473),
     ]
     assert [one.severity for one in diagnostics].count(Severity.WARNING) == 2
     assert isinstance(file.parts[4], Program)

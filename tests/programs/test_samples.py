@@ -32,7 +32,7 @@ def test_sample(path: Path) -> None:
     assert expected, f"{path.name} says nothing of what it does"
     terminal = RecordingTerminal()
     session = Session(terminal)
-    assert session.load_text(text, path.name) == ()
+    assert session.load_text(text) == ()
     first = next(iter(session.environment.programs.values())).name
     result = session.execute(first)
     assert result.fault is None
@@ -46,7 +46,7 @@ def test_the_same_input_gives_the_same_timeline(path: Path) -> None:
     timelines = []
     for _ in range(2):
         session = Session(RecordingTerminal())
-        session.load_text(path.read_text(), path.name)
+        session.load_text(path.read_text())
         session.execute(next(iter(session.environment.programs.values())).name)
         timelines.append(session.engine.timeline)
     assert timelines[0] == timelines[1]

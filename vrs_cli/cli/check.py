@@ -53,7 +53,7 @@ def _checked(source: Source) -> Finding:
     from vrs_cli.render.progress import RunProgress
 
     session = Session(BatchTerminal(None, RunProgress(source.path)))
-    return Finding(source, ordered(session.load_text(source.text, source.path)))
+    return Finding(source, ordered(session.load_text(source.text)))
 
 
 def _text(findings: Sequence[Finding]) -> str:

@@ -135,7 +135,7 @@ class _Batch:
         with RunProgress(self.source.path, self.options.max_time) as progress:
             terminal = BatchTerminal(self._typed_to(), progress, self.options.quiet)
             session = self._session(terminal)
-            diagnostics = session.load_text(self.source.text, self.source.path)
+            diagnostics = session.load_text(self.source.text)
             if has_errors(diagnostics):
                 return self._refused(session, diagnostics)
             print(self.source.shown(diagnostics), end="", file=sys.stderr)

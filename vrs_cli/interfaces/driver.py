@@ -63,6 +63,9 @@ class Bounds:
     max_steps: int | None = None
 
 
+A_DAY = Bounds()
+
+
 class Driver:
     """Runs one task on one robot. `progress` is told the clock now and then; `interrupt` stops the run.
 
@@ -75,7 +78,7 @@ class Driver:
         engine: Engine,
         console: Console,
         task: Task,
-        bounds: Bounds = Bounds(),
+        bounds: Bounds = A_DAY,
         progress: Callable[[float], None] | None = None,
         at_prompt: bool = False,
     ) -> None:

@@ -486,7 +486,7 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
     text = read_program_file(path)
     programs = session.environment.programs
     before = dict(programs)
-    diagnostics = session.load_text(text, str(path))
+    diagnostics = session.load_text(text)
     if diagnostics:
         yield report(diagnostics, text, str(path))
     brought = [stored for key, stored in programs.items() if before.get(key) is not stored]

@@ -8,7 +8,7 @@ from typing import Protocol
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import NoProgramSpecified, ProgramNotExecutable, UsageError
-from vrs_cli.interfaces.driver import Bounds, Console, Driver, RunResult
+from vrs_cli.interfaces.driver import A_DAY, Bounds, Console, Driver, RunResult
 from vrs_cli.interfaces.readings import Readings
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Reply
 from vrs_cli.kinematics.joints import Joints
@@ -43,7 +43,7 @@ class Session:
         *,
         start: Joints | None = None,
         clock: Clock | None = None,
-        bounds: Bounds = Bounds(),
+        bounds: Bounds = A_DAY,
     ) -> None:
         self.terminal = terminal
         self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
@@ -57,7 +57,7 @@ class Session:
 
     # --- programs ---
 
-    def load_text(self, text: str, path: str = "") -> tuple[Diagnostic, ...]:
+    def load_text(self, text: str) -> tuple[Diagnostic, ...]:
         """Put the programs and variables of a file in memory; all that is wrong with it.
 
         A program with errors is kept, and not executable. Programs of the same name are replaced.

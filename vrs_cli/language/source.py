@@ -93,7 +93,8 @@ class FileReader:
             detail = f"character {ord(damaged[0])} in a text"
             found = error(FileDamaged, Span(line, column, column + 1), detail, "a program file is VAL-II text")
             return File(()), (found,)
-        return File(tuple(self._parts())), tuple(self._diagnostics)
+        file = File(tuple(self._parts()))
+        return file, tuple(sorted(self._diagnostics, key=lambda one: (one.span.line, one.span.column)))
 
     # --- parts ---
 

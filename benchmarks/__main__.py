@@ -1,0 +1,21 @@
+"""All benchmarks, one after the other: `python -m benchmarks [name ...]`."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+ALL = ("kinematics", "engine", "language", "program", "startup")
+
+
+def main() -> None:
+    for name in sys.argv[1:] or ALL:
+        if name not in ALL:
+            raise SystemExit(f"there is no benchmark {name}: {', '.join(ALL)}")
+        print(f"== {name}", flush=True)
+        import_module(f"benchmarks.{name}").main()
+        print(flush=True)
+
+
+if __name__ == "__main__":
+    main()
