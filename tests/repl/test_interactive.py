@@ -151,6 +151,14 @@ def test_steps_are_checked_as_steps(shell: Shell) -> None:
             validator.validate(Document(line))
 
 
+def test_a_dumb_terminal_is_told_by_the_answer(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("TERM", "dumb")
+    assert real(run(lines("MOVF part", "a = 1", "EXIT")), "a") == 1.0
+    assert "MOVF (did you mean MOVE?)" in capsys.readouterr().out
+
+
 def test_a_validator_that_fails_lets_the_line_pass() -> None:
     def broken() -> object:
         raise RuntimeError("no robot")

@@ -21,6 +21,7 @@ from prompt_toolkit.filters import Condition
 from prompt_toolkit.history import InMemoryHistory
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.styles import Style
+from prompt_toolkit.utils import is_dumb_terminal
 from prompt_toolkit.validation import ValidationError, Validator
 
 from vrs_cli import __version__
@@ -121,7 +122,10 @@ class ValCompleter(Completer):
 
 
 class LineValidator(Validator):
-    """A line with a mistake is not sent: the cursor goes to it, the message below."""
+    """A line with a mistake is not sent: the cursor goes to it, the message below.
+
+    A dumb terminal has no room for the message: there the line is sent, and its answer tells.
+    """
 
     def __init__(self, work: Callable[[], Workplace]) -> None:
         self._work = work
@@ -165,7 +169,7 @@ class Shell:
             history=history,
             lexer=ValLexer(lambda: self.backstage.ready is not None),
             completer=ValCompleter(lambda: self.backstage.ready),
-            validator=LineValidator(self.backstage.wait),
+            validator=None if is_dumb_terminal() else LineValidator(self.backstage.wait),
             validate_while_typing=False,
             complete_while_typing=True,
             bottom_toolbar=self._toolbar,
