@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from hypothesis import strategies as st
 
@@ -11,6 +12,8 @@ from vrs_cli.language import ast
 from vrs_cli.language.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.names import is_reserved
 from vrs_cli.language.precedence import ORDER
+
+T = TypeVar("T")
 
 NOWHERE = ast.Span(1, 1, 1)
 
@@ -88,12 +91,12 @@ _expressions: st.SearchStrategy[ast.Expression] = st.recursive(
 
 
 @st.composite
-def _expression(draw: st.DrawFn) -> ast.Expression:
-    """By itself, so that strategies made of it have a short name."""
-    return draw(_expressions)
+def named(draw: st.DrawFn, inner: Callable[[], st.SearchStrategy[T]]) -> T:
+    """A strategy under a short name: hypothesis prints those that others are made of."""
+    return draw(inner())
 
 
-expressions = _expression()
+expressions = named(lambda: _expressions)
 reals = st.builds(ast.Variable, names, st.just(""), st.none(), st.just(NOWHERE))
 labels = st.integers(0, 65535)
 modifiers = st.one_of(
@@ -125,7 +128,7 @@ instructions = st.one_of(
     st.builds(ast.Instruction, st.just("CALL"), st.tuples(calls), X),
     st.builds(ast.Instruction, st.just("ENABLE"), st.lists(words, min_size=1, max_size=3).map(tuple), X),
 )
-statements = st.one_of(
+_statements = st.one_of(
     st.builds(ast.Assignment, _variables(expressions, grouped=False), expressions, X),
     instructions,
     st.builds(ast.Goto, labels, X),
@@ -141,6 +144,7 @@ statements = st.one_of(
     st.builds(ast.Any, X),
     st.builds(ast.End, X),
 )
+statements = named(lambda: _statements)
 comments = st.one_of(
     st.none(), st.text(alphabet=st.characters(min_codepoint=32, max_codepoint=126), max_size=12).map(str.rstrip)
 )
@@ -155,7 +159,10 @@ def _without_blank_end(all_steps: list[ast.Step]) -> tuple[ast.Step, ...]:
     return tuple(all_steps)
 
 
-programs = st.builds(ast.Program, names, parameters, st.lists(steps, max_size=8).map(_without_blank_end), comments, X)
+_programs = st.builds(ast.Program, names, parameters, st.lists(steps, max_size=8).map(_without_blank_end), comments, X)
+
+
+programs = named(lambda: _programs)
 
 
 def without_places(node: Any, groups: bool = True) -> Any:

@@ -187,8 +187,8 @@ def _first_peaks(samples: list[Sample], accelerations: list[tuple[float, Joints]
     peaks = []
     for v, at_start, mean in zip(samples[0].velocity, accelerations[0][1], accelerations[1][1], strict=True):
         bend = at_start - mean
-        rising = at_start * v > 0.0 and bend * v > 0.0
-        peaks.append(v + at_start * at_start * lasting / (4.0 * bend) if rising else v)
+        peaks_between = at_start * v > 0.0 and abs(at_start) < 2.0 * abs(bend) and bend * v > 0.0
+        peaks.append(v + at_start * at_start * lasting / (4.0 * bend) if peaks_between else v)
     return tuple(peaks)
 
 

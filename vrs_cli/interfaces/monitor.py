@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -30,6 +30,8 @@ from vrs_cli.interfaces.driver import Outcome, RunResult
 from vrs_cli.interfaces.plotting import plotted
 from vrs_cli.interfaces.replies import (
     ClockReport,
+    Diagnosed,
+    DiagnosticsReport,
     Farewell,
     FreeReport,
     Identification,
@@ -82,6 +84,7 @@ from vrs_cli.language.values import (
 if TYPE_CHECKING:
     from vrs_cli.files.store import Part
     from vrs_cli.interfaces.session import Session
+    from vrs_cli.language.diagnostics import Diagnostic
 
 Handler = Callable[["Session", Instruction], Iterable[Reply]]
 
@@ -553,15 +556,16 @@ def _replay(_session: Session, it: Instruction) -> Iterator[Reply]:
     yield Replay(path, recording.model, recording.timeline, len(recording.deltas), recording.dropped_tail)
 
 
-def report(diagnostics: Iterable[Any], text: str, path: str | None = None) -> Reply:
+def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:
     """Findings in a text with their lines, in order."""
-    from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport
-
-    lines = text.split("\n")
+    lines = ["", *text.split("\n")]
     ordered = sorted(diagnostics, key=lambda one: (one.span.line, one.span.column))
-    return DiagnosticsReport(
-        tuple(Diagnosed(one, lines[one.span.line - 1] if one.span.line <= len(lines) else "", path) for one in ordered)
-    )
+    return DiagnosticsReport(tuple(Diagnosed(one, _line(lines, one.span.line), path) for one in ordered))
+
+
+def _line(lines: Sequence[str], number: int) -> str:
+    """A line, counted from 1; empty behind the end."""
+    return lines[number] if number < len(lines) else ""
 
 
 # --- running programs ----------------------------------------------------------------------------------------------

@@ -187,9 +187,16 @@ class Shell:
         if self.file is not None:
             with stoppable(self.backstage.wait()):
                 self.backstage.wait().conversation.load(self.file)
-        while self._round():
+        while self._unhurt_round():
             pass
         return 0
+
+    def _unhurt_round(self) -> bool:
+        """A round that Ctrl-C between two others does not end the shell with."""
+        try:
+            return self._round()
+        except KeyboardInterrupt:
+            return True
 
     def _round(self) -> bool:
         """One line; False when the user leaves."""
@@ -231,7 +238,7 @@ class Shell:
 
     def _toolbar(self) -> str:
         work = self.backstage.ready
-        width = get_app().output.get_size().columns
+        width = self.prompts.app.output.get_size().columns
         if work is None:
             return toolbar(None, "", width)
         return toolbar(work.conversation.session, work.terminal.last, width)

@@ -1,0 +1,257 @@
+"""The examples of a page of Markdown, run as they stand.
+
+    ```console          `$ command` and, after it, what it prints (standard output and error as they come)
+    ```vrs              what is typed at the prompts of the shell, and its answers; one session a page,
+    ```vrs new          begun afresh here
+    ```val2 FILE.v2     a file that the examples after it read; without a name a piece of a program, which is checked
+    ```toml FILE.toml   the same for a robot
+    ```sh               commands that .ci/run takes from the page
+    ```text             formulas and other things that nothing prints
+
+In what is printed a line `...` stands for any lines; all others are compared character by character. A page is run in a
+folder of its own that holds a copy of `programs/`, so an example may read what one before it has written.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from difflib import ndiff
+from pathlib import Path
+
+from vrs_cli.__main__ import main
+from vrs_cli.interfaces.session import Session
+from vrs_cli.language.diagnostics import Severity
+from vrs_cli.repl.conversation import Conversation
+from vrs_cli.repl.terminal import PlainTerminal
+
+ROOT = Path(__file__).parents[2]
+ANYTHING = "..."
+
+_FENCE = re.compile(r"^```(?P<language>\w*) ?(?P<argument>.*)$")
+_COMMAND = re.compile(r"^\$ (?P<typed>.*)$")
+# The lines that close a listing of LISTP begin with a dot too: `..PROGRAM name` is typed, `.PROGRAM name` is printed.
+_PROMPT = re.compile(r"^(?P<prompt>\.)(?!PROGRAM\b|END\b|LOCATIONS\b|REALS\b|STRINGS\b)(?P<typed>.*)$")
+_STEP = re.compile(r"^(?P<prompt> *\d+\.\? )(?P<typed>.*)$")
+_SHELL_SYNTAX = re.compile(r"[|<>;&$`*]")
+
+
+class PageFault(Exception):
+    """A page is not written as its examples must be."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block; `where` is its place, as README.md:12."""
+
+    where: str
+    language: str
+    argument: str
+    lines: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        return "\n".join(self.lines) + "\n"
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """What is typed after a prompt, and the lines that are to come."""
+
+    prompt: str
+    typed: str
+    expected: tuple[str, ...]
+
+
+# --- reading a page ------------------------------------------------------------------------------------------------
+
+
+def blocks(name: str, text: str) -> Iterator[Block]:
+    """The fenced blocks of a page. Raises PageFault for one that is not closed, or of a language not named above."""
+    opened: re.Match[str] | None = None
+    begin, lines = 0, list[str]()
+    for number, line in enumerate(text.splitlines(), 1):
+        fence = _FENCE.match(line)
+        if opened is None and fence:
+            opened, begin, lines = fence, number, []
+        elif opened is not None and line == "```":
+            yield _block(f"{name}:{begin}", opened, lines)
+            opened = None
+        else:
+            lines.append(line)
+    if opened is not None:
+        raise PageFault(f"{name}:{begin}: the block is not closed")
+
+
+def _block(where: str, fence: re.Match[str], lines: list[str]) -> Block:
+    block = Block(where, fence["language"], fence["argument"].strip(), tuple(lines))
+    if block.language not in LANGUAGES:
+        raise PageFault(f"{where}: a block of language {block.language!r}; there is {', '.join(LANGUAGES)}")
+    return block
+
+
+def exchanges(block: Block, *patterns: re.Pattern[str]) -> list[Exchange]:
+    """What is typed in a block, each with what follows it. Raises PageFault where nothing could be found wrong."""
+    found: list[tuple[re.Match[str], list[str]]] = []
+    for line in block.lines:
+        typed = next(filter(None, (pattern.match(line) for pattern in patterns)), None)
+        if typed:
+            found.append((typed, []))
+        elif found:
+            found[-1][1].append(line)
+        else:
+            raise PageFault(f"{block.where}: {line!r} comes before anything is typed")
+    result = [Exchange(typed.groupdict().get("prompt", "$ "), typed["typed"], tuple(lines)) for typed, lines in found]
+    if not result:
+        raise PageFault(f"{block.where}: nothing is typed")
+    for exchange in result:
+        if exchange.expected and set(exchange.expected) == {ANYTHING}:
+            raise PageFault(f"{block.where}: {exchange.typed!r} may print anything, so it shows nothing")
+    return result
+
+
+def matches(expected: Sequence[str], actual: Sequence[str]) -> bool:
+    """Whether lines are the expected ones, ANYTHING standing for any number of any lines."""
+    if not expected:
+        return not actual
+    first, rest = expected[0], expected[1:]
+    if first == ANYTHING:
+        return any(matches(rest, actual[skipped:]) for skipped in range(len(actual) + 1))
+    return bool(actual) and actual[0] == first and matches(rest, actual[1:])
+
+
+# --- running it ----------------------------------------------------------------------------------------------------
+
+
+class Reader:
+    """Somebody who does what a page says, in a folder of their own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.status = 0
+        self.printed = io.StringIO()
+        self.conversation = self._new_session()
+        shutil.copytree(ROOT / "programs", folder / "programs")
+
+    def differences(self, name: str, text: str) -> list[str]:
+        """What is not as the page says, in order."""
+        with chdir(self.folder):
+            return [difference for block in blocks(name, text) for difference in LANGUAGES[block.language](self, block)]
+
+    # --- command lines ---
+
+    def console(self, block: Block) -> Iterator[str]:
+        for exchange in exchanges(block, _COMMAND):
+            yield from _difference(block, exchange, self.command(exchange.typed).splitlines())
+
+    def command(self, line: str) -> str:
+        """Run a command line; what it prints."""
+        if line == "echo $?":
+            return f"{self.status}\n"
+        if line.startswith("vrs ") and not _SHELL_SYNTAX.search(line):
+            return self._in_this_process(shlex.split(line)[1:])
+        return self._in_a_shell(line)
+
+    def _in_this_process(self, arguments: list[str]) -> str:
+        out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
+        before, sys.stdin = sys.stdin, io.StringIO()
+        try:
+            with redirect_stdout(out), redirect_stderr(out):
+                self.status = main(arguments)
+        finally:
+            sys.stdin = before
+        out.seek(0)
+        return out.read()
+
+    def _in_a_shell(self, line: str) -> str:
+        """By bash, for which `vrs` is this very package."""
+        function = f'vrs() {{ {shlex.quote(sys.executable)} -m vrs_cli "$@"; }}\n'
+        done = subprocess.run(
+            ["bash", "-c", function + line],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            stdin=subprocess.DEVNULL,
+            env=os.environ | {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8"},
+            text=True,
+            encoding="utf-8",
+            check=False,
+        )
+        self.status = done.returncode
+        return done.stdout
+
+    # --- the shell ---
+
+    def session(self, block: Block) -> Iterator[str]:
+        if block.argument not in ("", "new"):
+            raise PageFault(f"{block.where}: a session is `vrs` or `vrs new`, not `vrs {block.argument}`")
+        if block.argument == "new":
+            self.conversation = self._new_session()
+        for exchange in exchanges(block, _PROMPT, _STEP):
+            yield from self._prompts(block, exchange)
+            self.conversation.take(exchange.typed)
+            yield from _difference(block, exchange, self._answered())
+
+    def _new_session(self) -> Conversation:
+        return Conversation(Session(PlainTerminal(self.printed, iter(()))))
+
+    def _prompts(self, block: Block, exchange: Exchange) -> Iterator[str]:
+        """The page must show the prompt that a terminal shows, and the blanks that it puts before a step."""
+        entry = self.conversation.entry
+        shown = exchange.prompt + exchange.typed
+        before = entry.prompt + entry.indent if entry else "."
+        if not shown.startswith(before):
+            yield f"{block.where}: {shown!r}: the shell begins this line with {before!r}\n"
+
+    def _answered(self) -> list[str]:
+        text = self.printed.getvalue()
+        self.printed.seek(0)
+        self.printed.truncate()
+        return text.splitlines()
+
+    # --- files ---
+
+    def program_file(self, block: Block) -> Iterator[str]:
+        """A file; without a name a piece of a program, which must be without errors."""
+        if block.argument:
+            Path(block.argument).write_text(block.text, encoding="utf-8")
+            return
+        text = block.text if block.text.lstrip().startswith(".PROGRAM") else f".PROGRAM piece\n{block.text}.END\n"
+        for found in Session(PlainTerminal(self.printed, iter(()))).load_text(text):
+            if found.severity is Severity.ERROR:
+                yield f"{block.where}: {found.message}\n"
+
+    def robot_file(self, block: Block) -> Iterator[str]:
+        if block.argument:
+            Path(block.argument).write_text(block.text, encoding="utf-8")
+        try:
+            tomllib.loads(block.text)
+        except tomllib.TOMLDecodeError as error:
+            yield f"{block.where}: {error}\n"
+
+    def nothing_to_run(self, _block: Block) -> Iterator[str]:
+        return iter(())
+
+
+LANGUAGES: Mapping[str, Callable[[Reader, Block], Iterator[str]]] = {
+    "console": Reader.console,
+    "vrs": Reader.session,
+    "val2": Reader.program_file,
+    "toml": Reader.robot_file,
+    "sh": Reader.nothing_to_run,
+    "text": Reader.nothing_to_run,
+}
+
+
+def _difference(block: Block, exchange: Exchange, actual: list[str]) -> Iterator[str]:
+    if not matches(exchange.expected, actual):
+        lines = "\n".join(line.rstrip("\n") for line in ndiff(exchange.expected, actual) if not line.startswith("?"))
+        yield f"{block.where}: {exchange.typed}   (- as the page has it, + as it is)\n{lines}\n"
