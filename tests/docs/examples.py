@@ -9,7 +9,7 @@
     ```text             formulas and other things that nothing prints
 
 In what is printed a line `...` stands for any lines; all others are compared character by character. A page is run in a
-folder of its own that holds a copy of `programs/`, so an example may read what one before it has written.
+folder of its own that holds copies of `programs/` and of the robots, so an example may read what one before it wrote.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.terminal import PlainTerminal
 
 ROOT = Path(__file__).parents[2]
+COPIED = ("programs", "vrs_cli/kinematics/robots")
 ANYTHING = "..."
 
 _FENCE = re.compile(r"^```(?P<language>\w*) ?(?P<argument>.*)$")
@@ -140,7 +141,8 @@ class Reader:
         self.status = 0
         self.printed = io.StringIO()
         self.conversation = self._new_session()
-        shutil.copytree(ROOT / "programs", folder / "programs")
+        for part in COPIED:
+            shutil.copytree(ROOT / part, folder / part)
 
     def differences(self, name: str, text: str) -> list[str]:
         """What is not as the page says, in order."""
@@ -174,7 +176,7 @@ class Reader:
 
     def _in_a_shell(self, line: str) -> str:
         """By bash, for which `vrs` is this very package."""
-        function = f'vrs() {{ {shlex.quote(sys.executable)} -m vrs_cli "$@"; }}\n'
+        function = f'vrs() {{ {shlex.quote(sys.executable)} -P -m vrs_cli "$@"; }}\n'
         done = subprocess.run(
             ["bash", "-c", function + line],
             stdout=subprocess.PIPE,

@@ -57,7 +57,10 @@ def test_every_sample_program_is_in_the_table() -> None:
 @pytest.mark.parametrize(
     ("what", "command"),
     [
-        ("pytest", "python3 -m venv .venv && .venv/bin/pip install -q -e '.[dev]' && .venv/bin/python -m pytest -q -n 2"),
+        (
+            "pytest",
+            "python3 -m venv .venv && .venv/bin/pip install -q -e '.[dev]' && .venv/bin/python -m pytest -q -n 2",
+        ),
         (
             "vrs run",
             "python3 -m venv .venv && .venv/bin/pip install -q . && .venv/bin/vrs run programs/pick_and_place.v2",
@@ -214,4 +217,6 @@ def test_dots_stand_for_any_lines(expected: list[str], actual: list[str], same: 
 def test_a_dead_link_is_found() -> None:
     text = "# A Heading: `it`\n[a](README.md) [b](nowhere.md) [c](#a-heading-it) [d](#b) [e](https://example.org)"
     assert slugs(text) == {"a-heading-it"}
-    assert list(dead_links(ROOT / "page.md", "[a](README.md) [b](nowhere.md) [e](https://example.org)")) == ["nowhere.md"]
+    assert list(dead_links(ROOT / "page.md", "[a](README.md) [b](nowhere.md) [e](https://example.org)")) == [
+        "nowhere.md"
+    ]

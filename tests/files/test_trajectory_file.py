@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.files.trajectories import JOINTS, appended, deltas, initial, planned, puma
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
-from vrs_cli.files.records import Motions
+from vrs_cli.files.records import MotionRecord, Motions
 from vrs_cli.files.trajectory_file import (
     TrajectoryWriter,
     decode_delta,
@@ -17,6 +18,7 @@ from vrs_cli.files.trajectory_file import (
     read_trajectory,
     write_trajectory,
 )
+from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.timeline import Timeline
 
 
@@ -268,3 +270,7 @@ def test_any_damage_is_a_file_damaged_or_still_a_trajectory(
     except FileDamaged:
         return
     assert len(recording.timeline) >= 1
+
+
+def test_every_field_of_a_motion_is_written() -> None:
+    assert {field.name for field in fields(Motion)} == set(MotionRecord.__struct_fields__)

@@ -97,6 +97,7 @@ motions = st.builds(
     speed=floats,
     acceleration=floats,
     tip_speed=st.none() | floats,
+    rotation=st.none() | floats,
     duration=floats,
     hand=floats,
     frames=frames,

@@ -46,6 +46,7 @@ class MotionRecord(Record, frozen=True):
     speed: float | None = None
     acceleration: float | None = None
     tip_speed: float | None = None
+    rotation: float | None = None
     duration: float | None = None
     hand: float | None = None
     frames: FramesRecord | None = None
@@ -191,6 +192,7 @@ def _motion_record(motion: Motion) -> MotionRecord:
         speed=_unless(motion.speed, 1.0),
         acceleration=_unless(motion.acceleration, 1.0),
         tip_speed=motion.tip_speed,
+        rotation=motion.rotation,
         duration=_unless(motion.duration, 0.0),
         hand=_unless(motion.hand, 0.0),
         frames=_frames_record(motion.frames),
@@ -287,6 +289,7 @@ def _motion(record: MotionRecord, joint_count: int) -> Motion:
         speed=1.0 if record.speed is None else record.speed,
         acceleration=1.0 if record.acceleration is None else record.acceleration,
         tip_speed=record.tip_speed,
+        rotation=record.rotation,
         duration=0.0 if record.duration is None else record.duration,
         hand=0.0 if record.hand is None else record.hand,
         frames=_frames(record.frames),
