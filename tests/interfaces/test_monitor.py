@@ -374,7 +374,7 @@ def test_load_says_which_file_it_cannot_be() -> None:
 def test_save_and_replay() -> None:
     session = at(
         RecordingTerminal(),
-        "SPEED 50, 30 ALWAYS",
+        "DO SPEED 50, 30 ALWAYS",
         "DRIVE 1, 60",
         "DRIVE 2, 10 AT 0.5",
         "UNDO",
