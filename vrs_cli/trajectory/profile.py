@@ -119,9 +119,15 @@ def scalar_demands(components: Sequence[Component]) -> Demands:
                 if abs(along) > change:
                     return Demand(1.0, 0.0, 0.0)
                 continue
-            high = min(high, fastest / ahead, (along + change) / ahead)
-            low = max(low, (along - change) / ahead)
-            slowing = max(slowing, ahead / acceleration)
+            bound = (along + change if along + change < fastest else fastest) / ahead
+            if bound < high:
+                high = bound
+            bound = (along - change) / ahead
+            if bound > low:
+                low = bound
+            bound = ahead / acceleration
+            if bound > slowing:
+                slowing = bound
         return Demand(low, high, slowing)
 
     return demands
