@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from vrs_cli.trajectory.blend import rest
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.rope import LEAF
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
-from vrs_cli.trajectory.timeline import BLOCK, Timeline
+from vrs_cli.trajectory.timeline import Timeline
 
 
 def motion(number: int) -> Motion:
@@ -30,7 +31,7 @@ def delta(timeline: Timeline, cut: float, keep: int, drop: int, shift: float, *s
     return TimelineDelta(timeline.version, Cause.COMMAND, motion(9), cut, cut, cut, keep, drop, shift, tuple(segments))
 
 
-@pytest.mark.parametrize("count", [1, 5, BLOCK, 3 * BLOCK + 7])
+@pytest.mark.parametrize("count", [1, 5, LEAF, 3 * LEAF + 7])
 def test_reads_as_the_list_of_its_segments(count: int) -> None:
     timeline = timeline_of(count)
     segments = list(timeline)
@@ -44,9 +45,9 @@ def test_reads_as_the_list_of_its_segments(count: int) -> None:
 
 @given(st.floats(-2.0, 1300.0))
 def test_locate_finds_the_segment_in_force(t: float) -> None:
-    timeline = timeline_of(2 * BLOCK)
+    timeline = timeline_of(2 * LEAF)
     segment, since = timeline.locate(t)
-    expected = min(max(int(t), 0), 2 * BLOCK - 1)
+    expected = min(max(int(t), 0), 2 * LEAF - 1)
     if t < 0.0:
         assert (segment.motion.number, since) == (0, 0.0)
     else:
@@ -62,7 +63,7 @@ def test_stands_still_in_a_gap_and_after_the_end() -> None:
 
 
 def test_edit_in_the_middle_cuts_drops_and_shifts() -> None:
-    before = timeline_of(3 * BLOCK)
+    before = timeline_of(3 * LEAF)
     new = ramp(9999, 700.5, 703.0)
     after = before.apply(delta(before, 700.5, 702, 1, 1.0, new))
     assert after[701].finish == 700.5
@@ -72,12 +73,12 @@ def test_edit_in_the_middle_cuts_drops_and_shifts() -> None:
     assert after[703].path is before[703].path
     assert len(after) == len(before)
     assert after.version == before.version + 1
-    assert list(before) == list(timeline_of(3 * BLOCK)), "a reader of the old version is not disturbed"
+    assert list(before) == list(timeline_of(3 * LEAF)), "a reader of the old version is not disturbed"
 
 
-@given(st.integers(1, 3 * BLOCK), st.integers(0, 40), st.integers(-20, 20), st.booleans())
+@given(st.integers(1, 3 * LEAF), st.integers(0, 40), st.integers(-20, 20), st.booleans())
 def test_inverse_gives_back_what_was(keep: int, drop: int, shift: int, inside: bool) -> None:
-    before = timeline_of(3 * BLOCK)
+    before = timeline_of(3 * LEAF)
     drop = min(drop, len(before) - keep)
     last = before[keep - 1]
     cut = 0.5 * (last.start + last.finish) if inside else last.finish
@@ -87,12 +88,12 @@ def test_inverse_gives_back_what_was(keep: int, drop: int, shift: int, inside: b
 
 
 def test_many_edits_in_one_place_leave_no_crumbs() -> None:
-    timeline = timeline_of(BLOCK)
+    timeline = timeline_of(LEAF)
     for k in range(300):
         end = timeline.end
         timeline = timeline.apply(delta(timeline, end, len(timeline), 0, 0.0, ramp(k, end, end + 1.0)))
-    assert len(timeline._blocks) <= 6
-    assert [s.start for s in timeline] == [0.0, *map(float, range(BLOCK + 300))]
+    assert len(list(timeline.leaves(0.0, timeline.end))) <= 8
+    assert [s.start for s in timeline] == [0.0, *map(float, range(LEAF + 300))]
 
 
 def test_a_delta_fits_one_version_only() -> None:

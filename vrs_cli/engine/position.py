@@ -15,7 +15,7 @@ from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
-from vrs_cli.trajectory.block_table import BlockTable, block_table
+from vrs_cli.trajectory.leaf_table import LeafTable, leaf_table
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
@@ -122,30 +122,33 @@ def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> Positions:
         np.empty(len(times)),
     )
     order = np.argsort(times, kind="stable")
-    for table, rows in _blocks(timeline, times, order):
-        _fill(arm, table, rows, result)
+    for offset, table, rows in _leaves(timeline, times, order):
+        _fill(arm, offset, table, rows, result)
     return result
 
 
-def _blocks(timeline: Timeline, times: Floats, order: Rows) -> Iterator[tuple[BlockTable, Rows]]:
-    """The rows of `times`, by `order` in their order, that fall to each block of the timeline."""
+def _leaves(timeline: Timeline, times: Floats, order: Rows) -> Iterator[tuple[float, LeafTable, Rows]]:
+    """The rows of `times`, by `order` in their order, that fall to each leaf of the timeline."""
     import numpy as np
 
+    if not len(times):
+        return
     ordered = times[order]
-    begins = timeline.block_begins
+    found = list(timeline.leaves(float(ordered[0]), float(ordered[-1])))
+    begins = [offset + leaf.begin for offset, leaf in found]
     cuts = [0, *np.searchsorted(ordered, begins[1:], side="left"), len(ordered)]
-    for block, (first, last) in enumerate(pairwise(cuts)):
+    for (offset, leaf), (first, last) in zip(found, pairwise(cuts), strict=True):
         if first < last:
-            yield block_table(timeline.block(block), begins[block]), order[first:last]
+            yield offset, leaf_table(leaf), order[first:last]
 
 
-def _fill(arm: RobotArm, table: BlockTable, rows: Rows, out: Positions) -> None:
-    """What the segments of one block say of the times in `rows`, which are in order."""
+def _fill(arm: RobotArm, offset: float, table: LeafTable, rows: Rows, out: Positions) -> None:
+    """What the segments of one leaf say of the times in `rows`, which are in order."""
     import numpy as np
 
     from vrs_cli.kinematics import transform_batch as batch
 
-    local = out.times[rows] - table.offset
+    local = out.times[rows] - offset
     places = np.clip(np.searchsorted(table.starts, local, side="right") - 1, 0, None)
     since = local - table.starts[places]
     s = np.clip(since, 0.0, table.durations[places])

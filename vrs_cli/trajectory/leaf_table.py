@@ -1,7 +1,7 @@
-"""The segments of a block of the timeline as arrays, to read many times at once.
+"""The segments of a leaf of the timeline as arrays, to read many times at once.
 
-A table is made when a block is first read this way and kept with it. Blocks are shared by all versions of a timeline
-that contain them, so after an edit only the one or two blocks that it touched are new.
+A table is made when a leaf is first read this way and kept with it. Leaves are shared by all versions of a timeline
+that contain them, so after an edit only the one or two leaves that it touched are new.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from vrs_cli.trajectory.timeline import Block
+    from vrs_cli.trajectory.rope import Leaf
 
     Floats = NDArray[np.float64]
     Flags = NDArray[np.bool_]
@@ -24,14 +24,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class BlockTable:
+class LeafTable:
     """m segments of n joints: `starts`, `durations`, `hand` (m,); `coefficients` (k, m, n) by ascending power.
 
     `straight` and `resting` (m,) say what each segment is; a straight one has coefficients of zero. `frame_number` (m,)
-    counts into `frames`. Times are the stored ones: those of the timeline less `offset`.
+    counts into `frames`. Times are the stored ones, without the leaf's offset.
     """
 
-    offset: float
     segments: tuple[Segment, ...]
     starts: Floats
     durations: Floats
@@ -54,21 +53,14 @@ class BlockTable:
         return q, qd, qdd
 
 
-def block_table(block: Block, begin: float) -> BlockTable:
-    """The table of a block that begins at `begin` [s]; made once for all blocks that share its segments."""
-    if not block.table:
-        block.table.append(_tabulated(block.segments))
-    made = block.table[0]
-    return _moved(made, begin - block.starts[0])
+def leaf_table(leaf: Leaf) -> LeafTable:
+    """The table of a leaf, made once."""
+    if not leaf.table:
+        leaf.table.append(_tabulated(leaf.segments))
+    return leaf.table[0]
 
 
-def _moved(table: BlockTable, offset: float) -> BlockTable:
-    from dataclasses import replace
-
-    return table if table.offset == offset else replace(table, offset=offset)
-
-
-def _tabulated(segments: tuple[Segment, ...]) -> BlockTable:
+def _tabulated(segments: tuple[Segment, ...]) -> LeafTable:
     import numpy as np
 
     paths = [segment.path for segment in segments]
@@ -81,8 +73,7 @@ def _tabulated(segments: tuple[Segment, ...]) -> BlockTable:
             coefficients[: len(rows), place] = rows
     frames = tuple(dict.fromkeys(segment.motion.frames for segment in segments))
     number = {frame: count for count, frame in enumerate(frames)}
-    return BlockTable(
-        offset=0.0,
+    return LeafTable(
         segments=segments,
         starts=np.array([segment.start for segment in segments]),
         durations=np.array([segment.duration for segment in segments]),
