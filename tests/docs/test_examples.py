@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import subprocess
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -100,6 +101,19 @@ def slugs(text: str) -> set[str]:
     """The anchors of the headings of a page, as GitHub makes them."""
     headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_the_figures_of_the_robot_are_those_of_its_file() -> None:
+    text = (ROOT / "docs" / "robot-file.md").read_text(encoding="utf-8")
+    rows = re.findall(
+        r"^\| (\d) \| (\S+) \| (\S+) \| (\S+) \| (\S+) to (\S+) \| (\S+) \| (\S+) \|$", text, re.MULTILINE
+    )
+    with (ROOT / "vrs_cli" / "kinematics" / "robots" / "puma560.toml").open("rb") as file:
+        joints = tomllib.load(file)["joints"]
+    keys = ("a", "d", "alpha", "lower", "upper", "max_velocity", "max_acceleration")
+    assert [tuple(map(float, row)) for row in rows] == [
+        (number, *(joint[key] for key in keys)) for number, joint in enumerate(joints, 1)
+    ]
 
 
 # --- the checker itself: a wrong page is found out -----------------------------------------------------------------
