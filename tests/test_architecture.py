@@ -76,4 +76,3 @@ def test_third_party_packages_live_in_one_place(path: Path) -> None:
         assert package in LIVES_IN, f"{inside} imports {package}, which has no home"
         homes = LIVES_IN[package]
         assert any(inside == home or inside.startswith(home + "/") for home in homes), f"{inside} imports {package}"
-

@@ -106,3 +106,16 @@ def test_a_file_that_is_no_program(vrs: Vrs, tmp_path: Path, command: str, name:
 
 def test_fmt_cannot_write_standard_input(vrs: Vrs) -> None:
     assert vrs("fmt", "--write", "-").err == "vrs fmt: --write cannot change standard input (leave --write out)\n"
+
+
+def test_check_goes_on_after_a_file_that_cannot_be_read(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "bad.v2").write_text(BAD)
+    ended = vrs("check", "none.v2", "bad.v2")
+    assert ended.status == 2
+    assert ended.err == "vrs check: *Nonexistent file* none.v2\n"
+    assert "bad.v2:2:" in ended.out
+
+
+def test_lines_of_old_systems_are_shown_one_by_one(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "old.v2").write_bytes(b".PROGRAM a()\rTYPE 1\rMOVEX b\r.END\r")
+    assert vrs("check", "old.v2").out.splitlines()[1:3] == ["MOVEX b", "^^^^^"]

@@ -142,3 +142,16 @@ def test_outputs_that_cannot_be(vrs: Vrs, saved: Path, arguments: list[str], tol
     assert ended.err.count("\n") == 1
     assert saved.read_bytes() == before
     assert [path.name for path in saved.parent.iterdir()] == ["t.vrst"]
+
+
+def test_an_endless_file_is_refused(vrs: Vrs) -> None:
+    ended = vrs("where", "/dev/zero", "--at", 1)
+    assert (ended.status, ended.out) == (1, "")
+    assert ended.err.startswith("vrs where: *File is not what it should be* /dev/zero, line 1: no header")
+
+
+def test_a_table_of_too_many_rows_is_refused(vrs: Vrs, saved: Path) -> None:
+    ended = vrs("replay", saved, "--step", "1e-9")
+    assert (ended.status, ended.out) == (2, "")
+    assert "at most 100000" in ended.err
+    assert ended.err.count("\n") == 1

@@ -265,3 +265,20 @@ def test_an_interrupted_run_keeps_what_it_saved(tmp_path: Path) -> None:
     assert process.returncode == 130
     assert err == "vrs run: interrupted\n"
     assert len(read_trajectory(tmp_path / "t.vrst").deltas) >= 4
+
+
+def test_cycles_that_cannot_be_are_a_wrong_command_line(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "pick.v2").write_text(PICK)
+    ended = vrs("run", "pick.v2", "--cycles", 0)
+    assert (ended.status, ended.out) == (2, "")
+    assert ended.err == "vrs run: --cycles: 0 cycles (1 to 32767, or -1 for ever) (see vrs run --help)\n"
+    assert vrs("run", "pick.v2", "--cycles", 32768).status == 2
+
+
+def test_of_very_many_mistakes_the_first_are_told(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "bad.v2").write_text(".PROGRAM bad\n" + "MOVEX a\n" * 500 + ".END\n")
+    ended = vrs("run", "bad.v2")
+    assert (ended.status, ended.out) == (1, "")
+    assert ended.err.count("*Unknown instruction*") == 20
+    assert ended.err.splitlines()[-1] == "480 more (vrs check bad.v2 shows all)"
+    assert vrs("check", "bad.v2").out.count("*Unknown instruction*") == 500

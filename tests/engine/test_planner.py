@@ -131,19 +131,40 @@ def test_override_drops_what_was_scheduled(engine: Engine) -> None:
     assert {s.motion.number for s in engine.timeline} == {0, 1, 4}
 
 
-def test_at_the_boundary_the_later_motion_stays(engine: Engine) -> None:
+def test_at_the_beginning_of_a_motion_the_later_command_takes_its_place(engine: Engine) -> None:
     go(engine, A)
     boundary = engine.end
     go(engine, B)
+    go(engine, A)
     go(engine, C, at=boundary)
     order = list(dict.fromkeys(s.motion.number for s in engine.timeline))
-    assert order == [0, 1, 3, 2]
+    assert order == [0, 1, 4, 3]
+    assert [record.end is None for record in engine.records()] == [False, True, False, False]
 
 
-def test_before_everything_and_at_time_zero(engine: Engine) -> None:
-    go(engine, A)
-    go(engine, B, at=0.0)
-    assert list(dict.fromkeys(s.motion.number for s in engine.timeline)) == [0, 2, 1]
+def test_two_commands_for_one_time(engine: Engine) -> None:
+    go(engine, A, at=1.0)
+    go(engine, B, at=1.0)
+    assert largest_change(joints_at(engine.arm, engine.timeline, engine.end), B.joints) < 1e-9
+
+
+def test_a_command_that_has_nothing_to_do_keeps_its_place(engine: Engine) -> None:
+    go(engine, NamedTarget("ready"), at=3.0)
+    go(engine, A, at=1.0)
+    assert largest_change(joints_at(engine.arm, engine.timeline, engine.end), MODEL.poses["ready"]) < 1e-9
+
+
+def test_a_corner_of_straight_lines_is_rounded_on_its_inside(engine: Engine) -> None:
+    go(engine, PoseTarget(from_oat(-0.15, 0.45, -0.2, radians(90), radians(90), 0.0)))
+    corner = PoseTarget(from_oat(0.15, 0.45, -0.2, radians(90), radians(90), 0.0))
+    finish = PoseTarget(from_oat(0.15, 0.65, -0.2, radians(90), radians(90), 0.0))
+    begin = engine.end
+    go(engine, corner, straight=True, program=True)
+    go(engine, finish, straight=True, program=True)
+    for k in range(500):
+        tip = position_at(engine.arm, engine.timeline, begin + (engine.end - begin) * k / 499).T_world_tool
+        assert tip.px <= 0.15 + 1e-3
+        assert tip.py >= 0.45 - 1e-3
 
 
 def test_continuous_path_begins_at_the_deceleration(engine: Engine) -> None:

@@ -11,6 +11,7 @@ import pytest
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import (
     FileExists,
+    IllegalJoint,
     IllegalValue,
     ProgramExists,
     UndefinedName,
@@ -489,3 +490,17 @@ def test_free_memory_is_a_percentage_or_unknown(monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.parametrize("word", ["EXIT", "QUIT"])
 def test_leaving(word: str) -> None:
     assert last(at(RecordingTerminal(), word), replies.Farewell) == replies.Farewell()
+
+
+# --- what does not go together -------------------------------------------------------------------------------------
+
+
+def test_one_time_and_a_stretch_of_time_do_not_go_together() -> None:
+    with pytest.raises(UsageError, match="AT and FROM"):
+        at(RecordingTerminal(), "WHERE AT 1 FROM 2")
+
+
+@pytest.mark.parametrize("line", ["PLOT banana", "PLOT 7", "PLOT X, 1"])
+def test_a_plot_that_cannot_be_is_refused_also_before_the_first_motion(line: str) -> None:
+    with pytest.raises((UsageError, IllegalJoint)):
+        at(RecordingTerminal(), line)

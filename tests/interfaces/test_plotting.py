@@ -7,7 +7,7 @@ import pytest
 from vrs_cli.engine.commands import JointOffsetTarget, Move, NamedTarget
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, UsageError
-from vrs_cli.interfaces.plotting import SAMPLES, plotted
+from vrs_cli.interfaces.plotting import SAMPLES, plotted, selected
 from vrs_cli.interfaces.replies import Plot
 from vrs_cli.kinematics.model import load_robot
 
@@ -21,7 +21,7 @@ def engine() -> Engine:
 
 
 def plot(engine: Engine, *words: str) -> Plot:
-    return plotted(engine.arm, engine.timeline, words)
+    return plotted(engine.arm, engine.timeline, selected(engine.arm, words))
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,8 @@ def test_curves(engine: Engine, words: tuple[str, ...], unit: str, labels: list[
 
 
 @pytest.mark.parametrize(
-    "words", [("X", "SPEED"), ("VELOCITY", "X"), ("POSITION", "VELOCITY"), ("X", "1"), ("Q",), ("P%",)]
+    "words",
+    [("X", "SPEED"), ("VELOCITY", "X"), ("POSITION", "VELOCITY"), ("X", "1"), ("Q",), ("P%",), ("²",), ("9" * 5000,)],
 )
 def test_what_cannot_be_drawn_says_what_can(engine: Engine, words: tuple[str, ...]) -> None:
     with pytest.raises(UsageError, match="PLOT POSITION, VELOCITY"):

@@ -17,7 +17,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.interfaces.driver import Bounds, Outcome
 from vrs_cli.interfaces.session import Session
-from vrs_cli.language.diagnostics import LineRefused
+from vrs_cli.language.diagnostics import LineRefused, Severity
 
 PLACES = """
 .LOCATIONS
@@ -207,3 +207,35 @@ def test_prompt_asks_the_terminal(session: Session, terminal: RecordingTerminal)
     load(session, 'PROMPT "How many? ", n', "TYPE /F5.1, n")
     assert session.execute("p").typed == (" 12.5",)
     assert terminal.asked == ["How many? "]
+
+
+def test_every_value_of_a_file_that_cannot_be_kept_is_told_with_its_line(session: Session) -> None:
+    text = """
+.LOCATIONS
+w[-1] 500 150 -100 90 90 0
+good 500 150 -100 90 90 0
+.END
+.REALS
+n[0,-2] 4
+count 12
+.END
+.STRINGS
+$s "%s"
+.END
+.PROGRAM a()
+    x = (1
+.END
+"""
+    found = session.load_text(text % ("x" * 200))
+    errors = {one.span.line: (one.code, one.span.column) for one in found if one.severity is Severity.ERROR}
+    assert errors == {3: (-404, 1), 7: (-404, 1), 11: (-402, 1), 14: (-457, 9)}
+    session.perform("LISTL good")
+    session.perform("LISTR count")
+
+
+def test_what_keeps_a_program_from_running_is_told(session: Session) -> None:
+    session.load_text(".PROGRAM a()\n    IF x THEN\n.END\n.PROGRAM b()\n    MOVEX c\n.END\n")
+    with pytest.raises(ProgramNotExecutable, match="IF at step 1 has no END"):
+        session.execute("a")
+    with pytest.raises(ProgramNotExecutable, match="LISTP b shows its bad lines"):
+        session.execute("b")

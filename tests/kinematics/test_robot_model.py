@@ -67,8 +67,8 @@ def test_other_links_are_refused_by_name() -> None:
         ("alpha = -90.0", 'alpha = "x"', r"joint 1: alpha: 'x' is not a number \(give a number in deg\)"),
         ("alpha = -90.0", "alpha = true", r"joint 1: alpha: True is not a number"),
         ("alpha = -90.0", "alpha = nan", r"joint 1: alpha: nan is not a number"),
-        ("alpha = -90.0", "alpha = inf", r"joint 1: alpha: inf is not a number"),
-        ("alpha = -90.0", f"alpha = {10**400}", r"joint 1: alpha: 1000.*is not a number"),
+        ("alpha = -90.0", "alpha = inf", r"joint 1: alpha: inf is too large"),
+        ("alpha = -90.0", f"alpha = {10**400}", r"joint 1: alpha: 1000.*is too large"),
         ("alpha = -90.0", "alpah = -90.0", r"joint 1: has an unknown key 'alpah' \(did you mean alpha\?\)"),
         ("alpha = -90.0", "colour = 1", r"joint 1: has an unknown key 'colour' \(known here: a, d,"),
         ("alpha = -90.0\n", "", r"joint 1: has no alpha \(give a, d, alpha"),
@@ -118,3 +118,11 @@ def test_files_that_are_not_there_or_not_readable(tmp_path: Path) -> None:
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(FileDamaged, match="UTF-8"):
         load_robot(tmp_path / "bytes.toml")
+
+
+@pytest.mark.parametrize("value", ["1e9", "inf"])
+def test_a_figure_beyond_every_robot_is_called_too_large(tmp_path: Path, value: str) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(TEXT.replace("max_velocity = 82.0", f"max_velocity = {value}", 1), encoding="utf-8")
+    with pytest.raises(FileDamaged, match=r"joint 1: max_velocity: .* is too large \(give less than 1e\+09 deg/s\)"):
+        load_robot(file)

@@ -47,3 +47,25 @@ def test_near_words() -> None:
     assert closest("movs", ["MOVE", "MOVES", "STOP"]) == "MOVES"
     assert did_you_mean("xyzzy", ["MOVE"]) == ""
     assert did_you_mean("Part.1", ["part.2"]) == "did you mean part.2?"
+
+
+def test_of_a_long_line_the_place_is_shown() -> None:
+    text = "x = " + "1+" * 5000 + "@" + "+1" * 5000
+    _, line, pointer = show(error(UnknownInstruction, Span(1, 10005, 10006)), text).split("\n")
+    assert max(len(line), len(pointer)) < 200
+    assert line.startswith("...")
+    assert line.endswith("...")
+    assert line[pointer.index("^")] == "@"
+    assert pointer.count("^") == 1
+
+
+def test_a_long_line_is_shown_from_its_beginning_where_the_mistake_is_there() -> None:
+    _, line, pointer = show(error(UnknownInstruction, Span(1, 1, 9000)), "y" * 9000).split("\n")
+    assert line.startswith("yyy")
+    assert len(pointer) <= len(line) < 200
+
+
+def test_a_long_word_is_shortened_in_the_message() -> None:
+    message = error(UnknownInstruction, Span(1, 1, 2), "9" * 100_000, "too long").message
+    assert len(message) < 500
+    assert message.endswith("... (too long)")

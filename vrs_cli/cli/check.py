@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from vrs_cli.cli.command_line import Parser
+from vrs_cli.cli.main import status_of
 from vrs_cli.cli.sources import Source, has_errors, ordered, read_source
+from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:
     from vrs_cli.language.diagnostics import Diagnostic
@@ -34,9 +37,15 @@ class Finding:
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Print all diagnostics of all files."""
     options = _parser(prog).parse(arguments)
-    findings = [_checked(source) for source in map(read_source, options.files)]
+    findings, status = [], OK
+    for path in options.files:
+        try:
+            findings.append(_checked(read_source(path)))
+        except FileError as error:  # the other files are checked all the same
+            print(f"{prog}: {error}", file=sys.stderr)
+            status = max(status, status_of(error))
     print(_FORMATS[options.format](findings), end="")
-    return FAILED if any(has_errors(finding.diagnostics) for finding in findings) else OK
+    return max(status, FAILED if any(has_errors(finding.diagnostics) for finding in findings) else OK)
 
 
 def _parser(prog: str) -> Parser:

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import Parser, positive
+from vrs_cli.cli.command_line import CommandLineError, Parser, positive
 from vrs_cli.cli.outputs import Outputs, add_output_options
 from vrs_cli.cli.recordings import read_recording
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from vrs_cli.trajectory.timeline import Timeline
 
 DEFAULT_STEP = 0.1  # [s] between the rows of the table
+MOST_ROWS = 100_000
 
 EPILOG = """\
 Keys: space plays and pauses, left and right seek, r rewinds, + and - change the rate, q leaves.
@@ -65,6 +66,9 @@ def _parser(prog: str) -> Parser:
 
 
 def _print_table(arm: RobotArm, timeline: Timeline, step: float) -> None:
+    """Raises CommandLineError for a step that is too small for a table to be read."""
+    if (timeline.end - timeline.start) / step > MOST_ROWS:
+        raise CommandLineError(f"--step {step:g} makes too many rows", f"at most {MOST_ROWS}; --csv writes long tables")
     from vrs_cli.interfaces.replies import WhereaboutsTable
     from vrs_cli.render.text import plain_text
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from vrs_cli.language.diagnostics import Diagnostic
 
 OK, FAILED = 0, 1
+MOST_TOLD = 20  # diagnostics of a file that is not executed
 
 EPILOG = """\
 What a program TYPEs goes to standard output as it happens, errors go to standard error; PROMPT reads
@@ -50,7 +51,7 @@ def _parser(prog: str) -> Parser:
     parser = Parser(prog, "Load a VAL-II file and execute a program of it on the virtual robot.", EPILOG)
     parser.add_argument("file", metavar="FILE.v2", help="a program file (- is standard input)")
     parser.add_argument("program", metavar="PROGRAM", nargs="?", help="the program; default: the first of the file")
-    parser.add_argument("--cycles", metavar="N", type=whole, default=1, help="how often; negative: without end")
+    parser.add_argument("--cycles", metavar="N", type=_cycles, default=1, help="how often; negative: without end")
     parser.add_argument("--robot", metavar="NAME|FILE", default="puma560", help="a robot's name, or its TOML file")
     parser.add_argument(
         "--max-time", metavar="S", type=positive, help="stop after S seconds of the robot's time (default: a day)"
@@ -68,6 +69,16 @@ def _parser(prog: str) -> Parser:
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     parser.add_argument("--quiet", action="store_true", help="print only what the program TYPEs")
     return parser
+
+
+def _cycles(text: str) -> int:
+    """How often a program is executed."""
+    from vrs_cli.language.runtime import MOST_CYCLES
+
+    value = whole(text)
+    if value == 0 or value > MOST_CYCLES:
+        raise argparse.ArgumentTypeError(f"{text} cycles (1 to {MOST_CYCLES}, or -1 for ever)")
+    return value
 
 
 def _with_rate(arguments: Sequence[str]) -> Iterator[str]:
@@ -185,7 +196,7 @@ class _Batch:
 
             self._print_json(session, None, diagnostic_objects(diagnostics))
         else:
-            print(self.source.shown(diagnostics), end="", file=sys.stderr)
+            print(self.source.shown(diagnostics, most=MOST_TOLD), end="", file=sys.stderr)
         return FAILED
 
     def _ended(self, session: Session, terminal: BatchTerminal, result: RunResult) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,16 +20,27 @@ class Source:
     path: str
     text: str
 
-    def line(self, number: int) -> str:
-        """A line of it, counted from 1."""
-        lines = self.text.split("\n")
-        return lines[number - 1] if 1 <= number <= len(lines) else ""
-
-    def shown(self, diagnostics: Iterable[Diagnostic]) -> str:
-        """Diagnostics in the order of their lines, each with its line and a caret."""
+    def shown(self, diagnostics: Iterable[Diagnostic], most: int | None = None) -> str:
+        """Diagnostics in the order of their lines, each with its line and a caret; the first `most`, errors before
+        warnings, and how many more there are.
+        """
         from vrs_cli.language.diagnostics import show
 
-        return "".join(f"{show(one, self.line(one.span.line), self.path)}\n" for one in ordered(diagnostics))
+        everything = ordered(diagnostics)
+        chosen = everything if most is None else ordered(sorted(everything, key=_is_warning)[:most])
+        lines = self.text.split("\n")
+        told = "".join(f"{show(one, _line(lines, one.span.line), self.path)}\n" for one in chosen)
+        rest = len(everything) - len(chosen)
+        return f"{told}{rest} more (vrs check {self.path} shows all)\n" if rest else told
+
+
+def _line(lines: Sequence[str], number: int) -> str:
+    """A line, counted from 1; empty where there is none."""
+    return lines[number - 1] if 1 <= number <= len(lines) else ""
+
+
+def _is_warning(diagnostic: Diagnostic) -> bool:
+    return not has_errors([diagnostic])
 
 
 def read_source(path: str) -> Source:

@@ -5,7 +5,7 @@ Nothing runs here between two requests. Readers of a timeline keep the version t
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
@@ -65,13 +65,16 @@ DeltaListener = Callable[[TimelineDelta, Timeline], None]
 
 @dataclass(frozen=True, slots=True)
 class CommandRecord:
-    """A motion command and what became of it on the present timeline: `end` is when its motion ends [s]."""
+    """A motion command and what became of it: when its motion begins and ends on the present timeline [s].
+
+    `executed` is as commanded and `end` None for a motion that a later command has dropped.
+    """
 
     number: int
     text: str
     issued: float
     executed: float
-    end: float
+    end: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,19 +138,12 @@ class Engine:
 
     def records(self) -> tuple[CommandRecord, ...]:
         """All motion commands that are not undone, in the order in which they were issued."""
+        begins: dict[int, float] = {}
         ends: dict[int, float] = {}
         for segment in self.timeline:
+            begins.setdefault(segment.motion.number, segment.start)
             ends[segment.motion.number] = segment.finish
-        return tuple(
-            CommandRecord(
-                done.delta.motion.number,
-                done.delta.motion.text,
-                shown(done.delta.issued),
-                shown(done.delta.executed),
-                shown(ends.get(done.delta.motion.number, done.delta.executed)),
-            )
-            for done in self._history
-        )
+        return tuple(_record(done.delta, begins, ends) for done in self._history)
 
     # --- requests ---
 
@@ -360,7 +356,8 @@ class Engine:
     def _set_acceleration(self, request: SetAcceleration) -> None:
         if not 0.0 < request.acceleration <= FULL_SPEED:
             raise IllegalValue(f"ACCEL {request.acceleration:g}", "it is more than 0 and at most 100 %")
-        self.parameters.acceleration = request.acceleration / FULL_SPEED
+        slower = min(request.acceleration, request.deceleration or FULL_SPEED)  # one figure serves both
+        self.parameters.acceleration = slower / FULL_SPEED
 
     def _set_configuration(self, request: SetConfiguration) -> None:
         self.parameters.asked.say(request.flag)
@@ -398,6 +395,13 @@ class Engine:
         frames = self.frames
         T_robot_flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
         return select(self.arm, self.parameters, T_robot_flange, self.position().joints)
+
+
+def _record(delta: TimelineDelta, begins: Mapping[int, float], ends: Mapping[int, float]) -> CommandRecord:
+    number = delta.motion.number
+    begin, end = begins.get(number, delta.executed), ends.get(number)
+    text, issued = delta.motion.text, shown(delta.issued)
+    return CommandRecord(number, text, issued, shown(begin), None if end is None else shown(end))
 
 
 _SETTERS: dict[type, Callable[[Engine, Any], None]] = {

@@ -104,18 +104,24 @@ def _plan_joint(arm: RobotArm, here: Here, motion: Motion, start: float, slowest
     limits = joint_limits(arm, motion)
     segments = joint_motion(here.joints, motion.goal, limits, start, motion, motion.duration)
     if here.joints.at_rest or _inside(arm, segments):
-        return segments
+        return segments or _there_already(here, start, motion)
     return _braked_first(arm, here, motion, start, slowest)
 
 
 def _plan_straight(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
     tool = here.tool_state(arm, motion.frames.tool)
     try:
-        return straight_segments(arm, tool, here.joints.joints, motion, start, slowest)
+        segments = straight_segments(arm, tool, here.joints.joints, motion, start, slowest)
+        return segments or _there_already(here, start, motion)
     except MotionError:
         if here.joints.at_rest:
             raise
         return _braked_first(arm, here, motion, start, slowest)
+
+
+def _there_already(here: Here, start: float, motion: Motion) -> tuple[Segment, ...]:
+    """A motion that has nothing to do keeps its place on the timeline: it may have, once an earlier one changes."""
+    return (rest(here.joints.joints, 0.0, start, motion),)
 
 
 def _plan_rest(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
@@ -209,16 +215,15 @@ def plan(
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a time cuts the timeline: after `keep` segments, inside or at the end of `segment`, the last of them.
+    """Where a time cuts the timeline: after `keep` segments, the state then, and the motion that is interrupted.
 
-    `here` is the state then. `interrupts`: the motion of `segment` is under way. One that would begin just then from
-    rest is not: it is scheduled later.
+    That is the motion of the first segment that ends later, also when it would begin just then: the later command
+    counts. None in a gap and after the end.
     """
 
     keep: int
-    segment: Segment
     here: Here
-    interrupts: bool
+    interrupted: Motion | None
 
 
 def _place(arm: RobotArm, timeline: Timeline, t: float) -> Place:
@@ -228,12 +233,11 @@ def _place(arm: RobotArm, timeline: Timeline, t: float) -> Place:
     segment = timeline[keep - 1]
     here = state_at(arm, segment, min(t - segment.start, segment.duration))
     if segment.finish > t:
-        return Place(keep, segment, here, True)
+        return Place(keep, here, segment.motion)
     if keep == len(timeline) or timeline[keep].start > t:
-        return Place(keep, segment, standing(here), False)
+        return Place(keep, standing(here), None)
     moving = not state_at(arm, timeline[keep], 0.0).joints.at_rest
-    under_way = moving or timeline[keep].motion.number == segment.motion.number
-    return Place(keep, segment, here if moving else standing(here), under_way)
+    return Place(keep, here if moving else standing(here), timeline[keep].motion)
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,7 +266,7 @@ class _Rescheduling:
         self.planned = list(new)
         self.end = new[-1].finish if new else executed  # of what is planned
         self.place = self._rest_of(new) if new else here  # where the robot is then
-        self.index = self._after(cut.segment.motion, cut.keep) if cut.interrupts else cut.keep
+        self.index = self._after(cut.interrupted, cut.keep) if cut.interrupted else cut.keep
 
     def result(self) -> Replanned:
         while self.index < len(self.old):
@@ -291,7 +295,7 @@ class _Rescheduling:
 
     def _begin(self, following: Segment) -> float:
         """When a motion that starts from rest begins."""
-        if following.motion.start is Start.AT or not (self.cut.interrupts or self.index > self.cut.keep):
+        if following.motion.start is Start.AT or not (self.cut.interrupted or self.index > self.cut.keep):
             return max(following.start, self.end)
         return self.end + following.start - self.old[self.index - 1].finish
 

@@ -18,6 +18,7 @@ from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import CartesianPath, Segment, Turn
 
 WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP meet
+NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
 SPARE = 1.001  # a line is slowed so much more than it must be, to be done with it
 ATTEMPTS = 6  # to slow down a line that starts in motion
 SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER STRETCH says otherwise
@@ -40,6 +41,8 @@ def straight_segments(
         except MotionError as error:
             failure = failure or error
     assert failure is not None
+    if state.at_rest and min(arm.singularity(joints)) < NEARLY_SINGULAR:
+        failure.hint = "the line starts in a singular pose, as READY is: MOVE away from it first"
     raise failure
 
 

@@ -41,6 +41,7 @@ from vrs_cli.trajectory.timeline import Timeline
 EXTENSION = ".vrst"
 REPAIR = "what is before that line can be read when it and all after it are deleted"
 GUIDE = "a trajectory file is what SAVE or vrs run --save wrote"
+LONGEST_HEADER = 1 << 24  # bytes; a robot takes two thousand
 
 UNREADABLE = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
 
@@ -189,7 +190,11 @@ def read_trajectory(path: str | Path) -> Recording:
 
 def _read(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        with path.open("rb") as stream:
+            first = stream.readline(LONGEST_HEADER)
+            if len(first) == LONGEST_HEADER:
+                raise _no_header(path)
+            return first + stream.read()
     except FileNotFoundError:
         raise NonexistentFile(str(path), GUIDE) from None
     except IsADirectoryError:
@@ -243,7 +248,7 @@ def _header_record(path: Path, lines: Sequence[bytes]) -> HeaderRecord:
     try:
         marks = msgspec.json.decode(lines[0], type=_Marks)
     except UNREADABLE:
-        raise FileDamaged(f"{path}, line 1: no header of a trajectory file", GUIDE) from None
+        raise _no_header(path) from None
     if marks.vrst != FORMAT:
         writer = f" of vrs {marks.vrs}" if marks.vrs else ""
         raise FileDamaged(
@@ -272,6 +277,10 @@ def _rebuilt(path: Path, initial: Iterable[Segment], deltas: Iterable[TimelineDe
         except RecordError as error:
             raise _damaged(path, number, str(error)) from None
     return rebuilding.timeline()
+
+
+def _no_header(path: Path) -> FileDamaged:
+    return FileDamaged(f"{path}, line 1: no header of a trajectory file", GUIDE)
 
 
 def _damaged(path: Path, number: int, what: str) -> FileDamaged:

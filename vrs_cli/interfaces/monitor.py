@@ -27,7 +27,7 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.interfaces.driver import Outcome, RunResult
-from vrs_cli.interfaces.plotting import plotted
+from vrs_cli.interfaces.plotting import plotted, selected
 from vrs_cli.interfaces.replies import (
     ClockReport,
     Diagnosed,
@@ -159,11 +159,14 @@ DEFAULT_ROWS = 10
 def _where(session: Session, it: Instruction) -> Iterator[Reply]:
     _only_robot(session, it, 0)
     engine, at = session.engine, it.modifiers
+    over_time = any(_argument(it, index) is not None for index in (1, 2, 3))
+    if over_time and (at.at is not None or at.within is not None):
+        raise UsageError("AT and FROM do not go together", "WHERE AT t, or WHERE FROM t1 TO t2 STEP dt")
     if at.at is not None:
         yield Whereabouts(engine.position(_real(session, at.at)), stamped=True)
     elif at.within is not None:
         yield Whereabouts(engine.position(engine.now + _real(session, at.within)), stamped=True)
-    elif any(_argument(it, index) is not None for index in (1, 2, 3)):
+    elif over_time:
         yield WhereaboutsTable(tuple(engine.position(t) for t in _times(session, it)))
     else:
         yield Whereabouts(engine.position())
@@ -767,10 +770,11 @@ def _timeline(session: Session, _it: Instruction) -> Iterator[Reply]:
 
 def _plot(session: Session, it: Instruction) -> Iterator[Reply]:
     engine = session.engine
+    asked = selected(engine.arm, [_text(argument) for argument in it.arguments if argument is not None])
     if engine.end <= engine.timeline.start:
         yield Message("No motions yet")
-        return
-    yield plotted(engine.arm, engine.timeline, [_text(argument) for argument in it.arguments if argument is not None])
+    else:
+        yield plotted(engine.arm, engine.timeline, asked)
 
 
 def _leave(_session: Session, _it: Instruction) -> Iterator[Reply]:

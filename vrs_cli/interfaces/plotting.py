@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -47,21 +48,40 @@ QUANTITIES: Mapping[str, Quantity] = {
 SYNTAX = f"PLOT {', '.join(QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VELOCITY, 1"
 
 
-def plotted(arm: RobotArm, timeline: Timeline, words: Sequence[str]) -> Plot:
+_JOINT = re.compile(r"[0-9]{1,3}")
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """What PLOT is asked for: the names of quantities on one scale, and joints from 1 (none for the tool's)."""
+
+    names: tuple[str, ...]
+    joints: tuple[int, ...]
+
+
+def selected(arm: RobotArm, words: Sequence[str]) -> Selection:
     """`PLOT`, `PLOT 1,2`, `PLOT VELOCITY,3`, `PLOT X,Z`. Raises UsageError, IllegalJoint."""
+    numbers = [int(word) for word in words if _JOINT.fullmatch(word)]
+    names = _chosen([word for word in words if not _JOINT.fullmatch(word)])
+    first = QUANTITIES[names[0]]
+    if first.joints:
+        return Selection(tuple(names), tuple(_joints(arm, numbers)))
+    if numbers:
+        raise UsageError(f"{first.title.lower()} has no joint {numbers[0]}", SYNTAX)
+    return Selection(tuple(names), ())
+
+
+def plotted(arm: RobotArm, timeline: Timeline, asked: Selection) -> Plot:
+    """The curves that are asked for, over a timeline with motions."""
     import numpy as np
 
-    numbers = [int(word) for word in words if word.isdigit()]
-    chosen = _chosen([word for word in words if not word.isdigit()])
-    first = QUANTITIES[chosen[0]]
+    first = QUANTITIES[asked.names[0]]
     times = np.linspace(timeline.start, timeline.end, SAMPLES)
     positions = positions_at(arm, timeline, times)
     if first.joints:
-        curves = _joint_curves(positions, first, _joints(arm, numbers))
-    elif numbers:
-        raise UsageError(f"{first.title.lower()} has no joint {numbers[0]}", SYNTAX)
+        curves = _joint_curves(positions, first, asked.joints)
     else:
-        curves = _tool_curves(positions, [curve for word in chosen for curve in QUANTITIES[word].curves])
+        curves = _tool_curves(positions, [curve for name in asked.names for curve in QUANTITIES[name].curves])
     return Plot(first.title, first.unit, tuple(times.tolist()), curves)
 
 

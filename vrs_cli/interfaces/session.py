@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from itertools import chain
 from typing import Protocol
 
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import NoProgramSpecified, ProgramNotExecutable, UsageError
+from vrs_cli.errors import NoProgramSpecified, ProgramNotExecutable, UsageError, VrsError
 from vrs_cli.interfaces.driver import A_DAY, Bounds, Console, Driver, RunResult
 from vrs_cli.interfaces.readings import Readings
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Reply
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, load_robot
-from vrs_cli.language.ast import DoInstruction, File, Instruction, Program, ProgramHeader, Section, Statement
-from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity
-from vrs_cli.language.environment import Environment, Reference
+from vrs_cli.language.ast import BadLine, DoInstruction, File, Instruction, Program, ProgramHeader, Section, Statement
+from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity, error
+from vrs_cli.language.environment import Environment, Reference, StoredProgram
 from vrs_cli.language.runtime import Task, statement_task
 from vrs_cli.language.values import Value
 
@@ -65,8 +66,8 @@ class Session:
         from vrs_cli.language.parser import parse_file
 
         file, diagnostics = parse_file(text)
-        self._define(part for part in file.parts if isinstance(part, Section))
-        return tuple(diagnostics) + self._store(file, text)
+        refused = self._define(part for part in file.parts if isinstance(part, Section))
+        return tuple(diagnostics) + refused + self._store(file, text)
 
     def _store(self, file: File, text: str) -> tuple[Diagnostic, ...]:
         from vrs_cli.language.analyzer import analyze
@@ -81,10 +82,15 @@ class Session:
             diagnostics += analysis.diagnostics
         return tuple(diagnostics)
 
-    def _define(self, sections: Iterable[Section]) -> None:
-        for section in sections:
-            for entry in section.entries:
+    def _define(self, sections: Iterable[Section]) -> tuple[Diagnostic, ...]:
+        """Give the variables their values; those that cannot be."""
+        refused: list[Diagnostic] = []
+        for entry in chain.from_iterable(section.entries for section in sections):
+            try:
                 self.environment.define(entry)
+            except VrsError as wrong:
+                refused.append(error(type(wrong), entry.span, wrong.detail, wrong.hint))
+        return tuple(refused)
 
     # --- running ---
 
@@ -110,7 +116,7 @@ class Session:
             raise NoProgramSpecified("there is no last program", "EXECUTE name")
         stored = self.environment.program(name)
         if not stored.analysis.executable:
-            raise ProgramNotExecutable(stored.name, f"LISTP {stored.name} shows its bad lines with a ?")
+            raise ProgramNotExecutable(stored.name, _why_not(stored))
         self.task = Task(self.environment, self.robot, stored.name, arguments, cycles, step)
         self.last_program = stored.name
         return self._drive(Driver(self.engine, self.terminal, self.task, bounds or self.bounds, progress))
@@ -201,3 +207,11 @@ class Session:
         self._drive(driver)
         if driver.error is not None:
             raise driver.error
+
+
+def _why_not(stored: StoredProgram) -> str:
+    """Why a program is not executable: its bad lines, or its first mistake."""
+    if any(isinstance(step.statement, BadLine) for step in stored.program.steps):
+        return f"LISTP {stored.name} shows its bad lines with a ?"
+    mistakes = (one for one in stored.analysis.diagnostics if one.severity is Severity.ERROR)
+    return next((one.detail for one in mistakes), "")

@@ -241,8 +241,10 @@ class _Reader:
         return data
 
     def number(self, value: object, key: str, quantity: Quantity) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < HUGE:
+        if isinstance(value, bool) or not isinstance(value, int | float) or value != value:  # NaN
             raise self.wrong(key, f"{value!r} is not a number", f"give a number in {self.unit(quantity)}")
+        if not abs(value) < HUGE:
+            raise self.wrong(key, f"{value!r} is too large", f"give less than {HUGE:g} {self.unit(quantity)}")
         if quantity.positive and not value > 0:
             raise self.wrong(key, f"{value!r} is not above zero", f"give a number above 0 in {self.unit(quantity)}")
         return quantity.to_si(value) if self.human else float(value)

@@ -24,6 +24,7 @@ Children = list[Any]  # tokens, nodes and lists of them, as the rule has them
 
 LARGEST = 3.4e38  # the largest single-precision real
 BINARY_DIGITS = 8
+FORMAT_DIGITS = 3  # of a width, or of a number of decimals or lines
 INDEXES = 3
 
 
@@ -50,19 +51,19 @@ def number_value(text: str) -> float | None:
     try:
         if text[0] == "'":
             return float(ord(text[1]))
-        if text[0] == "^":
-            return _based(text[1:])
-        value = float(text)
-    except ValueError:
+        value = _based(text[1:]) if text[0] == "^" else float(text)
+    except (ValueError, OverflowError):
         return None
     return value if value <= LARGEST else None
 
 
-def _based(text: str) -> float | None:
+def _based(text: str) -> float:
+    """Raises ValueError, OverflowError."""
     base = _BASES.get(text[0].upper())
     digits = text if base is None else text[1:]
-    value = int(digits, base or 8)
-    return None if base == 2 and len(digits) > BINARY_DIGITS else float(value)
+    if base == 2 and len(digits) > BINARY_DIGITS:
+        raise ValueError(text)
+    return float(int(digits, base or 8))
 
 
 _BASES = {"B": 2, "H": 16, "D": 10}
@@ -398,6 +399,9 @@ class Builder:
     def format(self, children: Children) -> ast.Format:
         token: Token = children[0]
         width, _, decimals = token.text[2:].partition(".")
+        if max(len(width), len(decimals)) > FORMAT_DIGITS:
+            detail, hint = token.text, f"the numbers of a format code have up to {FORMAT_DIGITS} digits"
+            raise LineRefused(error(InvalidNumber, token.span, detail, hint))
         return ast.Format(token.text[1].upper(), _digits(width), _digits(decimals), token.span)
 
     def raw(self, children: Children) -> ast.Word:

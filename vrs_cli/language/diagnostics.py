@@ -9,6 +9,9 @@ from enum import Enum
 from vrs_cli.errors import ProgramError, VrsError
 from vrs_cli.language.ast import Span
 
+# characters that are shown of a source line (no line of an old program is longer) and of a detail
+SHOWN, SHOWN_OF_DETAIL = 160, 400
+
 
 class Severity(Enum):
     """An error keeps a program from running; a warning does not."""
@@ -30,8 +33,8 @@ class Diagnostic:
 
     @property
     def message(self) -> str:
-        """`*Unknown instruction* MOVEE (did you mean MOVE?)`."""
-        tail = f" {self.detail}" if self.detail else ""
+        """`*Unknown instruction* MOVEE (did you mean MOVE?)`. A very long detail is shortened."""
+        tail = f" {_shortened(self.detail)}" if self.detail else ""
         hint = f" ({self.hint})" if self.hint else ""
         return f"*{self.text}*{tail}{hint}"
 
@@ -58,14 +61,33 @@ def warning(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") 
 
 
 def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> str:
-    """`file:line:column: *Text* detail (hint)`, the line, and a line of carets under the place. Plain text."""
+    """`file:line:column: *Text* detail (hint)`, the line, and a line of carets under the place. Plain text.
+
+    Of a very long line the stretch round the place is shown.
+    """
     span = diagnostic.span
     place = f"{path}:{span.line}:{span.column}: " if path is not None else ""
     kind = "warning: " if diagnostic.severity is Severity.WARNING else ""
     lines = [f"{place}{kind}{diagnostic.message}"]
     if source_line.strip():
-        lines += [_plain(source_line), _pointer(source_line, span)]
+        stretch, place_in_it = _stretch(source_line.rstrip(), span)
+        lines += [_plain(stretch), _pointer(stretch, place_in_it)]
     return "\n".join(lines)
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= SHOWN_OF_DETAIL else f"{text[:SHOWN_OF_DETAIL]}..."
+
+
+def _stretch(line: str, span: Span) -> tuple[str, Span]:
+    """The line, or what stands round the place in a longer one, and the place in it."""
+    if len(line) <= SHOWN:
+        return line, span
+    begin = max(0, min(span.column - 1 - SHOWN // 2, len(line) - SHOWN))
+    before, after = "..." if begin else "", "..." if begin + SHOWN < len(line) else ""
+    moved = begin - len(before)
+    end = min(span.end, begin + SHOWN + 1)
+    return f"{before}{line[begin : begin + SHOWN]}{after}", Span(span.line, span.column - moved, end - moved)
 
 
 def _plain(line: str) -> str:

@@ -195,7 +195,16 @@ class _Scan:
                 raise self._unreadable()
             glued = _GLUED.match(self._text, self._at)
             raise self._refused(kind, self._at, glued.end() if glued else self._at + 1, detail, hint)
+        self._refuse_other_letters(match)
         return match
+
+    def _refuse_other_letters(self, word: re.Match[str]) -> None:
+        """A letter of another alphabet does not end a word: it is a mistake in it."""
+        if self._text[word.end() : word.end() + 1].isalnum():
+            glued = _GLUED.match(self._text, word.end())
+            end = glued.end() if glued else word.end() + 1
+            hint = "letters a to z, digits, . and _"
+            raise self._refused(InvalidName, word.start(), end, self._text[word.start() : end], hint)
 
     def _assigned(self, at: int) -> bool:
         """Whether `=` or an index follows a name that ends at an index of the text."""
@@ -217,6 +226,8 @@ class _Scan:
             return "a monitor command, typed at the prompt"
         if rest.startswith("=="):
             return "an assignment has one ="
+        if rest.startswith(":="):
+            return "an assignment has = alone"
         if _ELEMENT.match(rest):
             return f"an element of an array is {word}[index]"
         at_prompt = COMMANDS in tables

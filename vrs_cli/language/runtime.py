@@ -193,8 +193,9 @@ def bind(
     """One reference for each parameter. Raises ArgumentMismatch."""
     parameters = program.program.parameters
     if len(arguments) > len(parameters):
+        many = "parameter" if len(parameters) == 1 else "parameters"
         raise ArgumentMismatch(
-            f"{program.name} is given {len(arguments)} arguments", f"it has {len(parameters)} parameters"
+            f"{program.name} is given {len(arguments)} arguments", f"it has {len(parameters)} {many}"
         )
     arrays = program.compiled.array_parameters
     padded = (*arguments, *(None,) * (len(parameters) - len(arguments)))

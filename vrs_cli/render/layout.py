@@ -300,7 +300,14 @@ def _command_grid(commands: Iterable[CommandRecord]) -> Grid:
         *(Column(heading, Role.NUMBER, right=True, width=8) for heading in ("t_iss", "t_exec", "t_end")),
     )
     rows = tuple(
-        (str(row.number), row.text, fixed(row.issued), fixed(row.executed), fixed(row.end)) for row in commands
+        (
+            str(row.number),
+            row.text,
+            fixed(row.issued),
+            fixed(row.executed),
+            "dropped" if row.end is None else fixed(row.end),
+        )
+        for row in commands
     )
     return Grid(columns, rows, boxed=True)
 

@@ -28,6 +28,10 @@ from vrs_cli.trajectory.profile import (
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
 from vrs_cli.trajectory.vector import length, rotated_back, scaled, subtracted
 
+# A blend of two straight lines has the deceleration of the first and the acceleration of the second at once, as in VAL:
+# so the corner is rounded on its inside. What the joints can follow is checked after.
+CORNER = 2.0
+
 
 @dataclass(frozen=True, slots=True)
 class JointState:
@@ -223,9 +227,10 @@ class _Line:
             _, angle = self.turn(0.0)
             position = Component(length(self.displacement), 0.0, limits.speed, limits.acceleration)
             return from_rest([position, Component(angle, 0.0, limits.spin, limits.spin_acceleration)], least)
-        part = VectorPart(self.displacement, state.velocity, limits.speed, limits.acceleration)
+        blending = CORNER * limits.acceleration
+        part = VectorPart(self.displacement, state.velocity, limits.speed, limits.acceleration, blending)
         speed = length(state.velocity)
-        shortest = max(max(speed - limits.speed, 0.0) / limits.acceleration, self.spin / limits.spin_acceleration)
+        shortest = max(max(speed - limits.speed, 0.0) / blending, self.spin / (CORNER * limits.spin_acceleration))
         guess = max(speed / limits.acceleration, shortest)
         return search(lambda blend: self._demands(part, blend), shortest, guess, least)
 
@@ -235,7 +240,7 @@ class _Line:
         _, angle = self.turn(blend)
         if angle > NEGLIGIBLE:
             limits = self.limits
-            high = min(high, limits.spin / angle, (limits.spin_acceleration * blend - self.spin) / angle)
+            high = min(high, limits.spin / angle, (CORNER * limits.spin_acceleration * blend - self.spin) / angle)
             slowing = max(slowing, angle / limits.spin_acceleration)
         return Demand(low, high, slowing)
 

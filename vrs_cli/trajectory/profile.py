@@ -135,21 +135,25 @@ def scalar_demands(components: Sequence[Component]) -> Demands:
 
 @dataclass(frozen=True, slots=True)
 class VectorPart:
-    """A part of a motion whose limits hold for the length of a vector (the position of the tool tip)."""
+    """A part of a motion whose limits hold for the length of a vector (the position of the tool tip).
+
+    `blend_acceleration` is the one that a blend may have, `max_acceleration` that of slowing down.
+    """
 
     displacement: tuple[float, float, float]
     velocity: tuple[float, float, float]
     max_velocity: float
     max_acceleration: float
+    blend_acceleration: float
 
 
 def vector_demands(part: VectorPart, blend: float) -> Demand:
-    """The bounds on u so that |c u| <= v_max and |c u - v0| <= a blend, with c = D - v0 blend / 2."""
+    """The bounds on u so that |c u| <= v_max and |c u - v0| <= a_blend blend, with c = D - v0 blend / 2."""
     vx, vy, vz = part.velocity
     half = 0.5 * blend
     cx, cy, cz = (d - half * v for d, v in zip(part.displacement, part.velocity, strict=True))
     ahead = sqrt(cx * cx + cy * cy + cz * cz)
-    change = part.max_acceleration * blend
+    change = part.blend_acceleration * blend
     speed = sqrt(vx * vx + vy * vy + vz * vz)
     if ahead <= NEGLIGIBLE:
         return Demand(0.0, inf, 0.0) if speed <= change else Demand(1.0, 0.0, 0.0)
