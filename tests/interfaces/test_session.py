@@ -80,6 +80,13 @@ def test_cycles_begin_at_full_speed_again(session: Session) -> None:
     assert list(speeds.values()) == [1.0, 0.2, 1.0, 0.2]
 
 
+def test_the_speed_of_a_program_is_its_own(session: Session) -> None:
+    load(session, "SPEED 10 ALWAYS")
+    session.execute("p")
+    session.perform("MOVE a")
+    assert session.engine.timeline[-1].motion.speed == 1.0
+
+
 def test_typed_lines_of_pieces(session: Session) -> None:
     load(session, 'TYPE "a", /S', 'TYPE "b"', 'TYPE "c", /S')
     assert session.execute("p").typed == ("ab", "c")

@@ -14,7 +14,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import segment_joints, state_at
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import MotionError
-from vrs_cli.kinematics.joints import joints_outside, largest_change
+from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
 from vrs_cli.kinematics.model import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, from_oat
 from vrs_cli.trajectory.delta import TimelineDelta
@@ -27,6 +27,7 @@ POSITION = 1e-8  # [rad] joints at a boundary, where one side may be found by in
 VELOCITY = 1e-6  # [rad/s]
 LIMIT = 1.0 + 1e-5  # rounding
 ON_LINE = 1e-6  # [m]
+PARTS = (1e-6, *((k + 0.37) / 9.4 for k in range(9)), 1.0 - 1e-6)  # of a segment: inside, and next to both ends
 
 fractions = st.floats(0.0, 1.0)
 joint_targets = st.tuples(*[fractions] * 6).map(
@@ -94,15 +95,20 @@ def check_continuous(engine: Engine) -> None:
             assert max(map(abs, left.velocity)) <= VELOCITY, "the robot stands still in a gap"
 
 
+def singular(engine: Engine, joints: Joints) -> bool:
+    """Whether a line that rests here may have no rates to compare."""
+    return min(engine.arm.singularity(joints)) < 1e-3
+
+
 def check_limits(engine: Engine) -> None:
     for segment in engine.timeline:
-        for k in range(9):
-            t = segment.start + segment.duration * (k + 0.37) / 9.4
+        for part in PARTS:
+            t = segment.start + segment.duration * part
             here = position_at(engine.arm, engine.timeline, t)
             assert not joints_outside(here.joints, MODEL.lower, MODEL.upper), (segment, t)
             for v, v_max in zip(here.velocity, MODEL.max_velocity, strict=True):
                 assert abs(v) <= v_max * LIMIT, (segment, t)
-            if not isinstance(segment.path, CartesianPath) or k:  # a singular start at rest has no rate to compare
+            if not isinstance(segment.path, CartesianPath) or not singular(engine, here.joints):
                 for a, a_max in zip(here.acceleration, MODEL.max_acceleration, strict=True):
                     assert abs(a) <= a_max * LIMIT, (segment, t)
 
@@ -188,3 +194,14 @@ def test_undo_gives_back_the_timeline_to_the_bit(sequence: list[tuple[object, bo
     assert engine.timeline == engine.initial
     with pytest.raises(Exception, match="no motion to undo"):
         engine.undo()
+
+
+def test_a_line_out_of_a_motion_at_full_speed_asks_no_joint_for_too_much() -> None:
+    engine = Engine(MODEL)
+    turned = tuple(map(radians, (40.9, -102.4, -6.3, 124.3, -46.8, 48.3)))
+    line = PoseTarget(from_oat(0.2807, 0.6017, -0.1336, *map(radians, (119.7, 89.9, -28.2))))
+    engine.perform(Move(PoseTarget(from_oat(0.2077, 0.3958, 0.0921, *map(radians, (111.8, 63.2, 24.1)))), False))
+    engine.perform(Move(JointTarget(turned), straight=False))
+    engine.perform(Move(line, straight=True, stamp=Stamp(2.577)))
+    check_continuous(engine)
+    check_limits(engine)

@@ -146,7 +146,7 @@ class Follower:
         """The greatest load. A joint that is no faster than at the start of the motion, `start`, is given
         little margin: the motion that was interrupted may have been at its limit.
         """
-        accelerations = _accelerations(samples)
+        accelerations = self._accelerations(path, samples)
         peaks = _first_peaks(samples, accelerations)
         velocity = self._velocity_load(path, samples[0].s, [(v, 1.0) for v in peaks])
         for s, _, speeds in samples[1:]:
@@ -163,22 +163,31 @@ class Follower:
                 acceleration = Load(0.0, worst, ratios.index(worst) + 1, path.pose(s) if worst > 1.0 else None)
         return velocity.worse(acceleration)
 
+    def _accelerations(self, path: CartesianPath, samples: list[Sample]) -> list[tuple[float, Joints]]:
+        """Joint accelerations at both ends, where they are often greatest, and the mean ones between samples."""
+        means = [
+            (0.5 * (a.s + b.s), tuple([(w - v) / (b.s - a.s) for v, w in zip(a.velocity, b.velocity, strict=True)]))
+            for a, b in pairwise(samples)
+        ]
+        first, last = samples[0], samples[-1]
+        at_first = self._acceleration(path, first) or _carried_on(means[0], means[1], first.s)
+        at_last = self._acceleration(path, last) or _carried_on(means[-1], means[-2], last.s)
+        return [(first.s, at_first), *means, (last.s, at_last)]
+
+    def _acceleration(self, path: CartesianPath, sample: Sample) -> Joints | None:
+        """The joint acceleration at a sample; None in a singular pose, where none is defined."""
+        bias = self.arm.acceleration_bias(sample.joints, sample.velocity, self.tool)
+        vx, vy, vz, wx, wy, wz = (a - b for a, b in zip(path.twist_rate(sample.s), bias, strict=True))
+        try:
+            return self.arm.joint_velocity(sample.joints, (vx, vy, vz, wx, wy, wz), self.tool)
+        except StraightLineSingular:
+            return None
+
     def _velocity_load(self, path: CartesianPath, s: float, rows: list[tuple[float, float]]) -> Load:
         """The load of joint velocities, each taken higher by its margin."""
         ratios = [abs(v) * margin / limit for (v, margin), limit in zip(rows, self.max_velocity, strict=True)]
         worst = max(ratios)
         return Load(worst, 0.0, ratios.index(worst) + 1, path.pose(s) if worst > 1.0 + ROUNDING else None)
-
-
-def _accelerations(samples: list[Sample]) -> list[tuple[float, Joints]]:
-    """Mean joint accelerations between samples, carried on to both ends, where they are often greatest."""
-    means = [
-        (0.5 * (a.s + b.s), tuple([(w - v) / (b.s - a.s) for v, w in zip(a.velocity, b.velocity, strict=True)]))
-        for a, b in pairwise(samples)
-    ]
-    first = (samples[0].s, _carried_on(means[0], means[1], samples[0].s))
-    last = (samples[-1].s, _carried_on(means[-1], means[-2], samples[-1].s))
-    return [first, *means, last]
 
 
 def _first_peaks(samples: list[Sample], accelerations: list[tuple[float, Joints]]) -> Joints:

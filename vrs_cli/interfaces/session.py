@@ -16,6 +16,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, load_robot
 from vrs_cli.language.ast import BadLine, DoInstruction, File, Instruction, Program, ProgramHeader, Section, Statement
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity, error
+from vrs_cli.language.effects import CYCLE_SETTINGS
 from vrs_cli.language.environment import Environment, Reference, StoredProgram
 from vrs_cli.language.runtime import Task, statement_task
 from vrs_cli.language.values import Value
@@ -140,9 +141,17 @@ class Session:
             raise UsageError("a program is running", "ABORT stops it")
         self._driver = driver
         try:
-            return driver.run()
+            result = driver.run()
         finally:
             self._driver = None
+        if driver.task.ended and not driver.at_prompt:
+            self._forget_program_settings()
+        return result
+
+    def _forget_program_settings(self) -> None:
+        """SPEED and the like of a program are its own: the prompt has what every program starts with."""
+        for setting in CYCLE_SETTINGS:
+            self.engine.perform(setting)
 
     def interrupt(self) -> None:
         """Stop the program that runs before its next step; nothing when none does. Safe in a signal handler."""
