@@ -147,8 +147,22 @@ class ProgramNotExecutable(ProgramError):
     code, text = -307, "Program not executable"
 
 
+class ProgramInterlocked(ProgramError):
+    """A program on the stack of a task cannot be changed or deleted."""
+
+    code, text = -308, "Program interlocked"
+
+
 class ProgramExists(ProgramError):
     code, text = -309, "Program already exists"
+
+
+class TaskActive(ProgramError):
+    code, text = -310, "Program task already active"
+
+
+class TaskNotActive(ProgramError):
+    code, text = -311, "Program task not active"
 
 
 class TimeExhausted(ProgramError):
@@ -165,6 +179,12 @@ class EndOfInput(ProgramError):
 
 class MotionError(VrsError):
     """The robot cannot do the motion."""
+
+
+class RobotNotAttached(MotionError):
+    """Another task has the robot, or none has it and the program did not ask for it."""
+
+    code, text = -602, "Robot not attached to this program"
 
 
 class PowerOff(MotionError):

@@ -39,7 +39,7 @@ def types(text: str) -> list[str]:
         ("move[1] = 5", ["NAME", "LSQB", "NUMBER", "RSQB", "EQUAL", "NUMBER"]),
         ("MOVE#p", ["WORD", "NAME"]),
         ("IF(x)THEN", ["IF", "LPAR", "NAME", "RPAR", "THEN"]),
-        ("REACT 1001, pick ; soon", ["WORD", "REST", "COMMENT"]),
+        ("DEFBELT 1001, pick ; soon", ["WORD", "REST", "COMMENT"]),
         ('MC TYPE "a;b" ;c', ["WORD", "REST", "COMMENT"]),
         ("REMARK any words: +-*", ["COMMENT"]),
         ("", []),

@@ -125,7 +125,7 @@ def test_instructions() -> None:
     assert statement("PROMPT $text, n").arguments[0] is not None
     assert statement("SIGNAL -1").arguments == (Unary("-", Number(1.0, "1", Span(1, 9, 10)), Span(1, 8, 10)),)
     assert statement('TYPE /C2, "x", /F6.2').arguments[2] == ast.Format("F", 6, 2, Span(1, 16, 21))
-    assert statement("REACT 1001, pick").arguments == (ast.Word("1001, pick", Span(1, 7, 17)),)
+    assert statement("DEFBELT 1001, pick").arguments == (ast.Word("1001, pick", Span(1, 9, 19)),)
 
 
 def test_constants_can_be_named_where_something_is_defined() -> None:

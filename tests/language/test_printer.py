@@ -71,7 +71,7 @@ def test_a_printed_program_is_read_as_the_same(program: ast.Program) -> None:
         ("enable cp,Power", "ENABLE CP, POWER"),
         ("parameter profile = scurve", "PARAMETER PROFILE = SCURVE"),
         ("cali", "CALIBRATE"),
-        ("react 1001, Foo", "REACT 1001, Foo"),
+        ("react 1001, Foo", "REACT 1001, foo"),
         ("if SIG( 1 ) goto 10", "IF SIG(1) GOTO 10"),
         ("$s = $mid( $t ,1 , 2)", "$s = $MID($t, 1, 2)"),
     ],

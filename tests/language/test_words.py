@@ -47,7 +47,7 @@ def test_form_of_control_words(name: str, form: str) -> None:
         ("WHERE", "WHERE [robot] [FROM t1] [TO t2] [STEP dt] [AT t | IN dt]"),
         ("STORE", "STORE file [= program, ...]"),
         ("POINT", "POINT location [= value]"),
-        ("EXECUTE", "EXECUTE [program][, cycles][, step]"),
+        ("EXECUTE", "EXECUTE [task] [program][, cycles][, step]"),
     ],
 )
 def test_form_of_commands(name: str, form: str) -> None:

@@ -91,6 +91,14 @@ def positive(text: str) -> float:
     return value
 
 
+def count(text: str) -> int:
+    """A whole number above zero."""
+    value = whole(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not above 0")
+    return value
+
+
 def sampling_rate(text: str) -> float:
     """Samples per second [Hz]."""
     from vrs_cli.files.rates import FASTEST

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TextIO
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, positive, whole
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, count, positive, whole
 from vrs_cli.cli.outputs import Outputs, add_output_options
 from vrs_cli.cli.sources import Source, has_errors, read_source
 from vrs_cli.errors import FileError, UndefinedName
@@ -34,6 +34,7 @@ standard input. Time is the robot's and passes as fast as it computes, unless --
 
   vrs run pick.v2
   vrs run cell.v2 load.part --cycles 5 --save cell.vrst
+  vrs run cell.v2 --signals cell.csv --max-time 60
   vrs run pick.v2 --csv pick.csv --rate 50 --plot pick.svg
   vrs run pick.v2 --json | jq .duration_s
 """
@@ -56,6 +57,8 @@ def _parser(prog: str) -> Parser:
     parser.add_argument(
         "--max-time", metavar="S", type=positive, help="stop after S seconds of the robot's time (default: a day)"
     )
+    parser.add_argument("--max-steps", metavar="N", type=count, help="stop after N steps of all programs together")
+    parser.add_argument("--signals", metavar="FILE", help="when input signals change: lines of time, signal, state")
     parser.add_argument(
         "--realtime",
         metavar="RATE",
@@ -166,12 +169,18 @@ class _Batch:
         from vrs_cli.kinematics.model import load_robot
 
         model = load_robot(self.options.robot)
-        return Session(terminal, model, clock=_clock(self.options.realtime), bounds=self._bounds())
+        session = Session(terminal, model, clock=_clock(self.options.realtime), bounds=self._bounds())
+        if self.options.signals is not None:
+            from vrs_cli.files.signal_file import read_signals
+
+            session.driver.inputs = read_signals(self.options.signals)
+        return session
 
     def _bounds(self) -> Bounds:
-        from vrs_cli.interfaces.driver import Bounds
+        from vrs_cli.interfaces.driver import LONGEST, Bounds
 
-        return Bounds() if self.options.max_time is None else Bounds(max_time=self.options.max_time)
+        most = self.options.max_time
+        return Bounds(LONGEST if most is None else most, self.options.max_steps)
 
     def _program(self, session: Session) -> str:
         """The program asked for, or the first of the file. Raises CommandLineError."""
@@ -204,14 +213,15 @@ class _Batch:
         from vrs_cli.cli.reports import fault_object, fault_text
         from vrs_cli.interfaces.replies import Message
 
-        fault = result.fault
+        faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
         if self.options.json:
-            self._print_json(session, result, [fault_object(fault)] if fault else [])
-        elif fault:
+            self._print_json(session, result, [fault_object(fault) for fault in faults])
+            return max(self._write_files(session), FAILED if faults else OK)
+        for fault in faults:
             print(fault_text(self.source.path, fault), file=sys.stderr)
-        else:
+        if result.fault is None:
             terminal.show(Message(result.outcome.value))
-        return max(self._write_files(session), FAILED if fault else OK)
+        return max(self._write_files(session), FAILED if faults else OK)
 
     def _write_files(self, session: Session) -> int:
         engine = session.engine

@@ -97,6 +97,11 @@ class Break:
 
 
 @dataclass(frozen=True, slots=True)
+class Brake:
+    """Stop the present motion at once, within limits, and drop what was scheduled after it."""
+
+
+@dataclass(frozen=True, slots=True)
 class OperateHand:
     """OPENI, CLOSEI, RELAXI (`immediate`): break, operate, wait HAND.TIME. OPEN, CLOSE, RELAX: during the next motion.
 
@@ -203,6 +208,7 @@ Request = (
     Move
     | Delay
     | Break
+    | Brake
     | OperateHand
     | SetSpeed
     | SetMonitorSpeed

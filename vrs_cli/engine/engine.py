@@ -12,6 +12,7 @@ from typing import Any
 
 from vrs_cli.engine.clock import Clock, VirtualClock
 from vrs_cli.engine.commands import (
+    Brake,
     Break,
     Delay,
     JointTarget,
@@ -105,6 +106,7 @@ class Engine:
         self.deltas: list[TimelineDelta] = []
         self._history: list[_Done] = []
         self._number = 0
+        self._issued: float | None = None
         self.clock.set(0.0)
 
     # --- reading ---
@@ -153,16 +155,35 @@ class Engine:
 
         Raises MotionError, IllegalValue, UsageError.
         """
-        if isinstance(request, Move):
-            self._move(request, program)
-        elif isinstance(request, Delay):
-            self._stand(_checked_time(request.seconds, "DELAY"), program, text=request.text)
-        elif isinstance(request, OperateHand):
-            self._operate_hand(request, program)
-        else:
-            _SETTERS[type(request)](self, request)
+        self.clock.advance(self.begin(request, program=program))
 
-    def _move(self, move: Move, program: bool) -> None:
+    def ready_at(self, request: Request, *, program: bool) -> float:
+        """The instant [s], now or later, at which a request may be performed: until then its program waits, so that
+        what happens in between may still change what it does. Raises IllegalValue for a time stamp."""
+        if not program:
+            return self.now
+        if isinstance(request, Move):
+            return self.now if request.stamp is not None else max(self._begin(request, program)[1], self.now)
+        if isinstance(request, Break | Delay | SetTool | SetBase) or _immediate(request):
+            return max(self.end, self.now)
+        return self.now
+
+    def begin(self, request: Request, *, program: bool, issued: float | None = None) -> float:
+        """Do what is asked as `perform` does, and leave the clock alone: the instant [s] until which the asker waits.
+
+        `issued`: when it was asked, where that was earlier.
+        """
+        self._issued = issued
+        if isinstance(request, Move):
+            return self._move(request, program)
+        if isinstance(request, Delay):
+            return self._stand(_checked_time(request.seconds, "DELAY"), program, text=request.text)
+        if isinstance(request, OperateHand):
+            return self._operate_hand(request, program)
+        _SETTERS[type(request)](self, request)
+        return self.now
+
+    def _move(self, move: Move, program: bool) -> float:
         self._check_power()
         start, executed = self._begin(move, program)
         motion = self._motion(move, start, executed)
@@ -171,8 +192,9 @@ class Engine:
         self.parameters.motion_taken()
         if isinstance(move.target, JointTarget | NamedTarget):
             self.parameters.asked = Asked()
-        if move.stamp is None:
-            self.clock.advance(executed if program else self.end)
+        if move.stamp is not None:
+            return self.now
+        return executed if program else self.end
 
     def _check_power(self) -> None:
         if not self.parameters.switch("POWER"):
@@ -256,13 +278,13 @@ class Engine:
 
     # --- standing still ---
 
-    def _operate_hand(self, request: OperateHand, program: bool) -> None:
+    def _operate_hand(self, request: OperateHand, program: bool) -> float:
         opening = 0.0 if request.opening is None else request.opening
         if not request.immediate:
             self.parameters.hand = opening
-            return
+            return self.now
         self._stand(float(self.parameters.values["HAND.TIME"]), program, hand=opening, text=request.text)
-        self.clock.advance(self.end)
+        return self.end
 
     def _stand(
         self,
@@ -272,8 +294,8 @@ class Engine:
         hand: float | None = None,
         frames: Frames | None = None,
         text: str = "",
-    ) -> None:
-        """A motion of kind REST after the last one."""
+    ) -> float:
+        """A motion of kind REST after the last one; until when the asker waits."""
         executed = max(on_grid(self.now), self.end)
         last = self.timeline.locate(executed)[0].motion
         motion = Motion(
@@ -287,7 +309,7 @@ class Engine:
         )
         if not self.parameters.switch("DRY.RUN"):
             self._edit(motion, executed)
-        self.clock.advance(executed if program else self.end)
+        return executed if program else self.end
 
     def wait_for_rest(self) -> None:
         """BREAK: time goes on until the robot stands."""
@@ -295,7 +317,7 @@ class Engine:
 
     def stop(self) -> None:
         """ABORT, BRAKE: brake now, within limits, and drop what was scheduled."""
-        now = on_grid(self.now)
+        now, self._issued = on_grid(self.now), None
         if now < self.end:
             last = self.timeline.locate(now)[0].motion
             motion = Motion(self._number + 1, Kind.REST, Start.AT, hand=last.hand, frames=last.frames, text="BRAKE")
@@ -311,12 +333,12 @@ class Engine:
             self.arm,
             before,
             motion,
-            on_grid(self.now),
+            on_grid(self.now if self._issued is None else self._issued),
             executed,
             insert=insert,
             slowest=float(self.parameters.values["STRETCH"]),
         )
-        self._history.append(_Done(before, delta, self.now))
+        self._history.append(_Done(before, delta, self.now if self._issued is None else self._issued))
         self._number = motion.number
         self._apply(delta)
 
@@ -377,7 +399,7 @@ class Engine:
 
     def _set_frames(self, frames: Frames, text: str) -> None:
         if frames != self.frames:
-            self._stand(0.0, True, frames=frames, text=text)
+            self.clock.advance(self._stand(0.0, True, frames=frames, text=text))
 
     def _set_parameter(self, request: SetParameter) -> None:
         self.parameters.set_parameter(request.name, request.value)
@@ -387,6 +409,9 @@ class Engine:
 
     def _break(self, _request: Break) -> None:
         self.wait_for_rest()
+
+    def _brake(self, _request: Brake) -> None:
+        self.stop()
 
     # --- what is in reach ---
 
@@ -406,6 +431,7 @@ def _record(delta: TimelineDelta, begins: Mapping[int, float], ends: Mapping[int
 
 _SETTERS: dict[type, Callable[[Engine, Any], None]] = {
     Break: Engine._break,
+    Brake: Engine._brake,
     SetSpeed: Engine._set_speed,
     SetMonitorSpeed: Engine._set_monitor_speed,
     SetDuration: Engine._set_duration,
@@ -417,6 +443,10 @@ _SETTERS: dict[type, Callable[[Engine, Any], None]] = {
     SetParameter: Engine._set_parameter,
     SetSwitch: Engine._set_switch,
 }
+
+
+def _immediate(request: Request) -> bool:
+    return isinstance(request, OperateHand) and request.immediate
 
 
 def _fraction(speed: float) -> float:

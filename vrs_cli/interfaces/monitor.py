@@ -69,6 +69,7 @@ from vrs_cli.language.ast import (
     Variable,
     Word,
 )
+from vrs_cli.language.effects import PROCESS_CONTROL, checked_task
 from vrs_cli.language.environment import INPUTS, INTERNAL, OUTPUTS, Index, Reference, StoredProgram, key_of
 from vrs_cli.language.values import (
     Value,
@@ -373,6 +374,7 @@ def copied(session: Session, it: Instruction) -> StoredProgram:
 
 
 def _rename(session: Session, it: Instruction) -> Iterator[Reply]:
+    session.check_free(_text(it.value))
     old = copied(session, it)
     del session.environment.programs[old.program.key]
     if session.last_program is not None and key_of(session.last_program) == old.program.key:
@@ -404,6 +406,8 @@ def _delete(session: Session, it: Instruction) -> Iterator[Reply]:
     outside = [key for key in environment.programs if key not in under]
     kept = {program.key for program in with_called(environment, outside)} - named
     doomed = [environment.programs[key] for key in environment.programs if key in under - kept]
+    for program in doomed:
+        session.check_free(program.name)
     refused = _refused(session, f"{_listed(program.name for program in doomed)} and what only they use go.")
     if refused:
         yield refused
@@ -416,6 +420,8 @@ def _delete(session: Session, it: Instruction) -> Iterator[Reply]:
 
 def _deletep(session: Session, it: Instruction) -> Iterator[Reply]:
     doomed = [session.environment.program(_text(argument)) for argument in it.arguments]
+    for program in doomed:
+        session.check_free(program.name)
     refused = _refused(session, f"{_listed(program.name for program in doomed)} will be deleted.")
     if refused:
         yield refused
@@ -458,13 +464,16 @@ def _variable_of(session: Session, expression: Expression | None, kinds: tuple[K
 
 
 def _zero(session: Session, _it: Instruction) -> Iterator[Reply]:
+    for stored in session.environment.programs.values():
+        session.check_free(stored.name)
     refused = _refused(session, "All programs and variables will be deleted.")
     if refused:
         yield refused
         return
     session.environment.programs.clear()
     session.environment.clear_variables()
-    session.last_program, session.task = None, None
+    session.last_program = None
+    session.driver.tasks.clear()
 
 
 def _listed(names: Iterable[str]) -> str:
@@ -575,34 +584,153 @@ def _line(lines: Sequence[str], number: int) -> str:
 
 
 def _execute(session: Session, it: Instruction) -> Iterator[Reply]:
+    number = whole(_real_or(session, it, 3, 0.0))
+    if number:
+        _start(session, it, checked_task(number))
+        return
+    name, arguments, cycles, step = _asked_program(session, it)
+    yield from _run(session, lambda progress: session.execute(name, arguments, cycles, step, progress=progress))
+
+
+def _asked_program(session: Session, it: Instruction) -> tuple[str | None, tuple[Reference | None, ...], int, int]:
+    """Program, arguments, cycles and first step of EXECUTE and its like."""
     from vrs_cli.language.runtime import arguments_of
 
     asked = _argument(it, 0)
     name = None if asked is None else _text(asked)
     given = asked.arguments if isinstance(asked, Call) else ()
     arguments = arguments_of(session.environment, session.robot, given)
-    cycles, step = whole(_real_or(session, it, 1, 1.0)), whole(_real_or(session, it, 2, 1.0))
-    yield _run(session, lambda progress: session.execute(name, arguments, cycles, step, progress=progress))
+    return name, arguments, whole(_real_or(session, it, 1, 1.0)), whole(_real_or(session, it, 2, 1.0))
 
 
-def _proceed(session: Session, _it: Instruction) -> Iterator[Reply]:
-    yield _run(session, session.proceed)
+def _start(session: Session, it: Instruction, number: int) -> None:
+    """A task beside the robot program."""
+    name, arguments, cycles, step = _asked_program(session, it)
+    if name is None:
+        raise NoProgramSpecified(f"task {number} needs a program", "name it")
+    session.start(number, name, arguments, cycles, step)
 
 
-def _retry(session: Session, _it: Instruction) -> Iterator[Reply]:
-    yield _run(session, session.retry)
+def _pc_execute(session: Session, it: Instruction) -> Iterator[Reply]:
+    _start(session, it, PROCESS_CONTROL)
+    yield from ()
 
 
-def _run(session: Session, run: Callable[[Callable[[float], None] | None], RunResult]) -> Reply:
-    """Run, with progress where somebody watches; how it ended."""
+def _prime(session: Session, it: Instruction) -> Iterator[Reply]:
+    task = session.prime(*_asked_program(session, it)).task
+    yield ProgramStopped("(PRIMED)", task.program, task.step)
+
+
+def _step(over: bool) -> Handler:
+    """SSTEP, XSTEP: of a program that is named, or of the one that has stopped."""
+
+    def step(session: Session, it: Instruction) -> Iterator[Reply]:
+        if _argument(it, 0) is not None:
+            session.prime(*_asked_program(session, it))
+        yield from _run(session, lambda progress: session.step(over=over, progress=progress))
+
+    return step
+
+
+def _task_number(session: Session, it: Instruction) -> int:
+    return checked_task(_real_or(session, it, 0, 0.0))
+
+
+def _proceed(session: Session, it: Instruction) -> Iterator[Reply]:
+    yield from _go_on(session, _task_number(session, it), retry=False)
+
+
+def _retry(session: Session, it: Instruction) -> Iterator[Reply]:
+    yield from _go_on(session, _task_number(session, it), retry=True)
+
+
+def _go_on(session: Session, number: int, retry: bool) -> Iterator[Reply]:
+    if number:
+        session.driver.proceed(number, retry=retry)
+        session.settle()
+    else:
+        yield from _run(session, session.retry if retry else session.proceed)
+
+
+def _kill(session: Session, it: Instruction) -> Iterator[Reply]:
+    session.driver.kill(_task_number(session, it))
+    yield from ()
+
+
+def _cycle_end(session: Session, it: Instruction) -> Iterator[Reply]:
+    yield _ends(session, _task_number(session, it))
+
+
+def _ends(session: Session, number: int) -> Reply:
+    track = session.driver.end_cycles(number)
+    return Message(f"{track.task.program} ends after its present cycle")
+
+
+def _process_control(act: Callable[[Session, int], Iterable[Reply]]) -> Handler:
+    """A command for the process control program."""
+    return lambda session, _it: act(session, PROCESS_CONTROL)
+
+
+def _bpt(session: Session, it: Instruction) -> Iterator[Reply]:
+    debugging, asked, step = session.driver.debugging, _argument(it, 0), whole(_real_or(session, it, 1, 0.0))
+    if asked is not None:
+        stored = session.environment.program(_text(asked))
+        key, last = stored.program.key, len(stored.program.steps)
+        if abs(step) > last:
+            raise IllegalValue(f"step {abs(step)}", f"{stored.name} has the steps 1 to {last}")
+        if step > 0:
+            debugging.breakpoints.add((key, step))
+        else:
+            gone = {point for point in debugging.breakpoints if point[0] == key and step in (0, -point[1])}
+            debugging.breakpoints -= gone
+    for key, number in sorted(debugging.breakpoints):
+        yield Message(f"Breakpoint before step {number} of {key}")
+    if not debugging.breakpoints:
+        yield Message("No breakpoints")
+
+
+def _watch(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.interfaces.debugging import Watch
+    from vrs_cli.language.compiler import compile_expression
+    from vrs_cli.language.environment import Context
+
+    watches, expression = session.driver.debugging.watches, _argument(it, 0)
+    if expression is None:
+        watches.clear()
+        yield Message("Nothing is watched")
+        return
+    evaluate = compile_expression(expression, session.environment.kinds())
+    context = Context(session.environment, session.robot)
+    watch = Watch(_shown(expression), lambda: evaluate(context), _value_text)
+    watch.changed()
+    watches.append(watch)
+    yield Message(f"Programs stop when {watch.text} changes")
+
+
+def _value_text(value: Value) -> str:
+    if isinstance(value, str):
+        return f'"{value}"'
+    numbers = (value,) if isinstance(value, float) else numbers_of(value)
+    return ", ".join(plain(round(number, 3)) for number in numbers)
+
+
+def _run(session: Session, run: Callable[[Callable[[float], None] | None], RunResult]) -> Iterator[Reply]:
+    """Run, with progress where somebody watches; how it ended, and what became of other tasks."""
     terminal = session.terminal
     if not isinstance(terminal, Dialogue):
-        return ending(session, run(None))
-    terminal.begin_progress()
-    try:
-        return ending(session, run(terminal.progress))
-    finally:
-        terminal.end_progress()
+        result = run(None)
+    else:
+        terminal.begin_progress()
+        try:
+            result = run(terminal.progress)
+        finally:
+            terminal.end_progress()
+    for one in result.beside:
+        fault = one.fault
+        yield ProgramStopped(
+            f"{fault.message} [task {one.number}]", fault.program, fault.step, fault.source, Tone.ERROR
+        )
+    yield ending(session, result)
 
 
 def ending(session: Session, result: RunResult) -> Reply:
@@ -610,12 +738,30 @@ def ending(session: Session, result: RunResult) -> Reply:
     if result.fault is not None:
         fault = result.fault
         return ProgramStopped(fault.message, fault.program, fault.step, fault.source, Tone.ERROR)
-    if result.outcome is Outcome.COMPLETED or session.task is None:
+    task = session.task
+    if result.outcome is Outcome.COMPLETED or task is None:
         return Message(result.outcome.value)
-    return ProgramStopped(result.outcome.value, result.program, session.task.step)
+    before = result.outcome in (Outcome.STEPPED, Outcome.BREAKPOINT, Outcome.WATCHED)
+    what = f"{result.outcome.value} {result.detail}".strip()
+    return ProgramStopped(what, result.program, task.step, task.source if before else "")
 
 
-def _abort(session: Session, _it: Instruction) -> Iterator[Reply]:
+def _abort(session: Session, it: Instruction) -> Iterator[Reply]:
+    number = _task_number(session, it)
+    yield from _abort_task(session, number) if number else _abort_robot(session)
+
+
+def _abort_task(session: Session, number: int) -> Iterator[Reply]:
+    track = session.driver.abort(number)
+    session.settle()
+    yield (
+        Message("Nothing is running")
+        if track is None
+        else ProgramStopped(Outcome.ABORTED.value, track.task.program, track.task.step)
+    )
+
+
+def _abort_robot(session: Session) -> Iterator[Reply]:
     scheduled = session.engine.now < session.engine.end
     task = session.task
     session.abort()
@@ -634,6 +780,17 @@ def _speed(session: Session, it: Instruction) -> Iterator[Reply]:
     argument = _argument(it, 0)
     assert argument is not None
     session.engine.perform(SetMonitorSpeed(_real(session, argument)))
+    yield from ()
+
+
+def _signal(session: Session, it: Instruction) -> Iterator[Reply]:
+    """As the instruction, and inputs too: at the prompt one stands at the cabinet."""
+    numbers = [_real(session, argument) for argument in it.arguments if argument is not None]
+    for number in numbers:
+        session.environment.signals.read(number)
+    for number in numbers:
+        session.environment.signals.write(number, inputs=True)
+    session.settle()
     yield from ()
 
 
@@ -679,12 +836,16 @@ def _with_unit(row: ParameterRow, value: float | str) -> str:
 # --- state ---------------------------------------------------------------------------------------------------------
 
 
-def _status(session: Session, _it: Instruction) -> Iterator[Reply]:
+def _status(session: Session, it: Instruction) -> Iterator[Reply]:
+    yield _status_of(session, _task_number(session, it))
+
+
+def _status_of(session: Session, number: int) -> Reply:
     engine, parameters = session.engine, session.engine.parameters
     speed = parameters.speed.always
-    yield StatusReport(
+    return StatusReport(
         robot=engine.model.title,
-        progress=_progress(session),
+        progress=_progress(session, number),
         monitor_speed=parameters.monitor_speed,
         program_speed=f"{plain(speed.value)} {speed.unit.value}",
         power=parameters.switch("POWER"),
@@ -694,10 +855,11 @@ def _status(session: Session, _it: Instruction) -> Iterator[Reply]:
     )
 
 
-def _progress(session: Session) -> Progress | None:
-    task = session.task
-    if task is None:
+def _progress(session: Session, number: int) -> Progress | None:
+    track = session.driver.tasks.get(number)
+    if track is None:
         return None
+    task = track.task
     left = None if task.cycles < 0 else task.cycles - task.cycles_done
     return Progress(task.program, task.state.value, None if task.ended else task.step, task.cycles_done, left)
 
@@ -814,8 +976,22 @@ MONITOR: Mapping[str, Handler] = {
     "ABORT": _abort,
     "PROCEED": _proceed,
     "RETRY": _retry,
+    "PRIME": _prime,
+    "SSTEP": _step(over=True),
+    "XSTEP": _step(over=False),
+    "NEXT": _step(over=True),
+    "BPT": _bpt,
+    "WATCH": _watch,
+    "KILL": _kill,
+    "CYCLE.END": _cycle_end,
+    "PCEXECUTE": _pc_execute,
+    "PCABORT": _process_control(_abort_task),
+    "PCEND": _process_control(lambda session, number: (_ends(session, number),)),
+    "PCPROCEED": _process_control(lambda session, number: _go_on(session, number, retry=False)),
+    "PCRETRY": _process_control(lambda session, number: _go_on(session, number, retry=True)),
+    "PCSTATUS": _process_control(lambda session, number: (_status_of(session, number),)),
     "SPEED": _speed,
-    "SIGNAL": _as_instruction,
+    "SIGNAL": _signal,
     "RESET": _as_instruction,
     "ENABLE": _as_instruction,
     "DISABLE": _as_instruction,

@@ -8,10 +8,28 @@ from typing import Protocol
 
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import NoProgramSpecified, ProgramNotExecutable, UsageError, VrsError
-from vrs_cli.interfaces.driver import A_DAY, Bounds, Console, Driver, RunResult
+from vrs_cli.errors import (
+    NoProgramSpecified,
+    ProgramInterlocked,
+    ProgramNotExecutable,
+    TaskNotActive,
+    UsageError,
+    VrsError,
+)
+from vrs_cli.interfaces.debugging import Stepping
+from vrs_cli.interfaces.driver import (
+    A_DAY,
+    PROMPT_LINE,
+    ROBOT_PROGRAM,
+    Beside,
+    Bounds,
+    Console,
+    Driver,
+    RunResult,
+    Track,
+)
 from vrs_cli.interfaces.readings import Readings
-from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Reply
+from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, ProgramStopped, Reply, Tone
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, load_robot
 from vrs_cli.language.ast import BadLine, DoInstruction, File, Instruction, Program, ProgramHeader, Section, Statement
@@ -35,7 +53,8 @@ class Terminal(Console, Protocol):
 class Session:
     """One robot, its programs and variables, one clock.
 
-    `task` is the program that runs or ran last, `last_program` its name, `last_statement` what a bare DO repeats.
+    `driver` runs its tasks. `task` is the robot program that runs or ran last, `last_program` its name,
+    `last_statement` what a bare DO repeats.
     """
 
     def __init__(
@@ -52,21 +71,29 @@ class Session:
         self.environment = Environment()
         self.robot = Readings(self.engine)
         self.bounds = bounds
-        self.task: Task | None = None
+        self.driver = Driver(self.engine, terminal, self.environment, self.robot)
         self.last_program: str | None = None
         self.last_statement: Statement | None = None
-        self._driver: Driver | None = None
+
+    @property
+    def task(self) -> Task | None:
+        track = self.driver.tasks.get(ROBOT_PROGRAM)
+        return None if track is None else track.task
 
     # --- programs ---
 
     def load_text(self, text: str) -> tuple[Diagnostic, ...]:
         """Put the programs and variables of a file in memory; all that is wrong with it.
 
-        A program with errors is kept, and not executable. Programs of the same name are replaced.
+        A program with errors is kept, and not executable. Programs of the same name are replaced. Raises
+        ProgramInterlocked where one of these is on the stack of a task.
         """
         from vrs_cli.language.parser import parse_file
 
         file, diagnostics = parse_file(text)
+        for part in file.parts:
+            if isinstance(part, Program):
+                self.check_free(part.name)
         refused = self._define(part for part in file.parts if isinstance(part, Section))
         return tuple(diagnostics) + refused + self._store(file, text)
 
@@ -97,7 +124,18 @@ class Session:
 
     @property
     def running(self) -> bool:
-        return self._driver is not None
+        return self.driver.running
+
+    def check_free(self, program: str) -> None:
+        """Raises ProgramInterlocked for a program on the stack of a task, which cannot be changed."""
+        track = self.driver.uses(program)
+        if track is not None:
+            number = "" if track.number == ROBOT_PROGRAM else f" {track.number}"
+            clears = f"ABORT{number}, then KILL{number}" if track.running else f"KILL{number}"
+            raise ProgramInterlocked(
+                f"{program} is on the stack of task {track.number}, which is {track.task.state.value}",
+                f"{clears} clears it",
+            )
 
     def execute(
         self,
@@ -112,51 +150,108 @@ class Session:
         """Run a program, the last one when none is named. Raises NoProgramSpecified, UndefinedName,
         ProgramNotExecutable, ArgumentMismatch; what goes wrong in the program is in the result.
         """
+        task = self._prepared(program, arguments, cycles, step)
+        self._nothing_runs()
+        self.driver.tasks.pop(ROBOT_PROGRAM, None)
+        return self._run(self.driver.start(ROBOT_PROGRAM, task), bounds or self.bounds, progress)
+
+    def _run(self, track: Track, bounds: Bounds, progress: Callable[[float], None] | None) -> RunResult:
+        """SPEED and the like of a program end with it: the prompt has what every program starts with."""
+        result = self.driver.run(track, bounds, progress)
+        if track.task.ended:
+            for setting in CYCLE_SETTINGS:
+                self.engine.perform(setting)
+        return result
+
+    def prime(
+        self,
+        program: str | None = None,
+        arguments: Sequence[Reference | Value | None] = (),
+        cycles: int = 1,
+        step: int = 1,
+    ) -> Track:
+        """Get a program ready: `proceed` and `step` begin it. Raises as `execute` does."""
+        task = self._prepared(program, arguments, cycles, step)
+        self._nothing_runs()
+        self.driver.tasks.pop(ROBOT_PROGRAM, None)
+        return self.driver.prime(ROBOT_PROGRAM, task)
+
+    def start(
+        self,
+        number: int,
+        program: str,
+        arguments: Sequence[Reference | Value | None] = (),
+        cycles: int = 1,
+        step: int = 1,
+    ) -> None:
+        """Start a task that runs whenever time goes on. Raises TaskActive, and as `execute` does."""
+        stored = self._executable(program)
+        self.driver.start(number, Task(self.environment, self.robot, stored.name, arguments, cycles, step))
+        self.settle()
+
+    def _prepared(
+        self, program: str | None, arguments: Sequence[Reference | Value | None], cycles: int, step: int
+    ) -> Task:
         name = program or self.last_program
         if name is None:
             raise NoProgramSpecified("there is no last program", "EXECUTE name")
+        stored = self._executable(name)
+        task = Task(self.environment, self.robot, stored.name, arguments, cycles, step)
+        self.last_program = stored.name
+        return task
+
+    def _executable(self, name: str) -> StoredProgram:
         stored = self.environment.program(name)
         if not stored.analysis.executable:
             raise ProgramNotExecutable(stored.name, _why_not(stored))
-        self.task = Task(self.environment, self.robot, stored.name, arguments, cycles, step)
-        self.last_program = stored.name
-        return self._drive(Driver(self.engine, self.terminal, self.task, bounds or self.bounds, progress))
+        return stored
+
+    def _nothing_runs(self) -> None:
+        if self.running:
+            raise UsageError("a program is running", "ABORT stops it")
 
     def proceed(self, progress: Callable[[float], None] | None = None) -> RunResult:
         """Go on with a program that was paused, aborted or stopped by an error, at the next step."""
-        return self._drive(Driver(self.engine, self.terminal, self._stopped_task(), self.bounds, progress))
+        return self._go_on(progress)
 
     def retry(self, progress: Callable[[float], None] | None = None) -> RunResult:
         """Like `proceed`, but the step that failed or was interrupted is done again."""
-        self._stopped_task().retry()
-        return self.proceed(progress)
+        return self._go_on(progress, retry=True)
 
-    def _stopped_task(self) -> Task:
-        if self.task is None or self.task.ended:
-            raise NoProgramSpecified("no program was stopped", "EXECUTE name starts one")
-        return self.task
+    def step(self, *, over: bool, progress: Callable[[float], None] | None = None) -> RunResult:
+        """Do one step of a program that was stopped or primed. `over`: a program that it calls is part of it."""
+        return self._go_on(progress, stepping=Stepping(over))
 
-    def _drive(self, driver: Driver) -> RunResult:
-        if self._driver is not None:
-            raise UsageError("a program is running", "ABORT stops it")
-        self._driver = driver
+    def _go_on(
+        self,
+        progress: Callable[[float], None] | None,
+        *,
+        retry: bool = False,
+        stepping: Stepping | None = None,
+    ) -> RunResult:
+        self._nothing_runs()
         try:
-            result = driver.run()
-        finally:
-            self._driver = None
-        if driver.task.ended and not driver.at_prompt:
-            self._forget_program_settings()
-        return result
+            track = self.driver.proceed(ROBOT_PROGRAM, retry=retry)
+        except TaskNotActive:
+            raise NoProgramSpecified("no program was stopped", "EXECUTE name starts one") from None
+        track.stepping = stepping
+        return self._run(track, self.bounds, progress)
 
-    def _forget_program_settings(self) -> None:
-        """SPEED and the like of a program are its own: the prompt has what every program starts with."""
-        for setting in CYCLE_SETTINGS:
-            self.engine.perform(setting)
+    def settle(self) -> None:
+        """Let the other tasks see what has changed at the present instant."""
+        self._tell(self.driver.settle())
+
+    def _tell(self, beside: Iterable[Beside]) -> None:
+        """Show what became of other tasks."""
+        for one in beside:
+            fault = one.fault
+            what = f"{fault.message} [task {one.number}]"
+            self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
 
     def interrupt(self) -> None:
         """Stop the program that runs before its next step; nothing when none does. Safe in a signal handler."""
-        if self._driver is not None:
-            self._driver.interrupt()
+        if self.running:
+            self.driver.interrupt()
 
     def abort(self) -> None:
         """ABORT at the prompt: brake now and drop what is scheduled; a stopped program cannot go on by itself."""
@@ -212,10 +307,16 @@ class Session:
         """One instruction now, as a program of one step. Raises VrsError where it cannot be done."""
         self.last_statement = statement
         task = statement_task(self.environment, self.robot, statement)
-        driver = Driver(self.engine, self.terminal, task, self.bounds, at_prompt=True)
-        self._drive(driver)
-        if driver.error is not None:
-            raise driver.error
+        self._nothing_runs()
+        track = self.driver.start(PROMPT_LINE, task)
+        try:
+            result = self.driver.run(track, self.bounds)
+        finally:
+            del self.driver.tasks[PROMPT_LINE]
+        self.settle()
+        self._tell(result.beside)
+        if track.error is not None:
+            raise track.error
 
 
 def _why_not(stored: StoredProgram) -> str:

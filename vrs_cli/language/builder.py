@@ -195,6 +195,7 @@ class _Given:
         self.within: Expression | None = None
         self.always = False
         self.unit: str | None = None
+        self.task: Expression | None = None
 
     def refuse(self, token: Token) -> LineRefused:
         hint = f"the form is {self.row.form}"
@@ -251,6 +252,10 @@ class _Given:
             items = items + [None] * (len(plain) - len(items))
             items += [self.led.get(argument.lead) for argument in row.arguments if argument.lead]
             items = items[: len(items) - next(i for i, item in enumerate(reversed(items)) if item is not None)]
+        if self.task is not None:
+            items = [*items, *[None] * (len(row.arguments) - 1 - len(items)), self.task]
+        elif row.tasked and len(items) >= len(row.arguments):
+            items.insert(len(row.arguments) - 1, None)
         placed = _placed(row, items)
         if self.value and row.value is not None and row.value.repeated:
             placed += _shaped(self.value, (row.value,))
@@ -490,7 +495,10 @@ def _give_arguments(given: _Given, children: Children) -> Any:
 
 
 def _give_group(given: _Given, children: Children) -> Any:
-    given.items(_listed(children[1][1]))
+    if given.row.tasked:
+        given.task = children[1][1][0]
+    else:
+        given.items(_listed(children[1][1]))
     return children[-1]
 
 

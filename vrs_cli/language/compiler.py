@@ -282,6 +282,8 @@ class _ProgramCompiler(Expressions):
     def _operand(self, word: str, expression: ast.Expression | None, row: Argument) -> py.expr:
         if word == "PROMPT" and isinstance(expression, ast.Variable):
             return self.reference(expression)
+        if row.shape is Shape.PROGRAM and expression is not None:
+            return self._program_called(expression)
         return self.operand(expression, row)
 
     def _stamp(self, modifiers: ast.Modifiers) -> py.expr:
@@ -305,10 +307,14 @@ class _ProgramCompiler(Expressions):
 
     def _call_program(self, statement: ast.Instruction) -> list[py.stmt]:
         program = statement.arguments[0]
+        assert program is not None
+        return [tree.yield_(self._program_called(program))]
+
+    def _program_called(self, program: ast.Expression) -> py.expr:
         given = program.arguments if isinstance(program, ast.Call) else ()
         name = program.text if isinstance(program, ast.Word) else str(getattr(program, "name", ""))
         arguments = tree.tuple_of(map(self.argument_of_call, given))
-        return [tree.yield_(tree.call("CallProgram", tree.constant(name), arguments))]
+        return tree.call("CallProgram", tree.constant(name), arguments)
 
 
 def _constant_step(statement: ast.For) -> float | None:

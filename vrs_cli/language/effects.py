@@ -9,10 +9,12 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass
+from enum import Enum
 from math import asin, hypot, radians
 from typing import cast
 
 from vrs_cli.engine.commands import (
+    Brake,
     Break,
     Delay,
     JointOffsetTarget,
@@ -54,11 +56,13 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.language.ast import Kind
 from vrs_cli.language.environment import Context, Reference
+from vrs_cli.language.reactions import DEFAULT, Reaction, checked_priority, checked_signal
 from vrs_cli.language.values import (
     TypeItem,
     Value,
     encode,
     integer,
+    integer_between,
     kind_of_value,
     numbers_of,
     plain,
@@ -97,6 +101,24 @@ class Wait:
 
 
 @dataclass(frozen=True, slots=True)
+class WaitEvent:
+    """WAIT.EVENT: hold the program until another sets its event, or for so many `seconds` where that is not None.
+
+    `event`: whether an event ends it at all.
+    """
+
+    event: bool
+    seconds: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SetEvent:
+    """SET.EVENT: the event of a task."""
+
+    task: int
+
+
+@dataclass(frozen=True, slots=True)
 class CycleBegins:
     """A cycle of the main program begins: the driver performs `settings` (val2 section 9.1). Cycles count from 1."""
 
@@ -132,7 +154,98 @@ class Halt:
     """HALT: the task says `Halted`."""
 
 
-Effect = Type | Prompt | Wait | CycleBegins | CallProgram | Return | Stop | Pause | Halt
+@dataclass(frozen=True, slots=True)
+class ReturnFromError:
+    """RETURNE: RETURN, but from a REACTE routine to the step after the one that failed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ignore:
+    """IGNORE: no more reaction to a signal; the task does it by itself."""
+
+    signal: int
+
+
+@dataclass(frozen=True, slots=True)
+class Lock:
+    """LOCK: the priority of the program; the task does it by itself."""
+
+    priority: int
+
+
+@dataclass(frozen=True, slots=True)
+class ReactToErrors:
+    """REACTE: call a program when a step fails, none any more where it is None; the task does it by itself."""
+
+    program: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class RunSignal:
+    """RUNSIG: the signal has this state while the program runs, and the other one whenever it does not."""
+
+    signal: int
+
+
+@dataclass(frozen=True, slots=True)
+class StartTask:
+    """EXECUTE in a program, PCEXECUTE: `number` is None for the first task that is free."""
+
+    number: int | None
+    call: CallProgram
+    cycles: int = 1
+    step: int = 1
+
+
+class Control(Enum):
+    """What a program may do with a task."""
+
+    ABORT = "ABORT"
+    KILL = "KILL"
+    CYCLE_END = "CYCLE.END"
+    PROCEED = "PROCEED"
+    RETRY = "RETRY"
+
+
+@dataclass(frozen=True, slots=True)
+class ControlTask:
+    control: Control
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class AttachRobot:
+    """ATTACH: take the robot, as soon as no other task has it."""
+
+
+@dataclass(frozen=True, slots=True)
+class DetachRobot:
+    """DETACH: let the robot go, once it is at rest."""
+
+
+Effect = (
+    Type
+    | Prompt
+    | Wait
+    | WaitEvent
+    | SetEvent
+    | CycleBegins
+    | CallProgram
+    | Return
+    | ReturnFromError
+    | Stop
+    | Pause
+    | Halt
+    | Reaction
+    | Ignore
+    | Lock
+    | ReactToErrors
+    | RunSignal
+    | StartTask
+    | ControlTask
+    | AttachRobot
+    | DetachRobot
+)
 Yielded = Request | Effect
 Answers = Generator[Yielded, str | None, None]
 
@@ -172,7 +285,7 @@ class Definable:
         return self.reference.cells.kind is Kind.PRECISION
 
 
-Operand = Value | Reference | Definable | TypeItem | None
+Operand = Value | Reference | Definable | TypeItem | CallProgram | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -506,7 +619,97 @@ def _parameter(_context: Context, it: Operands) -> Iterable[Yielded]:
     return (SetParameter(cast(str, it.get(0)), cast("float | str", it.value)),)
 
 
-def _flow(effect: Effect) -> Handler:
+# --- reactions -------------------------------------------------------------------------------------------------------
+
+
+def _react(immediate: bool) -> Handler:
+    def react(context: Context, it: Operands) -> Iterable[Yielded]:
+        signal, program = checked_signal(it.real(0)), cast(CallProgram, it.get(1))
+        context.environment.signals.read(signal)
+        context.environment.program(program.name)
+        return (Reaction(signal, program.name, checked_priority(it.real_or(2, DEFAULT), 1), immediate),)
+
+    return react
+
+
+def _react_to_errors(context: Context, it: Operands) -> Iterable[Yielded]:
+    program = cast("CallProgram | None", it.get(0))
+    if program is not None:
+        context.environment.program(program.name)
+    return (ReactToErrors(None if program is None else program.name),)
+
+
+def _ignore(context: Context, it: Operands) -> Iterable[Yielded]:
+    signal = checked_signal(it.real(0))
+    context.environment.signals.read(signal)
+    return (Ignore(signal),)
+
+
+def _lock(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (Lock(checked_priority(it.real(0), 0)),)
+
+
+def _run_signal(context: Context, it: Operands) -> Iterable[Yielded]:
+    signal = checked_signal(it.real(0))
+    context.environment.signals.writable(signal)
+    return (RunSignal(signal),)
+
+
+# --- tasks -----------------------------------------------------------------------------------------------------------
+
+LAST_TASK = 27  # V+ Language User's Guide: tasks 0 to 27
+PROCESS_CONTROL = 1  # the task that the PC commands of VAL-II mean
+
+
+def checked_task(number: float) -> int:
+    """Raises IllegalValue."""
+    return integer_between(number, 0, LAST_TASK, "task")
+
+
+def _start(number: int | None) -> Handler:
+    """EXECUTE, whose last operand is the task, or (`number`) PCEXECUTE, which has none."""
+
+    def start(context: Context, it: Operands) -> Iterable[Yielded]:
+        call = cast(CallProgram, it.get(0))
+        context.environment.program(call.name)
+        cycles, step = whole(it.real_or(1, 1.0)), whole(it.real_or(2, 1.0))
+        asked = it.optional(3) if number is None else float(number)
+        return (StartTask(None if asked is None else checked_task(asked), call, cycles, step),)
+
+    return start
+
+
+def _control(control: Control) -> Handler:
+    def act(_context: Context, it: Operands) -> Iterable[Yielded]:
+        return (ControlTask(control, checked_task(it.real_or(0, 0.0))),)
+
+    return act
+
+
+def _robot_unit(effect: Effect) -> Handler:
+    """ATTACH and DETACH: unit 0, or none, is the robot."""
+
+    def act(_context: Context, it: Operands) -> Iterable[Yielded]:
+        unit = whole(it.real_or(0, 0.0))
+        if unit:
+            raise IllegalValue(f"logical unit {unit}", "0 is the robot; there are no other devices")
+        return (effect,)
+
+    return act
+
+
+def _wait_event(_context: Context, it: Operands) -> Iterable[Yielded]:
+    seconds = it.optional(1)
+    if seconds is not None and seconds < 0.0:
+        raise IllegalValue(f"a wait of {plain(seconds)} seconds", "it must not be negative")
+    return (WaitEvent(it.get(0) is not None or seconds is None, seconds),)
+
+
+def _set_event(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (SetEvent(checked_task(it.real(0))),)
+
+
+def _flow(effect: Effect | Request) -> Handler:
     def flow(_context: Context, _it: Operands) -> Iterable[Yielded]:
         return (effect,)
 
@@ -576,4 +779,19 @@ HANDLERS: Mapping[str, Handler] = {
     "STOP": _flow(Stop()),
     "PAUSE": _flow(Pause()),
     "HALT": _flow(Halt()),
+    "BRAKE": _flow(Brake()),
+    "REACT": _react(immediate=False),
+    "REACTI": _react(immediate=True),
+    "REACTE": _react_to_errors,
+    "RETURNE": _flow(ReturnFromError()),
+    "IGNORE": _ignore,
+    "LOCK": _lock,
+    "RUNSIG": _run_signal,
+    "EXECUTE": _start(None),
+    "PCEXECUTE": _start(PROCESS_CONTROL),
+    **{control.value: _control(control) for control in Control},
+    "ATTACH": _robot_unit(AttachRobot()),
+    "DETACH": _robot_unit(DetachRobot()),
+    "WAIT.EVENT": _wait_event,
+    "SET.EVENT": _set_event,
 }

@@ -7,7 +7,7 @@ or a transformation, never both, and a cell that is not there is undefined, so t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
@@ -183,10 +183,14 @@ MOST_BITS = 32
 
 
 class Signals:
-    """Digital signals: outputs 1.., inputs 1001.., internal (software) 2001... A negative number is the inverse."""
+    """Digital signals: outputs 1.., inputs 1001.., internal (software) 2001... A negative number is the inverse.
+
+    `listeners` are told the number and the new state of each signal that changes.
+    """
 
     def __init__(self) -> None:
         self._on: set[int] = set()
+        self.listeners: list[Callable[[int, bool], None]] = []
 
     def read(self, number: float) -> bool:
         """Raises IllegalSignal."""
@@ -198,17 +202,24 @@ class Signals:
 
         Raises IllegalSignal.
         """
+        signal = self._known(number) if inputs else self.writable(number)
+        if self.read(signal):
+            return
+        self._on.symmetric_difference_update({abs(signal)})
+        for listener in self.listeners:
+            listener(abs(signal), signal > 0)
+
+    def writable(self, number: float) -> int:
+        """A signal that a program may set. Raises IllegalSignal."""
         signal = self._known(number)
-        if abs(signal) in INPUTS and not inputs:
+        if abs(signal) in INPUTS:
             raise IllegalSignal(str(signal), "an input cannot be set by a program")
-        if signal > 0:
-            self._on.add(signal)
-        else:
-            self._on.discard(-signal)
+        return signal
 
     def reset(self) -> None:
         """All outputs off."""
-        self._on.difference_update(OUTPUTS)
+        for number in sorted(self._on.intersection(OUTPUTS)):
+            self.write(-number)
 
     def exists(self, number: float) -> bool:
         signal = abs(round(number))

@@ -273,23 +273,106 @@ _FLOW = (
     Word("HALT", (), Route.PROGRAM, "stop for good", "HALT", "1 2 +", breaks=True),
 )
 
-_PLANNED = (
-    _planned(
+_SIGNAL = Argument("signal", Shape.SIGNALS)
+_PRIORITY = real("priority", optional=True)
+
+_REACTIONS = (
+    Word(
         "REACT",
-        (Argument("signal", Shape.SIGNALS), PROGRAM, real("priority", True)),
-        "call a program when a signal changes",
+        (_SIGNAL, PROGRAM, _PRIORITY),
+        Route.PROGRAM,
+        "call a program when a signal changes, between two steps",
+        "REACT 1001, stopped, 5",
         "1 2 +",
     ),
-    _planned(
+    Word(
         "REACTI",
-        (Argument("signal", Shape.SIGNALS), PROGRAM, real("priority", True)),
-        "REACT that stops the motion at once",
+        (_SIGNAL, PROGRAM, _PRIORITY),
+        Route.PROGRAM,
+        "REACT that brakes the motion at once",
+        "REACTI -1002, guard.open, 10",
         "1 2 +",
     ),
-    _planned("REACTE", (Argument("program", Shape.PROGRAM, optional=True),), "call a program on any error", "+"),
-    _planned("IGNORE", (Argument("signal", Shape.SIGNALS),), "end REACT or REACTI", "1 2 +"),
-    _planned("LOCK", (real("priority"),), "program priority, which reactions must exceed", "2 +"),
-    _planned("RUNSIG", (Argument("signal", Shape.SIGNALS),), "keep a signal on while the program runs", "2 +"),
+    Word(
+        "REACTE",
+        (Argument("program", Shape.PROGRAM, optional=True),),
+        Route.PROGRAM,
+        "call a program when a step fails; bare: no more",
+        "REACTE mend",
+        "+",
+    ),
+    Word("IGNORE", (_SIGNAL,), Route.PROGRAM, "end REACT or REACTI", "IGNORE 1001", "1 2 +"),
+    Word(
+        "LOCK",
+        (real("priority"),),
+        Route.PROGRAM,
+        "the priority of the program, 0 to 127; reactions of this or a lower one wait",
+        "LOCK 5",
+        "2 +",
+    ),
+    Word("RETURNE", (), Route.PROGRAM, "return from REACTE to the step after the one that failed", "RETURNE", "+"),
+    Word("RUNSIG", (_SIGNAL,), Route.PROGRAM, "keep a signal on while the program runs", "RUNSIG 3", "2 +"),
+    Word("BRAKE", (), Route.MOTION, "stop the present motion at once", "BRAKE", "+"),
+)
+
+_STARTED = (PROGRAM, real("cycles", optional=True), real("step", optional=True))
+
+
+def _task_word(name: str, summary: str, example: str) -> Word:
+    return Word(name, (TASK,), Route.PROGRAM, summary, example, "+")
+
+
+_TASKS = (
+    Word(
+        "EXECUTE",
+        (*_STARTED, Argument("task", Shape.TASK, optional=True)),
+        Route.PROGRAM,
+        "start a program as a task beside this one; without a number, the first that is free",
+        "EXECUTE 2 watch(part), -1",
+        "+",
+    ),
+    Word(
+        "PCEXECUTE",
+        _STARTED,
+        Route.PROGRAM,
+        "start the process control program, which runs beside the robot program",
+        "PCEXECUTE watch, -1",
+        "2",
+    ),
+    _task_word("ABORT", "stop a task after its present step", "ABORT 2"),
+    _task_word("KILL", "clear a task that has stopped", "KILL 2"),
+    _task_word("CYCLE.END", "let a task end after its present cycle", "CYCLE.END 2"),
+    _task_word("PROCEED", "let a task that has stopped go on", "PROCEED 2"),
+    _task_word("RETRY", "let a task repeat the step at which it stopped", "RETRY 2"),
+    Word(
+        "WAIT.EVENT",
+        (real("mask", True), real("seconds", True)),
+        Route.PROGRAM,
+        "wait until another task sets the event of this one, or for so many seconds",
+        "WAIT.EVENT 1, 2.5",
+        "+",
+    ),
+    Word("SET.EVENT", (real("task"),), Route.PROGRAM, "set the event of a task", "SET.EVENT 2", "+"),
+    Word(
+        "ATTACH",
+        (Argument("unit", Shape.GROUP, optional=True),),
+        Route.PROGRAM,
+        "take the robot (unit 0), as soon as no other task has it",
+        "ATTACH (0)",
+        "+",
+    ),
+    Word(
+        "DETACH",
+        (Argument("unit", Shape.GROUP, optional=True),),
+        Route.PROGRAM,
+        "come to rest, then let the robot go",
+        "DETACH (0)",
+        "+",
+        breaks=True,
+    ),
+)
+
+_PLANNED = (
     _planned("GRASP", (real("width"), LABEL), "close the hand and check its opening", "1 2"),
     _planned(
         "ALTER",
@@ -301,21 +384,9 @@ _PLANNED = (
     _planned("ALTON", (UNIT, real("mode", True)), "begin to change the path", "2 +", route=Route.MOTION),
     _planned("ALTOFF", (), "end the changing of the path", "2 +", route=Route.MOTION),
     _planned("NOALTER", (), "end the changing of the path", "2", route=Route.MOTION),
-    _planned("BRAKE", (), "stop the present motion at once", "+", route=Route.MOTION),
     _planned("EXIT", (real("loops", True),), "leave a loop", "+", note="use GOTO"),
     _planned("NEXT", (real("loops", True),), "begin the next pass of a loop", "+", note="use GOTO"),
     _planned("CALLS", (TEXT,), "call the program that a string names", "+"),
-    _planned("RETURNE", (), "return from an error reaction to the next step", "+"),
-    _planned("EXECUTE", (PROGRAM, real("cycles", True), real("step", True)), "start another task", "+"),
-    _planned(
-        "PCEXECUTE", (PROGRAM, real("cycles", True), real("step", True)), "start the process control program", "2"
-    ),
-    _planned("ABORT", (TASK,), "stop a task", "+", note="use HALT"),
-    _planned("KILL", (TASK,), "clear a task", "+"),
-    _planned("CYCLE.END", (TASK,), "let a task end after its cycle", "+"),
-    _planned("PROCEED", (TASK,), "let a task go on", "+"),
-    _planned("RETRY", (TASK,), "let a task repeat its step", "+"),
-    _planned("WAIT.EVENT", (real("mask", True), real("seconds", True)), "wait for an event", "+"),
     _planned(
         "CALIBRATE", (), "find the zero of the joints", "+", route=Route.POSITION, note="a virtual robot is calibrated"
     ),
@@ -340,8 +411,6 @@ _PLANNED = (
         "+",
         note="every variable is global",
     ),
-    _planned("ATTACH", (UNIT, Argument("$device", Shape.STRING, optional=True)), "take hold of a device", "+"),
-    _planned("DETACH", (Argument("unit", Shape.GROUP, optional=True),), "let a device go", "+"),
     _planned("SELECT", (Argument("device", Shape.WORD),), "choose a robot", "+", value=real("number")),
     _planned("FOPENR", (UNIT, TEXT), "open a file to read", "+"),
     _planned("FOPENW", (UNIT, TEXT), "open a file to write", "+"),
@@ -372,7 +441,7 @@ _REFUSED = (
 )
 
 INSTRUCTIONS: Mapping[str, Word] = by_name(
-    (*_MOTIONS, *_SETTINGS, *_POSITIONS, *_INPUT_OUTPUT, *_FLOW, *_PLANNED, *_REFUSED)
+    (*_MOTIONS, *_SETTINGS, *_POSITIONS, *_INPUT_OUTPUT, *_FLOW, *_REACTIONS, *_TASKS, *_PLANNED, *_REFUSED)
 )
 
 

@@ -39,6 +39,7 @@ VALUES: Mapping[Shape, Kinds] = {
     Shape.REAL: REAL,
     Shape.SIGNALS: REAL,
     Shape.GROUP: REAL,
+    Shape.TASK: REAL,
     Shape.STRING: STRING,
     Shape.LOCATION: LOCATION,
     Shape.TRANSFORMATION: LOCATION,

@@ -73,6 +73,7 @@ _CLOSING = frozenset({"RPAR", "RSQB"})
 _BLANKS = re.compile(r"[ \t]*")
 _WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
 _GLUED = re.compile(r"[\w.^']+")
+_TASK = re.compile(r"\s*(\d+)(?=\s*[A-Za-z])")
 _LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
 _ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
 _ELEMENT = re.compile(r"\(.*\)[ \t]*=(?!=)")
@@ -293,12 +294,24 @@ class _Scan:
         """Everything up to the end of the line."""
         if row is not None and row.grouped:
             self._group(row)
+        if row is not None and row.tasked:
+            self._task()
         operand = False
         while self._at < len(self._text):
             operand = self._token(row, operand)
         if len(self.tokens) > LONGEST:
             beyond = self.tokens[LONGEST]
             raise self._refused(CannotInterpret, beyond.column - 1, len(self._text), "the line is too long")
+
+    def _task(self) -> None:
+        """The number in EXECUTE 2 pick: a group without its parentheses."""
+        match = _TASK.match(self._text, self._at)
+        if match is not None:
+            start, end = match.span(1)
+            self._add("LGROUP", "(", start, start)
+            self._add("NUMBER", match[1], start, end)
+            self._add("RPAR", ")", end, end)
+            self._at = end
 
     def _group(self, row: Word) -> None:
         """The parenthesis of READ (lun) $s, after which a value may begin."""

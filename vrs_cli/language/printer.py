@@ -194,6 +194,9 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
         return
     if arguments[:1] == [None] and _shape_at(row, 0) is Shape.STRING and text_omitted(arguments[1:]):
         arguments.pop(0)
+    if row.tasked and len(arguments) == len(row.arguments):
+        task = arguments.pop()
+        yield "" if task is None else expression_text(task)
     arguments = [_capital(given, _shape_at(row, place)) for place, given in enumerate(arguments)]
     plain = sum(not argument.lead for argument in row.arguments)
     own = arguments if row.value is None or not row.value.repeated else arguments[:plain]

@@ -5,36 +5,58 @@ A driver calls `resume` until an event says that the program has ended, and does
     a request of engine.commands   give it to the robot            Wait      resume when its condition is true
     Type, Prompt                   the terminal                    Budget    nothing: look up, then resume
     CycleBegins                    perform its settings            Paused, Failed, Halted, Completed: it has stopped
+    StartTask and the like         other tasks, and the robot
 
 A task reads no clock and moves nothing, so the same program gives the same events at any speed. After `Paused`, and
 after `Failed`, `resume` goes on with the next step (PROCEED); `retry` before it repeats the step (RETRY).
+
+Reactions are the task's own affair: `signal_changed` tells it of the signals, and it calls what is due between two
+steps. A driver that sees one `due` while the task waits may call `react`: the same wait is asked for again after it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from itertools import islice
-from typing import cast
+from typing import Any, cast
 
-from vrs_cli.engine.commands import Break, Request
-from vrs_cli.errors import ArgumentMismatch, IllegalValue, ProgramNotExecutable, StackOverflow, VrsError
+from vrs_cli.engine.commands import Brake, Break, Request
+from vrs_cli.errors import (
+    ArgumentMismatch,
+    IllegalValue,
+    ProgramNotExecutable,
+    StackOverflow,
+    TimeExhausted,
+    VrsError,
+)
 from vrs_cli.language import ast
 from vrs_cli.language.ast import Kind, Program, Step, Variable
 from vrs_cli.language.compiler import Steps, compile_argument, compile_definable, compile_expression
 from vrs_cli.language.effects import (
     CYCLE_SETTINGS,
+    AttachRobot,
     CallProgram,
+    ControlTask,
     CycleBegins,
     Definable,
+    DetachRobot,
     Halt,
+    Ignore,
+    Lock,
     Pause,
     Prompt,
+    ReactToErrors,
     Return,
+    ReturnFromError,
+    RunSignal,
+    SetEvent,
+    StartTask,
     Stop,
     Type,
     Wait,
+    WaitEvent,
     Yielded,
 )
 from vrs_cli.language.environment import (
@@ -48,6 +70,7 @@ from vrs_cli.language.environment import (
     StoredProgram,
     key_of,
 )
+from vrs_cli.language.reactions import OF_ERRORS, Reaction, Reactions
 from vrs_cli.language.support import by_value, overflow
 from vrs_cli.language.values import Value
 
@@ -110,9 +133,17 @@ class Budget:
     """So many steps were done, and nothing is asked for."""
 
 
-Event = Request | Type | Prompt | Wait | CycleBegins | Completed | Paused | Halted | Failed | Budget
+Beside = WaitEvent | SetEvent | RunSignal | StartTask | ControlTask | AttachRobot | DetachRobot
+Event = Request | Type | Prompt | Wait | Beside | CycleBegins | Completed | Paused | Halted | Failed | Budget
 
 _BUDGET = Budget()
+
+
+class _Between:
+    """Between two steps, where a reaction can be called: the driver need not know."""
+
+
+_BETWEEN = _Between()
 
 
 class TaskState(Enum):
@@ -127,10 +158,22 @@ class TaskState(Enum):
 # --- the stack ---------------------------------------------------------------------------------------------------
 
 
-class _Frame:
-    """An activation of a program: where it is (`op`), and what it keeps while its generator is replaced."""
+@dataclass(frozen=True, slots=True)
+class _Interruption:
+    """What a reaction interrupts: the program's `priority`, and what it was `waiting` for; `failed`: its step did."""
 
-    __slots__ = ("_arguments", "_context", "_slots", "op", "program", "steps")
+    priority: int
+    waiting: Event | None = None
+    failed: bool = False
+
+
+class _Frame:
+    """An activation of a program: where it is (`op`), and what it keeps while its generator is replaced.
+
+    `between`: the step `op` has not begun. `interruption`: it was called as a reaction.
+    """
+
+    __slots__ = ("_arguments", "_context", "_slots", "between", "interruption", "op", "program", "steps")
 
     def __init__(self, context: Context, program: StoredProgram, arguments: Sequence[Reference], step: int = 0) -> None:
         compiled = program.compiled
@@ -139,6 +182,8 @@ class _Frame:
         self._context = context
         self._arguments = arguments
         self._slots = compiled.fresh_slots()
+        self.between = True
+        self.interruption: _Interruption | None = None
         self.steps: Steps = compiled.start(context, arguments, self._slots, self.op)
 
     @property
@@ -149,7 +194,7 @@ class _Frame:
     def enter(self, op: int) -> None:
         """Go on from another operation."""
         self.steps.close()
-        self.op = op
+        self.op, self.between = op, True
         self.steps = self.program.compiled.start(self._context, self._arguments, self._slots, op)
 
     def skip(self) -> None:
@@ -236,7 +281,9 @@ class Task:
         self.steps_done = 0
         self.state = TaskState.RUNNING
         self.fault: ProgramFault | None = None
+        self.reactions = Reactions()
         self._frames: list[_Frame] = []
+        self._held: Event | None = None
         self._budget = BUDGET
         self._answer: str | None = None
         self._thrown: VrsError | None = None
@@ -258,8 +305,22 @@ class Task:
 
     def throw(self, error: VrsError) -> Event:
         """The driver could not do what the last event asked for: the present step fails with that error."""
-        self._thrown = error
+        self._thrown, self._budget = error, BUDGET
         return next(self._life)
+
+    def signal_changed(self, signal: int, on: bool) -> None:
+        """A signal (its number, and its new state) has changed."""
+        self.reactions.changed(signal, on)
+
+    def react(self, waiting: Event, budget: int = BUDGET) -> Event:
+        """Call the reaction that is `due` now, although the driver has not done yet what the last event, `waiting`,
+        asks for: that is asked for again when the reaction has returned."""
+        self._held = waiting
+        return self.resume(budget=budget)
+
+    def end_cycles(self) -> None:
+        """CYCLE.END: the present cycle is the last."""
+        self.cycles = self.cycles_done + 1
 
     def retry(self) -> None:
         """Let `resume` repeat the step that failed or was interrupted."""
@@ -278,6 +339,11 @@ class Task:
         return self.state in (TaskState.COMPLETED, TaskState.HALTED)
 
     @property
+    def between(self) -> bool:
+        """Whether it stands before the step `step`, nothing of which has been done."""
+        return bool(self._frames) and self._frames[-1].between
+
+    @property
     def program(self) -> str:
         """The name of the program that is running: the main one, or one it has called."""
         return self._frames[-1].program.name if self._frames else self._main.name
@@ -294,7 +360,14 @@ class Task:
 
     def uses(self, program: str) -> bool:
         """Whether a program is on the stack, so that it cannot be changed."""
-        return any(frame.program.program.key == key_of(program) for frame in self._frames)
+        programs = [self._main, *(frame.program for frame in self._frames)]
+        return any(one.program.key == key_of(program) for one in programs)
+
+    @property
+    def source(self) -> str:
+        """The text of the present step."""
+        frame = self._frames[-1] if self._frames else None
+        return frame.program.source(frame.step) if frame is not None and frame.program.program.steps else ""
 
     # cycles
 
@@ -320,6 +393,7 @@ class Task:
         arguments = bind(self._context.environment, self._main, self._arguments)
         self._frames = [_Frame(self._context, self._main, arguments, self._first_step)]
         self._first_step = 0
+        self.reactions = Reactions()
 
     def _say(self, event: Event) -> Generator[Event, None, None]:
         """Tell the driver, and again that the step has failed when the driver could not do it."""
@@ -327,8 +401,12 @@ class Task:
         failed = isinstance(event, Failed)
         if self._thrown is not None:
             error, self._thrown = self._thrown, None
+            if self._reacts_to(error):
+                return
             failed = True
             yield self._failed(error)
+        if self._held is not None:
+            return
         if self._again:
             self._frames[-1].enter(self._frames[-1].op)
         elif failed:
@@ -346,43 +424,96 @@ class Task:
                     self._call(event)
                     continue
             except VrsError as error:
-                yield from self._say(self._failed(error))
+                if not self._reacts_to(error):
+                    yield from self._say(self._failed(error))
                 continue
-            if isinstance(event, Stop) or (isinstance(event, Return) and len(self._frames) == 1):
+            returns = isinstance(event, Return | ReturnFromError)
+            if isinstance(event, Stop) or (returns and len(self._frames) == 1):
                 return None
-            if isinstance(event, Return):
-                self._frames.pop()
+            own = _OWN.get(type(event))
+            if returns:
+                yield from self._return(skips=isinstance(event, ReturnFromError))
+            elif own is not None:
+                own(self.reactions, event)
             elif isinstance(event, Halt):
                 self.state = TaskState.HALTED
                 return Halted(self.program, self.step)
             elif isinstance(event, Pause):
                 self.state = TaskState.PAUSED
                 yield from self._say(Paused(self.program, self.step))
-            else:
-                yield from self._say(event)
+            elif not isinstance(event, _Between):
+                yield from self._say(cast(Event, event))
 
-    def _advance(self) -> Yielded | Budget:
-        """Steps of the program on top until it yields something else than the number of its next operation."""
-        frame = self._frames[-1]
-        op, left = frame.op, self._budget
+    def _return(self, skips: bool) -> Generator[Event, None, None]:
+        """The program on top returns; after a reaction what it interrupted goes on. `skips`: RETURNE."""
+        interruption = self._frames.pop().interruption
+        if interruption is None:
+            return
+        below = self._frames[-1]
+        self.reactions.priority = interruption.priority
+        if interruption.failed:
+            below.enter(below.op)
+            if skips:
+                below.skip()
+        elif interruption.waiting is not None:
+            yield from self._say(interruption.waiting)
+
+    def _reaction(self, reaction: Reaction) -> Brake | _Between:
+        """Call it. Raises UndefinedName for a program that is there no more."""
+        self.reactions.take(reaction)
+        waiting, self._held = self._held, None
+        self._interrupt(reaction.program, reaction.priority, _Interruption(self.reactions.priority, waiting))
+        return Brake() if reaction.immediate else _BETWEEN
+
+    def _reacts_to(self, error: VrsError) -> bool:
+        """Call the routine of REACTE, if there is one that may be called and this error is not the end in any case."""
+        program = self.reactions.on_error
+        if program is None or self.reactions.priority >= OF_ERRORS or isinstance(error, TimeExhausted):
+            return False
+        self._context.environment.last_error = error.code
+        try:
+            self._interrupt(program, OF_ERRORS, _Interruption(self.reactions.priority, failed=True))
+        except VrsError:
+            return False
+        return True
+
+    def _interrupt(self, program: str, priority: int, interruption: _Interruption) -> None:
+        self._call(CallProgram(program, ()))
+        self._frames[-1].interruption = interruption
+        self.reactions.priority = priority
+
+    def _advance(self) -> Yielded | Budget | _Between:
+        """Steps of the program on top until it yields something else than the number of its next operation.
+
+        With a reaction due, up to the next step only.
+        """
+        frame, due = self._frames[-1], self.reactions.due
+        if due is not None and (frame.between or self._held is not None):
+            return self._reaction(due)
+        self._held = None
+        budget = self._budget if due is None else min(self._budget, 1)
+        op, left = frame.op, budget
         try:
             if self._answer is not None:
                 answered = self._answered(frame)
                 if not isinstance(answered, int):
+                    frame.between = False
                     return answered
                 op, left = answered, left - 1
             for event in islice(frame.steps, max(left, 0)):
                 if event.__class__ is not int:
+                    frame.between = False
                     return cast(Yielded, event)
                 op = event
                 left -= 1
-            return _BUDGET
+            frame.between = frame.between or budget > 0
+            return _BUDGET if self._budget == budget else _BETWEEN
         except ArithmeticError as error:
             raise overflow(error) from None
         finally:
             frame.op = op
-            self.steps_done += self._budget - left
-            self._budget = left
+            self.steps_done += budget - left
+            self._budget -= budget - left
 
     def _answered(self, frame: _Frame) -> int | Yielded:
         """What the program says to the answer of a PROMPT."""
@@ -426,6 +557,14 @@ class Task:
         if not 1 <= step <= max(steps, 1):
             raise IllegalValue(f"step {step}", f"{self._main.name} has the steps 1 to {steps}")
         return step
+
+
+_OWN: dict[type, Callable[[Reactions, Any], None]] = {
+    Reaction: Reactions.set,
+    Ignore: lambda reactions, event: reactions.ignore(event.signal),
+    Lock: lambda reactions, event: reactions.lock(event.priority),
+    ReactToErrors: lambda reactions, event: setattr(reactions, "on_error", event.program),
+}
 
 
 # --- the prompt --------------------------------------------------------------------------------------------------

@@ -33,6 +33,7 @@ class Shape(Enum):
     WORD = "word"
     INSTRUCTION = "instruction"
     GROUP = "number in parentheses"
+    TASK = "task number, before the others and without a comma"
 
 
 RAW_SHAPES = frozenset({Shape.FILE, Shape.WORD})  # read as they stand, up to a blank, a comma or an equals sign
@@ -126,6 +127,11 @@ class Word:
         return sum(argument.shape is Shape.GROUP for argument in self.arguments)
 
     @property
+    def tasked(self) -> bool:
+        """Whether the number of a task may stand before its arguments; among them it is the last."""
+        return bool(self.arguments) and self.arguments[-1].shape is Shape.TASK
+
+    @property
     def repeats(self) -> bool:
         return bool(self.arguments) and self.arguments[-1].repeated
 
@@ -140,7 +146,8 @@ def _argument_form(argument: Argument) -> str:
 
 
 def _arguments_form(arguments: tuple[Argument, ...]) -> str:
-    form = ""
+    form = "".join(f"[{argument.name}] " for argument in arguments if argument.shape is Shape.TASK)
+    arguments = tuple(argument for argument in arguments if argument.shape is not Shape.TASK)
     for number, argument in enumerate(arguments):
         shown = _argument_form(argument)
         before = "" if not number else " " if argument.lead or _after_group(arguments, number) else ", "

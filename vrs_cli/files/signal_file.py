@@ -1,0 +1,79 @@
+"""The file of `vrs run --signals`: when input signals change, one change a line.
+
+    ; time [s], signal, state
+    0.5, 1001, 1
+    2.25, 1001, OFF
+
+Blank lines, comments (`;` or `#`) and a heading of the columns are passed over. A state is 1, 0, ON, OFF, TRUE
+or FALSE; times may stand in any order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from vrs_cli.errors import FileDamaged, NonexistentFile
+from vrs_cli.language.environment import INPUTS, INTERNAL
+from vrs_cli.language.inputs import InputChange, Inputs
+from vrs_cli.trajectory.instant import LATEST, on_grid
+
+HEADING = ("time", "signal", "state")
+STATES: Mapping[str, bool] = {"1": True, "ON": True, "TRUE": True, "0": False, "OFF": False, "FALSE": False}
+FORM = "time, signal, state, such as 0.5, 1001, ON"
+
+
+def read_signals(path: str) -> Inputs:
+    """Raises NonexistentFile, and FileDamaged which names every line that is wrong."""
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) and error.strerror else "it is no text"
+        raise NonexistentFile(f"{path} cannot be read: {why}") from None
+    return parse_signals(text, path)
+
+
+def parse_signals(text: str, path: str = "signals") -> Inputs:
+    """The changes that a text names. Raises FileDamaged with all lines that are wrong."""
+    changes: list[InputChange] = []
+    wrong: list[str] = []
+    for number, fields in _lines(text):
+        change = _change(fields)
+        if isinstance(change, InputChange):
+            changes.append(change)
+        else:
+            wrong.append(f"{path}:{number}: {change}")
+    if wrong:
+        raise FileDamaged("\n".join(wrong), f"a line is {FORM}")
+    return Inputs.of(changes)
+
+
+def _lines(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Number and fields of each line that says something."""
+    for number, line in enumerate(text.splitlines(), 1):
+        said = line.partition(";")[0].partition("#")[0].strip()
+        fields = [field.strip() for field in said.split(",")]
+        if said and [field.lower() for field in fields] != list(HEADING):
+            yield number, fields
+
+
+def _change(fields: list[str]) -> InputChange | str:
+    """The change of a line, or what is wrong with it."""
+    if len(fields) != len(HEADING):
+        return f"{len(fields)} fields where 3 are wanted"
+    time, signal, state = fields
+    seconds = _number(time)
+    if seconds is None or not 0.0 <= seconds <= LATEST:
+        return f"{time!r} is no time from 0 to {LATEST:g} s"
+    if not signal.isdigit() or not (int(signal) in INPUTS or int(signal) in INTERNAL):
+        return f"{signal!r} is no signal {INPUTS[0]}-{INPUTS[-1]} or {INTERNAL[0]}-{INTERNAL[-1]}"
+    if state.upper() not in STATES:
+        return f"{state!r} is no state (1, 0, ON, OFF)"
+    return InputChange(on_grid(seconds), int(signal), STATES[state.upper()])
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
