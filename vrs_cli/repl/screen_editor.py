@@ -77,6 +77,7 @@ class ScreenEditor:
         self.findings: tuple[Diagnostic, ...] = ()
         self._quiet = False  # while the editor itself changes the text
         self._touched: int | None = None  # the row that was typed in, to be put in canonical form when it is left
+        self._typed_up_to = -1  # where the last character was typed
         self._kept = draft.text
         self._warned = False
         self.buffer = Buffer(
@@ -236,6 +237,7 @@ class ScreenEditor:
             for name in names:
                 keys.add(name, filter=typing, eager=True, save_before=lambda _event: save)(self._acts(name))
 
+        keys.add("<any>", filter=typing, save_before=self._begins_word)(self._type)
         bind("enter", "tab", "f5", "c-s", "c-k")
         bind("c-q", "c-c", "c-f", "f3", "c-z", "c-y", save=False)
         return keys
@@ -260,6 +262,14 @@ class ScreenEditor:
             action()
 
         return act
+
+    def _begins_word(self, event: KeyPressEvent) -> bool:
+        """Undo takes back a word at a time."""
+        return event.data == " " or self.buffer.cursor_position != self._typed_up_to
+
+    def _type(self, event: KeyPressEvent) -> None:
+        self.buffer.insert_text(event.data * event.arg)
+        self._typed_up_to = self.buffer.cursor_position
 
     def _cut_line(self) -> None:
         """The heading stays."""
