@@ -209,7 +209,7 @@ class Reader:
         """The page must show the prompt that a terminal shows, and the blanks that it puts before a step."""
         entry = self.conversation.entry
         shown = exchange.prompt + exchange.typed
-        before = entry.prompt + entry.indent if entry else "."
+        before = (self.conversation.prompt or ".") + (entry.indent if entry else "")
         if not shown.startswith(before):
             yield f"{block.where}: {shown!r}: the shell begins this line with {before!r}\n"
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from contextlib import chdir
 from io import StringIO
+from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -50,6 +52,10 @@ TIMELINE
 PLOT
 PLOT X, Y, Z
 UNDO
+EDIT q, 2
+E
+FDIRECTORY programs
+FLIST programs/hello.v2
 EXIT
 """.splitlines()
 
@@ -57,6 +63,11 @@ EXIT
 @pytest.fixture(scope="module")
 def answers() -> list[Reply]:
     """One reply of nearly every kind, by way of the commands."""
+    with chdir(Path(__file__).parents[2]):
+        return _answers()
+
+
+def _answers() -> list[Reply]:
     terminal = RecordingTerminal()
     session = Session(terminal)
     for reply in session.load_text(".PROGRAM p ;first\nMOVF x\n.END\n.PROGRAM q\nDRIVE 1,60\nPAUSE\n.END\n"):

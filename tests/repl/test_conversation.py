@@ -14,7 +14,8 @@ from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.terminal import PlainTerminal
 
 HARMLESS = sorted(
-    {*COMMANDS, *INSTRUCTIONS, *CONTROL} - {"SAVE", *(name for name in COMMANDS if name.startswith("STORE"))}
+    {*COMMANDS, *INSTRUCTIONS, *CONTROL}
+    - {"SAVE", "FDELETE", "FRENAME", "FCOPY", *(name for name in COMMANDS if name.startswith("STORE"))}
 )
 PIECES = [
     "part",
@@ -41,7 +42,8 @@ typed_lines = st.one_of(
     st.tuples(st.sampled_from(HARMLESS), st.lists(st.sampled_from(PIECES), max_size=5)).map(
         lambda pair: f"{pair[0]} {''.join(pair[1])}"
     ),
-    st.sampled_from([".PROGRAM p", ".PROGRAM p(a)", ".END", ".REALS", "EXECUTE p"]),
+    st.sampled_from([".PROGRAM p", ".PROGRAM p(a)", ".END", ".REALS", "EXECUTE p", "EDIT p", "EDIT p(a), 2"]),
+    st.sampled_from(["", "C p", "D", "D 2", "E", "F a", "I", "L", "P 3", "R     x", "S 2", "S", "T", "TS", "a = 1"]),
 )
 
 

@@ -47,7 +47,7 @@ def exchanges(path: Path) -> Iterator[Exchange]:
 
 @pytest.mark.parametrize("path", sorted(SESSIONS.glob("*.txt")), ids=lambda path: path.stem)
 def test_session(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for file in SESSIONS.glob("*.v2"):
+    for file in (*SESSIONS.glob("*.v2"), *SESSIONS.glob("*.pc")):
         shutil.copy(file, tmp_path)
     monkeypatch.chdir(tmp_path)
     unread: list[str] = []

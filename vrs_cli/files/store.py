@@ -7,14 +7,16 @@ from dataclasses import fields, is_dataclass
 from enum import Enum
 from typing import NamedTuple
 
+from vrs_cli.files.layout import Layout
 from vrs_cli.language import ast
-from vrs_cli.language.ast import Comment, Entry, File, Kind, Program, Section, Span
+from vrs_cli.language.ast import Entry, File, Kind, Program, Section, Span
 from vrs_cli.language.environment import SIGIL_KINDS, Environment, key_of
 from vrs_cli.language.environment import Variable as Stored
 from vrs_cli.language.instructions import INSTRUCTIONS
 from vrs_cli.language.values import numbers_of
 from vrs_cli.language.words import Shape
 
+NO_LAYOUT = Layout()
 NOWHERE = Span(0, 0, 0)  # what is stored was read nowhere
 
 
@@ -43,8 +45,13 @@ _SECTIONS = (
 )
 
 
-def store(environment: Environment, what: Collection[Part] = EVERYTHING, programs: Sequence[str] = ()) -> str:
-    """The text of a file that brings `what` back when it is loaded.
+def store(
+    environment: Environment,
+    what: Collection[Part] = EVERYTHING,
+    programs: Sequence[str] = (),
+    layout: Layout = NO_LAYOUT,
+) -> str:
+    """The text of a file that brings `what` back when it is loaded, with the comments of `layout`.
 
     With `programs`, only these, those that they call, and the variables that all of them use. Raises UndefinedName.
     """
@@ -52,9 +59,10 @@ def store(environment: Environment, what: Collection[Part] = EVERYTHING, program
 
     chosen = with_called(environment, programs) if programs else tuple(_programs(environment).values())
     used = variables_used(chosen) if programs else None
-    parts: list[Program | Section | Comment] = list(chosen) if Part.PROGRAMS in what else []
+    parts: list[Program | Section] = list(chosen) if Part.PROGRAMS in what else []
     parts += [section for row in _SECTIONS if row.part in what for section in _section(environment, row, used)]
-    return print_file(File(tuple(parts)))
+    tail = layout.tail if parts and used is None and set(what) >= EVERYTHING else ()
+    return print_file(File((*layout.laid_out(parts), *tail)))
 
 
 # --- sections ----------------------------------------------------------------------------------------------------

@@ -26,6 +26,7 @@ from vrs_cli.errors import (
     UsageError,
     VrsError,
 )
+from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.driver import Outcome, RunResult
 from vrs_cli.interfaces.plotting import plotted, selected
 from vrs_cli.interfaces.replies import (
@@ -33,6 +34,9 @@ from vrs_cli.interfaces.replies import (
     Diagnosed,
     DiagnosticsReport,
     Farewell,
+    FileRow,
+    FileTable,
+    FileText,
     FreeReport,
     Identification,
     ListedStep,
@@ -66,6 +70,7 @@ from vrs_cli.language.ast import (
     Expression,
     Instruction,
     Kind,
+    Program,
     Variable,
     Word,
 )
@@ -376,6 +381,7 @@ def copied(session: Session, it: Instruction) -> StoredProgram:
 def _rename(session: Session, it: Instruction) -> Iterator[Reply]:
     session.check_free(_text(it.value))
     old = copied(session, it)
+    session.layout = session.layout.renamed(old.name, _text(it.arguments[0]))
     del session.environment.programs[old.program.key]
     if session.last_program is not None and key_of(session.last_program) == old.program.key:
         session.last_program = _text(it.arguments[0])
@@ -432,6 +438,7 @@ def _deletep(session: Session, it: Instruction) -> Iterator[Reply]:
 def _drop_programs(session: Session, doomed: Iterable[StoredProgram]) -> None:
     for program in doomed:
         session.environment.programs.pop(program.program.key, None)
+        session.layout = session.layout.with_part(program.program.key, ())
         if session.last_program is not None and key_of(session.last_program) == program.program.key:
             session.last_program = None
 
@@ -472,6 +479,7 @@ def _zero(session: Session, _it: Instruction) -> Iterator[Reply]:
         return
     session.environment.programs.clear()
     session.environment.clear_variables()
+    session.layout = Layout()
     session.last_program = None
     session.driver.tasks.clear()
 
@@ -500,7 +508,7 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
         raise UsageError(f"{path} is a trajectory file", f"REPLAY {path}")
     text = read_program_file(path)
     programs = session.environment.programs
-    before = dict(programs)
+    before, layout = dict(programs), session.layout
     diagnostics = session.load_text(text)
     if diagnostics:
         yield report(diagnostics, text, str(path))
@@ -508,6 +516,7 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
     for stored in brought:
         if stored.program.key in before:
             programs[stored.program.key] = before[stored.program.key]
+            session.layout = session.layout.with_part(stored.program.key, layout.parts.get(stored.program.key, ()))
             yield Message(str(ProgramExists(stored.name, f"DELETEP {stored.name}, then LOAD again")), Tone.ERROR)
     names = [_loaded(stored) for stored in brought if stored.program.key not in before]
     yield Message(f"{path} loaded" + (f": {_listed(names)}" if names else ""))
@@ -526,7 +535,8 @@ def _store(extension: str, *parts: str) -> Handler:
 
         path = _with_extension(_path(it), extension)
         what: list[Part] = [files.Part[name] for name in parts]
-        text = files.store(session.environment, what, [_text(argument) for argument in it.arguments[1:]])
+        programs = [_text(argument) for argument in it.arguments[1:]]
+        text = files.store(session.environment, what, programs, session.layout)
         if not text.strip():
             yield Message("There is nothing to store", Tone.WARNING)
             return
@@ -578,6 +588,106 @@ def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None
 def _line(lines: Sequence[str], number: int) -> str:
     """A line, counted from 1; empty behind the end."""
     return lines[number] if number < len(lines) else ""
+
+
+# --- editors ---------------------------------------------------------------------------------------------------------
+
+
+def _edit(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.interfaces.editor import Editor, opened, refuse_running
+
+    program, step = _to_edit(session, it)
+    refuse_running(session, program.name)
+    session.editor = Editor(session, opened(session, program, step))
+    session.last_edited = program.name
+    yield from session.editor.draft.screen()
+
+
+def _see(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.interfaces.editor import refuse_running
+    from vrs_cli.interfaces.screen import ScreenDraft, ScreenTerminal
+
+    program, step = _to_edit(session, it)
+    terminal = session.terminal
+    if not isinstance(terminal, ScreenTerminal):
+        raise UsageError("SEE fills a terminal, and there is none", f"EDIT {program.name} edits line by line")
+    refuse_running(session, program.name)
+    session.last_edited = program.name
+    yield from terminal.see(ScreenDraft(session, program, step))
+
+
+def _to_edit(session: Session, it: Instruction) -> tuple[Program, int]:
+    """The program that is asked for, or the last one, and the step. Raises NoProgramSpecified, IllegalValue."""
+    from vrs_cli.interfaces.editor import asked_program, named_program
+
+    asked = _argument(it, 0)
+    last = session.last_edited or session.last_program
+    if asked is None and last is None:
+        raise NoProgramSpecified("none was edited before", f"{it.word} name")
+    step = whole(_real_or(session, it, 1, 1.0))
+    if step < 1:
+        raise IllegalValue(f"step {step}", "steps count from 1")
+    return (named_program(last or "") if asked is None else asked_program(asked)), step
+
+
+# --- files of the disk -----------------------------------------------------------------------------------------------
+
+
+def _flist(_session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.program_file import read_program_file
+
+    yield FileText(tuple(read_program_file(_path(it)).splitlines()))
+
+
+def _fdirectory(_session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.folder import listed
+
+    asked = Path(".") if _argument(it, 0) is None else _path(it)
+    yield FileTable(str(asked), tuple(FileRow(entry.name, entry.size) for entry in listed(asked)))
+
+
+def _fdelete(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.folder import delete, existing
+
+    path = existing(_path(it))
+    refused = _refused(session, f"The file {path} will be deleted.")
+    if refused:
+        yield refused
+        return
+    delete(path)
+    yield Message(f"{path} deleted")
+
+
+def _fcopy(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.folder import copy
+
+    old, new = _two_files(session, it)
+    copy(old, new)
+    yield Message(f"{old} copied to {new}")
+
+
+def _frename(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.folder import rename
+
+    old, new = _two_files(session, it)
+    rename(old, new)
+    yield Message(f"{old} renamed to {new}")
+
+
+def _two_files(session: Session, it: Instruction) -> tuple[Path, Path]:
+    """`new = old`: the old file, and the new one, which may be written. Raises FileError and what is under it."""
+    from vrs_cli.files.folder import existing, target
+
+    old = existing(Path(_text(it.value)).expanduser())
+    new = target(old, _path(it))
+    _may_write(session, new)
+    return old, new
+
+
+def _commands(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.interfaces.command_file import carried_out
+
+    yield from carried_out(session, _path(it))
 
 
 # --- running programs ----------------------------------------------------------------------------------------------
@@ -970,6 +1080,14 @@ MONITOR: Mapping[str, Handler] = {
     "STOREL": _store(".lc", "LOCATIONS"),
     "STORER": _store(".rv", "REALS"),
     "STORES": _store(".st", "STRINGS"),
+    "EDIT": _edit,
+    "SEE": _see,
+    "FLIST": _flist,
+    "FDIRECTORY": _fdirectory,
+    "FDELETE": _fdelete,
+    "FCOPY": _fcopy,
+    "FRENAME": _frename,
+    "COMMANDS": _commands,
     "SAVE": _save,
     "REPLAY": _replay,
     "EXECUTE": _execute,

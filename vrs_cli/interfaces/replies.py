@@ -139,6 +139,37 @@ class ProgramText:
 
 
 @dataclass(frozen=True, slots=True)
+class ProgramPart:
+    """EDIT: some steps of a program; its header on entry, otherwise ""."""
+
+    header: str
+    steps: tuple[ListedStep, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FileText:
+    """FLIST: a text file, line by line."""
+
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FileRow:
+    """A row of FDIRECTORY: `size` in bytes, None for a folder."""
+
+    name: str
+    size: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class FileTable:
+    """FDIRECTORY."""
+
+    folder: str
+    rows: tuple[FileRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class ProgramName:
     """A row of DIRECTORY. `steps` is how many."""
 
@@ -337,7 +368,10 @@ Reply = (
     | RealTable
     | StringTable
     | ProgramText
+    | ProgramPart
     | ProgramNames
+    | FileText
+    | FileTable
     | StatusReport
     | SignalTable
     | SettingTable
@@ -351,3 +385,12 @@ Reply = (
     | Replay
     | Farewell
 )
+
+
+def is_error(reply: Reply) -> bool:
+    """Whether a reply says that something could not be done."""
+    if isinstance(reply, DiagnosticsReport):
+        from vrs_cli.language.diagnostics import Severity
+
+        return any(item.diagnostic.severity is Severity.ERROR for item in reply.items)
+    return getattr(reply, "tone", None) is Tone.ERROR

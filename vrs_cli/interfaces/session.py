@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
-from typing import Protocol
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine
@@ -16,6 +17,7 @@ from vrs_cli.errors import (
     UsageError,
     VrsError,
 )
+from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.debugging import Stepping
 from vrs_cli.interfaces.driver import (
     A_DAY,
@@ -39,6 +41,9 @@ from vrs_cli.language.environment import Environment, Reference, StoredProgram
 from vrs_cli.language.runtime import Task, statement_task
 from vrs_cli.language.values import Value
 
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.editor import Editor
+
 
 class Terminal(Console, Protocol):
     """How a session talks to whoever drives it."""
@@ -55,6 +60,7 @@ class Session:
 
     `driver` runs its tasks. `task` is the robot program that runs or ran last, `last_program` its name,
     `last_statement` what a bare DO repeats.
+    `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before.
     """
 
     def __init__(
@@ -74,6 +80,10 @@ class Session:
         self.driver = Driver(self.engine, terminal, self.environment, self.robot)
         self.last_program: str | None = None
         self.last_statement: Statement | None = None
+        self.editor: Editor | None = None
+        self.last_edited: str | None = None
+        self.layout = Layout()
+        self.command_files: list[Path] = []  # those that are carried out, the innermost last
 
     @property
     def task(self) -> Task | None:
@@ -95,7 +105,12 @@ class Session:
             if isinstance(part, Program):
                 self.check_free(part.name)
         refused = self._define(part for part in file.parts if isinstance(part, Section))
+        self.layout = self.layout.with_file(file)
         return tuple(diagnostics) + refused + self._store(file, text)
+
+    def keep(self, program: Program, text: str) -> tuple[Diagnostic, ...]:
+        """Put one program in memory, in the place of one of its name; `text` is its source. What is wrong with it."""
+        return self._store(File((program,)), text)
 
     def _store(self, file: File, text: str) -> tuple[Diagnostic, ...]:
         from vrs_cli.language.analyzer import analyze
@@ -262,10 +277,18 @@ class Session:
     # --- the prompt ---
 
     def perform(self, line: str) -> None:
-        """One line of the prompt: parse it, check it, do it. Answers go to the terminal.
+        """One line of the prompt, or of the editor: parse it, check it, do it. Answers go to the terminal.
 
         Raises LineRefused for a line that cannot be read or checked, and VrsError for what cannot be done.
         """
+        for reply in self.answers(line):
+            self.terminal.show(reply)
+
+    def answers(self, line: str) -> Iterator[Reply]:
+        """What `perform` shows, as it comes. Raises LineRefused, VrsError."""
+        if self.editor is not None:
+            yield from self._edited(self.editor, line)
+            return
         from vrs_cli.language.parser import parse_prompt
 
         statement = parse_prompt(line)
@@ -275,11 +298,18 @@ class Session:
             raise UsageError(
                 ".PROGRAM opens a program of several lines", "type it at the prompt of vrs, or LOAD a file"
             )
-        self._check(statement, line)
-        self.carry_out(statement)
+        yield from self._check(statement, line)
+        yield from self.carry_out(statement)
 
-    def _check(self, statement: Statement, line: str) -> None:
-        """Raises LineRefused for the first error; warnings are shown."""
+    def _edited(self, editor: Editor, line: str) -> Iterator[Reply]:
+        replies = editor.take(line)
+        self.last_edited = editor.name
+        if editor.done:
+            self.editor = None
+        yield from replies
+
+    def _check(self, statement: Statement, line: str) -> Iterator[Reply]:
+        """Raises LineRefused for the first error; warnings are answered."""
         from vrs_cli.language.analyzer import check_line
 
         found = check_line(statement, self.environment.kinds())
@@ -287,15 +317,14 @@ class Session:
             if diagnostic.severity is Severity.ERROR:
                 raise LineRefused(diagnostic)
         if found:
-            self.terminal.show(DiagnosticsReport(tuple(Diagnosed(warning, line) for warning in found)))
+            yield DiagnosticsReport(tuple(Diagnosed(warning, line) for warning in found))
 
-    def carry_out(self, statement: Statement) -> None:
+    def carry_out(self, statement: Statement) -> Iterator[Reply]:
         """A monitor command by its handler, everything else as DO."""
         from vrs_cli.interfaces.monitor import MONITOR
 
         if isinstance(statement, Instruction) and statement.word in MONITOR:
-            for reply in MONITOR[statement.word](self, statement):
-                self.terminal.show(reply)
+            yield from MONITOR[statement.word](self, statement)
             return
         if isinstance(statement, DoInstruction):
             if statement.statement is None and self.last_statement is None:

@@ -164,6 +164,26 @@ _FILES = (
     _word("STORES", (FILE,), "write the strings of programs to a file", "STORES cell.st", "2 +", value=PROGRAMS),
 )
 
+_EDITED = (Argument("program", Shape.PROGRAM, optional=True), real("step", True))
+NEW_FILE = Argument("new", Shape.FILE)
+OLD_FILE = Argument("old", Shape.FILE)
+_EDITORS_AND_DISK = (
+    _word("EDIT", _EDITED, "the line editor: C D E F I L P R S, an empty line goes on", "EDIT pick.place, 3"),
+    _word("SEE", _EDITED, "the screen editor", "SEE pick.place", "+"),
+    _word("FLIST", (FILE,), "type a disk file", "FLIST pick.v2", "2 +"),
+    _word(
+        "FDIRECTORY",
+        (Argument("folder", Shape.FILE, optional=True),),
+        "the files of a folder, or those that a pattern names",
+        "FDIRECTORY *.v2",
+        "2 +",
+    ),
+    _word("FDELETE", (FILE,), "delete a disk file", "FDELETE old.v2", "2 +"),
+    _word("FRENAME", (NEW_FILE,), "rename a disk file", "FRENAME new.v2 = old.v2", "2 +", value=OLD_FILE),
+    _word("FCOPY", (NEW_FILE,), "copy a disk file", "FCOPY new.v2 = old.v2", "2 +", value=OLD_FILE),
+    _word("COMMANDS", (FILE,), "carry out a file of monitor commands", "COMMANDS start.pc", "2 +"),
+)
+
 _EXECUTION = (
     _word(
         "EXECUTE",
@@ -262,26 +282,7 @@ _OURS = (
 )
 
 _LATER = (
-    _planned(
-        "EDIT",
-        (Argument("program", Shape.PROGRAM, optional=True), real("step", True)),
-        "the line editor",
-        "1 2 +",
-        note="type .PROGRAM name to enter a program, or edit its file and LOAD it",
-    ),
-    _planned(
-        "SEE",
-        (Argument("program", Shape.PROGRAM, optional=True), real("step", True)),
-        "the screen editor",
-        note="edit its file and LOAD it",
-    ),
     _planned("TEACH", (DEFINED,), "record locations from the pendant", "1 2 +", note="use HERE"),
-    _planned("FLIST", (FILE,), "type a disk file", "2 +"),
-    _planned("FDIRECTORY", (Argument("folder", Shape.FILE, optional=True),), "the files of a folder", "2 +"),
-    _planned("FDELETE", (FILE,), "delete a disk file", "2 +"),
-    _planned("FRENAME", (FILE,), "rename a disk file", "2 +", Argument("file", Shape.FILE)),
-    _planned("FCOPY", (FILE,), "copy a disk file", "2 +", Argument("file", Shape.FILE)),
-    _planned("COMMANDS", (FILE,), "carry out a file of monitor commands", "2 +"),
     _planned("CD", (Argument("folder", Shape.FILE, optional=True),), "the folder of files"),
     _planned("DEFAULT", (), "the folder of files", value=Argument("folder", Shape.FILE)),
     _planned("DEBUG", (Argument("program", Shape.PROGRAM, optional=True),), "the debugger"),
@@ -315,5 +316,5 @@ _REFUSED = (
 )
 
 COMMANDS: Mapping[str, Word] = by_name(
-    (*_POSITIONS, *_STATE, *_PROGRAMS, *_FILES, *_EXECUTION, *_SYSTEM, *_OURS, *_LATER, *_REFUSED)
+    (*_POSITIONS, *_STATE, *_PROGRAMS, *_FILES, *_EDITORS_AND_DISK, *_EXECUTION, *_SYSTEM, *_OURS, *_LATER, *_REFUSED)
 )

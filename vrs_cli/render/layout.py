@@ -133,11 +133,34 @@ def _strings(reply: replies.StringTable, _page: Page) -> Iterator[Block]:
 
 def _program_text(reply: replies.ProgramText, _page: Page) -> Iterator[Block]:
     yield Line(tuple(scan(reply.header)))
-    for step in reply.steps:
-        mark = "?" if step.bad else " "
-        text = ((step.text, Role.ERROR),) if step.bad else tuple(scan(step.text))
-        yield Line(((f"{step.number:5d} {mark} ", Role.NOTE), *text))
+    yield from map(_listed_step, reply.steps)
     yield Line(tuple(scan(".END")))
+
+
+def _program_part(reply: replies.ProgramPart, _page: Page) -> Iterator[Block]:
+    if reply.header:
+        yield Line(tuple(scan(reply.header)))
+    yield from map(_listed_step, reply.steps)
+
+
+def _listed_step(step: replies.ListedStep) -> Line:
+    mark = "?" if step.bad else " "
+    text = ((step.text, Role.ERROR),) if step.bad else tuple(scan(step.text))
+    return Line(((f"{step.number:5d} {mark} ", Role.NOTE), *text))
+
+
+def _file_text(reply: replies.FileText, _page: Page) -> Iterator[Block]:
+    yield from (Line(tuple(scan(text))) for text in reply.lines)
+
+
+def _file_table(reply: replies.FileTable, _page: Page) -> Iterator[Block]:
+    if not reply.rows:
+        yield line(f"No files in {reply.folder}", Role.NOTE)
+        return
+    width = max(len(row.name) for row in reply.rows)
+    for row in reply.rows:
+        size = "folder" if row.size is None else f"{row.size} bytes"
+        yield Line(((f"{row.name:<{width}}", Role.NAME), (f"  {size:>14}", Role.NOTE)))
 
 
 def _program_names(reply: replies.ProgramNames, _page: Page) -> Iterator[Block]:
@@ -391,6 +414,9 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.RealTable: _reals,
     replies.StringTable: _strings,
     replies.ProgramText: _program_text,
+    replies.ProgramPart: _program_part,
+    replies.FileText: _file_text,
+    replies.FileTable: _file_table,
     replies.ProgramNames: _program_names,
     replies.StatusReport: _status,
     replies.SignalTable: _signals,

@@ -55,6 +55,8 @@ class Conversation:
     def _line(self, line: str) -> None:
         if self.entry is not None:
             self._step(self.entry, line)
+        elif self.session.editor is not None:
+            self.session.perform(line)
         elif opens_entry(line):
             self._open(line)
         elif line.strip():
@@ -100,11 +102,26 @@ class Conversation:
 
     def leave_entry(self, why: str = "") -> None:
         """Ctrl-C, or the end of the input: what was typed of a program is forgotten, and said to be."""
+        tone = Tone.ERROR if why else Tone.NOTE
+        editor, self.session.editor = self.session.editor, None
+        if editor is not None:
+            self.session.terminal.show(Message(f"{why}{editor.name} is not stored (E would have stored it)", tone))
         if self.entry is not None:
             name = _named(self.entry.header) or "the program"
             self.entry = None
-            tone = Tone.ERROR if why else Tone.NOTE
             self.session.terminal.show(Message(f"{why}{name} is not stored (.END would have ended it)", tone))
+
+    @property
+    def in_program(self) -> bool:
+        """Whether the next line is one of a program."""
+        return self.entry is not None or self.session.editor is not None
+
+    @property
+    def prompt(self) -> str:
+        """What stands before the next line where it is one of a program, "" where it is not."""
+        if self.session.editor is not None:
+            return self.session.editor.prompt
+        return self.entry.prompt if self.entry is not None else ""
 
     # --- files ---
 

@@ -115,7 +115,7 @@ class ValCompleter(Completer):
         from vrs_cli.repl.names import names_of
 
         conversation = work.conversation
-        in_program = conversation.entry is not None
+        in_program = conversation.in_program
         names = names_of(conversation.session)
         for suggestion in suggestions(text, names, in_program=in_program, everything=everything):
             yield Completion(suggestion.text, -suggestion.length, display_meta=suggestion.meta)
@@ -144,7 +144,9 @@ class LineValidator(Validator):
         from vrs_cli.repl.validate import first_mistake
 
         conversation = self._work().conversation
-        entry = conversation.entry
+        entry, editor = conversation.entry, conversation.session.editor
+        if editor is not None:
+            return editor.mistake(text)
         if closes_entry(text) if entry else opens_entry(text) and not Entry(text).program:
             return None
         if entry is not None and not entry.program:
@@ -215,7 +217,7 @@ class Shell:
     def _leave_entry(self) -> bool:
         """Ctrl-C or Ctrl-D while a program is typed: back to the prompt. False where none was."""
         work = self.backstage.ready
-        if work is None or work.conversation.entry is None:
+        if work is None or not work.conversation.in_program:
             return False
         work.conversation.leave_entry()
         return True
@@ -226,9 +228,8 @@ class Shell:
         work = self.backstage.ready
         if work is None:
             return IDLE
-        entry = work.conversation.entry
-        if entry is not None:
-            return entry.prompt
+        if work.conversation.in_program:
+            return work.conversation.prompt
         return RUNNING if work.conversation.session.running else IDLE
 
     def _indent(self) -> str:

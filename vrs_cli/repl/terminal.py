@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, TextIO
 
-from vrs_cli.errors import FileError
+from vrs_cli.errors import FileError, UsageError
 from vrs_cli.interfaces import replies
-from vrs_cli.interfaces.replies import Reply, Tone
+from vrs_cli.interfaces.replies import Reply, is_error
 from vrs_cli.render.layout import replay_summary
 from vrs_cli.render.text import plain_text
 
 if TYPE_CHECKING:
+    from vrs_cli.interfaces.screen import ScreenDraft
     from vrs_cli.render.console import TerminalRenderer
 
 PATIENCE = 0.5  # [s] a program runs before its progress is shown
@@ -128,6 +129,17 @@ class ShellTerminal:
         answer = self.change(question)
         return (answer or "").strip().upper() in ("Y", "YES")
 
+    def see(self, draft: ScreenDraft) -> Iterable[Reply]:
+        """SEE: the program fills the screen until the user leaves. Raises UsageError for a terminal that cannot."""
+        from prompt_toolkit.utils import is_dumb_terminal
+
+        if is_dumb_terminal():
+            raise UsageError("SEE fills the screen, and this terminal cannot", f"EDIT {draft.name} edits line by line")
+        from vrs_cli.repl.screen_editor import ScreenEditor
+
+        ScreenEditor(draft).run()
+        return draft.said
+
     # --- progress ---
 
     def begin_progress(self) -> None:
@@ -153,15 +165,6 @@ class ShellTerminal:
         if self._progress_shown:
             self.stream.write(CLEAR_LINE)
             self._progress_shown = False
-
-
-def is_error(reply: Reply) -> bool:
-    """Whether a reply says that something could not be done."""
-    if isinstance(reply, replies.DiagnosticsReport):
-        from vrs_cli.language.diagnostics import Severity
-
-        return any(item.diagnostic.severity is Severity.ERROR for item in reply.items)
-    return getattr(reply, "tone", None) is Tone.ERROR
 
 
 def latest(reply: Reply) -> str:

@@ -1,0 +1,163 @@
+"""SEE with real keys: what the text becomes, and what is stored."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pytest
+from prompt_toolkit.application import create_app_session
+from prompt_toolkit.input import create_pipe_input
+from prompt_toolkit.output import DummyOutput
+
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.errors import ProgramExists, UsageError
+from vrs_cli.interfaces.editor import named_program
+from vrs_cli.interfaces.replies import Message, Reply
+from vrs_cli.interfaces.screen import ScreenDraft
+from vrs_cli.interfaces.session import Session
+from vrs_cli.language.diagnostics import LineRefused
+from vrs_cli.repl.screen_editor import UNSAVED, ScreenEditor
+
+ENTER, SAVE, QUIT, FIND, UNDO, REDO, CUT = "\r", "\x13", "\x11", "\x06", "\x1a", "\x19", "\x0b"
+UP, DOWN, END, HOME, F3, F5 = "\x1b[A", "\x1b[B", "\x1b[F", "\x1b[H", "\x1bOR", "\x1b[15~"
+
+
+def session_with(text: str = "") -> Session:
+    session = Session(RecordingTerminal())
+    if text:
+        session.load_text(text)
+    return session
+
+
+def see(session: Session, keys: str, name: str = "p", step: int = 1) -> ScreenEditor:
+    """The editor after the keys; they must leave it."""
+    with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
+        pipe.send_text(keys)
+        editor = ScreenEditor(ScreenDraft(session, named_program(name), step))
+        editor.run()
+    return editor
+
+
+def lines(editor: ScreenEditor) -> list[str]:
+    return editor.buffer.text.split("\n")
+
+
+def test_lines_become_canonical_and_blocks_indented_while_they_are_typed() -> None:
+    keys = ENTER.join(["move PART", "if x>1 then", "signal 1", "else", "signal -1", "end", "ready"])
+    session = session_with()
+    editor = see(session, keys + SAVE + QUIT)
+    assert lines(editor) == [
+        ".PROGRAM p()",
+        "    MOVE part",
+        "    IF x > 1 THEN",
+        "        SIGNAL 1",
+        "    ELSE",
+        "        SIGNAL -1",
+        "    END",
+        "    READY",
+    ]
+    assert session.environment.program("p").analysis.executable
+    assert editor.message == "Program p: 7 steps"
+    assert session.last_edited == "p"
+
+
+def test_leaving_a_line_by_an_arrow_makes_it_canonical() -> None:
+    editor = see(session_with(".PROGRAM p\nMOVE a\nMOVE b\n.END\n"), f" ;now{DOWN}{QUIT}{QUIT}")
+    assert lines(editor)[1:] == ["    ;nowMOVE a", "    MOVE b"]
+
+
+def test_findings_are_told_while_typing() -> None:
+    editor = see(session_with(), f"MOVEE a{QUIT}{QUIT}")
+    assert [(one.code, one.span.line, one.span.column) for one in editor.findings] == [(-452, 2, 1)]
+
+
+def test_structure_is_checked_as_the_text_stands() -> None:
+    editor = see(session_with(), f"IF TRUE THEN{QUIT}{QUIT}")
+    assert [one.code for one in editor.findings] == [-473]
+
+
+def test_a_bad_line_is_kept_as_it_was_typed_and_the_program_is_not_executable() -> None:
+    session = session_with()
+    editor = see(session, f"movee  X{SAVE}{QUIT}")
+    assert lines(editor)[1] == "movee  X"
+    assert not session.environment.program("p").analysis.executable
+    assert "cannot be executed" in editor.message
+
+
+def test_leaving_with_changes_asks_once() -> None:
+    session = session_with(".PROGRAM p\nMOVE a\n.END\n")
+    editor = see(session, f"{END}b{QUIT}{QUIT}")
+    assert editor.message == UNSAVED
+    assert session.environment.program("p").source(0) == "MOVE a"
+
+
+def test_undo_takes_a_word_back_and_redo_brings_it_again() -> None:
+    assert lines(see(session_with(), f"MOVE part{UNDO}{QUIT}{QUIT}"))[1] == "MOVE"
+    assert lines(see(session_with(), f"MOVE part{UNDO}{REDO}{QUIT}{QUIT}"))[1] == "MOVE part"
+    assert lines(see(session_with(), f"move part{ENTER}{UNDO}{UNDO}{QUIT}{QUIT}"))[1:] == ["move"]
+
+
+def test_search_and_again() -> None:
+    text = ".PROGRAM p\nMOVE a\nMOVE b\nMOVE a\n.END\n"
+    assert see(session_with(text), f"{FIND}b{ENTER}{QUIT}")._row == 2
+    assert see(session_with(text), f"{FIND}move a{ENTER}{F3}{QUIT}")._row == 3
+
+
+def test_cutting_a_line_leaves_the_heading() -> None:
+    editor = see(session_with(".PROGRAM p\nMOVE a\nMOVE b\n.END\n"), f"{CUT}{UP}{CUT}{QUIT}{QUIT}")
+    assert lines(editor) == [".PROGRAM p()", "    MOVE b"]
+
+
+def test_the_whole_text_is_formatted_on_request() -> None:
+    editor = see(session_with(), f"\x1b[200~if x then\nmove A\nend\x1b[201~{F5}{QUIT}{QUIT}")
+    assert lines(editor)[1:] == ["    IF x THEN", "        MOVE a", "    END"]
+
+
+def test_the_heading_can_be_changed_but_not_to_another_program() -> None:
+    session = session_with(".PROGRAM p\nREADY\n.END\n.PROGRAM q\nREADY\n.END\n")
+    before = session.environment.program("q")
+    see(session, f"{UP}{END}\x7f\x7f\x7fq{SAVE}{QUIT}{QUIT}")
+    assert session.environment.program("q") is before
+    with pytest.raises(ProgramExists, match="q"):
+        ScreenDraft(session, named_program("p")).save(".PROGRAM q()\n    READY")
+    editor = see(session, f"{UP}{END}\x7f\x7f\x7fnew(a){SAVE}{QUIT}")
+    assert editor.message == "Program new: 1 step"
+    assert "new" in session.environment.programs
+
+
+def test_it_begins_at_the_step_that_was_named() -> None:
+    assert see(session_with(".PROGRAM p\nMOVE a\nMOVE b\n.END\n"), QUIT, step=2)._row == 2
+
+
+def test_a_text_without_a_heading_is_not_stored() -> None:
+    session = session_with()
+    see(session, f"{UP}{HOME}x{SAVE}{QUIT}{QUIT}")
+    assert session.environment.programs == {}
+    with pytest.raises(LineRefused, match="the first line names the program"):
+        ScreenDraft(session, named_program("p")).save("READY")
+
+
+class Screen(RecordingTerminal):
+    """A terminal that SEE may fill, with keys to come."""
+
+    def __init__(self, keys: str) -> None:
+        super().__init__()
+        self.keys = keys
+
+    def see(self, draft: ScreenDraft) -> Iterable[Reply]:
+        with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
+            pipe.send_text(self.keys)
+            ScreenEditor(draft).run()
+        return draft.said
+
+
+def test_the_command_shows_what_was_stored() -> None:
+    terminal = Screen(f"READY{SAVE}{QUIT}")
+    session = Session(terminal)
+    session.perform("SEE p")
+    assert terminal.replies == [Message("Program p: 1 step")]
+
+
+def test_without_a_screen_it_names_the_line_editor() -> None:
+    with pytest.raises(UsageError, match="EDIT p"):
+        Session(RecordingTerminal()).perform("SEE p")

@@ -1,0 +1,98 @@
+"""The files of a folder: FDIRECTORY, FDELETE, FCOPY, FRENAME. What is overwritten is decided before."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from vrs_cli.errors import FileError, NonexistentFile
+from vrs_cli.files.atomic import atomically, reason
+from vrs_cli.language.diagnostics import did_you_mean
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """A file, or a folder: its size is None."""
+
+    name: str
+    size: int | None
+
+
+def listed(asked: Path) -> tuple[Listed, ...]:
+    """What is in a folder, folders first; of a path that is none, what its last part matches (`*.v2`).
+
+    Hidden files are left out. Raises NonexistentFile, FileError.
+    """
+    folder, pattern = (asked, "*") if asked.is_dir() else (asked.parent, asked.name)
+    if not folder.is_dir():
+        raise NonexistentFile(str(folder), "name a folder, or files as *.v2")
+    try:
+        rows = [_row(entry) for entry in folder.iterdir() if not entry.name.startswith(".")]
+    except OSError as error:
+        raise FileError(f"{folder} cannot be read: {reason(error)}", "check its permissions") from error
+    found = sorted((row for row in rows if fnmatchcase(row.name.lower(), pattern.lower())), key=_order)
+    if not found and not set(pattern) & set("*?["):
+        raise NonexistentFile(str(asked), _near(asked))
+    return tuple(found)
+
+
+def _row(entry: Path) -> Listed:
+    return Listed(entry.name, None if entry.is_dir() else entry.lstat().st_size)
+
+
+def _order(row: Listed) -> tuple[bool, str]:
+    return row.size is not None, row.name
+
+
+def existing(path: Path) -> Path:
+    """The path of a file that is there. Raises NonexistentFile, FileError for a folder."""
+    if path.is_dir():
+        raise FileError(f"{path} is a folder", "name a file")
+    if not os.path.lexists(path):
+        raise NonexistentFile(str(path), _near(path))
+    return path
+
+
+def target(old: Path, new: Path) -> Path:
+    """Where a copy of a file goes: with the extension of the old one where none is given. Raises FileError."""
+    named = new if new.suffix or new.is_dir() else new.with_name(new.name + old.suffix)
+    place = named / old.name if named.is_dir() else named
+    if place.exists() and place.samefile(old):
+        raise FileError(f"{old} and {place} are one file", "give the new one another name")
+    return place
+
+
+def delete(path: Path) -> None:
+    """Raises FileError."""
+    _done(f"{path} cannot be deleted", path.unlink)
+
+
+def rename(old: Path, new: Path) -> None:
+    """In the place of a file of that name, if there is one. Raises FileError."""
+    _done(f"{old} cannot be renamed to {new}", lambda: os.replace(old, new))
+
+
+def copy(old: Path, new: Path) -> None:
+    """Whole or not at all. Raises FileError."""
+    try:
+        source = old.open("rb")
+    except OSError as error:
+        raise FileError(f"{old} cannot be read: {reason(error)}", "check its permissions") from error
+    with source, atomically(new) as stream:
+        shutil.copyfileobj(source, stream)
+
+
+def _done(what: str, act: Callable[[], None]) -> None:
+    try:
+        act()
+    except OSError as error:
+        raise FileError(f"{what}: {reason(error)}", "check the folder and its permissions") from error
+
+
+def _near(path: Path) -> str:
+    folder = path.parent
+    return did_you_mean(path.name, (entry.name for entry in folder.iterdir())) if folder.is_dir() else ""

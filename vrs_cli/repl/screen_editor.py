@@ -1,0 +1,322 @@
+"""SEE on the screen, with prompt-toolkit: colours, findings under the text while it is typed, search, undo.
+
+What a program is, and what is wrong with it, says `interfaces.screen`; here are the keys and the window.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+
+from prompt_toolkit.application import Application
+from prompt_toolkit.buffer import Buffer
+from prompt_toolkit.document import Document
+from prompt_toolkit.filters import has_focus
+from prompt_toolkit.formatted_text import StyleAndTextTuples
+from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.layout import HSplit, Layout, Window
+from prompt_toolkit.layout.containers import WindowRenderInfo
+from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl, UIContent
+from prompt_toolkit.layout.margins import Margin, ScrollbarMargin
+from prompt_toolkit.layout.processors import (
+    HighlightIncrementalSearchProcessor,
+    Processor,
+    Transformation,
+    TransformationInput,
+)
+from prompt_toolkit.layout.utils import explode_text_fragments
+from prompt_toolkit.search import start_search
+from prompt_toolkit.styles import Style
+from prompt_toolkit.widgets import SearchToolbar
+
+from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.screen import ScreenDraft
+from vrs_cli.language.diagnostics import Diagnostic, Severity
+from vrs_cli.repl.entry import INDENT, depth
+from vrs_cli.repl.lexer import ValLexer
+
+KEYS = " ^S save  ^Q quit  ^F find  F3 next  ^Z undo  ^Y redo  ^K cut line  F5 format"
+UNSAVED = "Changes are not stored: ^S stores them, ^Q again leaves without them"
+STYLE = Style.from_dict(
+    {
+        "bar": "reverse",
+        "finding.error": "underline fg:ansired",
+        "finding.warning": "underline fg:ansiyellow",
+        "message.error": "fg:ansired",
+        "message.warning": "fg:ansiyellow",
+    }
+)
+
+
+class Underlined(Processor):
+    """Underlines what is wrong in a line."""
+
+    def __init__(self, editor: ScreenEditor) -> None:
+        self._editor = editor
+
+    def apply_transformation(self, transformation_input: TransformationInput) -> Transformation:
+        line = transformation_input.lineno + 1
+        found = [one for one in self._editor.findings if one.span.line == line]
+        if not found:
+            return Transformation(transformation_input.fragments)
+        fragments = explode_text_fragments(transformation_input.fragments)
+        for one in reversed(found):
+            begin = min(one.span.column - 1, max(len(fragments) - 1, 0))
+            for i in range(begin, min(max(one.span.end - 1, begin + 1), len(fragments))):
+                style, text, *_ = fragments[i]
+                fragments[i] = (f"{style} class:finding.{one.severity.value}", text)
+        return Transformation(fragments)
+
+
+class ScreenEditor:
+    """One program on the screen."""
+
+    def __init__(self, draft: ScreenDraft) -> None:
+        self.draft = draft
+        self.message = ""
+        self.findings: tuple[Diagnostic, ...] = ()
+        self._quiet = False  # while the editor itself changes the text
+        self._touched: int | None = None  # the row that was typed in, to be put in canonical form when it is left
+        self._typed_up_to = -1  # where the last character was typed
+        self._kept = draft.text
+        self._warned = False
+        self.buffer = Buffer(
+            multiline=True,
+            document=Document(draft.text, _start_of(draft.text, draft.row)),
+            on_text_changed=lambda _: self._changed(),
+            on_cursor_position_changed=lambda _: self._moved(),
+        )
+        self.search = SearchToolbar(text_if_not_searching="", ignore_case=True)
+        self._control = BufferControl(
+            buffer=self.buffer,
+            lexer=ValLexer(lambda: True),
+            search_buffer_control=self.search.control,
+            input_processors=[HighlightIncrementalSearchProcessor(), Underlined(self)],
+            preview_search=True,
+        )
+        self._changed()
+        self._touched = None
+        self.app: Application[None] = Application(
+            layout=self._layout(),
+            key_bindings=self._bindings(),
+            style=STYLE,
+            full_screen=True,
+            mouse_support=False,
+        )
+
+    def run(self) -> None:
+        """Until the user leaves."""
+        self.app.run()
+
+    # --- the text ---
+
+    @property
+    def _row(self) -> int:
+        return self.buffer.document.cursor_position_row
+
+    def _changed(self) -> None:
+        self.findings = self.draft.read(self.buffer.text).findings
+        self._warned = False
+        if not self._quiet:
+            self._touched, self.message = self._row, ""
+
+    def _moved(self) -> None:
+        if not self._quiet and self._touched is not None and self._touched != self._row:
+            self.tidy()
+
+    def tidy(self) -> None:
+        """The row that was typed in, in canonical form."""
+        row, self._touched = self._touched, None
+        lines = self.buffer.document.lines
+        if row is None or row >= len(lines):
+            return
+        text = self.draft.canonical_line(self.buffer.text, row)
+        if text == lines[row]:
+            return
+        at_row, column = self._row, self.buffer.document.cursor_position_col
+        if at_row == row:
+            column = max(column + len(text) - len(lines[row]), 0)
+        self._replace("\n".join((*lines[:row], text, *lines[row + 1 :])), at_row, column)
+
+    def format(self) -> None:
+        """The whole text in canonical form."""
+        row, column = self._row, self.buffer.document.cursor_position_col
+        self._touched = None
+        text = self.draft.canonical(self.buffer.text)
+        if text != self.buffer.text:
+            self._replace(text, row, column)
+
+    def _replace(self, text: str, row: int, column: int) -> None:
+        document = Document(text)
+        row = min(row, document.line_count - 1)
+        position = document.translate_row_col_to_index(row, min(column, len(document.lines[row])))
+        with self._quietly():
+            self.buffer.document = Document(text, position)
+
+    @contextmanager
+    def _quietly(self) -> Iterator[None]:
+        before, self._quiet = self._quiet, True
+        try:
+            yield
+        finally:
+            self._quiet = before
+
+    def new_line(self) -> None:
+        """Enter: the line in canonical form, and the next one indented as its block is."""
+        document = self.buffer.document
+        row, rest = self._row, document.current_line_after_cursor
+        if rest.strip() or not row:
+            self.buffer.insert_text("\n")
+        else:
+            self._touched = row
+            self.tidy()
+            with self._quietly():
+                self.buffer.cursor_position += self.buffer.document.get_end_of_line_position()
+                self.buffer.delete(len(self.buffer.document.current_line_after_cursor))
+            self.buffer.insert_text("\n")
+        lines = self.buffer.document.lines[1 : self._row]
+        with self._quietly():
+            self.buffer.insert_text(INDENT * (1 + depth(lines)))
+
+    # --- leaving ---
+
+    def save(self) -> None:
+        """Format and store."""
+        self.format()
+        try:
+            self.message = self.draft.save(self.buffer.text)
+            self._kept = self.buffer.text
+        except VrsError as error:
+            self.message = str(error)
+
+    def leave(self) -> None:
+        """At once where all is stored; otherwise when it is asked for twice."""
+        if self.buffer.text == self._kept or self._warned:
+            self.app.exit()
+        else:
+            self.message, self._warned = UNSAVED, True
+
+    # --- the screen ---
+
+    def _layout(self) -> Layout:
+        text = Window(
+            self._control,
+            left_margins=[StepMargin()],
+            right_margins=[ScrollbarMargin(display_arrows=False)],
+            wrap_lines=False,
+        )
+        message = Window(FormattedTextControl(self._message), height=1)
+        title = Window(FormattedTextControl(self._title), height=1, style="class:bar")
+        bar = Window(FormattedTextControl(KEYS), height=1, style="class:bar")
+        return Layout(HSplit([title, text, self.search, message, bar]), focused_element=text)
+
+    def _title(self) -> str:
+        changed = " (changed)" if self.buffer.text != self._kept else ""
+        document = self.buffer.document
+        return f" SEE {self.draft.name}{changed}   step {self._row}, column {document.cursor_position_col + 1}"
+
+    def _message(self) -> StyleAndTextTuples:
+        """What was last said; or the finding where the cursor is, the first one elsewhere."""
+        if self.message:
+            return [("", f" {self.message}")]
+        if not self.findings:
+            return []
+        here = [one for one in self.findings if one.span.line == self._row + 1]
+        errors = [one for one in self.findings if one.severity is Severity.ERROR]
+        shown = (here or errors or list(self.findings))[0]
+        place = "" if here else f"step {shown.span.line - 1}: "
+        return [(f"class:message.{shown.severity.value}", f" {place}{shown.message}")]
+
+    # --- keys ---
+
+    def _bindings(self) -> KeyBindings:
+        keys = KeyBindings()
+        typing = has_focus(self.buffer)
+
+        def bind(*names: str, save: bool = True) -> None:
+            for name in names:
+                keys.add(name, filter=typing, eager=True, save_before=lambda _event: save)(self._acts(name))
+
+        keys.add("<any>", filter=typing, save_before=self._begins_word)(self._type)
+        bind("enter", "tab", "f5", "c-s", "c-k")
+        bind("c-q", "c-c", "c-f", "f3", "c-z", "c-y", save=False)
+        return keys
+
+    def _acts(self, name: str) -> Callable[[KeyPressEvent], None]:
+        actions: Mapping[str, Callable[[], None]] = {
+            "enter": self.new_line,
+            "tab": lambda: self.buffer.insert_text(INDENT),
+            "f5": self.format,
+            "c-s": self.save,
+            "c-k": self._cut_line,
+            "c-q": self.leave,
+            "c-c": self.leave,
+            "c-f": start_search,
+            "f3": self._find_next,
+            "c-z": lambda: self._travel(self.buffer.undo),
+            "c-y": lambda: self._travel(self.buffer.redo),
+        }
+        action = actions[name]
+
+        def act(_event: KeyPressEvent) -> None:
+            action()
+
+        return act
+
+    def _begins_word(self, event: KeyPressEvent) -> bool:
+        """Undo takes back a word at a time."""
+        return event.data == " " or self.buffer.cursor_position != self._typed_up_to
+
+    def _type(self, event: KeyPressEvent) -> None:
+        self.buffer.insert_text(event.data * event.arg)
+        self._typed_up_to = self.buffer.cursor_position
+
+    def _cut_line(self) -> None:
+        """The heading stays."""
+        if self._row:
+            document = self.buffer.document
+            lines = document.lines
+            rest = [*lines[: self._row], *lines[self._row + 1 :]]
+            last = min(self._row, len(rest) - 1)
+            self._touched = None
+            self.buffer.document = Document("\n".join(rest), _start_of("\n".join(rest), last))
+
+    def _find_next(self) -> None:
+        self.buffer.apply_search(self._control.search_state, include_current_position=False)
+
+    def _travel(self, go: Callable[[], None]) -> None:
+        """Undo and redo bring a text back as it was: it is not formatted again."""
+        self._touched = None
+        with self._quietly():
+            go()
+
+
+class StepMargin(Margin):
+    """The numbers of the steps: the heading has none."""
+
+    WIDTH = 6
+
+    def get_width(self, get_ui_content: Callable[[], UIContent]) -> int:  # noqa: ARG002 (the interface)
+        return self.WIDTH
+
+    def create_margin(
+        self,
+        window_render_info: WindowRenderInfo,
+        width: int,
+        height: int,  # noqa: ARG002 (the interface)
+    ) -> StyleAndTextTuples:
+        result: StyleAndTextTuples = []
+        before = None
+        for row in window_render_info.displayed_lines:
+            shown = f"{row:{width - 1}d} " if row and row != before else " " * width
+            result.append(("fg:ansibrightblack", f"{shown}\n"))
+            before = row
+        return result
+
+
+def _start_of(text: str, row: int) -> int:
+    """The place of the first character of a line that is no blank."""
+    document = Document(text)
+    row = min(row, document.line_count - 1)
+    line = document.lines[row]
+    return document.translate_row_col_to_index(row, len(line) - len(line.lstrip()))
