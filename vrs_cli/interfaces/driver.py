@@ -13,10 +13,10 @@ task at a time: to task 0 when it starts, or to the one that attaches it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from math import inf
-from typing import Any, Protocol, TypeGuard
+from typing import Any, Protocol, TypeGuard, TypeVar
 
 from vrs_cli.engine.commands import Brake, Break, Request, SetMonitorSpeed, SetParameter, SetSwitch
 from vrs_cli.engine.engine import Engine
@@ -126,6 +126,7 @@ class _Aborted:
 
 
 Pending = Event | _Aborted | Stopped | Onward
+_P = TypeVar("_P", bound=Pending)
 
 
 @dataclass(eq=False, slots=True)
@@ -133,7 +134,8 @@ class Track:
     """A task on its way: it goes on at `wake` [s], after `pending` is done where that is not None.
 
     `outcome` is None while it runs. `asked`: when `pending` was asked for. `mine`: it takes the robot when it goes on.
-    `instant`: when it last went on, `before`: how many steps it had done then.
+    `instant`: when it last went on, `before`: how many steps it had done then. `held`: what reactions
+    have interrupted, and when that was asked for.
     """
 
     number: int
@@ -152,6 +154,7 @@ class Track:
     stepping: Stepping | None = None
     instant: float = -1.0
     before: int = 0
+    held: list[tuple[Pending, float]] = field(default_factory=list)
 
     @property
     def running(self) -> bool:
@@ -361,7 +364,9 @@ class Driver:
         if pending is not None:
             due = track.task.reactions.due
             if due is not None and self._interruptible(pending, due.immediate):
-                return track.task.react(pending)
+                track.held.append((pending, track.asked))
+                track.asked = self.engine.now
+                return self._asked_again(track, track.task.react(pending))
             return pending
         budget = min(budget, self._left_now(track))
         if budget <= 0:
@@ -369,8 +374,18 @@ class Driver:
         track.asked = self.engine.now
         answer, track.answer = track.answer, None
         if self._careful(track):
-            return self.debugging.step(track.task, answer, track.stepping, self._trace)
-        return track.task.resume(answer, budget)
+            return self._asked_again(track, self.debugging.step(track.task, answer, track.stepping, self._trace))
+        return self._asked_again(track, track.task.resume(answer, budget))
+
+    @staticmethod
+    def _asked_again(track: Track, event: _P) -> _P:
+        """What a reaction had interrupted was asked for when it first was."""
+        for held in track.held:
+            if held[0] is event:
+                track.asked = held[1]
+                track.held.remove(held)
+                break
+        return event
 
     def _left_now(self, track: Track) -> int:
         """How many steps a task may do at the present instant before time has to go on."""
@@ -397,8 +412,8 @@ class Driver:
     def _until(self, track: Track, instant: float, pending: Pending | None = None) -> None:
         track.wake, track.pending = instant, pending
 
-    def _tick(self, ticks: int = 1) -> float:
-        return on_grid(self.engine.now) + ticks * WAIT_TICK
+    def _tick(self) -> float:
+        return on_grid(self.engine.now) + WAIT_TICK
 
     def _type(self, track: Track, event: Type) -> None:
         del track
@@ -411,9 +426,9 @@ class Driver:
         track.answer = self.console.ask(event.text)
 
     def _wait(self, track: Track, wait: Wait) -> None:
-        begins = track.asked == self.engine.now and wait.ticks > 0
-        if begins:
-            self._until(track, self._tick(wait.ticks), wait)
+        first = on_grid(track.asked) + wait.ticks * WAIT_TICK
+        if self.engine.now < first:
+            self._until(track, first, wait)
         elif not wait.condition():
             self._until(track, self._tick(), wait)
 

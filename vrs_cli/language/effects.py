@@ -160,6 +160,11 @@ class ReturnFromError:
 
 
 @dataclass(frozen=True, slots=True)
+class SignalsSet:
+    """SIGNAL and its like: a reaction of the program itself may be due; the task looks by itself."""
+
+
+@dataclass(frozen=True, slots=True)
 class Ignore:
     """IGNORE: no more reaction to a signal; the task does it by itself."""
 
@@ -237,6 +242,7 @@ Effect = (
     | Pause
     | Halt
     | Reaction
+    | SignalsSet
     | Ignore
     | Lock
     | ReactToErrors
@@ -525,22 +531,25 @@ def _decompose(_context: Context, it: Operands) -> Iterable[Yielded]:
 # --- signals and timers ------------------------------------------------------------------------------------------
 
 
+_SIGNALS_SET = (SignalsSet(),)
+
+
 def _signal(context: Context, it: Operands) -> Iterable[Yielded]:
     for number in it.arguments:
         if number is not None:
             context.environment.signals.write(cast(float, number))
-    return NOTHING
+    return _SIGNALS_SET
 
 
 def _reset(context: Context, _it: Operands) -> Iterable[Yielded]:
     context.environment.signals.reset()
-    return NOTHING
+    return _SIGNALS_SET
 
 
 def _bits(context: Context, it: Operands) -> Iterable[Yielded]:
     value = integer(cast(float, it.value))
     context.environment.signals.write_bits(it.real(0), it.real_or(1, 1.0), value)
-    return NOTHING
+    return _SIGNALS_SET
 
 
 def _timer(context: Context, it: Operands) -> Iterable[Yielded]:

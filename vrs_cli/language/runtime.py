@@ -52,6 +52,7 @@ from vrs_cli.language.effects import (
     ReturnFromError,
     RunSignal,
     SetEvent,
+    SignalsSet,
     StartTask,
     Stop,
     Type,
@@ -170,10 +171,11 @@ class _Interruption:
 class _Frame:
     """An activation of a program: where it is (`op`), and what it keeps while its generator is replaced.
 
-    `between`: the step `op` has not begun. `interruption`: it was called as a reaction.
+    `between`: the step `op` has not begun; `reached`: it is the very next thing to be done. `interruption`: it was
+    called as a reaction.
     """
 
-    __slots__ = ("_arguments", "_context", "_slots", "between", "interruption", "op", "program", "steps")
+    __slots__ = ("_arguments", "_context", "_slots", "between", "interruption", "op", "program", "reached", "steps")
 
     def __init__(self, context: Context, program: StoredProgram, arguments: Sequence[Reference], step: int = 0) -> None:
         compiled = program.compiled
@@ -182,7 +184,7 @@ class _Frame:
         self._context = context
         self._arguments = arguments
         self._slots = compiled.fresh_slots()
-        self.between = True
+        self.between, self.reached = True, False
         self.interruption: _Interruption | None = None
         self.steps: Steps = compiled.start(context, arguments, self._slots, self.op)
 
@@ -194,7 +196,7 @@ class _Frame:
     def enter(self, op: int) -> None:
         """Go on from another operation."""
         self.steps.close()
-        self.op, self.between = op, True
+        self.op, self.between, self.reached = op, True, False
         self.steps = self.program.compiled.start(self._context, self._arguments, self._slots, op)
 
     def skip(self) -> None:
@@ -341,7 +343,7 @@ class Task:
     @property
     def between(self) -> bool:
         """Whether it stands before the step `step`, nothing of which has been done."""
-        return bool(self._frames) and self._frames[-1].between
+        return bool(self._frames) and self._frames[-1].reached
 
     @property
     def program(self) -> str:
@@ -497,15 +499,16 @@ class Task:
             if self._answer is not None:
                 answered = self._answered(frame)
                 if not isinstance(answered, int):
-                    frame.between = False
+                    frame.between = frame.reached = False
                     return answered
                 op, left = answered, left - 1
             for event in islice(frame.steps, max(left, 0)):
                 if event.__class__ is not int:
-                    frame.between = False
+                    frame.between = frame.reached = False
                     return cast(Yielded, event)
                 op = event
                 left -= 1
+            frame.reached = frame.reached or budget > 0
             frame.between = frame.between or budget > 0
             return _BUDGET if self._budget == budget else _BETWEEN
         except ArithmeticError as error:
@@ -561,6 +564,7 @@ class Task:
 
 _OWN: dict[type, Callable[[Reactions, Any], None]] = {
     Reaction: Reactions.set,
+    SignalsSet: lambda _reactions, _event: None,
     Ignore: lambda reactions, event: reactions.ignore(event.signal),
     Lock: lambda reactions, event: reactions.lock(event.priority),
     ReactToErrors: lambda reactions, event: setattr(reactions, "on_error", event.program),
