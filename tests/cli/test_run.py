@@ -282,3 +282,47 @@ def test_of_very_many_mistakes_the_first_are_told(vrs: Vrs, tmp_path: Path) -> N
     assert ended.err.count("*Unknown instruction*") == 20
     assert ended.err.splitlines()[-1] == "480 more (vrs check bad.v2 shows all)"
     assert vrs("check", "bad.v2").out.count("*Unknown instruction*") == 500
+
+
+WAITING = """\
+.PROGRAM main
+    PCEXECUTE beside
+    WAIT SIG(1001)
+    TYPE "part at", TIME()
+.END
+.PROGRAM beside
+    WAIT SIG(1002)
+    x = nothing
+.END
+"""
+
+
+def test_signals_of_a_file_come_at_their_times(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "w.v2").write_text(WAITING)
+    (tmp_path / "cell.csv").write_text("time, signal, state\n1.5, 1001, ON\n")
+    ended = vrs("run", "w.v2", "--signals", "cell.csv")
+    assert (ended.status, ended.out.splitlines()[0]) == (0, "part at 1.5")
+
+
+def test_a_wrong_file_of_signals_is_refused(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "w.v2").write_text(WAITING)
+    (tmp_path / "cell.csv").write_text("1.5, 1, ON\n")
+    ended = vrs("run", "w.v2", "--signals", "cell.csv")
+    assert ended.status == 1
+    assert "cell.csv:1:" in ended.err
+
+
+def test_a_task_beside_that_fails_is_told(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "w.v2").write_text(WAITING)
+    (tmp_path / "cell.csv").write_text("1, 1002, ON\n2, 1001, ON\n")
+    ended = vrs("run", "w.v2", "--signals", "cell.csv")
+    assert ended.status == 1
+    assert "Program beside stopped at step 2" in ended.err
+    assert "part at 2" in ended.out
+
+
+def test_a_bound_on_steps_says_where_the_program_was(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "w.v2").write_text(".PROGRAM main\n  WHILE TRUE DO\n  END\n.END\n")
+    ended = vrs("run", "w.v2", "--max-steps", 500)
+    assert ended.status == 1
+    assert "after 500 steps: main step 1" in ended.err
