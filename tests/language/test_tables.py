@@ -16,7 +16,7 @@ from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.parser import parse_prompt, parse_step
 from vrs_cli.language.words import RAW_SHAPES, Shape, State, Word
 
-ELSEWHERE = {"CALL", "WAIT", "REMARK"}  # the first two by the compiler, the last is a comment
+ELSEWHERE = {"CALL", "WAIT", "EXIT", "NEXT", "REMARK"}  # the first four by the compiler, the last is a comment
 
 ROWS = [*INSTRUCTIONS.values(), *COMMANDS.values(), *CONTROL.values()]
 

@@ -23,7 +23,7 @@ from vrs_cli.errors import (
 from vrs_cli.language import ast
 from vrs_cli.language.ast import NAME_LENGTH, Expression, Kind, Program, ProgramHeader, Span, Statement
 from vrs_cli.language.diagnostics import Diagnostic, Severity, did_you_mean
-from vrs_cli.language.instructions import INSTRUCTIONS
+from vrs_cli.language.instructions import INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.kinds import Expressions
 from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.names import (
@@ -141,7 +141,7 @@ class _Steps:
     def command(self, statement: Statement) -> None:
         """A line of the prompt."""
         inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
-        if isinstance(inner, ast.Instruction):
+        if isinstance(inner, ast.Instruction) and not (inner is not statement and inner.word in LOOP_JUMPS):
             table = COMMANDS if inner is statement and inner.word in COMMANDS else INSTRUCTIONS
             self._instruction(inner, table)
         elif isinstance(inner, ast.Assignment):

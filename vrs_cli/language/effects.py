@@ -725,6 +725,15 @@ def _flow(effect: Effect | Request) -> Handler:
     return flow
 
 
+def _call_by_name(_context: Context, it: Operands) -> Iterable[Yielded]:
+    """CALLS: the program that a string names."""
+    return (CallProgram(cast(str, it.get(0)).strip(), ()),)
+
+
+def _nothing(_context: Context, _it: Operands) -> Iterable[Yielded]:
+    return NOTHING
+
+
 # --- the table ---------------------------------------------------------------------------------------------------
 
 _MODES = {
@@ -784,6 +793,8 @@ HANDLERS: Mapping[str, Handler] = {
     "DISABLE": _switches(on=False),
     "SWITCH": _switch,
     "PARAMETER": _parameter,
+    "CALLS": _call_by_name,
+    "GLOBAL": _nothing,
     "RETURN": _flow(Return()),
     "STOP": _flow(Stop()),
     "PAUSE": _flow(Pause()),

@@ -24,6 +24,7 @@ UNIT = Argument("unit", Shape.GROUP)
 TASK = real("task", optional=True)
 ITEMS = Argument("item", Shape.ITEM, optional=True, repeated=True)
 SWITCHES = Argument("switch", Shape.SWITCH, repeated=True)
+LOOPS = real("loops", optional=True)
 SIGNALS = Argument("signal", Shape.SIGNALS, repeated=True)
 COMPOUND_SHIFT = (real("dx", True), real("dy", True), real("dz", True), real("rotation", True))
 
@@ -268,6 +269,26 @@ _INPUT_OUTPUT = (
 _FLOW = (
     Word("CALL", (PROGRAM,), Route.PROGRAM, "carry out another program", "CALL pick(part, 50)", "2 +"),
     Word("RETURN", (), Route.PROGRAM, "go back to the program that called this one", "RETURN", "1 2 +"),
+    Word("EXIT", (LOOPS,), Route.PROGRAM, "leave the loop, or so many loops from the inside", "EXIT", "+"),
+    Word("NEXT", (LOOPS,), Route.PROGRAM, "begin the next pass of the loop, or of an outer one", "NEXT 2", "+"),
+    Word(
+        "CALLS",
+        (TEXT,),
+        Route.PROGRAM,
+        "carry out the program that a string names",
+        "CALLS $name",
+        "+",
+        note="without arguments; CALL passes some",
+    ),
+    Word(
+        "GLOBAL",
+        (Argument("variable", Shape.VARIABLE, repeated=True),),
+        Route.PROGRAM,
+        "say that variables belong to all programs",
+        "GLOBAL count, $name",
+        "+",
+        note="every variable does, so it changes nothing",
+    ),
     Word("STOP", (), Route.PROGRAM, "end this cycle of the main program", "STOP", "1 2 +", breaks=True),
     Word("PAUSE", (), Route.PROGRAM, "stop so that PROCEED goes on", "PAUSE", "1 2 +", breaks=True),
     Word("HALT", (), Route.PROGRAM, "stop for good", "HALT", "1 2 +", breaks=True),
@@ -384,9 +405,6 @@ _PLANNED = (
     _planned("ALTON", (UNIT, real("mode", True)), "begin to change the path", "2 +", route=Route.MOTION),
     _planned("ALTOFF", (), "end the changing of the path", "2 +", route=Route.MOTION),
     _planned("NOALTER", (), "end the changing of the path", "2", route=Route.MOTION),
-    _planned("EXIT", (real("loops", True),), "leave a loop", "+", note="use GOTO"),
-    _planned("NEXT", (real("loops", True),), "begin the next pass of a loop", "+", note="use GOTO"),
-    _planned("CALLS", (TEXT,), "call the program that a string names", "+"),
     _planned(
         "CALIBRATE", (), "find the zero of the joints", "+", route=Route.POSITION, note="a virtual robot is calibrated"
     ),
@@ -401,13 +419,6 @@ _PLANNED = (
         "LOCAL",
         (Argument("variable", Shape.VARIABLE, repeated=True),),
         "variables of one program",
-        "+",
-        note="every variable is global",
-    ),
-    _planned(
-        "GLOBAL",
-        (Argument("variable", Shape.VARIABLE, repeated=True),),
-        "variables of all programs",
         "+",
         note="every variable is global",
     ),
@@ -478,6 +489,8 @@ CONTROL: Mapping[str, Word] = by_name(
 )
 
 PROGRAM_WORDS: Mapping[str, Word] = {**CONTROL, **INSTRUCTIONS}
+
+LOOP_JUMPS = frozenset({"EXIT", "NEXT"})  # jumps that the enclosing loops decide
 
 CONNECTIVES = frozenset({"THEN", "TO", "STEP", "OF", "BY", "ALWAYS", "MMPS", "IPS"})
 OPERATOR_WORDS = frozenset({"NOT", "AND", "OR", "XOR", "MOD", "COM", "BAND", "BOR", "BXOR"})

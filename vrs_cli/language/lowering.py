@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 
 from vrs_cli.language import ast
 from vrs_cli.language.analyzer import Analysis, Block, BlockKind
+from vrs_cli.language.instructions import LOOP_JUMPS
+from vrs_cli.language.structure import LOOPS, loops_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,6 +149,8 @@ class _Lowering:
         lowering = _LOWERINGS.get(type(statement))
         if lowering is not None:
             lowering(self, number, statement)
+        elif isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
+            self._leave_loop(number, statement)
         elif isinstance(statement, ast.Assignment | ast.Instruction):
             self._ops.append(Perform(number, statement))
         else:
@@ -154,6 +158,13 @@ class _Lowering:
 
     def _goto(self, number: int, statement: ast.Goto) -> None:
         self._ops.append(Jump(number, self._labels[statement.label], counted=True))
+
+    def _leave_loop(self, number: int, statement: ast.Instruction) -> None:
+        """EXIT goes past the end of the loop, NEXT to that end, which tests for another pass."""
+        around = [b for b in self._openers.values() if b.kind in LOOPS and b.opener < number < b.closer]
+        around.sort(key=lambda block: block.opener, reverse=True)
+        closer = around[loops_of(statement) - 1].closer
+        self._ops.append(Jump(number, closer + (statement.word == "EXIT"), counted=True))
 
     def _if_goto(self, number: int, statement: ast.IfGoto) -> None:
         self._ops.append(Branch(number, statement.condition, True, self._labels[statement.label]))

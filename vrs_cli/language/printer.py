@@ -184,6 +184,10 @@ def _row_of(statement: ast.Instruction) -> Word:
         and not all(isinstance(argument, ast.Word) for argument in statement.arguments)
     ):
         return COMMANDS[statement.word]
+    command = COMMANDS.get(statement.word)
+    if row.state is State.SUPPORTED and command is not None and command.state is not State.SUPPORTED:
+        unread = statement.arguments and all(isinstance(argument, ast.Word) for argument in statement.arguments)
+        return command if unread and _shape_at(row, 0) is Shape.REAL else row
     return row
 
 

@@ -11,6 +11,7 @@ from vrs_cli.errors import ControlStructure, DuplicateLabel, UndefinedLabel
 from vrs_cli.language import ast
 from vrs_cli.language.ast import Program, Span, Statement
 from vrs_cli.language.diagnostics import Diagnostic, error, warning
+from vrs_cli.language.instructions import LOOP_JUMPS
 
 
 class BlockKind(Enum):
@@ -19,6 +20,18 @@ class BlockKind(Enum):
     DO = "DO"
     FOR = "FOR"
     CASE = "CASE"
+
+
+LOOPS = frozenset({BlockKind.WHILE, BlockKind.DO, BlockKind.FOR})
+
+
+def loops_of(statement: ast.Instruction) -> int:
+    """The count of EXIT and NEXT: 1 where it is left out, 0 where it is not a whole number from 1 on."""
+    given = statement.arguments[0] if statement.arguments else None
+    if given is None:
+        return 1
+    whole = isinstance(given, ast.Number) and given.value >= 1 and given.value == int(given.value)
+    return int(given.value) if whole and isinstance(given, ast.Number) else 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +109,8 @@ class _Pairing:
         self._open: list[_Open] = []
 
     def step(self, index: int, statement: Statement) -> None:
+        if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
+            self._leaves(statement)
         action = _ACTIONS.get(type(statement))
         if action is not None:
             action(self, index, statement)
@@ -109,6 +124,16 @@ class _Pairing:
 
     def _fault(self, span: Span, detail: str, hint: str = "") -> None:
         self.diagnostics.append(error(ControlStructure, span, detail, hint))
+
+    def _leaves(self, statement: ast.Instruction) -> None:
+        """EXIT and NEXT: are there so many loops around them?"""
+        wanted, around = loops_of(statement), sum(block.kind in LOOPS for block in self._open)
+        if not wanted:
+            self._fault(statement.span, f"{statement.word} takes a whole number of loops", f"{statement.word} 2")
+        elif wanted > around:
+            loops = "no loop" if not around else "1 loop" if around == 1 else f"{around} loops"
+            detail = f"{statement.word} {wanted} with {loops} around it"
+            self._fault(statement.span, detail, "the loops are FOR, WHILE and DO")
 
     def _unreached(self, statement: Statement) -> None:
         detail = f"between CASE at step {self._open[-1].opener + 1} and its first VALUE nothing is carried out"

@@ -1,0 +1,56 @@
+"""Write docs/words.md from the tables of the language.
+
+python docs/make_words.py
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from vrs_cli.language.functions import FUNCTIONS, Function
+from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.monitor import COMMANDS
+from vrs_cli.language.words import Word
+
+PAGE = Path(__file__).parent / "words.md"
+HEAD = """# Every word
+
+All words that the shell knows, from the tables that HELP, completion and the analyzer read. `1` is a word of VAL, `2`
+of VAL-II, `+` of V+, and a word without any is ours. A word that is not available is still known, and refused by name.
+Made by `python docs/make_words.py`.
+"""
+COLUMNS = "| form | what it does | example | from | state |\n| --- | --- | --- | --- | --- |"
+TABLES = (
+    ("Monitor commands", COMMANDS),
+    ("Control structures", CONTROL),
+    ("Instructions", INSTRUCTIONS),
+    ("Functions and constants", FUNCTIONS),
+)
+
+
+def page() -> str:
+    """The whole page."""
+    return "\n".join((HEAD, *(_table(title, rows.values()) for title, rows in TABLES)))
+
+
+def _table(title: str, rows: Iterable[Word | Function]) -> str:
+    return "\n".join((f"## {title}\n", COLUMNS, *map(row_text, rows), ""))
+
+
+def row_text(row: Word | Function) -> str:
+    """A row of the tables as a line of the page."""
+    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in _cells(row))} |"
+
+
+def _cells(row: Word | Function) -> Iterator[str]:
+    note = row.note if isinstance(row, Word) else ""
+    yield f"`{row.form}`"
+    yield row.summary
+    yield f"`{row.example}`"
+    yield row.where.strip()
+    yield f"{row.state.value}: {note}" if note else row.state.value
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

@@ -1,0 +1,47 @@
+"""The page of all words, HELP, completion and the tables say the same."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from vrs_cli.interfaces.help import overview
+from vrs_cli.interfaces.help import page as help_page
+from vrs_cli.language.functions import FUNCTIONS, Function
+from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.monitor import COMMANDS
+from vrs_cli.language.words import State, Word
+from vrs_cli.repl.complete import _all_words
+
+DOCS = Path(__file__).parents[2] / "docs"
+ROWS = [*COMMANDS.values(), *CONTROL.values(), *INSTRUCTIONS.values(), *FUNCTIONS.values()]
+
+
+def maker() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("make_words", DOCS / "make_words.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_page_is_what_the_tables_say() -> None:
+    text = (DOCS / "words.md").read_text(encoding="utf-8")
+    assert text == maker().page(), "run python docs/make_words.py"
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)
+def test_help_and_completion_know_the_word(row: Word | Function) -> None:
+    assert row.form in {entry.form for entry in help_page(row.name).entries}
+    assert row.name in {name for name, _ in _all_words()}
+
+
+def test_help_lists_what_can_be_used() -> None:
+    listed = {name for group in overview().groups for name in group.words}
+    usable = {row.name for row in ROWS if row.state is State.SUPPORTED}
+    assert usable <= listed
+    assert not listed & ({row.name for row in ROWS} - usable)
