@@ -9,14 +9,25 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from vrs_cli.engine.commands import Delay, JointTarget, Move, OperateHand, PoseTarget, SetParameter, SetSpeed, Stamp
+from vrs_cli.engine.commands import (
+    Delay,
+    JointTarget,
+    Move,
+    OperateHand,
+    PoseTarget,
+    SetMonitorSpeed,
+    SetParameter,
+    SetSpeed,
+    Stamp,
+    ToolOffsetTarget,
+)
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import segment_joints, state_at
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
 from vrs_cli.kinematics.model import load_robot
-from vrs_cli.kinematics.transform import angle_between, compose, distance, from_oat
+from vrs_cli.kinematics.transform import angle_between, compose, distance, from_oat, translation
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import Kind, Start
 from vrs_cli.trajectory.segment import CartesianPath
@@ -205,3 +216,19 @@ def test_a_line_out_of_a_motion_at_full_speed_asks_no_joint_for_too_much() -> No
     engine.perform(Move(line, straight=True, stamp=Stamp(2.577)))
     check_continuous(engine)
     check_limits(engine)
+
+
+def test_a_line_past_a_singularity_is_slow_enough_at_the_very_peak() -> None:
+    engine = Engine(MODEL)
+    target = from_oat(0.0391, 0.5768, 0.0519, *map(radians, (94.2, 91.2, 24.4)))
+    engine.perform(Move(PoseTarget(target), straight=False), program=True)
+    engine.perform(SetMonitorSpeed(20.0))
+    back = ToolOffsetTarget(translation(0.0, 0.0, -0.04))
+    engine.perform(Move(back, straight=True, stamp=Stamp(0.144)))
+    line = list(engine.timeline)[-2]
+    assert isinstance(line.path, CartesianPath)
+    fastest = 0.0
+    for k in range(20_000):
+        here = position_at(engine.arm, engine.timeline, line.start + (k + 0.5) / 20_000 * 0.1 * line.duration)
+        fastest = max(fastest, *(abs(v) / most for v, most in zip(here.velocity, MODEL.max_velocity, strict=True)))
+    assert 0.95 < fastest <= LIMIT

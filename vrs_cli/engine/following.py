@@ -7,6 +7,7 @@ limits.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from math import degrees, sqrt
@@ -30,6 +31,9 @@ MARGIN = 1.01  # velocities are taken so much higher than the samples show, for 
 SMALL_MARGIN = 1.0005
 ROUNDING = 1e-6  # a velocity that is this little above its limit is at it
 ACCELERATION_MARGIN = 1.025
+NEAR_PEAK = 0.95  # of the worst joint's part of its limit: the joints whose peaks between samples are looked for
+GOLDEN = 0.6180339887498949
+PEAK_STEPS = 14  # leave a thousandth of the way between two samples
 
 
 class Sample(NamedTuple):
@@ -154,6 +158,8 @@ class Follower:
                 (v, MARGIN if abs(v) > abs(before) else SMALL_MARGIN) for v, before in zip(speeds, start, strict=True)
             ]
             velocity = velocity.worse(self._velocity_load(path, s, rows))
+        for sample in self._peaks(path, samples, velocity.velocity):
+            velocity = velocity.worse(self._velocity_load(path, sample.s, [(v, SMALL_MARGIN) for v in sample.velocity]))
         acceleration = Load()
         for s, rates in accelerations:
             limits = self.arm.model.max_acceleration
@@ -162,6 +168,28 @@ class Follower:
             if worst > acceleration.acceleration:
                 acceleration = Load(0.0, worst, ratios.index(worst) + 1, path.pose(s) if worst > 1.0 else None)
         return velocity.worse(acceleration)
+
+    def _peaks(self, path: CartesianPath, samples: list[Sample], worst: float) -> Iterator[Sample]:
+        """Where the joints that may be too fast are fastest: past a singularity that is for a moment only."""
+        for i, limit in enumerate(self.max_velocity):
+            speeds = [abs(sample.velocity[i]) for sample in samples]
+            k = speeds.index(max(speeds))
+            if k and speeds[k] / limit >= NEAR_PEAK * max(worst, 1.0):  # what the first interval has is known
+                yield self._peak(path, i, samples[k - 1], samples[min(k + 1, len(samples) - 1)])
+
+    def _peak(self, path: CartesianPath, joint: int, before: Sample, after: Sample) -> Sample:
+        """Where a joint is fastest between two samples, by golden section."""
+        low, high, near = before.s, after.s, before.joints
+        a = self._sample(path, high - GOLDEN * (high - low), near)
+        b = self._sample(path, low + GOLDEN * (high - low), near)
+        for _ in range(PEAK_STEPS):
+            if abs(a.velocity[joint]) > abs(b.velocity[joint]):
+                high, b = b.s, a
+                a = self._sample(path, high - GOLDEN * (high - low), near)
+            else:
+                low, a = a.s, b
+                b = self._sample(path, low + GOLDEN * (high - low), near)
+        return max(a, b, key=lambda sample: abs(sample.velocity[joint]))
 
     def _accelerations(self, path: CartesianPath, samples: list[Sample]) -> list[tuple[float, Joints]]:
         """Joint accelerations at both ends, where they are often greatest, and the mean ones between samples."""
