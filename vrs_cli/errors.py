@@ -139,6 +139,12 @@ class AmbiguousGrouping(ProgramError):
     code, text = 56, "Ambiguous grouping"
 
 
+class UnreachableCode(ProgramError):
+    """A warning: nothing leads to a step."""
+
+    code, text = 57, "Unreachable code"
+
+
 class NoProgramSpecified(ProgramError):
     code, text = -301, "No program specified"
 

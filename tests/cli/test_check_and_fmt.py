@@ -119,3 +119,27 @@ def test_check_goes_on_after_a_file_that_cannot_be_read(vrs: Vrs, tmp_path: Path
 def test_lines_of_old_systems_are_shown_one_by_one(vrs: Vrs, tmp_path: Path) -> None:
     (tmp_path / "old.v2").write_bytes(b".PROGRAM a()\rTYPE 1\rMOVEX b\r.END\r")
     assert vrs("check", "old.v2").out.splitlines()[1:3] == ["MOVEX b", "^^^^^"]
+
+
+def test_check_for_github(vrs: Vrs) -> None:
+    ended = vrs("check", "bad.v2", "--format", "github")
+    assert ended.status == 1
+    first, *rest = ended.out.splitlines()
+    place = "file=bad.v2,line=2,col=3,endColumn=8,title=Unknown instruction (-452)"
+    assert first.startswith(f"::error {place}::*Unknown instruction* MOVEE")
+    assert len(rest) == 2
+
+
+def test_github_commands_are_escaped(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "a,b.v2").write_text(".PROGRAM p\n    %belt = 1\n.END\n")
+    ended = vrs("check", "a,b.v2", "--format", "github")
+    assert ended.out.startswith("::error file=a%2Cb.v2,line=2,")
+    assert "%25belt" in ended.out
+
+
+def test_check_knows_the_robot(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "far.v2").write_text(".PROGRAM p\n  MOVE a\n.END\n.LOCATIONS\na 5000 0 0 90 -90 0\n.END\n")
+    ended = vrs("check", "far.v2")
+    assert ended.status == 0
+    assert "*Location too far*" in ended.out
+    assert vrs("check", "far.v2", "--robot", "nobody").status == 2

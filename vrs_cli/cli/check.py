@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from vrs_cli.cli.command_line import Parser
 from vrs_cli.cli.main import status_of
-from vrs_cli.cli.sources import Source, has_errors, ordered, read_source
+from vrs_cli.cli.sources import Source, has_errors, read_source
 from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ Exit status: 0 without errors (there may be warnings), 1 with errors.
 
   vrs check pick.v2 place.v2
   vrs check pick.v2 --format json
+  vrs check *.v2 --format github    annotations of a GitHub workflow
 """
 
 
@@ -36,11 +37,16 @@ class Finding:
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Print all diagnostics of all files."""
+    from vrs_cli.interfaces.inspection import inspect
+    from vrs_cli.kinematics.model import load_robot
+
     options = _parser(prog).parse(arguments)
+    model = load_robot(options.robot)
     findings, status = [], OK
     for path in options.files:
         try:
-            findings.append(_checked(read_source(path)))
+            source = read_source(path)
+            findings.append(Finding(source, inspect(source.text, model)))
         except FileError as error:  # the other files are checked all the same
             print(f"{prog}: {error}", file=sys.stderr)
             status = max(status, status_of(error))
@@ -51,18 +57,9 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 def _parser(prog: str) -> Parser:
     parser = Parser(prog, "Find all mistakes in program files. Nothing is run, no file is changed.", EPILOG)
     parser.add_argument("files", metavar="FILE.v2", nargs="+", help="program files (- is standard input)")
-    parser.add_argument("--format", choices=tuple(_FORMATS), default="text", help="text (default) or json")
+    parser.add_argument("--format", choices=tuple(_FORMATS), default="text", help="text (default), json or github")
+    parser.add_argument("--robot", metavar="NAME|FILE", default="puma560", help="a robot's name, or its TOML file")
     return parser
-
-
-def _checked(source: Source) -> Finding:
-    """A file by itself, as LOAD into an empty memory would find it."""
-    from vrs_cli.cli.batch import BatchTerminal
-    from vrs_cli.interfaces.session import Session
-    from vrs_cli.render.progress import RunProgress
-
-    session = Session(BatchTerminal(None, RunProgress(source.path)))
-    return Finding(source, ordered(session.load_text(source.text)))
 
 
 def _text(findings: Sequence[Finding]) -> str:
@@ -107,4 +104,31 @@ def _object(finding: Finding) -> dict[str, Any]:
     }
 
 
-_FORMATS = {"text": _text, "json": _json}
+def _github(findings: Sequence[Finding]) -> str:
+    """Workflow commands, one a line, as GitHub Actions reads them from the output of a step."""
+    return "".join(_command(finding.source.path, one) for finding in findings for one in finding.diagnostics)
+
+
+def _command(path: str, one: Diagnostic) -> str:
+    span = one.span
+    properties = {
+        "file": path,
+        "line": span.line,
+        "col": span.column,
+        "endColumn": span.end,
+        "title": f"{one.text} ({one.code})",
+    }
+    shown = ",".join(f"{name}={_escaped(str(value), _PROPERTY)}" for name, value in properties.items())
+    return f"::{one.severity.value} {shown}::{_escaped(one.message, _DATA)}\n"
+
+
+# what a workflow command cannot hold as it stands (GitHub Actions toolkit, @actions/core)
+_DATA: Mapping[str, str] = {"%": "%25", "\r": "%0D", "\n": "%0A"}
+_PROPERTY: Mapping[str, str] = {**_DATA, ":": "%3A", ",": "%2C"}
+
+
+def _escaped(text: str, table: Mapping[str, str]) -> str:
+    return text.translate({ord(character): code for character, code in table.items()})
+
+
+_FORMATS = {"text": _text, "json": _json, "github": _github}

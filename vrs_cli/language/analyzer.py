@@ -41,7 +41,7 @@ from vrs_cli.language.names import (
 from vrs_cli.language.structure import Block, BlockKind, structure_of
 from vrs_cli.language.words import Argument, Shape, State, Word
 
-__all__ = ["Analysis", "Block", "BlockKind", "analyze", "check_line", "is_reserved"]
+__all__ = ["Analysis", "Block", "BlockKind", "analyze", "check_line", "is_reserved", "names_given_by"]
 
 
 @dataclass(frozen=True)
@@ -331,6 +331,11 @@ class _Same:
 
     def __hash__(self) -> int:
         return id(self.program)
+
+
+def names_given_by(program: Program) -> frozenset[str]:
+    """The keys of all variables that a program gives a value to, by itself or through a CALL."""
+    return _given_in(_Same(program))
 
 
 @lru_cache(maxsize=1024)

@@ -1,0 +1,80 @@
+"""What must hold for every text: diagnostics and VAL-II's errors, no other exception; printing settles; runs end."""
+
+from __future__ import annotations
+
+from vrs_cli.errors import EndOfInput, VrsError
+from vrs_cli.interfaces.driver import Bounds
+from vrs_cli.interfaces.replies import Reply
+from vrs_cli.interfaces.session import Session
+from vrs_cli.language.analyzer import check_line
+from vrs_cli.language.ast import Program
+from vrs_cli.language.diagnostics import LineRefused, Severity, show
+from vrs_cli.language.parser import parse_file, parse_prompt
+from vrs_cli.language.printer import print_file
+
+BOUNDS = Bounds(max_time=20.0, max_steps=300)
+
+
+class Silent:
+    """A terminal that nobody sits at."""
+
+    def type(self, text: str, newline: bool) -> None:
+        assert isinstance(text, str)
+        assert newline in (True, False)
+
+    def ask(self, prompt: str) -> str:
+        raise EndOfInput(f"PROMPT {prompt!r}")
+
+    def show(self, reply: Reply) -> None:
+        assert reply is not None
+
+    def confirm(self, question: str) -> bool:
+        return not question
+
+
+def probe(text: str) -> None:
+    """Read, print, analyze and run a text. Raises AssertionError, or what should never be raised."""
+    read_and_print(text)
+    at_the_prompt(text)
+    run(text)
+
+
+def read_and_print(text: str) -> None:
+    """Diagnostics have a place in the text and can be shown; what is printed is read and printed the same."""
+    file, diagnostics = parse_file(text)
+    lines = text.splitlines() or [""]
+    for one in diagnostics:
+        assert one.span.line >= 1
+        assert one.span.column >= 1
+        assert one.span.end >= one.span.column
+        assert show(one, lines[min(one.span.line, len(lines)) - 1])
+    if any(one.severity is Severity.ERROR for one in diagnostics):
+        return
+    printed = print_file(file)
+    again, found = parse_file(printed)
+    assert not any(one.severity is Severity.ERROR for one in found), f"printed, then refused: {found[0].message}"
+    assert print_file(again) == printed, "printing twice changes the text"
+
+
+def at_the_prompt(text: str) -> None:
+    """Every line, as typed at the prompt."""
+    for line in text.splitlines()[:8]:
+        try:
+            statement = parse_prompt(line)
+        except LineRefused:
+            continue
+        if statement is not None:
+            check_line(statement)
+
+
+def run(text: str) -> None:
+    """The programs of the text, for a few steps each."""
+    session = Session(Silent())
+    session.load_text(text)
+    names = [part.name for part in parse_file(text)[0].parts if isinstance(part, Program)]
+    for name in names[:3]:
+        try:
+            result = session.execute(name, bounds=BOUNDS)
+        except VrsError:
+            continue
+        assert result.ended >= result.started

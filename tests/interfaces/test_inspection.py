@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+from vrs_cli.interfaces.inspection import inspect
+from vrs_cli.kinematics.model import load_robot
+
+PUMA = load_robot("puma560")
+SECTIONS = """\
+.LOCATIONS
+far 5000 0 0 90 -90 0
+good 0 149.09 921.12 90 -90 0
+#bad 0 0 900 0 0 0
+row[2] 5000 0 0 90 -90 0
+.END
+"""
+
+
+def found(*steps: str, more: str = "") -> list[tuple[int, int]]:
+    """The codes of all diagnostics, and the steps they belong to."""
+    text = "\n".join((".PROGRAM p", *steps, ".END", SECTIONS)) + more
+    return [(one.code, one.span.line - 1) for one in inspect(text, PUMA)]
+
+
+def test_locations_out_of_reach() -> None:
+    assert found("MOVE far", "MOVES far", "APPRO far, 50", "MOVE row[2]") == [(-619, step) for step in range(1, 5)]
+
+
+def test_joints_out_of_range() -> None:
+    assert found("MOVE #bad") == [(-1023, 1)]
+    text = f".PROGRAM p\nMOVE #bad\n.END\n{SECTIONS}"
+    assert inspect(text, PUMA)[0].message.startswith("*Joint 3 out of range* #bad: would be 900.00 deg")
+
+
+def test_what_is_in_reach() -> None:
+    assert found("MOVE good", "MOVE #ready", "READY") == [(-401, 2)]
+
+
+def test_the_distance_counts() -> None:
+    assert found("MOVE good", "APPRO good, 2000") == [(-619, 2)]
+
+
+def test_what_is_changed_is_not_known() -> None:
+    assert found("HERE far", "MOVE far") == []
+    assert found("MOVE far", more=".PROGRAM q\nSET far = NULL\n.END\n") == []
+    assert found("CALL q(far)", "MOVE far", more=".PROGRAM q(a)\nSET a = NULL\n.END\n") == []
+
+
+def test_with_another_tool_nothing_is_known() -> None:
+    assert found("TOOL good", "MOVE far") == []
+
+
+def test_unreachable_steps_of_programs_that_can_run() -> None:
+    assert found("STOP", "x = 1") == [(57, 2)]
+    assert found("STOP", "x = 1", "GOTO 7") == [(-412, 3)]
