@@ -21,6 +21,8 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "interfaces",
     "render",
     "repl",
+    "highlight",
+    "lsp",
     "cli",
     "__main__",
 )
@@ -30,6 +32,9 @@ LIVES_IN = {
     "rich": {"render"},
     "msgspec": {"files"},
     "matplotlib": {"render"},
+    "pygments": {"highlight"},
+    "pygls": {"lsp/server.py"},
+    "lsprotocol": {"lsp/server.py"},
     "numpy": {"kinematics", "trajectory", "engine", "files", "interfaces/plotting.py", "render/plots.py"},
 }
 

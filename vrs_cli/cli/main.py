@@ -32,6 +32,7 @@ SUBCOMMANDS: Mapping[str, Row] = {
     "run": Row("run", "FILE.v2 [PROGRAM]", "load a file and execute a program of it"),
     "check": Row("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
     "fmt": Row("fmt", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
+    "lsp": Row("lsp", "", "the language server, which editors start"),
     "where": Row("where", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
     "replay": Row("replay", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),
     "export": Row("export", "T.vrst --to FORMAT", "write a saved trajectory as a table for other programs"),

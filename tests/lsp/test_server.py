@@ -1,0 +1,186 @@
+"""`vrs lsp` as an editor starts it: a process that is talked to over its stdin and stdout."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Timer
+from typing import Any
+
+import pytest
+
+pytest.importorskip("pygls")
+
+ROOT = Path(__file__).parents[2]
+URI = "file:///work/demo.v2"
+TEXT = """\
+.PROGRAM demo
+  n = 1
+  TYPE "\N{GRINNING FACE} é", n
+  move part
+10 CALL pick(part)
+  GOTO 10
+  MOVEE part
+.END
+.PROGRAM pick(a)
+  DEPART 50
+.END
+"""
+PATIENCE = 60.0  # [s] a server that says nothing for so long is stopped, and the test fails
+
+
+class Editor:
+    """The client's half of the protocol, as little of it as is needed."""
+
+    def __init__(self) -> None:
+        environment = os.environ | {"PYTHONPATH": str(ROOT)}
+        command = [sys.executable, "-m", "vrs_cli", "lsp", "--stdio"]
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
+        self.notified: list[dict[str, Any]] = []
+        self._number = 0
+        self._timer = Timer(PATIENCE, self.process.kill)
+        self._timer.start()
+
+    def ask(self, method: str, **params: Any) -> Any:
+        """A request; its result."""
+        self._number += 1
+        self._send({"id": self._number, "method": method, "params": params or None})
+        while True:
+            message = self._receive()
+            if message.get("id") == self._number and "method" not in message:
+                assert "error" not in message, message
+                return message["result"]
+            self.notified.append(message)
+
+    def tell(self, method: str, **params: Any) -> None:
+        """A notification."""
+        self._send({"method": method, "params": params or None})
+
+    def diagnostics(self, version: int) -> list[dict[str, Any]]:
+        """Those of a version of the text."""
+        while True:
+            message = self.notified.pop(0) if self.notified else self._receive()
+            params = message.get("params") or {}
+            if message.get("method") == "textDocument/publishDiagnostics" and params.get("version") == version:
+                found: list[dict[str, Any]] = params["diagnostics"]
+                return found
+
+    def end(self) -> int:
+        """The exit status, after goodbye."""
+        self.ask("shutdown")
+        self.tell("exit")
+        status = self.process.wait(PATIENCE)
+        self.close()
+        return status
+
+    def close(self) -> None:
+        self._timer.cancel()
+        self.process.kill()
+        self.process.communicate()
+
+    def _send(self, message: dict[str, Any]) -> None:
+        body = json.dumps({"jsonrpc": "2.0", **message}).encode()
+        assert self.process.stdin is not None
+        self.process.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
+        self.process.stdin.flush()
+
+    def _receive(self) -> dict[str, Any]:
+        assert self.process.stdout is not None
+        length = 0
+        while line := self.process.stdout.readline().strip():
+            name, _, value = line.partition(b":")
+            if name.lower() == b"content-length":
+                length = int(value)
+        assert length, "the server has gone"
+        message: dict[str, Any] = json.loads(self.process.stdout.read(length))
+        return message
+
+
+def at(line: int, character: int) -> dict[str, Any]:
+    return {"textDocument": {"uri": URI}, "position": {"line": line, "character": character}}
+
+
+def where(result: dict[str, Any]) -> tuple[int, int, int]:
+    place = result["range"]
+    return place["start"]["line"], place["start"]["character"], place["end"]["character"]
+
+
+@pytest.fixture(scope="module")
+def editor() -> Iterator[Editor]:
+    editor = Editor()
+    try:
+        said = editor.ask("initialize", processId=None, rootUri=None, capabilities={})
+        able = said["capabilities"]
+        assert able["hoverProvider"]
+        assert able["definitionProvider"]
+        assert able["documentFormattingProvider"]
+        assert able["documentSymbolProvider"]
+        assert said["serverInfo"]["name"] == "vrs"
+        editor.tell("initialized")
+        document = {"uri": URI, "languageId": "val2", "version": 1, "text": TEXT}
+        editor.tell("textDocument/didOpen", textDocument=document)
+        yield editor
+    finally:
+        editor.close()
+
+
+def test_diagnostics_when_a_text_is_opened_and_changed(editor: Editor) -> None:
+    found = editor.diagnostics(1)
+    wrong = next(one for one in found if one["severity"] == 1)
+    assert (wrong["code"], where(wrong)) == (-452, (6, 2, 7))
+    assert wrong["message"].startswith("*Unknown instruction* MOVEE")
+    change = {"range": {"start": {"line": 6, "character": 2}, "end": {"line": 6, "character": 7}}, "text": "MOVES"}
+    document = {"uri": URI, "version": 2}
+    editor.tell("textDocument/didChange", textDocument=document, contentChanges=[change])
+    assert {one["code"] for one in editor.diagnostics(2)} == {57}
+
+
+def test_completion(editor: Editor) -> None:
+    items = editor.ask("textDocument/completion", **at(3, 5))["items"]
+    first = next(item for item in items if item["label"].upper() == "MOVES")
+    assert "straight-line motion" in first["detail"]
+    assert first["textEdit"]["range"]["start"] == {"line": 3, "character": 2}
+
+
+def test_columns_are_utf16_units(editor: Editor) -> None:
+    """The face is one character for Python and two units for the editor."""
+    found = editor.ask("textDocument/definition", **at(2, 15))
+    assert TEXT.split("\n")[2].encode("utf-16-le")[30:32].decode("utf-16-le") == "n"
+    assert where(found) == (1, 2, 3)
+
+
+def test_hover(editor: Editor) -> None:
+    found = editor.ask("textDocument/hover", **at(9, 4))
+    assert "DEPART distance" in found["contents"]["value"]
+    assert where(found) == (9, 2, 8)
+    assert editor.ask("textDocument/hover", **at(2, 9)) is None
+
+
+def test_definitions(editor: Editor) -> None:
+    assert where(editor.ask("textDocument/definition", **at(4, 9))) == (8, 9, 13)
+    assert where(editor.ask("textDocument/definition", **at(5, 8))) == (4, 0, 2)
+
+
+def test_symbols(editor: Editor) -> None:
+    found = editor.ask("textDocument/documentSymbol", textDocument={"uri": URI})
+    assert [(one["name"], one["range"]["start"]["line"], one["range"]["end"]["line"]) for one in found] == [
+        ("demo", 0, 7),
+        ("pick", 8, 10),
+    ]
+    assert [child["name"] for child in found[0]["children"]] == ["10"]
+
+
+def test_formatting(editor: Editor) -> None:
+    options = {"tabSize": 4, "insertSpaces": True}
+    [edit] = editor.ask("textDocument/formatting", textDocument={"uri": URI}, options=options)
+    assert "    MOVE part\n" in edit["newText"]
+    assert edit["range"]["start"] == {"line": 0, "character": 0}
+    assert edit["range"]["end"]["line"] >= TEXT.count("\n")
+
+
+def test_goodbye(editor: Editor) -> None:
+    assert editor.end() == 0

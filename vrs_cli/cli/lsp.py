@@ -1,0 +1,38 @@
+"""`vrs lsp`: the language server, which editors start for themselves."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib.util import find_spec
+
+from vrs_cli.cli.command_line import CommandLineError, Parser
+
+OK = 0
+INSTALL = "pip install vrs-cli[lsp]"
+
+EPILOG = """\
+Diagnostics while you type, completion, help under the pointer, go to definition, outline, formatting.
+How editors are told to start it: docs/editors.md.
+"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Serve one editor over standard input and output until it says goodbye."""
+    options = _parser(prog).parse(arguments)
+    if find_spec("pygls") is None:
+        raise CommandLineError("the language server needs pygls, which is not installed", INSTALL)
+    from vrs_cli.kinematics.model import load_robot
+    from vrs_cli.lsp.server import server
+
+    output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # pygls closes what it writes to
+    server(load_robot(options.robot)).start_io(sys.stdin.buffer, output)
+    return OK
+
+
+def _parser(prog: str) -> Parser:
+    parser = Parser(prog, "The VAL-II language server (LSP), over standard input and output.", EPILOG)
+    parser.add_argument("--stdio", action="store_true", help="the only way it speaks; some editors say so")
+    parser.add_argument("--robot", metavar="NAME|FILE", default="puma560", help="the robot whose reach is checked")
+    return parser

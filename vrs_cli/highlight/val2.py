@@ -1,0 +1,65 @@
+"""VAL-II for Pygments, so that documentation tools and rich colour it: the pieces of `render.scan` as its tokens."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
+
+from pygments.lexer import Lexer  # type: ignore[import-untyped]  # Pygments has no types of its own
+from pygments.token import (  # type: ignore[import-untyped]
+    Comment,
+    Keyword,
+    Name,
+    Number,
+    Operator,
+    String,
+    Text,
+)
+
+from vrs_cli.render.roles import Role
+from vrs_cli.render.scan import scan
+
+TOKENS: Mapping[Role, Any] = {
+    Role.TEXT: Text,
+    Role.NAME: Name,
+    Role.NUMBER: Number,
+    Role.STRING: String,
+    Role.COMMAND: Keyword.Pseudo,
+    Role.INSTRUCTION: Keyword,
+    Role.CONTROL: Keyword.Reserved,
+    Role.FUNCTION: Name.Builtin,
+    Role.OPERATOR: Operator,
+    Role.COMMENT: Comment.Single,
+}
+
+
+class Val2Lexer(Lexer):  # type: ignore[misc]  # of an untyped package
+    """Programs, files and lines of the prompt."""
+
+    name = "VAL-II"
+    aliases: ClassVar[list[str]] = ["val2", "val-ii", "vplus"]
+    filenames: ClassVar[list[str]] = ["*.v2", "*.pg"]
+    url = "https://en.wikipedia.org/wiki/Variable_Assembly_Language"
+
+    def get_tokens_unprocessed(self, text: str, *_: Any) -> Iterator[tuple[int, Any, str]]:
+        """Index, token and text of each piece; together they are the text."""
+        at = 0
+        for line in text.splitlines(keepends=True):
+            body = line.rstrip("\r\n")
+            label = len(body) - len(_without_label(body))
+            if label:
+                yield at, Name.Label, body[:label]
+                at += label
+            for piece, role in scan(body[label:]):
+                yield at, TOKENS[role], piece
+                at += len(piece)
+            if len(body) < len(line):
+                yield at, Text, line[len(body) :]
+                at += len(line) - len(body)
+
+
+def _without_label(line: str) -> str:
+    """A step without the number before it."""
+    rest = line.lstrip(" \t")
+    digits = rest.lstrip("0123456789")
+    return digits if len(digits) < len(rest) and (not digits or digits[0] in " \t") else line

@@ -1,0 +1,202 @@
+"""The language server: what `document.Document` knows, in the words of the Language Server Protocol 3.17.
+
+Nothing about VAL-II is decided here. Lines and columns count from 1 in a `Span` and from 0 in the protocol, where a
+character is as many units as the editor and pygls have agreed upon.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from lsprotocol import types as lsp
+from pygls.lsp.server import LanguageServer
+
+from vrs_cli import __version__
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.language.ast import Span
+from vrs_cli.language.diagnostics import Diagnostic, Severity
+from vrs_cli.lsp.document import Document, Symbol, SymbolKind
+from vrs_cli.repl.complete import Suggestion
+
+PAUSE = 0.15  # [s] without a keystroke before a text is checked: no faster than one types
+
+_SEVERITIES: Mapping[Severity, lsp.DiagnosticSeverity] = {
+    Severity.ERROR: lsp.DiagnosticSeverity.Error,
+    Severity.WARNING: lsp.DiagnosticSeverity.Warning,
+}
+_SYMBOLS: Mapping[SymbolKind, lsp.SymbolKind] = {
+    SymbolKind.PROGRAM: lsp.SymbolKind.Function,
+    SymbolKind.SECTION: lsp.SymbolKind.Namespace,
+    SymbolKind.LABEL: lsp.SymbolKind.Key,
+    SymbolKind.VARIABLE: lsp.SymbolKind.Variable,
+}
+
+
+class Val2Server(LanguageServer):
+    """The open texts, each read once a version."""
+
+    def __init__(self, model: RobotModel) -> None:
+        super().__init__("vrs", __version__)
+        self._model = model
+        self._read: dict[str, Document] = {}
+        self._waiting: dict[str, asyncio.TimerHandle] = {}
+
+    def document(self, uri: str) -> Document:
+        """The text as it is now."""
+        source = self.workspace.get_text_document(uri).source
+        known = self._read.get(uri)
+        if known is None or known.text != source:
+            known = self._read[uri] = Document(source, self._model)
+        return known
+
+    # --- places ---
+
+    def place(self, uri: str, position: lsp.Position) -> tuple[int, int]:
+        """Line and column, from 1."""
+        lines = [*self.document(uri).lines, ""]
+        codec = self.workspace.get_text_document(uri).position_codec
+        found = codec.position_from_client_units(lines, position)
+        return found.line + 1, found.character + 1
+
+    def range(self, uri: str, span: Span) -> lsp.Range:
+        """A span in the editor's units."""
+        return lsp.Range(self._position(uri, span.line, span.column), self._position(uri, span.line, span.end))
+
+    def _position(self, uri: str, line: int, column: int) -> lsp.Position:
+        lines = self.document(uri).lines
+        text = lines[line - 1] if line <= len(lines) else ""
+        codec = self.workspace.get_text_document(uri).position_codec
+        return lsp.Position(line - 1, codec.client_num_units(text[: column - 1]))
+
+    def whole_line(self, uri: str, line: int) -> lsp.Position:
+        """The end of a line."""
+        lines = self.document(uri).lines
+        return self._position(uri, line, len(lines[line - 1]) + 1 if line <= len(lines) else 1)
+
+    # --- diagnostics ---
+
+    def check_soon(self, uri: str) -> None:
+        """Check a text when the typing pauses."""
+        self.forget(uri)
+        self._waiting[uri] = asyncio.get_running_loop().call_later(PAUSE, self.check, uri)
+
+    def check(self, uri: str) -> None:
+        """Tell the editor all that is wrong with a text."""
+        document = self.workspace.get_text_document(uri)
+        found = [self._diagnostic(uri, one) for one in self.document(uri).diagnostics]
+        self.publish(uri, found, document.version)
+
+    def publish(self, uri: str, found: list[lsp.Diagnostic], version: int | None = None) -> None:
+        """Replace what the editor shows for a text."""
+        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
+
+    def forget(self, uri: str) -> None:
+        """No check that was to come."""
+        waiting = self._waiting.pop(uri, None)
+        if waiting is not None:
+            waiting.cancel()
+
+    def close(self, uri: str) -> None:
+        """The editor has the text open no more."""
+        self.forget(uri)
+        self._read.pop(uri, None)
+        self.publish(uri, [])
+
+    def _diagnostic(self, uri: str, one: Diagnostic) -> lsp.Diagnostic:
+        return lsp.Diagnostic(
+            self.range(uri, one.span), one.message, _SEVERITIES[one.severity], code=one.code, source="vrs"
+        )
+
+    # --- symbols ---
+
+    def symbol(self, uri: str, symbol: Symbol) -> lsp.DocumentSymbol:
+        """A symbol with its children."""
+        name = self.range(uri, symbol.span)
+        whole = lsp.Range(lsp.Position(symbol.span.line - 1, 0), self.whole_line(uri, symbol.last))
+        children = [self.symbol(uri, child) for child in symbol.children]
+        return lsp.DocumentSymbol(
+            symbol.name, _SYMBOLS[symbol.kind], whole, name, symbol.detail or None, children=children
+        )
+
+
+def server(model: RobotModel) -> Val2Server:
+    """A server with all that it can do."""
+    made = Val2Server(model)
+    for name, feature in _FEATURES.items():
+        made.feature(name)(feature)
+    triggers = lsp.CompletionOptions(trigger_characters=[" ", ".", "$", "#"])
+    made.feature(lsp.TEXT_DOCUMENT_COMPLETION, triggers)(_completion)
+    return made
+
+
+# --- features --------------------------------------------------------------------------------------------------------
+
+
+def _opened(server: Val2Server, params: lsp.DidOpenTextDocumentParams) -> None:
+    server.check(params.text_document.uri)
+
+
+def _changed(server: Val2Server, params: lsp.DidChangeTextDocumentParams) -> None:
+    server.check_soon(params.text_document.uri)
+
+
+def _closed(server: Val2Server, params: lsp.DidCloseTextDocumentParams) -> None:
+    server.close(params.text_document.uri)
+
+
+def _completion(server: Val2Server, params: lsp.CompletionParams) -> lsp.CompletionList:
+    uri = params.text_document.uri
+    line, column = server.place(uri, params.position)
+    found = server.document(uri).completions(line, column)
+    return lsp.CompletionList(False, [_item(server, uri, one, line, column, i) for i, one in enumerate(found)])
+
+
+def _item(server: Val2Server, uri: str, one: Suggestion, line: int, column: int, rank: int) -> lsp.CompletionItem:
+    replaced = server.range(uri, Span(line, column - one.length, column))
+    kind = lsp.CompletionItemKind.Keyword if one.text.isupper() else lsp.CompletionItemKind.Variable
+    return lsp.CompletionItem(
+        one.text, kind=kind, detail=one.meta or None, sort_text=f"{rank:04}", text_edit=lsp.TextEdit(replaced, one.text)
+    )
+
+
+def _hover(server: Val2Server, params: lsp.HoverParams) -> lsp.Hover | None:
+    uri = params.text_document.uri
+    found = server.document(uri).hover(*server.place(uri, params.position))
+    if found is None:
+        return None
+    return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, found.text), server.range(uri, found.span))
+
+
+def _definition(server: Val2Server, params: lsp.DefinitionParams) -> lsp.Location | None:
+    uri = params.text_document.uri
+    span = server.document(uri).definition(*server.place(uri, params.position))
+    return None if span is None else lsp.Location(uri, server.range(uri, span))
+
+
+def _formatting(server: Val2Server, params: lsp.DocumentFormattingParams) -> Sequence[lsp.TextEdit] | None:
+    """One edit of the whole text; none where it is canonical already or cannot be read."""
+    uri = params.text_document.uri
+    document = server.document(uri)
+    text = document.formatted()
+    if text is None or text == document.text:
+        return None
+    end = lsp.Position(len(document.lines) + 1, 0)
+    return [lsp.TextEdit(lsp.Range(lsp.Position(0, 0), end), text)]
+
+
+def _symbols(server: Val2Server, params: lsp.DocumentSymbolParams) -> Sequence[lsp.DocumentSymbol]:
+    uri = params.text_document.uri
+    return [server.symbol(uri, one) for one in server.document(uri).symbols]
+
+
+_FEATURES: Mapping[str, Callable[[Val2Server, Any], Any]] = {
+    lsp.TEXT_DOCUMENT_DID_OPEN: _opened,
+    lsp.TEXT_DOCUMENT_DID_CHANGE: _changed,
+    lsp.TEXT_DOCUMENT_DID_CLOSE: _closed,
+    lsp.TEXT_DOCUMENT_HOVER: _hover,
+    lsp.TEXT_DOCUMENT_DEFINITION: _definition,
+    lsp.TEXT_DOCUMENT_FORMATTING: _formatting,
+    lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: _symbols,
+}
