@@ -8,7 +8,7 @@ limits.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import degrees, sqrt
 from typing import NamedTuple
@@ -151,28 +151,35 @@ class Follower:
         little margin: the motion that was interrupted may have been at its limit.
         """
         accelerations = self._accelerations(path, samples)
+        columns = _columns([sample.velocity for sample in samples])
+        fastest = [max(column[1:]) for column in columns]
+        rows = [(v, MARGIN if v > abs(before) else SMALL_MARGIN) for v, before in zip(fastest, start, strict=True)]
+        velocity = self._velocity_load(path, samples[-1].s, rows)
+        if velocity.place is not None:
+            at = columns[velocity.joint - 1].index(fastest[velocity.joint - 1], 1)
+            velocity = replace(velocity, place=path.pose(samples[at].s))
         peaks = _first_peaks(samples, accelerations)
-        velocity = self._velocity_load(path, samples[0].s, [(v, 1.0) for v in peaks])
-        for s, _, speeds in samples[1:]:
-            rows = [
-                (v, MARGIN if abs(v) > abs(before) else SMALL_MARGIN) for v, before in zip(speeds, start, strict=True)
-            ]
-            velocity = velocity.worse(self._velocity_load(path, s, rows))
-        for sample in self._peaks(path, samples, velocity.velocity):
+        velocity = velocity.worse(self._velocity_load(path, samples[0].s, [(v, 1.0) for v in peaks]))
+        for sample in self._peaks(path, samples, columns, velocity.velocity):
             velocity = velocity.worse(self._velocity_load(path, sample.s, [(v, SMALL_MARGIN) for v in sample.velocity]))
-        acceleration = Load()
-        for s, rates in accelerations:
-            limits = self.arm.model.max_acceleration
-            ratios = [abs(a) / limit * ACCELERATION_MARGIN for a, limit in zip(rates, limits, strict=True)]
-            worst = max(ratios)
-            if worst > acceleration.acceleration:
-                acceleration = Load(0.0, worst, ratios.index(worst) + 1, path.pose(s) if worst > 1.0 else None)
-        return velocity.worse(acceleration)
+        return velocity.worse(self._acceleration_load(path, accelerations))
 
-    def _peaks(self, path: CartesianPath, samples: list[Sample], worst: float) -> Iterator[Sample]:
+    def _acceleration_load(self, path: CartesianPath, accelerations: list[tuple[float, Joints]]) -> Load:
+        columns = _columns([rates for _, rates in accelerations])
+        limits = self.arm.model.max_acceleration
+        ratios = [max(column) / limit * ACCELERATION_MARGIN for column, limit in zip(columns, limits, strict=True)]
+        worst = max(ratios)
+        if worst <= 1.0:
+            return Load(0.0, worst)
+        column = columns[ratios.index(worst)]
+        s, _ = accelerations[column.index(max(column))]
+        return Load(0.0, worst, ratios.index(worst) + 1, path.pose(s))
+
+    def _peaks(
+        self, path: CartesianPath, samples: list[Sample], columns: list[list[float]], worst: float
+    ) -> Iterator[Sample]:
         """Where the joints that may be too fast are fastest: past a singularity that is for a moment only."""
-        for i, limit in enumerate(self.max_velocity):
-            speeds = [abs(sample.velocity[i]) for sample in samples]
+        for i, (speeds, limit) in enumerate(zip(columns, self.max_velocity, strict=True)):
             k = speeds.index(max(speeds))
             if k and speeds[k] / limit >= NEAR_PEAK * max(worst, 1.0):  # what the first interval has is known
                 yield self._peak(path, i, samples[k - 1], samples[min(k + 1, len(samples) - 1)])
@@ -216,6 +223,11 @@ class Follower:
         ratios = [abs(v) * margin / limit for (v, margin), limit in zip(rows, self.max_velocity, strict=True)]
         worst = max(ratios)
         return Load(worst, 0.0, ratios.index(worst) + 1, path.pose(s) if worst > 1.0 + ROUNDING else None)
+
+
+def _columns(rows: list[Joints]) -> list[list[float]]:
+    """The sizes of the values of each joint, row after row."""
+    return [[abs(v) for v in column] for column in zip(*rows, strict=True)]
 
 
 def _first_peaks(samples: list[Sample], accelerations: list[tuple[float, Joints]]) -> Joints:

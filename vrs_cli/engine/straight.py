@@ -20,6 +20,7 @@ from vrs_cli.trajectory.segment import CartesianPath, Segment, Turn
 WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP meet
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
 SPARE = 1.001  # a line is slowed so much more than it must be, to be done with it
+EAGER = 1.8
 ATTEMPTS = 6  # to slow down a line that starts in motion
 SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER STRETCH says otherwise
 
@@ -92,7 +93,7 @@ class _Line:
             seeds, load = self._follow(stretches)
             if load.slowing <= 1.0 + ROUNDING:
                 return self._laid(stretches, seeds, start)
-            by_velocity, by_acceleration = max(load.velocity, 1.0) * SPARE, max(load.acceleration, 1.0) * SPARE
+            by_velocity, by_acceleration = _eased(load.velocity), _eased(load.acceleration)
             self.limits = self.limits.slowed(by_velocity, by_acceleration)
             slowed *= by_velocity
             if slowed > self.slowest:
@@ -141,6 +142,11 @@ class _Line:
         turns = tuple(Turn(axis, angle) for axis, angle in stretch.turns)
         interval = stretch.duration / max(len(seeds) - 1, 1)
         return CartesianPath(stretch.position, stretch.orientation, turns, self.configuration, seeds, interval)
+
+
+def _eased(load: float) -> float:
+    """By how much to slow down for a load: in motion the start stays as it is, so more than in proportion."""
+    return 1.0 + EAGER * max(load - 1.0, 0.0) * SPARE
 
 
 def _too_singular(load: Load) -> StraightLineSingular:
