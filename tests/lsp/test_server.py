@@ -16,7 +16,7 @@ import pytest
 pytest.importorskip("pygls")
 
 ROOT = Path(__file__).parents[2]
-URI = "file:///work/demo.v2"
+URI = "file:///home/demo.v2"
 TEXT = """\
 .PROGRAM demo
   n = 1
