@@ -58,7 +58,6 @@ from vrs_cli.trajectory.timeline import Timeline
 
 SLOWEST = 1e-4  # fraction of nominal speed: slower is no motion
 MM = 1e-3  # [m]
-HALF_TURN_ROUNDING = 1e-9  # [rad]
 INCH = 0.0254  # [m]
 
 DeltaListener = Callable[[TimelineDelta, Timeline], None]
