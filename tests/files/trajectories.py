@@ -15,7 +15,15 @@ from vrs_cli.kinematics.model import RobotModel, load_robot
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.instant import on_grid
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start
+from vrs_cli.trajectory.motion import (
+    AlignedTarget,
+    Frames,
+    JointOffsetTarget,
+    Kind,
+    Motion,
+    Start,
+    ToolOffsetTarget,
+)
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment, Turn
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -87,6 +95,11 @@ polynomials = st.lists(floats, min_size=1, max_size=5).map(tuple)
 joints = st.tuples(*[floats] * JOINTS)
 transforms = st.tuples(*[floats] * 12).map(lambda numbers: Transform(*numbers))
 frames = st.builds(Frames, base=transforms, tool=transforms) | st.just(Frames())
+relatives = (
+    st.builds(JointOffsetTarget, joint=st.integers(1, JOINTS), change=floats)
+    | st.builds(ToolOffsetTarget, transforms)
+    | st.just(AlignedTarget())
+)
 motions = st.builds(
     Motion,
     number=st.integers(0, 9),
@@ -102,6 +115,7 @@ motions = st.builds(
     hand=floats,
     frames=frames,
     text=st.text(st.characters(codec="utf-8")),
+    relative=st.none() | relatives,
 )
 joint_paths = st.tuples(*[polynomials] * JOINTS).map(JointPath)
 lines = st.builds(

@@ -8,6 +8,7 @@ import pytest
 
 from tests.language.running import TICK, StillRobot, run_lines
 from vrs_cli.engine.commands import (
+    AlignedTarget,
     Break,
     Delay,
     JointOffsetTarget,
@@ -47,12 +48,10 @@ from vrs_cli.kinematics.transform import (
     Transform,
     compose,
     from_oat,
-    inverse,
-    rotation_x,
     rotation_z,
     translation,
 )
-from vrs_cli.language.effects import HANDLERS, Prompt, Type, Wait, aligned
+from vrs_cli.language.effects import HANDLERS, Prompt, Type, Wait
 from vrs_cli.language.instructions import INSTRUCTIONS
 from vrs_cli.language.runtime import Event, Failed
 from vrs_cli.language.words import State
@@ -149,21 +148,8 @@ def test_time_stamps(line: str, stamp: Stamp) -> None:
     assert move(PART, line).stamp == stamp
 
 
-@pytest.mark.parametrize("angle", [0.0, 10.0, 44.0, -44.0, 100.0, 180.0])
-def test_align_turns_the_tool_to_the_nearest_axis(angle: float) -> None:
-    T = compose(translation(0.1, 0.2, 0.3), rotation_x(radians(angle)))
-    turned = aligned(T)
-    right_angles = round(angle / 90.0)
-    assert close(turned, compose(translation(0.1, 0.2, 0.3), rotation_x(radians(90.0 * right_angles))))
-
-
-def test_align_is_an_offset_from_where_the_last_motion_ends() -> None:
-    end = compose(translation(0.1, 0.2, 0.3), rotation_x(0.3))
-    (request,) = run_lines("ALIGN", robot=StillRobot(end=end)).requests
-    assert isinstance(request, Move)
-    assert request.straight
-    assert isinstance(request.target, ToolOffsetTarget)
-    assert close(request.target.T_destination_target, compose(inverse(end), translation(0.1, 0.2, 0.3)))
+def test_align_is_worked_out_where_the_last_motion_ends() -> None:
+    assert move("ALIGN") == Move(AlignedTarget(), True, text="ALIGN")
 
 
 def test_delay_and_break() -> None:

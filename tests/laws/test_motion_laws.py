@@ -10,7 +10,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from vrs_cli.engine.commands import (
+    AlignedTarget,
     Delay,
+    JointOffsetTarget,
     JointTarget,
     Move,
     OperateHand,
@@ -54,11 +56,16 @@ pose_targets = st.tuples(
     st.floats(50.0, 90.0),
     st.floats(-60.0, 60.0),
 ).map(lambda p: PoseTarget(from_oat(p[0], p[1], p[2], *map(radians, p[3:]))))
+relative_targets = (
+    st.builds(JointOffsetTarget, joint=st.integers(1, 6), change=st.floats(-1.0, 1.0))
+    | st.floats(-0.1, 0.1).map(lambda z: ToolOffsetTarget(translation(0.0, 0.0, z)))
+    | st.just(AlignedTarget())
+)
 ABOVE_THE_TABLE = Move(PoseTarget(from_oat(0.0, 0.45, -0.15, radians(90), radians(90), 0.0)), straight=False)
 stamps = st.none() | st.floats(0.0, 12.0).map(Stamp)
 moves = st.builds(
     Move,
-    target=joint_targets | pose_targets | pose_targets | pose_targets,
+    target=joint_targets | pose_targets | pose_targets | pose_targets | relative_targets,
     straight=st.booleans(),
     hand=st.none() | st.sampled_from([0.0, 1.0]),
     stamp=stamps,

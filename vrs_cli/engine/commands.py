@@ -12,6 +12,10 @@ from enum import Enum
 from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
+from vrs_cli.trajectory.motion import AlignedTarget as AlignedTarget
+from vrs_cli.trajectory.motion import JointOffsetTarget as JointOffsetTarget
+from vrs_cli.trajectory.motion import RelativeTarget
+from vrs_cli.trajectory.motion import ToolOffsetTarget as ToolOffsetTarget
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,28 +44,13 @@ class JointTarget:
 
 
 @dataclass(frozen=True, slots=True)
-class ToolOffsetTarget:
-    """DEPART, ALIGN: from where the last motion ends, a pose in that tool frame, T_destination_target."""
-
-    T_destination_target: Transform
-
-
-@dataclass(frozen=True, slots=True)
-class JointOffsetTarget:
-    """DRIVE: one joint (counted from 1) changed by so many radians (metres) from where the last motion ends."""
-
-    joint: int
-    change: float
-
-
-@dataclass(frozen=True, slots=True)
 class NamedTarget:
     """A pose of the robot model: "ready", "nest"."""
 
     name: str
 
 
-Target = PoseTarget | JointTarget | ToolOffsetTarget | JointOffsetTarget | NamedTarget
+Target = PoseTarget | JointTarget | NamedTarget | RelativeTarget
 
 
 # --- what programs and the prompt ask for ----------------------------------------------------------------------

@@ -52,7 +52,7 @@ from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.blend import rest
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.instant import LATEST, on_grid, shown
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start
+from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -249,6 +249,7 @@ class Engine:
             hand=under_way.hand if wanted is None else wanted,
             frames=under_way.frames,
             text=move.text,
+            relative=move.target if isinstance(move.target, RelativeTarget) else None,
         )
         return self._at_speed(motion, move)
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vrs_cli.engine.straight import SLOWEST, straight_segments
+from vrs_cli.engine.targets import aimed
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
@@ -300,13 +301,14 @@ class _Rescheduling:
         return self.end + following.start - self.old[self.index - 1].finish
 
     def _plan_again(self, following: Segment) -> None:
-        motion = following.motion
+        motion, destination = following.motion, self.place.joints.joints
         if motion.start is Start.BLEND and self.planned and self.planned[-1].phase is Phase.DECELERATE:
             slowing = self.planned.pop()
             begin, here = slowing.start, state_at(self.arm, slowing, 0.0)
         else:
             begin, here = self._begin(following), self.place
         try:
+            motion = aimed(self.arm, motion, destination)
             segments = plan_motion(self.arm, here, motion, begin, self.slowest)
         except MotionError as error:
             error.detail = f"when {motion.text or 'the next motion'}, scheduled later, is planned again: {error.detail}"

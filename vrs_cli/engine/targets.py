@@ -3,17 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import degrees, pi
+from math import asin, degrees, pi
 
-from vrs_cli.engine.commands import (
-    JointOffsetTarget,
-    JointTarget,
-    Mode,
-    Move,
-    NamedTarget,
-    PoseTarget,
-    ToolOffsetTarget,
-)
+from vrs_cli.engine.commands import JointTarget, Mode, Move, NamedTarget, PoseTarget
 from vrs_cli.engine.parameters import Asked, Parameters
 from vrs_cli.errors import (
     IllegalJoint,
@@ -26,8 +18,16 @@ from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.joints import Joints, joints_outside
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import Transform, compose, inverse
-from vrs_cli.trajectory.motion import Frames
+from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, inverse, rotation_about
+from vrs_cli.trajectory.motion import (
+    AlignedTarget,
+    Frames,
+    JointOffsetTarget,
+    Kind,
+    Motion,
+    ToolOffsetTarget,
+)
+from vrs_cli.trajectory.vector import cross, dot, length
 
 HALF_TURN = pi + 1e-9  # [rad] and what rounding may add
 
@@ -74,9 +74,8 @@ def _tool_pose(arm: RobotArm, move: Move, situation: Situation) -> Transform | N
     frames, target = situation.frames, move.target
     if isinstance(target, PoseTarget):
         return compose(frames.base, target.T_world_tool)
-    if isinstance(target, ToolOffsetTarget):
-        T_robot_destination = compose(arm.forward(situation.destination), frames.tool)
-        return compose(T_robot_destination, target.T_destination_target)
+    if isinstance(target, ToolOffsetTarget | AlignedTarget):
+        return _relative_pose(arm, target, situation.destination, frames)
     return None
 
 
@@ -98,6 +97,50 @@ def _driven(joints: Joints, target: JointOffsetTarget) -> Joints:
     if not 1 <= target.joint <= len(joints):
         raise IllegalJoint(f"joint {target.joint}", f"this robot has joints 1 to {len(joints)}")
     return tuple(q + target.change if i == target.joint else q for i, q in enumerate(joints, 1))
+
+
+# --- targets that depend on where the motion before ends ---------------------------------------------------------
+
+_AXES: tuple[Vector, ...] = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
+
+
+def aimed(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
+    """The motion with the target that it has when the one before it ends at `destination`.
+
+    A joint-interpolated one keeps arm and elbow as they are there. Raises LocationOutOfRange, JointOutOfRange.
+    """
+    target = motion.relative
+    if target is None or motion.kind is Kind.REST:
+        return motion
+    if isinstance(target, JointOffsetTarget):
+        joints = _driven(destination, target)
+        check_joint_limits(arm.model, joints)
+        return replace(motion, goal=joints)
+    pose = _relative_pose(arm, target, destination, motion.frames)
+    if motion.kind is Kind.STRAIGHT:
+        return replace(motion, pose=pose)
+    return replace(motion, goal=arm.select(compose(pose, inverse(motion.frames.tool)), destination))
+
+
+def _relative_pose(
+    arm: RobotArm, target: ToolOffsetTarget | AlignedTarget, destination: Joints, frames: Frames
+) -> Transform:
+    """T_robot_tool."""
+    T_robot_destination = compose(arm.forward(destination), frames.tool)
+    if isinstance(target, ToolOffsetTarget):
+        return compose(T_robot_destination, target.T_destination_target)
+    return compose(frames.base, aligned(compose(inverse(frames.base), T_robot_destination)))
+
+
+def aligned(T: Transform) -> Transform:
+    """The pose at the same place, turned the shortest way until its Z lies along the nearest axis of the frame."""
+    a = (T.ax, T.ay, T.az)
+    nearest = max(_AXES, key=lambda axis: dot(a, axis))
+    turn = cross(a, nearest)
+    sine = length(turn)
+    if sine < 1e-12:
+        return T
+    return at_position(compose(rotation_about(turn, asin(min(sine, 1.0))), T), T.px, T.py, T.pz)
 
 
 # --- configuration -----------------------------------------------------------------------------------------------

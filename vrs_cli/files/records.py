@@ -14,7 +14,16 @@ import msgspec
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start
+from vrs_cli.trajectory.motion import (
+    AlignedTarget,
+    Frames,
+    JointOffsetTarget,
+    Kind,
+    Motion,
+    RelativeTarget,
+    Start,
+    ToolOffsetTarget,
+)
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Path, Phase, Segment, Turn
 
 FORMAT = 1
@@ -36,6 +45,15 @@ class FramesRecord(Record, frozen=True):
     tool: Rows | None = None
 
 
+class RelativeRecord(Record, frozen=True):
+    """DRIVE: `joint` and `change`; DEPART: `offset`; ALIGN: `aligned`, true."""
+
+    joint: Count | None = None
+    change: float | None = None
+    offset: Rows | None = None
+    aligned: bool | None = None
+
+
 class MotionRecord(Record, frozen=True):
     number: Count
     kind: Kind
@@ -50,6 +68,7 @@ class MotionRecord(Record, frozen=True):
     duration: float | None = None
     hand: float | None = None
     frames: FramesRecord | None = None
+    relative: RelativeRecord | None = None
 
 
 class TurnRecord(Record, frozen=True):
@@ -196,7 +215,16 @@ def _motion_record(motion: Motion) -> MotionRecord:
         duration=_unless(motion.duration, 0.0),
         hand=_unless(motion.hand, 0.0),
         frames=_frames_record(motion.frames),
+        relative=None if motion.relative is None else _relative_record(motion.relative),
     )
+
+
+def _relative_record(target: RelativeTarget) -> RelativeRecord:
+    if isinstance(target, JointOffsetTarget):
+        return RelativeRecord(joint=target.joint, change=target.change)
+    if isinstance(target, ToolOffsetTarget):
+        return RelativeRecord(offset=_rows(target.T_destination_target))
+    return RelativeRecord(aligned=True)
 
 
 def _frames_record(frames: Frames) -> FramesRecord | None:
@@ -294,7 +322,20 @@ def _motion(record: MotionRecord, joint_count: int) -> Motion:
         hand=0.0 if record.hand is None else record.hand,
         frames=_frames(record.frames),
         text=record.text,
+        relative=None if record.relative is None else _relative(record.relative, joint_count),
     )
+
+
+def _relative(record: RelativeRecord, joint_count: int) -> RelativeTarget:
+    if record.joint is not None and record.change is not None:
+        if not 1 <= record.joint <= joint_count:
+            raise RecordError(f"joint {record.joint} of a robot of {joint_count} joints")
+        return JointOffsetTarget(record.joint, record.change)
+    if record.offset is not None:
+        return ToolOffsetTarget(_transform(record.offset))
+    if record.aligned:
+        return AlignedTarget()
+    raise RecordError("a relative target needs joint and change, or offset, or aligned")
 
 
 def _frames(record: FramesRecord | None) -> Frames:

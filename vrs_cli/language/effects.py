@@ -10,10 +10,11 @@ import re
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from math import asin, hypot, radians
+from math import radians
 from typing import cast
 
 from vrs_cli.engine.commands import (
+    AlignedTarget,
     Brake,
     Break,
     Delay,
@@ -46,11 +47,8 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
-    Vector,
-    at_position,
     compose,
     inverse,
-    rotation_about,
     rotation_z,
     translation,
 )
@@ -403,28 +401,8 @@ def _named(name: str) -> Handler:
     return named
 
 
-_AXES: tuple[Vector, ...] = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
-
-
-def aligned(T: Transform) -> Transform:
-    """The pose at the same place, turned the shortest way until its Z lies along the nearest axis of the world."""
-    a = (T.ax, T.ay, T.az)
-    nearest = max(_AXES, key=lambda axis: sum(u * v for u, v in zip(a, axis, strict=True)))
-    turn = (
-        a[1] * nearest[2] - a[2] * nearest[1],
-        a[2] * nearest[0] - a[0] * nearest[2],
-        a[0] * nearest[1] - a[1] * nearest[0],
-    )
-    sine = hypot(*turn)
-    if sine < 1e-12:
-        return T
-    return at_position(compose(rotation_about(turn, asin(min(sine, 1.0))), T), T.px, T.py, T.pz)
-
-
-def _align(context: Context, it: Operands) -> Iterable[Yielded]:
-    T_world_destination = context.robot.destination()
-    offset = compose(inverse(T_world_destination), aligned(T_world_destination))
-    return (Move(ToolOffsetTarget(offset), True, stamp=it.stamp, text=it.text),)
+def _align(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (Move(AlignedTarget(), True, stamp=it.stamp, text=it.text),)
 
 
 def _delay(_context: Context, it: Operands) -> Iterable[Yielded]:

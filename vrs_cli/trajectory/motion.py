@@ -34,10 +34,34 @@ class Frames:
 
 
 @dataclass(frozen=True, slots=True)
+class ToolOffsetTarget:
+    """DEPART: from where the motion before ends, a pose in that tool frame, T_destination_target."""
+
+    T_destination_target: Transform
+
+
+@dataclass(frozen=True, slots=True)
+class JointOffsetTarget:
+    """DRIVE: one joint (counted from 1) changed by so many radians (metres) from where the motion before ends."""
+
+    joint: int
+    change: float
+
+
+@dataclass(frozen=True, slots=True)
+class AlignedTarget:
+    """ALIGN: where the motion before ends, with the tool's Z along the nearest axis of the world (BASE)."""
+
+
+RelativeTarget = ToolOffsetTarget | JointOffsetTarget | AlignedTarget
+
+
+@dataclass(frozen=True, slots=True)
 class Motion:
     """`number` counts the motions of a timeline from 1; 0 is the initial pose.
 
-    `goal`: the joints to reach [rad] (JOINT). `pose`: T_robot_tool to reach (STRAIGHT). `speed` and `acceleration`
+    `goal`: the joints to reach [rad] (JOINT). `pose`: T_robot_tool to reach (STRAIGHT). `relative`: what both follow
+    from, for a motion whose target depends on where the one before it ends. `speed` and `acceleration`
     are fractions of the nominal ones. For a straight line `tip_speed` [m/s] and `rotation` (fraction of the nominal
     angular speed) replace what `speed` gives.
     `duration` [s]: the least time (for REST, the time). `hand`: the opening from its start on (1 open, 0 closed).
@@ -57,3 +81,4 @@ class Motion:
     hand: float = 0.0
     frames: Frames = Frames()
     text: str = ""
+    relative: RelativeTarget | None = None
