@@ -1,0 +1,116 @@
+"""The laws of a timeline, as checks: continuity, limits, targets, lines, and what an edit may touch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+from math import sqrt
+
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.planner import segment_joints, state_at
+from vrs_cli.engine.position import position_at
+from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
+from vrs_cli.kinematics.transform import angle_between, compose, distance
+from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.motion import Kind, Start
+from vrs_cli.trajectory.segment import CartesianPath, Segment
+from vrs_cli.trajectory.timeline import Timeline
+
+POSITION = 1e-8  # [rad] joints at a boundary, where one side may be found by inverse kinematics
+VELOCITY = 1e-6  # [rad/s]
+LIMIT = 1.0 + 1e-5  # rounding
+ON_LINE = 1e-6  # [m]
+PARTS = (1e-6, *((k + 0.37) / 9.4 for k in range(9)), 1.0 - 1e-6)  # of a segment: inside, and next to both ends
+
+
+def check_continuous(engine: Engine, segments: Iterable[Segment]) -> None:
+    """Position and velocity are continuous from each of these consecutive segments to the next."""
+    for a, b in pairwise(segments):
+        assert a.finish <= b.start
+        left, right = state_at(engine.arm, a, a.duration).joints, state_at(engine.arm, b, 0.0).joints
+        assert largest_change(left.joints, right.joints) <= POSITION, (a, b)
+        if a.finish == b.start and a.duration and b.duration:
+            assert largest_change(left.velocity, right.velocity) <= VELOCITY, (a, b)
+        if a.finish < b.start:
+            assert max(map(abs, left.velocity)) <= VELOCITY, "the robot stands still in a gap"
+
+
+def singular(engine: Engine, joints: Joints) -> bool:
+    """Whether a line that rests here may have no rates to compare."""
+    return min(engine.arm.singularity(joints)) < 1e-3
+
+
+def check_limits(engine: Engine, segments: Iterable[Segment]) -> None:
+    """No joint leaves its range, moves or accelerates too fast anywhere in these segments."""
+    model = engine.model
+    for segment in segments:
+        for part in PARTS:
+            t = segment.start + segment.duration * part
+            here = position_at(engine.arm, engine.timeline, t)
+            assert not joints_outside(here.joints, model.lower, model.upper), (segment, t)
+            for v, v_max in zip(here.velocity, model.max_velocity, strict=True):
+                assert abs(v) <= v_max * LIMIT, (segment, t)
+            if not isinstance(segment.path, CartesianPath) or not singular(engine, here.joints):
+                for a, a_max in zip(here.acceleration, model.max_acceleration, strict=True):
+                    assert abs(a) <= a_max * LIMIT, (segment, t)
+
+
+def check_target(engine: Engine) -> None:
+    """The last segment of the timeline, which nothing interrupted, ends on its target."""
+    last = engine.timeline[len(engine.timeline) - 1]
+    motion = last.motion
+    q = segment_joints(engine.arm, last, last.duration)
+    if motion.goal is not None:
+        assert largest_change(q, motion.goal) <= 1e-9
+    if motion.pose is not None:
+        tip = compose(engine.arm.forward(q), motion.frames.tool)
+        assert distance(tip, motion.pose) <= 1e-9
+        assert angle_between(tip, motion.pose) <= 1e-7
+
+
+def check_lines(engine: Engine, segments: Sequence[Segment]) -> None:
+    """A straight line from rest stays on the line from where it starts to its target."""
+    for index, first in enumerate(segments):
+        motion = first.motion
+        starts = index == 0 or segments[index - 1].motion.number != motion.number
+        if motion.kind is not Kind.STRAIGHT or motion.start is Start.BLEND or not starts or motion.pose is None:
+            continue
+        if not isinstance(first.path, CartesianPath) or any(first.path.twist(0.0)):
+            continue
+        here = first.path.pose(0.0)
+        a, b = (here.px, here.py, here.pz), (motion.pose.px, motion.pose.py, motion.pose.pz)
+        for segment in segments[index:]:
+            if segment.motion.number != motion.number:
+                break
+            for k in range(5):
+                q = segment_joints(engine.arm, segment, segment.duration * k / 4)
+                tip = compose(engine.arm.forward(q), motion.frames.tool)
+                assert off_line((tip.px, tip.py, tip.pz), a, b) <= ON_LINE
+
+
+def off_line(p: tuple[float, ...], a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    """How far p is from the line through a and b."""
+    ab = [y - x for x, y in zip(a, b, strict=True)]
+    ap = [y - x for x, y in zip(a, p, strict=True)]
+    square = sum(x * x for x in ab)
+    along = sum(x * y for x, y in zip(ab, ap, strict=True)) / square if square else 0.0
+    return sqrt(sum((y - along * x) ** 2 for x, y in zip(ab, ap, strict=True)))
+
+
+def check_edit(before: Timeline, delta: TimelineDelta, after: Timeline) -> None:
+    """What comes before the cut stays as it was, what comes after the edit is shifted, its paths the very same."""
+    olds, news = list(before), list(after)
+    old, new = olds[delta.keep + delta.drop :], news[delta.keep + len(delta.segments) :]
+    assert len(old) == len(new)
+    for a, b in zip(old, new, strict=True):
+        assert b.path is a.path
+        assert b.start == a.start + delta.shift
+        assert b.finish == a.finish + delta.shift
+    kept = max(delta.keep - 1, 0)
+    assert news[:kept] == olds[:kept]
+
+
+def edited(delta: TimelineDelta, after: Timeline) -> list[Segment]:
+    """The segments that an edit made, with one neighbour on either side."""
+    first, last = max(delta.keep - 1, 0), min(delta.keep + len(delta.segments) + 1, len(after))
+    return [after[i] for i in range(first, last)]

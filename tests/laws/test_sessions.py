@@ -1,0 +1,15 @@
+"""Every law after every command of long random sessions; `python -m tests.laws.long` runs more of them."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.laws.sessions import Session
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_random_session_keeps_every_law_after_every_command(seed: int) -> None:
+    tally = Session(seed).run(200)
+    assert tally.commands == 200
+    assert tally.edits > 50, "most commands change the timeline"
+    assert tally.undone
