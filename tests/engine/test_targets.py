@@ -108,3 +108,10 @@ def test_a_pose_is_where_it_is_whatever_comes_before() -> None:
     give(engine, PoseTarget(goal), at=5.0)
     give(engine, JointTarget(ASIDE), at=1.0)
     assert close(compose(inverse(goal), tip(engine, engine.end)), translation(0.0, 0.0, 0.0))
+
+
+def test_a_straight_drive_goes_on_from_where_an_inserted_motion_ends() -> None:
+    engine = engine_at_start()
+    give(engine, JointOffsetTarget(1, radians(20.0)), at=5.0, straight=True)
+    give(engine, JointTarget(ASIDE), at=1.0)
+    assert engine.position(engine.end).joints == pytest.approx((radians(50.0), *ASIDE[1:]))

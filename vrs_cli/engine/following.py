@@ -71,6 +71,7 @@ class Follower:
         self.arm, self.configuration, self.tool = arm, configuration, T_flange_tool
         self.T_tool_flange = inverse(T_flange_tool)
         self.max_velocity = arm.model.max_velocity
+        self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
 
     def samples(self, path: CartesianPath, duration: float, near: Joints) -> list[Sample]:
@@ -90,6 +91,7 @@ class Follower:
             last = samples[-1]
             sample = self._sample(path, pending[-1], last.joints)
             if self._close(last, sample):
+                self._check_turns(path, last, sample)
                 samples.append(sample)
                 pending.pop()
             elif sample.s - last.s > finest:
@@ -106,6 +108,24 @@ class Follower:
             if abs(change) > JOINT_STEP or abs(w - v) > step or abs(change - half * (v + w)) > JUMP:
                 return False
         return True
+
+    def _check_turns(self, path: CartesianPath, a: Sample, b: Sample) -> None:
+        """A joint that turns back between two samples is farthest there: inside its range too?"""
+        half = 0.5 * (b.s - a.s)
+        rows = zip(a.joints, a.velocity, b.velocity, self.lower, self.upper, strict=True)
+        for i, (q, v, w, low, high) in enumerate(rows):
+            if v * w < 0.0 and not low <= q + half * v <= high:
+                self._turn(path, i, a, b)
+
+    def _turn(self, path: CartesianPath, joint: int, a: Sample, b: Sample) -> None:
+        """Look where a joint turns back; a sample outside the range is refused."""
+        low, high = a.s, b.s
+        for _ in range(PEAK_STEPS):
+            middle = self._sample(path, 0.5 * (low + high), a.joints)
+            if middle.velocity[joint] * a.velocity[joint] > 0.0:
+                low = middle.s
+            else:
+                high = middle.s
 
     def _check_no_jump(self, a: Sample, b: Sample, path: CartesianPath) -> None:
         """At a singularity joints may jump: they change in next to no time, though their velocities are small."""

@@ -112,7 +112,7 @@ def _plan_joint(arm: RobotArm, here: Here, motion: Motion, start: float, slowest
 def _plan_straight(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
     tool = here.tool_state(arm, motion.frames.tool)
     try:
-        segments = straight_segments(arm, tool, here.joints.joints, motion, start, slowest)
+        segments = straight_segments(arm, tool, here.joints, motion, start, slowest)
         return segments or _there_already(here, start, motion)
     except MotionError:
         if here.joints.at_rest:

@@ -8,18 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from vrs_cli.engine.following import ROUNDING, Follower, Load, seeds_of, shown_place
+from vrs_cli.engine.following import ROUNDING, Follower, Load, Sample, seeds_of, shown_place
 from vrs_cli.errors import MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration, Wrist
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.trajectory.blend import ToolLimits, ToolState, ToolStretch, straight_motion
+from vrs_cli.trajectory.blend import JointState, ToolLimits, ToolState, ToolStretch, straight_motion
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import CartesianPath, Segment, Turn
 
 WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP meet
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
 SPARE = 1.001  # a line is slowed so much more than it must be, to be done with it
+SAME_VELOCITY = 5e-7  # [rad/s] two joint velocities that are one
 EAGER = 1.8
 ATTEMPTS = 6  # to slow down a line that starts in motion
 SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER STRETCH says otherwise
@@ -28,21 +29,21 @@ Seeds = tuple[Joints, ...]
 
 
 def straight_segments(
-    arm: RobotArm, state: ToolState, joints: Joints, motion: Motion, start: float, slowest: float = SLOWEST
+    arm: RobotArm, state: ToolState, joints: JointState, motion: Motion, start: float, slowest: float = SLOWEST
 ) -> tuple[Segment, ...]:
-    """The segments of a straight-line motion from a tool state (whose joints are `joints`) to `motion.pose`.
+    """The segments of a straight-line motion from a tool state (that of `joints`) to `motion.pose`.
 
     Raises LocationOutOfRange or JointOutOfRange when the line leaves the reach, StraightLineSingular when the joints
-    could follow only at less than 1/`slowest` of the speed asked.
+    could follow only at less than 1/`slowest` of the speed asked, or not as they move now.
     """
     failure: MotionError | None = None
-    for configuration in _configurations(arm, joints):
+    for configuration in _configurations(arm, joints.joints):
         try:
             return _Line(arm, state, joints, motion, configuration, slowest).segments(start)
         except MotionError as error:
             failure = failure or error
     assert failure is not None
-    if state.at_rest and min(arm.singularity(joints)) < NEARLY_SINGULAR:
+    if state.at_rest and min(arm.singularity(joints.joints)) < NEARLY_SINGULAR:
         failure.hint = "the line starts in a singular pose, as READY is: MOVE away from it first"
     raise failure
 
@@ -74,14 +75,14 @@ class _Line:
         self,
         arm: RobotArm,
         state: ToolState,
-        joints: Joints,
+        joints: JointState,
         motion: Motion,
         configuration: Configuration,
         slowest: float,
     ) -> None:
         self.state, self.joints, self.motion = state, joints, motion
         self.configuration, self.slowest = configuration, slowest
-        self.limits = tool_limits(arm, motion)
+        self.limits, self.least = tool_limits(arm, motion), motion.duration
         self.follower = Follower(arm, configuration, motion.frames.tool)
 
     def segments(self, start: float) -> tuple[Segment, ...]:
@@ -95,6 +96,7 @@ class _Line:
                 return self._laid(stretches, seeds, start)
             by_velocity, by_acceleration = _eased(load.velocity), _eased(load.acceleration)
             self.limits = self.limits.slowed(by_velocity, by_acceleration)
+            self.least *= by_velocity
             slowed *= by_velocity
             if slowed > self.slowest:
                 break
@@ -108,6 +110,7 @@ class _Line:
             if load.slowing > self.slowest:
                 raise _too_singular(load)
             factor = load.slowing * SPARE
+            self.least *= factor
             stretches = self._stretches(self.limits.slowed(factor, factor * factor))
             if len(stretches) != len(seeds):  # a cruise of next to no time has come or gone
                 seeds, _ = self._follow(stretches)
@@ -115,20 +118,31 @@ class _Line:
 
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
         assert self.motion.pose is not None
-        return straight_motion(self.state, self.motion.pose, limits, self.motion.duration)
+        return straight_motion(self.state, self.motion.pose, limits, self.least)
 
     def _follow(self, stretches: list[ToolStretch]) -> tuple[list[Seeds], Load]:
         """The joints of each stretch, and the greatest load on a joint."""
-        seeds, load, near = [], Load(), self.joints
+        seeds, load, near = [], Load(), self.joints.joints
         started: Joints | None = None
         for stretch in stretches:
             path = self._path(stretch, (near,))
             samples = self.follower.samples(path, stretch.duration, near)
-            started = samples[0].velocity if started is None else started
+            if started is None:
+                started = self._started(samples[0])
             load = load.worse(self.follower.load(path, samples, started))
             seeds.append(seeds_of(samples))
             near = samples[-1].joints
         return seeds, load
+
+    def _started(self, first: Sample) -> Joints:
+        """The joint velocities with which the line starts: those that there are, but where the arm is singular."""
+        jumps = [abs(w - v) for v, w in zip(self.joints.velocity, first.velocity, strict=True)]
+        if max(jumps) > SAME_VELOCITY:
+            raise StraightLineSingular(
+                f"joint {jumps.index(max(jumps)) + 1} would have to change its speed in no time, where the line starts",
+                "use MOVE, or let the arm come to rest first",
+            )
+        return first.velocity
 
     def _laid(self, stretches: list[ToolStretch], seeds: list[Seeds], start: float) -> tuple[Segment, ...]:
         segments = []

@@ -115,7 +115,9 @@ def aimed(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
     if isinstance(target, JointOffsetTarget):
         joints = _driven(destination, target)
         check_joint_limits(arm.model, joints)
-        return replace(motion, goal=joints)
+        if motion.kind is Kind.JOINT:
+            return replace(motion, goal=joints)
+        return replace(motion, pose=compose(arm.forward(joints), motion.frames.tool))
     pose = _relative_pose(arm, target, destination, motion.frames)
     if motion.kind is Kind.STRAIGHT:
         return replace(motion, pose=pose)

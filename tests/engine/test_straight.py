@@ -1,0 +1,57 @@
+"""Straight lines that ask too much of a joint: between samples, at their start, or with a least duration."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import pytest
+
+from tests.laws.motion_laws import check_continuous, check_limits
+from vrs_cli.engine.commands import (
+    JointOffsetTarget,
+    Move,
+    PoseTarget,
+    SetDuration,
+    Stamp,
+)
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import JointOutOfRange
+from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.transform import Transform
+
+MODEL = load_robot("puma560")
+
+
+def test_a_line_out_of_a_spinning_straight_wrist_brakes_first() -> None:
+    """At READY joints 4 and 6 turn about one axis: a line that starts there cannot know which of them is turning."""
+    engine = Engine(MODEL)
+    engine.perform(Move(JointOffsetTarget(4, radians(-32.0)), straight=False))
+    engine.perform(Move(JointOffsetTarget(4, radians(-45.0)), straight=True, stamp=Stamp(0.2)))
+    check_continuous(engine, engine.timeline)
+    check_limits(engine, engine.timeline)
+
+
+def test_a_line_with_a_least_duration_is_slowed_down_as_any_other() -> None:
+    engine = Engine(MODEL, start=(-1.6501519, -2.8466530, -0.2748186, 0.8366720, 0.5139521, -3.0634252))
+    engine.perform(SetDuration(2.6268))
+    below = Transform(-1.0, 0.0, 0.0, -0.060947, 0.0, 1.0, 0.0, 0.14909, 0.0, 0.0, -1.0, -0.446873)
+    engine.perform(Move(PoseTarget(below), straight=True))
+    assert engine.end > 2.7, "the least duration is too short for a joint"
+    check_limits(engine, engine.timeline)
+
+
+def test_a_joint_that_turns_back_outside_its_range_is_seen_between_samples() -> None:
+    """A line across the front of the robot: joint 3 bends most where the line comes nearest to the shoulder."""
+    start = tuple(map(radians, (-35.0, -20.0, 200.0, 0.0, -60.0, 0.0)))
+    free = Engine(MODEL, start=start)
+    here = free.position().T_world_tool
+    across = Move(PoseTarget(here._replace(py=here.py + 0.43)), straight=True)
+    free.perform(across)
+    times = [free.end * k / 5000 for k in range(5001)]
+    farthest = max(free.position(t).joints[2] for t in times)
+    assert farthest > max(start[2], free.position(free.end).joints[2]) + 0.01, "it turns back on the way"
+    upper = (*MODEL.upper[:2], farthest - 1e-6, *MODEL.upper[3:])
+    narrow = Engine(replace(MODEL, upper=upper), start=start)
+    with pytest.raises(JointOutOfRange, match="Joint 3"):
+        narrow.perform(across)
