@@ -10,7 +10,7 @@ from time import perf_counter
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import plan
-from vrs_cli.engine.position import joints_at, positions_at
+from vrs_cli.engine.position import joints_at, joints_over, positions_at
 from vrs_cli.kinematics.model import load_robot
 from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.trajectory.timeline import Timeline
@@ -86,6 +86,9 @@ def main() -> None:
         theirs = timed(lambda: read_array(many), 1) / len(many)
         beside = f"scipy PPoly (joints only) {theirs * 1e6:.3f} us, ratio {array / theirs:.1f}"
     row("g, 100,000 sorted times, all of it, per time", array, "", beside)
+    joints = timed(lambda: joints_over(arm, timeline, many), 1) / len(many)
+    beside = "" if peer is None else f"scipy PPoly {theirs * 1e6:.3f} us, ratio {joints / theirs:.2f}"
+    row("- joints only", joints, "at most 2 x PPoly", beside)
 
     last = engine.deltas[-1].motion
     end = timeline.end

@@ -9,7 +9,7 @@ import pytest
 
 from vrs_cli.engine.commands import Delay, JointTarget, Move, OperateHand, PoseTarget, SetBase, SetTool
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.position import joints_at, position_at, positions_at
+from vrs_cli.engine.position import joints_at, joints_over, position_at, positions_at
 from vrs_cli.kinematics.model import load_robot
 from vrs_cli.kinematics.transform import translation
 
@@ -75,3 +75,14 @@ def test_hand_opens_when_told_to(engine: Engine) -> None:
     assert engine.position(opening.start - 1e-6).hand == 0.0
     assert engine.position(opening.start).hand == 1.0
     assert engine.position(engine.end).hand == 1.0
+
+
+@pytest.mark.parametrize("ordered", [True, False])
+def test_joints_over_many_times_are_those_of_each_time(engine: Engine, ordered: bool) -> None:
+    times = np.linspace(-1.0, engine.end + 1.0, 700)
+    if not ordered:
+        np.random.default_rng(3).shuffle(times)
+    many = joints_over(engine.arm, engine.timeline, times)
+    for row, t in enumerate(times):
+        assert many[row] == pytest.approx(joints_at(engine.arm, engine.timeline, float(t)), abs=1e-12)
+    assert joints_over(engine.arm, engine.timeline, times[:0]).shape == (0, 6)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vrs_cli.trajectory.instant import TICK
@@ -51,10 +51,11 @@ def test_slowest_joint_decides() -> None:
     assert together == alone
 
 
-@given(st.lists(parts, min_size=1, max_size=6))
+@given(st.lists(parts, min_size=1, max_size=6), st.sampled_from([0.0, 0.0, 0.5, 5.0]))
+@example([Component(3.320783095527391e-07, 0.00178, 0.16, 4.770566622117834)], 2.5)  # nearly there, told to take time
 @settings(max_examples=200, deadline=None)
-def test_limits_and_target_from_motion(components: list[Component]) -> None:
-    times = from_motion(components)
+def test_limits_and_target_from_motion(components: list[Component], least: float) -> None:
+    times = from_motion(components, least)
     for time in times:
         assert time >= 0.0
         assert time % TICK == 0.0

@@ -107,65 +107,132 @@ def _rates(arm: RobotArm, segment: Segment, s: float, joints: Joints) -> tuple[J
 # --- many times ------------------------------------------------------------------------------------------------
 
 
+def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
+    """The joints at times (N,) [s], in any order: (N, n) [rad]; sorted times are fastest."""
+    import numpy as np
+
+    times = np.asarray(times, dtype=float)
+    order = _order(times)
+    sorted_times = times if order is None else times[order]
+    found = np.empty((len(times), arm.model.joint_count))
+    for offset, table, rows in _leaves(timeline, sorted_times):
+        places, s = table.locate(sorted_times[rows] - offset)
+        _joints(arm, table, places, s, found[rows])
+    if order is None:
+        return found
+    result = np.empty_like(found)
+    result[order] = found
+    return result
+
+
+def _order(times: Floats) -> Rows | None:
+    """What sorts the times; None where they are sorted."""
+    if len(times) < 2 or (times[1:] >= times[:-1]).all():
+        return None
+    return times.argsort(kind="stable")
+
+
+def _leaves(timeline: Timeline, times: Floats) -> Iterator[tuple[float, LeafTable, slice]]:
+    """The leaves that sorted times (N,) fall to, each with its offset [s] and its part of them."""
+    import numpy as np
+
+    if not len(times):
+        return
+    found = list(timeline.leaves(float(times[0]), float(times[-1])))
+    begins = [offset + leaf.begin for offset, leaf in found]
+    cuts = [0, *np.searchsorted(times, begins[1:], side="left"), len(times)]
+    for (offset, leaf), (first, last) in zip(found, pairwise(cuts), strict=True):
+        if first < last:
+            yield offset, leaf_table(leaf), slice(first, last)
+
+
+def _joints(arm: RobotArm, table: LeafTable, places: Rows, s: Floats, out: Floats) -> None:
+    """The joints (N, n) at `s` seconds (N,) into the segments at `places` (N,), in order of time, to `out`."""
+    table.joints(places, s, out)
+    if table.any_straight:
+        for place, rows in _runs(places):
+            if table.straight[place]:
+                out[rows] = _joints_on_line(arm, table.segments[place], s[rows])
+
+
+def _runs(places: Rows) -> Iterator[tuple[int, slice]]:
+    """Stretches of equal places."""
+    import numpy as np
+
+    cuts = [0, *(np.flatnonzero(np.diff(places)) + 1), len(places)]
+    for first, last in pairwise(cuts):
+        yield int(places[first]), slice(first, last)
+
+
+def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
+    """`segment_joints` for many times."""
+    import numpy as np
+
+    from vrs_cli.kinematics import transform_batch as batch
+
+    path = segment.path
+    assert not isinstance(path, JointPath)
+    position = np.stack([np.polynomial.polynomial.polyval(s, a) for a in path.position], axis=-1)
+    (R,) = batch.stack([path.orientation])[:, :, :3]
+    for turn in path.turns:
+        angle = np.polynomial.polynomial.polyval(s, turn.angle).astype(float)
+        R = R @ batch.rotation_about_batch(np.array(turn.axis), angle)
+    T_robot_tool = np.concatenate((np.broadcast_to(R, (len(s), 3, 3)), position[:, :, None]), axis=2)
+    (T_tool_flange,) = batch.stack([inverse(segment.motion.frames.tool)])
+    nearest = np.clip(np.rint(s / path.seed_interval), 0, len(path.seeds) - 1).astype(np.intp)
+    seeds = np.array(path.seeds)[nearest]
+    q = arm.inverse_branch_batch(batch.compose_batch(T_robot_tool, T_tool_flange), path.configuration, seeds)
+    return np.where(np.isnan(q), seeds, q)  # rounding at the very edge of the reach: the planner saw these joints
+
+
 def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> Positions:
     """g for an array of times (N,) [s], in any order; sorted times are fastest."""
     import numpy as np
 
     times = np.asarray(times, dtype=float)
+    order = _order(times)
+    sorted_times = times if order is None else times[order]
     n = arm.model.joint_count
-    result = Positions(
-        times,
+    found = Positions(
+        sorted_times,
         np.empty((len(times), n)),
         np.zeros((len(times), n)),
         np.zeros((len(times), n)),
         np.empty((len(times), 3, 4)),
         np.empty(len(times)),
     )
-    order = np.argsort(times, kind="stable")
-    for offset, table, rows in _leaves(timeline, times, order):
-        _fill(arm, offset, table, rows, result)
-    return result
+    for offset, table, rows in _leaves(timeline, sorted_times):
+        _fill(arm, offset, table, rows, found)
+    return found if order is None else _in_order(times, order, found)
 
 
-def _leaves(timeline: Timeline, times: Floats, order: Rows) -> Iterator[tuple[float, LeafTable, Rows]]:
-    """The rows of `times`, by `order` in their order, that fall to each leaf of the timeline."""
-    import numpy as np
-
-    if not len(times):
-        return
-    ordered = times[order]
-    found = list(timeline.leaves(float(ordered[0]), float(ordered[-1])))
-    begins = [offset + leaf.begin for offset, leaf in found]
-    cuts = [0, *np.searchsorted(ordered, begins[1:], side="left"), len(ordered)]
-    for (offset, leaf), (first, last) in zip(found, pairwise(cuts), strict=True):
-        if first < last:
-            yield offset, leaf_table(leaf), order[first:last]
+def _in_order(times: Floats, order: Rows, found: Positions) -> Positions:
+    """What was found for sorted times, as it was asked for."""
+    back = order.argsort()
+    columns = (found.joints, found.velocity, found.acceleration, found.T_world_tool, found.hand)
+    return Positions(times, *(column[back] for column in columns))
 
 
-def _fill(arm: RobotArm, offset: float, table: LeafTable, rows: Rows, out: Positions) -> None:
-    """What the segments of one leaf say of the times in `rows`, which are in order."""
+def _fill(arm: RobotArm, offset: float, table: LeafTable, rows: slice, out: Positions) -> None:
+    """What the segments of one leaf say of the sorted times in `rows`."""
     import numpy as np
 
     from vrs_cli.kinematics import transform_batch as batch
 
     local = out.times[rows] - offset
-    places = np.clip(np.searchsorted(table.starts, local, side="right") - 1, 0, None)
-    since = local - table.starts[places]
-    s = np.clip(since, 0.0, table.durations[places])
-    q, qd, qdd = table.rates(places, s)
-    for row in np.flatnonzero(table.straight[places]):
+    places, s = table.locate(local)
+    moving = (local >= table.starts[places]) & (s < table.durations[places]) & ~table.resting[places]
+    q, qd, qdd = out.joints[rows], out.velocity[rows], out.acceleration[rows]
+    _joints(arm, table, places, s, q)
+    qd[moving], qdd[moving] = table.rates(places[moving], s[moving])
+    for row in np.flatnonzero(table.straight[places] & moving):
         segment = table.segments[places[row]]
-        joints = segment_joints(arm, segment, float(s[row]))
-        q[row] = joints
-        qd[row], qdd[row] = _rates(arm, segment, float(s[row]), joints)
-    moving = ((since >= 0.0) & (since < table.durations[places]) & ~table.resting[places])[:, None]
-    out.joints[rows] = q
-    out.velocity[rows] = np.where(moving, qd, 0.0)
-    out.acceleration[rows] = np.where(moving, qdd, 0.0)
+        qd[row], qdd[row] = _rates(arm, segment, float(s[row]), tuple(q[row].tolist()))
     out.hand[rows] = table.hand[places]
     T_robot_flange = arm.forward_batch(q)
+    T_world_tool = out.T_world_tool[rows]
     for number, frames in enumerate(table.frames):
         with_these = table.frame_number[places] == number
         T_world_robot, T_flange_tool = batch.stack([inverse(frames.base), frames.tool])
         T_world_flange = batch.compose_batch(T_world_robot, T_robot_flange[with_these])
-        out.T_world_tool[rows[with_these]] = batch.compose_batch(T_world_flange, T_flange_tool)
+        T_world_tool[with_these] = batch.compose_batch(T_world_flange, T_flange_tool)

@@ -41,16 +41,41 @@ class LeafTable:
     frames: tuple[Frames, ...]
     frame_number: Rows
 
-    def rates(self, places: Rows, s: Floats) -> tuple[Floats, Floats, Floats]:
-        """Joints (N, n) and their first two derivatives, s seconds (N,) into the segments at `places` (N,)."""
-        a = [power[places] for power in self.coefficients]
+    @property
+    def any_straight(self) -> bool:
+        return bool(self.straight.any())
+
+    def locate(self, local: Floats) -> tuple[Rows, Floats]:
+        """The segment in force at each time (N,), and how long it has been so [s], at most its duration."""
+        import numpy as np
+
+        places = self.starts.searchsorted(local, side="right") - 1
+        np.maximum(places, 0, out=places)
+        s = local - self.starts.take(places)
+        np.minimum(s, self.durations.take(places), out=s)
+        return places, np.maximum(s, 0.0, out=s)
+
+    def joints(self, places: Rows, s: Floats, out: Floats) -> None:
+        """Joints (N, n), s seconds (N,) into the segments at `places` (N,), to `out`."""
         t = s[:, None]
-        q, qd, qdd = a[-1], 0.0 * a[-1], 0.0 * a[-1]
-        for coefficient in a[-2::-1]:  # Horner, for the derivatives too
-            qdd = qdd * t + 2.0 * qd
-            qd = qd * t + q
-            q = q * t + coefficient
-        return q, qd, qdd
+        out[:] = self.coefficients[-1].take(places, axis=0)
+        for power in self.coefficients[-2::-1]:  # Horner
+            out *= t
+            out += power.take(places, axis=0)
+
+    def rates(self, places: Rows, s: Floats) -> tuple[Floats, Floats]:
+        """Velocity and acceleration (N, n), s seconds (N,) into the segments at `places` (N,)."""
+        import numpy as np
+
+        t = s[:, None]
+        qd = np.zeros((len(s), self.coefficients.shape[2]))
+        qdd = np.zeros_like(qd)
+        for power in range(len(self.coefficients) - 1, 0, -1):  # Horner, of both derivatives at once
+            qdd *= t
+            qdd += qd
+            qd *= t
+            qd += power * self.coefficients[power].take(places, axis=0)
+        return qd, qdd
 
 
 def leaf_table(leaf: Leaf) -> LeafTable:

@@ -23,6 +23,7 @@ NEGLIGIBLE = 1e-12  # a displacement or velocity that is none [rad, m, rad/s, m/
 MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
 ROOM = 8 * TICK  # [s] by which a blend is longer than it must be: rounding the other times moves the limits a little
 SLIVER = 1e-6  # [s] a cruise that is none
+SAME = 1e-9  # two quotients that are one
 SEARCH_STEPS = 6
 LONGEST_BLEND = 1e6  # [s]
 
@@ -225,13 +226,22 @@ def _shortest(total: Callable[[float], float], low: float, high: float) -> float
 def _settled(demands: Demands, blend: float, least: float) -> Times:
     """The times on the grid for the chosen blend time; slower when the motion is to last at least `least`."""
     blend = up_to_grid(blend * MARGIN) + ROOM
-    while (u := _quickest(demand := demands(blend), blend)) is None:
-        blend = up_to_grid(blend * 1.001) + ROOM  # rounding may have cost the last bit of room
+    while (times := _on_grid(demands(blend), blend, least)) is None:
+        blend = up_to_grid(blend * 1.001) + ROOM  # rounding has cost the last bit of room
+    return times
+
+
+def _on_grid(demand: Demand, blend: float, least: float) -> Times | None:
+    """The times for a blend time; None where none on the grid is inside the demand. Times are rounded up, so u down."""
+    u = _quickest(demand, blend)
+    if u is None:
+        return None
     if u == 0.0:
         return Times(blend, 0.0, 0.0)
     u = max(u / MARGIN, 0.5 * (demand.low + u))  # where rounding finds room on both sides
     spare = least - (1.0 / u + 0.5 * (blend + demand.slowing * u))
     if spare > 0.0:
-        u = max(1.0 / (1.0 / u + spare), demand.low)
+        u = max(1.0 / (1.0 / u + spare), min(u, demand.low * (1.0 + ROOM * u)))
     slow = up_to_grid(demand.slowing * u)
-    return _without_sliver(blend, up_to_grid(max(1.0 / u - 0.5 * (blend + slow), 0.0)), slow)
+    times = _without_sliver(blend, up_to_grid(max(1.0 / u - 0.5 * (blend + slow), 0.0)), slow)
+    return times if demand.low * times.reach <= 1.0 + SAME else None
