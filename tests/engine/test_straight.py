@@ -16,9 +16,13 @@ from vrs_cli.engine.commands import (
     Stamp,
 )
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.planner import Here, plan_motion
 from vrs_cli.errors import JointOutOfRange
 from vrs_cli.kinematics.model import load_robot
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.transform import Transform, from_oat
+from vrs_cli.trajectory.blend import JointState
+from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.timeline import Timeline
 
 MODEL = load_robot("puma560")
 
@@ -55,3 +59,16 @@ def test_a_joint_that_turns_back_outside_its_range_is_seen_between_samples() -> 
     narrow = Engine(replace(MODEL, upper=upper), start=start)
     with pytest.raises(JointOutOfRange, match="Joint 3"):
         narrow.perform(across)
+
+
+def test_an_acceleration_that_peaks_between_two_samples_is_seen() -> None:
+    """A blend out of a turning wrist: joint 6 accelerates most a third of the way through it."""
+    engine = Engine(MODEL)
+    joints = (-1.3172524861869788, -2.6366331336394713, -0.48808332804914956)
+    wrist = (-0.7295468965578575, -0.10832118629093608, 0.6089386835015633)
+    velocity = (-0.07555095, 0.58118274, -0.23310806, 1.96178389, -0.2550953, -2.25853576)
+    pose = from_oat(0.08675773, 0.36073906, -0.23482681, radians(44.477), radians(37.4547), radians(22.4346))
+    motion = Motion(1, Kind.STRAIGHT, Start.BLEND, pose=pose, acceleration=0.83)
+    segments = plan_motion(engine.arm, Here(JointState((*joints, *wrist), velocity)), motion, 0.0)
+    engine.timeline = Timeline(segments)
+    check_limits(engine, segments)

@@ -31,6 +31,7 @@ MARGIN = 1.01  # velocities are taken so much higher than the samples show, for 
 SMALL_MARGIN = 1.0005
 ROUNDING = 1e-6  # a velocity that is this little above its limit is at it
 ACCELERATION_MARGIN = 1.025
+NEAR_LIMIT = 0.9  # of an acceleration limit: the mean between two samples may hide a peak above it
 NEAR_PEAK = 0.95  # of the worst joint's part of its limit: the joints whose peaks between samples are looked for
 GOLDEN = 0.6180339887498949
 PEAK_STEPS = 14  # leave a thousandth of the way between two samples
@@ -219,7 +220,9 @@ class Follower:
         return max(a, b, key=lambda sample: abs(sample.velocity[joint]))
 
     def _accelerations(self, path: CartesianPath, samples: list[Sample]) -> list[tuple[float, Joints]]:
-        """Joint accelerations at both ends, where they are often greatest, and the mean ones between samples."""
+        """Joint accelerations at both ends, where they are often greatest, the mean ones between samples, and those of
+        the samples at a mean that is near its limit.
+        """
         means = [
             (0.5 * (a.s + b.s), tuple([(w - v) / (b.s - a.s) for v, w in zip(a.velocity, b.velocity, strict=True)]))
             for a, b in pairwise(samples)
@@ -227,7 +230,20 @@ class Follower:
         first, last = samples[0], samples[-1]
         at_first = self._acceleration(path, first) or _carried_on(means[0], means[1], first.s)
         at_last = self._acceleration(path, last) or _carried_on(means[-1], means[-2], last.s)
-        return [(first.s, at_first), *means, (last.s, at_last)]
+        return [(first.s, at_first), *means, *self._near_limit(path, samples, means), (last.s, at_last)]
+
+    def _near_limit(
+        self, path: CartesianPath, samples: list[Sample], means: list[tuple[float, Joints]]
+    ) -> Iterator[tuple[float, Joints]]:
+        """The joint accelerations at both samples of the greatest mean of a joint, where that is near its limit."""
+        for column, limit in zip(_columns([rates for _, rates in means]), self.arm.model.max_acceleration, strict=True):
+            greatest = max(column)
+            if NEAR_LIMIT * limit < greatest:
+                k = column.index(greatest)
+                for sample in samples[k : k + 2]:
+                    rates = self._acceleration(path, sample)
+                    if rates is not None:
+                        yield sample.s, rates
 
     def _acceleration(self, path: CartesianPath, sample: Sample) -> Joints | None:
         """The joint acceleration at a sample; None in a singular pose, where none is defined."""
