@@ -1,118 +1,162 @@
-"""Planner f and position g: `python -m benchmarks.engine`. scipy's PPoly reads the same timeline, where installed."""
+"""Planner f and position g beside what a user would pick instead: `python -m benchmarks engine`.
+
+Every figure is a median of repeats in this one run, on this machine; compare ratios, not microseconds.
+"""
 
 from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from statistics import median
-from time import perf_counter
+from math import radians
+from typing import Any
 
+import numpy as np
+
+from benchmarks.peers import Peers, beside
+from benchmarks.peers.timing import at_once, each
+from benchmarks.report import Figure, show
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.planner import plan
+from vrs_cli.engine.planner import Here, plan, plan_motion
 from vrs_cli.engine.position import joints_at, joints_over, positions_at
 from vrs_cli.kinematics.model import load_robot
+from vrs_cli.trajectory.blend import JointState
+from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.trajectory.timeline import Timeline
 
-REPEATS = 9
+MODEL = load_robot("puma560")
+MOTIONS = 3400  # of three segments each
+TIMES = 1000  # read one by one
+MANY = 100_000  # read at once, sorted
+TASKS = 40  # motions planned
+JERK_TIME = 0.1  # [s] to full acceleration, for peers that limit jerk
 
 
-def timed(work: Callable[[], object], count: int) -> float:
-    """Median time of one of `count` calls [s]."""
-    times = []
-    for _ in range(REPEATS):
-        start = perf_counter()
-        for _ in range(count):
-            work()
-        times.append((perf_counter() - start) / count)
-    return median(times)
+def main() -> None:
+    peers = Peers()
+    engine = wandering(MOTIONS)
+    figures = [*reading(engine, peers), *planning(peers), *editing(engine), straight()]
+    title = f"Engine; g on a timeline of {len(engine.timeline)} segments, {engine.end:.0f} s"
+    show(title, figures, peers.missing)
 
 
 def wandering(motions: int, seed: int = 1) -> Engine:
     """An engine with a timeline of so many joint-interpolated motions, three segments each."""
-    model = load_robot("puma560")
-    engine, source = Engine(model), random.Random(seed)
+    engine, source = Engine(MODEL), random.Random(seed)
     for _ in range(motions):
-        goal = tuple(source.uniform(low, high) for low, high in zip(model.lower, model.upper, strict=True))
-        engine.perform(Move(JointTarget(goal), straight=False))
+        engine.perform(Move(JointTarget(_somewhere(source)), straight=False))
     return engine
 
 
-def ppoly(timeline: Timeline) -> Callable[[float], object] | None:
-    """The same joint-space timeline in scipy's piecewise polynomials."""
-    try:
-        import numpy as np
-        from scipy.interpolate import PPoly
-    except ImportError:
-        return None
+def _somewhere(source: random.Random) -> tuple[float, ...]:
+    return tuple(map(source.uniform, MODEL.lower, MODEL.upper))
+
+
+# --- g -----------------------------------------------------------------------------------------------------------
+
+
+def reading(engine: Engine, peers: Peers) -> list[Figure]:
+    """g for one time and for many, and what a change of the timeline costs the next reader."""
+    arm, timeline, source = engine.arm, engine.timeline, random.Random(2)
+    times = [source.uniform(0.0, engine.end) for _ in range(TIMES)]
+    many = np.sort(np.random.default_rng(2).uniform(0.0, engine.end, MANY))
+    one = each(lambda t: joints_at(arm, timeline, t), times)
+    joints = at_once(lambda: joints_over(arm, timeline, many), MANY)
+    scipy = peers.figures("scipy_peer", {**_polynomials(timeline), "times": times, "many": many.tolist()})
+    everything = at_once(lambda: positions_at(arm, timeline, many), MANY)
+    return [
+        Figure("g, one time, joints", one, "PPoly / 2", beside("g one", scipy)),
+        Figure("g, 100,000 sorted times, joints, per time", joints, "2 x PPoly", beside("g many", scipy)),
+        Figure("- velocity, acceleration, tool, hand as well", everything),
+        Figure("an edit, and the next read of 1000 times", _edit_and_read(engine), "", beside("edit", scipy)),
+    ]
+
+
+def _polynomials(timeline: Timeline) -> dict[str, Any]:
+    """The segments that last, for scipy: joints only, each of three coefficients."""
     segments = [s for s in timeline if s.duration and isinstance(s.path, JointPath)]
-    coefficients = np.zeros((3, len(segments), len(segments[0].path.coefficients)))  # type: ignore[union-attr]
-    for k, segment in enumerate(segments):
-        assert isinstance(segment.path, JointPath)
-        for joint, a in enumerate(segment.path.coefficients):
-            for power, value in enumerate(a):
-                coefficients[2 - power, k, joint] = value
-    return PPoly(coefficients, [*(s.start for s in segments), segments[-1].finish])
+    rows = [[(*a, 0.0, 0.0)[:3] for a in s.path.coefficients] for s in segments]  # type: ignore[union-attr]
+    return {"starts": [s.start for s in segments], "finish": segments[-1].finish, "coefficients": rows}
 
 
-def row(what: str, seconds: float, bar: str, peer: str = "") -> None:
-    print(f"{what:48} {seconds * 1e6:10.2f} us   {bar:26} {peer}")
+def _edit_and_read(engine: Engine) -> float:
+    """An insertion in the middle, and 1000 times read of the new timeline there: no array is made anew."""
+    arm, timeline, delta = engine.arm, engine.timeline, _insertion(engine)
+    times = np.linspace(delta.cut - 500.0, delta.cut + 500.0, 1000)
+    return at_once(lambda: joints_over(arm, timeline.apply(delta), times), 1)
 
 
-def main() -> None:
-    engine = wandering(3400)
+# --- f -----------------------------------------------------------------------------------------------------------
+
+
+def planning(peers: Peers) -> list[Figure]:
+    """f for a joint motion, from rest and out of motion, without the timeline around it."""
+    source = random.Random(3)
+    still = (0.0,) * MODEL.joint_count
+    from_rest = [(_somewhere(source), still, _somewhere(source)) for _ in range(TASKS)]
+    from_motion = [(q, tuple(0.5 * v for v in MODEL.max_velocity), goal) for q, _, goal in from_rest]
+    work = {
+        "from_rest": from_rest,
+        "from_motion": from_motion,
+        "velocity": MODEL.max_velocity,
+        "acceleration": MODEL.max_acceleration,
+        "jerk": [a / JERK_TIME for a in MODEL.max_acceleration],
+    }
+    rest, motion = _planned(from_rest), _planned(from_motion)
+    theirs = [peers.figures(name, work) for name in ("ruckig_peer", "toppra_peer", "toolbox_peer")]
+    return [
+        Figure("f, MOVE from rest", rest, "60", beside("f from_rest", *theirs)),
+        Figure("f, MOVE out of motion", motion, "60", beside("f from_motion", *theirs)),
+    ]
+
+
+def _planned(tasks: list[tuple[tuple[float, ...], ...]]) -> float:
+    arm = Engine(MODEL).arm
+
+    def work(q: tuple[float, ...], v: tuple[float, ...], goal: tuple[float, ...]) -> object:
+        return plan_motion(arm, Here(JointState(q, v)), Motion(1, Kind.JOINT, Start.AT, goal=goal), 0.0)
+
+    return each(work, *zip(*tasks, strict=True), rounds=5)
+
+
+def editing(engine: Engine) -> list[Figure]:
+    """f with the timeline around it, and apply."""
     arm, timeline = engine.arm, engine.timeline
-    source = random.Random(2)
-    times = [source.uniform(0.0, engine.end) for _ in range(1000)]
-    print(f"timeline of {len(timeline)} segments, {engine.end:.0f} s; medians of {REPEATS}")
+    last, end, delta = engine.deltas[-1].motion, engine.end, _insertion(engine)
+    at = delta.cut
 
-    scalar = timed(lambda: [joints_at(arm, timeline, t) for t in times], 1) / len(times)
-    peer = ppoly(timeline)
-    beside = "scipy is not installed"
-    if peer is not None:
-        read = peer
-        theirs = timed(lambda: [read(t) for t in times], 1) / len(times)
-        beside = f"scipy PPoly {theirs * 1e6:.2f} us, ratio {scalar / theirs:.2f}"
-    row("g, one time, joint space", scalar, "at most 2 us", beside)
+    def repeated(work: Callable[[], object]) -> float:
+        return each(lambda _: work(), range(50))
 
-    import numpy as np
+    return [
+        Figure("f and timeline: MOVE appended", repeated(lambda: plan(arm, timeline, last, end, end))),
+        Figure("- out of motion, the rest dropped", repeated(lambda: plan(arm, timeline, last, at, at, insert=False))),
+        Figure("- inserted, next motion planned again", repeated(lambda: plan(arm, timeline, last, at, at))),
+        Figure("apply an insertion in the middle", repeated(lambda: timeline.apply(delta))),
+    ]
 
-    many = np.sort(np.array([source.uniform(0.0, engine.end) for _ in range(100_000)]))
-    array = timed(lambda: positions_at(arm, timeline, many), 1) / len(many)
-    beside = ""
-    if peer is not None:
-        read_array: Callable[..., object] = peer
-        theirs = timed(lambda: read_array(many), 1) / len(many)
-        beside = f"scipy PPoly (joints only) {theirs * 1e6:.3f} us, ratio {array / theirs:.1f}"
-    row("g, 100,000 sorted times, all of it, per time", array, "", beside)
-    joints = timed(lambda: joints_over(arm, timeline, many), 1) / len(many)
-    beside = "" if peer is None else f"scipy PPoly {theirs * 1e6:.3f} us, ratio {joints / theirs:.2f}"
-    row("- joints only", joints, "at most 2 x PPoly", beside)
 
-    last = engine.deltas[-1].motion
-    end = timeline.end
-    row("f, MOVE from rest", timed(lambda: plan(arm, timeline, last, end, end), 50), "at most 100 us")
-    middle = timeline[5001].start + 0.4 * timeline[5001].duration
-    row(
-        "f, MOVE from motion, the rest dropped",
-        timed(lambda: plan(arm, timeline, last, middle, middle, insert=False), 50),
-        "at most 100 us",
+def _insertion(engine: Engine) -> Any:
+    """A delta that inserts a motion in the middle of the timeline."""
+    timeline = engine.timeline
+    middle = timeline[len(timeline) // 2 - 100]
+    at = middle.start + 0.4 * middle.duration
+    return plan(engine.arm, timeline, engine.deltas[-1].motion, at, at)
+
+
+def straight() -> Figure:
+    """f for a straight line of 200 mm, with every joint verified."""
+    engine = Engine(MODEL)
+    engine.perform(Move(JointTarget(tuple(map(radians, (0, -45, 180, 0, 45, 0)))), straight=False))
+    pose = engine.position().T_world_tool
+    engine.perform(Move(PoseTarget(pose._replace(py=pose.py + 0.2)), straight=True))
+    before, at = engine.timeline, engine.end
+    engine.perform(Move(PoseTarget(pose), straight=True))
+    motion = engine.deltas[-1].motion
+    return Figure(
+        "f, MOVES of 200 mm, verified", each(lambda _: plan(engine.arm, before, motion, at, at), range(20)), "600"
     )
-    row("f, MOVE inserted, next motion planned again", timed(lambda: plan(arm, timeline, last, middle, middle), 50), "")
-    delta = plan(arm, timeline, last, middle, middle)
-    row("apply an insertion in the middle", timed(lambda: timeline.apply(delta), 50), "")
-
-    line = Engine(load_robot("puma560"))
-    line.perform(Move(JointTarget(tuple(x * np.pi / 180 for x in (0, -45, 180, 0, 45, 0))), straight=False))
-    pose = line.position().T_world_tool
-    line.perform(Move(PoseTarget(pose._replace(py=pose.py + 0.2)), straight=True))
-    before = line.timeline
-    at = before.end
-    back = Move(PoseTarget(pose), straight=True)
-    line.perform(back)
-    motion = line.deltas[-1].motion
-    row("f, MOVES from rest, verified", timed(lambda: plan(arm, before, motion, at, at), 20), "")
 
 
 if __name__ == "__main__":

@@ -7,10 +7,11 @@ that contain them, so after an edit only the one or two leaves that it touched a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from vrs_cli.trajectory.motion import Frames
-from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
 
 if TYPE_CHECKING:
     import numpy as np
@@ -89,13 +90,7 @@ def _tabulated(segments: tuple[Segment, ...]) -> LeafTable:
     import numpy as np
 
     paths = [segment.path for segment in segments]
-    degree = max((len(path.coefficients[0]) for path in paths if isinstance(path, JointPath)), default=1)
-    joints = next((len(path.coefficients) if isinstance(path, JointPath) else len(path.seeds[0]) for path in paths), 0)
-    coefficients = np.zeros((degree, len(segments), joints))
-    for place, path in enumerate(paths):
-        if isinstance(path, JointPath):
-            rows = np.array(path.coefficients).T
-            coefficients[: len(rows), place] = rows
+    coefficients = _coefficients(paths)
     frames = tuple(dict.fromkeys(segment.motion.frames for segment in segments))
     number = {frame: count for count, frame in enumerate(frames)}
     return LeafTable(
@@ -109,3 +104,23 @@ def _tabulated(segments: tuple[Segment, ...]) -> LeafTable:
         frames=frames,
         frame_number=np.array([number[segment.motion.frames] for segment in segments]),
     )
+
+
+def _coefficients(paths: list[Path]) -> Floats:
+    """(k, m, n) by ascending power: the paths in joint space; zero for straight ones."""
+    import numpy as np
+
+    by_length: dict[int, list[int]] = {}
+    joints = 0
+    for place, path in enumerate(paths):
+        if isinstance(path, JointPath):
+            by_length.setdefault(len(path.coefficients[0]), []).append(place)
+            joints = len(path.coefficients)
+        else:
+            joints = len(path.seeds[0])
+    table = np.zeros((max(by_length, default=1), len(paths), joints))
+    for length, places in by_length.items():
+        rows = chain.from_iterable(path.coefficients for path in map(paths.__getitem__, places))  # type: ignore[union-attr]
+        values = np.fromiter(chain.from_iterable(rows), float, len(places) * joints * length)
+        table[:length, places] = values.reshape(len(places), joints, length).transpose(2, 0, 1)
+    return table
