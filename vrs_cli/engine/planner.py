@@ -14,7 +14,7 @@ from vrs_cli.engine.straight import SLOWEST, straight_segments
 from vrs_cli.engine.targets import aimed
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, largest_change
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.blend import (
     JointLimits,
@@ -28,6 +28,7 @@ from vrs_cli.trajectory.blend import (
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -158,21 +159,24 @@ def _braked_first(arm: RobotArm, here: Here, motion: Motion, start: float, slowe
 def _inside(arm: RobotArm, segments: tuple[Segment, ...]) -> bool:
     """Whether all joints stay within their limits, also where they turn back."""
     model = arm.model
-    return not any(
-        joints_outside(q, model.lower, model.upper)
+    return all(
+        _stays_inside(segment.path, segment.duration, model.lower, model.upper)
         for segment in segments
         if isinstance(segment.path, JointPath)
-        for q in (segment.path.joints(segment.duration), _turning_points(segment.path, segment.duration))
     )
 
 
-def _turning_points(path: JointPath, duration: float) -> Joints:
-    """Where each parabola turns back inside the segment; its start otherwise."""
-    result = []
-    for a in path.coefficients:
-        turning = -0.5 * a[1] / a[2] if len(a) > 2 and a[2] else -1.0
-        result.append(a[0] + 0.5 * a[1] * turning if 0.0 < turning < duration else a[0])
-    return tuple(result)
+def _stays_inside(path: JointPath, duration: float, lower: Joints, upper: Joints) -> bool:
+    """Whether every joint ends inside its limits, and turns back there if it does."""
+    for a, least, most in zip(path.coefficients, lower, upper, strict=True):
+        low, high = least - LIMIT_TOLERANCE, most + LIMIT_TOLERANCE
+        if not low <= value(a, duration) <= high:
+            return False
+        if len(a) > 2 and a[2]:
+            turning = -0.5 * a[1] / a[2]
+            if 0.0 < turning < duration and not low <= a[0] + 0.5 * a[1] * turning <= high:
+                return False
+    return True
 
 
 # --- the edit --------------------------------------------------------------------------------------------------
