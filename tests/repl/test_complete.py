@@ -60,7 +60,7 @@ EXACT = [
     ("DO MOVE pa", ["part", "pallet[1]"]),
     ("DO DRI", ["DRIVE"]),
     (".", [".PROGRAM"]),
-    ("UNDO ", []),
+    ("TIMELINE ", []),
     ("READY ", ["AT", "IN"]),
     ('TYPE "MO', []),
     ("WHERE ; MO", []),

@@ -5,8 +5,8 @@ Nothing runs here between two requests. Readers of a timeline keep the version t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from math import isfinite
 from typing import Any
 
@@ -36,6 +36,7 @@ from vrs_cli.engine.commands import (
     Stamp,
     ToolOffsetTarget,
 )
+from vrs_cli.engine.history import CommandRecord, History, Step
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import Position, joints_at, position_at
@@ -43,7 +44,6 @@ from vrs_cli.engine.targets import Situation, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
     PowerOff,
-    UsageError,
 )
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.joints import Joints
@@ -51,7 +51,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.blend import rest
 from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.instant import LATEST, on_grid, shown
+from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
@@ -61,29 +61,6 @@ MM = 1e-3  # [m]
 INCH = 0.0254  # [m]
 
 DeltaListener = Callable[[TimelineDelta, Timeline], None]
-
-
-@dataclass(frozen=True, slots=True)
-class CommandRecord:
-    """A motion command and what became of it: when its motion begins and ends on the present timeline [s].
-
-    `executed` is as commanded and `end` None for a motion that a later command has dropped.
-    """
-
-    number: int
-    text: str
-    issued: float
-    executed: float
-    end: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class _Done:
-    """What undo needs: the timeline before a delta, the delta, and the clock before."""
-
-    timeline: Timeline
-    delta: TimelineDelta
-    clock: float
 
 
 class Engine:
@@ -103,7 +80,7 @@ class Engine:
         self.timeline = Timeline([rest(joints, 0.0, 0.0, initial)])
         self.initial = self.timeline
         self.deltas: list[TimelineDelta] = []
-        self._history: list[_Done] = []
+        self.history = History()
         self._number = 0
         self._issued: float | None = None
         self.clock.set(0.0)
@@ -139,12 +116,7 @@ class Engine:
 
     def records(self) -> tuple[CommandRecord, ...]:
         """All motion commands that are not undone, in the order in which they were issued."""
-        begins: dict[int, float] = {}
-        ends: dict[int, float] = {}
-        for segment in self.timeline:
-            begins.setdefault(segment.motion.number, segment.start)
-            ends[segment.motion.number] = segment.finish
-        return tuple(_record(done.delta, begins, ends) for done in self._history)
+        return self.history.records(self.timeline)
 
     # --- requests ---
 
@@ -338,7 +310,7 @@ class Engine:
             insert=insert,
             slowest=float(self.parameters.values["STRETCH"]),
         )
-        self._history.append(_Done(before, delta, self.now if self._issued is None else self._issued))
+        self.history.add(Step.of(before, delta, self.now if self._issued is None else self._issued, insert))
         self._number = motion.number
         self._apply(delta)
 
@@ -350,12 +322,18 @@ class Engine:
 
     def undo(self) -> TimelineDelta:
         """Take the last motion command back; the clock is set to what it was. Raises UsageError when there is none."""
-        if not self._history:
-            raise UsageError("there is no motion to undo")
-        done = self._history.pop()
-        delta = replace(done.timeline.inverse(done.delta), version=self.timeline.version)
+        step = self.history.take_back(self.now)
+        delta = step.taking_back(self.timeline.version)
+        self.clock.set(step.clock)
         self._apply(delta)
-        self.clock.set(done.clock)
+        return delta
+
+    def redo(self) -> TimelineDelta:
+        """Do again what `undo` took back last; timeline and clock are as before that. Raises UsageError."""
+        undone = self.history.do_again()
+        delta = undone.step.doing_again(self.timeline.version)
+        self.clock.set(undone.clock)
+        self._apply(delta)
         return delta
 
     # --- settings ---
@@ -420,13 +398,6 @@ class Engine:
         frames = self.frames
         T_robot_flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
         return select(self.arm, self.parameters, T_robot_flange, self.position().joints)
-
-
-def _record(delta: TimelineDelta, begins: Mapping[int, float], ends: Mapping[int, float]) -> CommandRecord:
-    number = delta.motion.number
-    begin, end = begins.get(number, delta.executed), ends.get(number)
-    text, issued = delta.motion.text, shown(delta.issued)
-    return CommandRecord(number, text, issued, shown(begin), None if end is None else shown(end))
 
 
 _SETTERS: dict[type, Callable[[Engine, Any], None]] = {

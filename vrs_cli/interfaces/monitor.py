@@ -1028,11 +1028,38 @@ def _help(_session: Session, it: Instruction) -> Iterator[Reply]:
 # --- the timeline --------------------------------------------------------------------------------------------------
 
 
-def _undo(session: Session, _it: Instruction) -> Iterator[Reply]:
+def _undo(session: Session, it: Instruction) -> Iterator[Reply]:
     engine = session.engine
-    records = engine.records()
-    engine.undo()
-    yield Message(f"{records[-1].text or 'the last motion'} is undone; the clock is at {engine.now:.3f} s")
+    texts = [step.delta.motion.text for step in reversed(engine.history.done)]
+    count = _steps_back(session, it, texts, "undo")
+    for _ in range(count):
+        engine.undo()
+    yield Message(f"{_counted(texts[:count], 'undone')}; the clock is at {engine.now:.3f} s")
+
+
+def _redo(session: Session, it: Instruction) -> Iterator[Reply]:
+    engine = session.engine
+    texts = [undone.step.delta.motion.text for undone in reversed(engine.history.undone)]
+    count = _steps_back(session, it, texts, "redo")
+    for _ in range(count):
+        engine.redo()
+    yield Message(f"{_counted(texts[:count], 'done again')}; the clock is at {engine.now:.3f} s")
+
+
+def _steps_back(session: Session, it: Instruction, texts: Sequence[str], what: str) -> int:
+    """How many commands UNDO or REDO is to take. Raises UsageError where there are not so many, IllegalValue."""
+    count = whole(_real_or(session, it, 0, 1.0))
+    if count < 1:
+        raise IllegalValue(f"{it.word} {count}", "at least one command")
+    if 1 < count > len(texts) > 0:
+        raise UsageError(f"there are not {count} motions to {what}", f"at most {it.word} {len(texts)}")
+    return count
+
+
+def _counted(texts: Sequence[str], what: str) -> str:
+    """`MOVE a is undone`, `3 commands are undone, the last of them MOVE a`."""
+    last = texts[-1] or "a motion"
+    return f"{last} is {what}" if len(texts) == 1 else f"{len(texts)} commands are {what}, up to {last}"
 
 
 def _timeline(session: Session, _it: Instruction) -> Iterator[Reply]:
@@ -1122,6 +1149,7 @@ MONITOR: Mapping[str, Handler] = {
     "FREE": _free,
     "HELP": _help,
     "UNDO": _undo,
+    "REDO": _redo,
     "TIMELINE": _timeline,
     "PLOT": _plot,
     "EXIT": _leave,

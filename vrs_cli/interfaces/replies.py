@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from vrs_cli.engine.engine import CommandRecord
+    from vrs_cli.engine.history import CommandRecord
     from vrs_cli.engine.position import Position
     from vrs_cli.kinematics.configuration import Configuration
     from vrs_cli.kinematics.joints import Joints

@@ -265,7 +265,10 @@ _SYSTEM = (
 )
 
 _OURS = (
-    _word("UNDO", (), "take the last motion command back", "UNDO", "", Route.MOTION),
+    _word(
+        "UNDO", (real("n", optional=True),), "take the last motion command back, or n of them", "UNDO", "", Route.MOTION
+    ),
+    _word("REDO", (real("n", optional=True),), "do again what UNDO took back, or n of that", "REDO", "", Route.MOTION),
     _word("TIMELINE", (), "the segments of the trajectory", "TIMELINE", "", Route.POSITION),
     _word(
         "PLOT",

@@ -7,7 +7,7 @@ from dataclasses import replace
 from textwrap import wrap
 from typing import Any
 
-from vrs_cli.engine.engine import CommandRecord
+from vrs_cli.engine.history import CommandRecord
 from vrs_cli.engine.position import Position, position_at
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.replies import Reply, Tone
