@@ -18,6 +18,7 @@ NAMES = Names(
         Kind.STRING: {"$msg": '"hello"'},
     },
     switches={"CP": "continuous path", "POWER": "arm power"},
+    branches={"trial": "branch"},
     parameters={"HAND.TIME": "", "PROFILE": ""},
 )
 
@@ -43,6 +44,8 @@ EXACT = [
     ("ENABLE ", ["CP", "POWER"]),
     ("EN P", ["POWER"]),
     ("DISABLE CP, P", ["POWER"]),
+    ("MERGE ", ["trial"]),
+    ("COMPARE tr", ["trial"]),
     ("PARAMETER PRO", ["PROFILE"]),
     ("HELP MOVES", ["MOVEST"]),
     ("HELP HAND", ["HAND.TIME"]),

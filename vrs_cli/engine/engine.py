@@ -5,8 +5,9 @@ Nothing runs here between two requests. Readers of a timeline keep the version t
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterable
+from copy import deepcopy
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
 
@@ -63,8 +64,24 @@ INCH = 0.0254  # [m]
 DeltaListener = Callable[[TimelineDelta, Timeline], None]
 
 
+@dataclass(frozen=True, slots=True)
+class Line:
+    """All that an engine has of one course of events: another may be taken up in its place, and this one again."""
+
+    initial: Timeline
+    timeline: Timeline
+    deltas: tuple[TimelineDelta, ...]
+    history: History
+    number: int
+    clock: float
+    parameters: Parameters
+
+
 class Engine:
-    """One robot: model, timeline, settings, clock. `deltas` are all changes of the timeline so far."""
+    """One robot: model, timeline, settings, clock. `deltas` are all changes of the timeline so far.
+
+    `heard`: listeners are told of each change; not of those that are only tried.
+    """
 
     def __init__(self, model: RobotModel, *, start: Joints | None = None, clock: Clock | None = None) -> None:
         self.model = model
@@ -72,6 +89,7 @@ class Engine:
         self.clock: Clock = clock or VirtualClock()
         self.parameters = Parameters()
         self.listeners: list[DeltaListener] = []
+        self.heard = True
         self.begin_timeline(model.poses["ready"] if start is None else start)
 
     def begin_timeline(self, joints: Joints) -> None:
@@ -310,14 +328,23 @@ class Engine:
             insert=insert,
             slowest=float(self.parameters.values["STRETCH"]),
         )
-        self.history.add(Step.of(before, delta, self.now if self._issued is None else self._issued, insert))
-        self._number = motion.number
+        self.commit(delta, self.now if self._issued is None else self._issued, insert)
+
+    def commit(self, delta: TimelineDelta, clock: float, insert: bool) -> None:
+        """A command that was planned for the present timeline takes place; `clock` is what UNDO goes back to."""
+        self.history.add(Step.of(self.timeline, delta, clock, insert))
+        self._number = delta.motion.number
         self._apply(delta)
+
+    def follow(self, deltas: Iterable[TimelineDelta]) -> None:
+        """Change the timeline as another course of events did from here on; listeners hear of it."""
+        for delta in deltas:
+            self._apply(delta)
 
     def _apply(self, delta: TimelineDelta) -> None:
         self.timeline = self.timeline.apply(delta)
         self.deltas.append(delta)
-        for listener in self.listeners:
+        for listener in self.listeners if self.heard else ():
             listener(delta, self.timeline)
 
     def undo(self) -> TimelineDelta:
@@ -335,6 +362,27 @@ class Engine:
         self.clock.set(undone.clock)
         self._apply(delta)
         return delta
+
+    # --- other courses of events ---
+
+    def line(self) -> Line:
+        """The present course of events, to be taken up again."""
+        return Line(
+            self.initial,
+            self.timeline,
+            tuple(self.deltas),
+            self.history.copy(),
+            self._number,
+            self.now,
+            deepcopy(self.parameters),
+        )
+
+    def take(self, line: Line, *, heard: bool) -> None:
+        """Take up a course of events where it was left; the robot is where it was then."""
+        self.initial, self.timeline, self.deltas = line.initial, line.timeline, list(line.deltas)
+        self.history, self._number = line.history.copy(), line.number
+        self.parameters, self.heard = deepcopy(line.parameters), heard
+        self.clock.set(line.clock)
 
     # --- settings ---
 

@@ -14,11 +14,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
 
 from vrs_cli import __version__
+from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.commands import SetMonitorSpeed
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, row_of
 from vrs_cli.errors import (
     FileExists,
     IllegalValue,
+    InvalidName,
     NoProgramSpecified,
     ProgramExists,
     TypeMismatch,
@@ -27,10 +29,13 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.files.layout import Layout
-from vrs_cli.interfaces.driver import Outcome, RunResult
+from vrs_cli.interfaces.driver import ROBOT_PROGRAM, Outcome, RunResult
 from vrs_cli.interfaces.plotting import plotted, selected
 from vrs_cli.interfaces.replies import (
+    BranchRow,
+    BranchTable,
     ClockReport,
+    ComparisonTable,
     Diagnosed,
     DiagnosticsReport,
     Farewell,
@@ -1062,6 +1067,71 @@ def _counted(texts: Sequence[str], what: str) -> str:
     return f"{last} is {what}" if len(texts) == 1 else f"{len(texts)} commands are {what}, up to {last}"
 
 
+def _branch(session: Session, it: Instruction) -> Iterator[Reply]:
+    branches, asked = session.branches, _argument(it, 0)
+    if asked is None:
+        yield BranchTable(tuple(_branch_row(session, name) for name in branches.names))
+        return
+    name = _text(asked)
+    if not name[:1].isalpha():
+        raise InvalidName(name, "a branch is named as a program is: BRANCH trial")
+    _tasks_stand(session)
+    if name in branches:
+        branches.change_over(name)
+        yield Message(f"On {branches.present}; the clock is at {session.engine.now:.3f} s")
+    else:
+        origin = branches.present
+        branches.make(name)
+        yield Message(f"On {name}, a new branch of {origin}; the clock is at {session.engine.now:.3f} s")
+
+
+def _branch_row(session: Session, name: str) -> BranchRow:
+    line = session.branches.line(name)
+    present = name == session.branches.present
+    return BranchRow(name, present, len(line.history.done), line.timeline.end, line.clock)
+
+
+def _tasks_stand(session: Session) -> None:
+    """Raises UsageError while a task waits for a time of the present branch."""
+    running = next((track for track in session.driver.tasks.values() if track.running), None)
+    if running is not None:
+        number = "" if running.number == ROBOT_PROGRAM else f" {running.number}"
+        raise UsageError(f"{running.task.program} is running", f"ABORT{number} stops it")
+
+
+def _compare(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.engine.comparison import compare
+
+    branches = session.branches
+    a, b = _argument(it, 0), _argument(it, 1)
+    first, second = MAIN if a is None else _text(a), branches.present if b is None else _text(b)
+    if first.lower() == second.lower():
+        raise UsageError(f"{first} is the same as {second}", "COMPARE a, b; BRANCH lists the branches")
+    comparison = compare(session.engine.arm, branches.line(first), branches.line(second))
+    yield ComparisonTable(branches.spelled(first), branches.spelled(second), comparison)
+
+
+def _merge(session: Session, it: Instruction) -> Iterator[Reply]:
+    asked = _argument(it, 0)
+    name = session.branches.spelled(session.branches.present if asked is None else _text(asked))
+    _tasks_stand(session)
+    again = session.branches.merge(name)
+    how = f", {again} command{'' if again == 1 else 's'} of it planned again" if again else ""
+    yield Message(f"{name} is merged into main{how}; the timeline ends at {session.engine.end:.3f} s")
+
+
+def _deleteb(session: Session, it: Instruction) -> Iterator[Reply]:
+    branches = session.branches
+    doomed = [branches.droppable(_text(argument)) for argument in it.arguments]
+    _tasks_stand(session)
+    refused = _refused(session, f"{_listed(doomed)} will be deleted.")
+    if refused:
+        yield refused
+        return
+    for name in doomed:
+        branches.drop(name)
+
+
 def _timeline(session: Session, _it: Instruction) -> Iterator[Reply]:
     engine = session.engine
     yield TimelineTable(engine.records(), engine.timeline, engine.now)
@@ -1150,6 +1220,10 @@ MONITOR: Mapping[str, Handler] = {
     "HELP": _help,
     "UNDO": _undo,
     "REDO": _redo,
+    "BRANCH": _branch,
+    "COMPARE": _compare,
+    "MERGE": _merge,
+    "DELETEB": _deleteb,
     "TIMELINE": _timeline,
     "PLOT": _plot,
     "EXIT": _leave,

@@ -269,6 +269,31 @@ _OURS = (
         "UNDO", (real("n", optional=True),), "take the last motion command back, or n of them", "UNDO", "", Route.MOTION
     ),
     _word("REDO", (real("n", optional=True),), "do again what UNDO took back, or n of that", "REDO", "", Route.MOTION),
+    _word(
+        "BRANCH",
+        (Argument("name", Shape.BRANCH, optional=True),),
+        "try another timeline: go to a branch, made of what is there if there is none; bare: list them, main first",
+        "BRANCH trial",
+        "",
+        Route.MOTION,
+    ),
+    _word(
+        "COMPARE",
+        (Argument("a", Shape.BRANCH, optional=True), Argument("b", Shape.BRANCH, optional=True)),
+        "two branches side by side: a, or main, and b, or the present one",
+        "COMPARE main, trial",
+        "",
+        Route.POSITION,
+    ),
+    _word(
+        "MERGE",
+        (Argument("name", Shape.BRANCH, optional=True),),
+        "make what a branch (the present one) has become the main timeline",
+        "MERGE trial",
+        "",
+        Route.MOTION,
+    ),
+    _word("DELETEB", (Argument("name", Shape.BRANCH, repeated=True),), "drop branches", "DELETEB trial", ""),
     _word("TIMELINE", (), "the segments of the trajectory", "TIMELINE", "", Route.POSITION),
     _word(
         "PLOT",

@@ -31,12 +31,13 @@ class Suggestion:
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What is defined: programs and variables with a short note on each; `settings`: switches, parameters."""
+    """What is defined: programs and variables with a short note on each; `settings`: switches, parameters; branches."""
 
     programs: Mapping[str, str] = field(default_factory=dict)
     variables: Mapping[Kind, Mapping[str, str]] = field(default_factory=dict)
     switches: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
+    branches: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, *kinds: Kind) -> dict[str, str]:
         """The variables of some kinds."""
@@ -195,6 +196,7 @@ SHAPES: Mapping[Shape, Callable[[Names], Candidates]] = {
     Shape.ITEM: _items,
     Shape.SWITCH: lambda names: names.switches.items(),
     Shape.PARAMETER_NAME: lambda names: names.parameters.items(),
+    Shape.BRANCH: lambda names: names.branches.items(),
     Shape.INSTRUCTION: _instructions,
 }
 

@@ -230,7 +230,8 @@ class Shell:
             return IDLE
         if work.conversation.in_program:
             return work.conversation.prompt
-        return RUNNING if work.conversation.session.running else IDLE
+        session = work.conversation.session
+        return RUNNING if session.running else session.prompt
 
     def _indent(self) -> str:
         work = self.backstage.ready
