@@ -15,8 +15,8 @@ from vrs_cli.trajectory.timeline import Timeline
 class Rebuilding:
     """tau[k] while deltas are added.
 
-    Deltas that only append are put on together at the end of their run: a timeline copies its list of blocks at
-    every change, which a file of 100,000 motions would pay for.
+    Deltas that only append are put on together at the end of their run: what a single append makes anew along the
+    edge of the rope is made once for all of them.
     """
 
     def __init__(self, initial: Iterable[Segment]) -> None:
