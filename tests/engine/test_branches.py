@@ -189,6 +189,16 @@ def test_where_main_has_changed_the_commands_are_planned_again(branches: Branche
     assert told == engine.deltas[2:]
 
 
+def test_what_is_relative_stays_so_when_it_is_planned_again(branches: Branches) -> None:
+    engine = branches.engine
+    branches.make("trial")
+    engine.perform(drive(3, -20))
+    branches.change_over(MAIN)
+    engine.perform(drive(3, -30))
+    branches.merge("trial")
+    assert engine.position().joints[2] == pytest.approx(radians(40))
+
+
 def test_a_branch_of_a_branch_is_merged_with_both(branches: Branches) -> None:
     engine = branches.engine
     branches.make("one")

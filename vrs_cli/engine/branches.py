@@ -14,6 +14,8 @@ from dataclasses import dataclass, replace
 from vrs_cli.engine.engine import Engine, Line
 from vrs_cli.engine.history import Step
 from vrs_cli.engine.planner import plan
+from vrs_cli.engine.position import destination_at
+from vrs_cli.engine.targets import aimed
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import Motion, Start
@@ -166,20 +168,14 @@ class Branches:
     def _plans(self, name: str, old: Timeline, main: Line, steps: Sequence[Step]) -> list[TimelineDelta]:
         """The steps of a branch that left main at `old`, planned one after another on what main is now."""
         timeline, deltas = main.timeline, list[TimelineDelta]()
-        slowest = float(main.parameters.values["STRETCH"])
+        arm, slowest = self.engine.arm, float(main.parameters.values["STRETCH"])
         for number, step in enumerate(steps, main.number + 1):
             motion = replace(step.delta.motion, number=number)
             when = _when(step.delta, old, timeline)
             try:
-                delta = plan(
-                    self.engine.arm,
-                    timeline,
-                    motion,
-                    step.delta.issued,
-                    when,
-                    insert=step.insert,
-                    slowest=slowest,
-                )
+                before = destination_at(arm, timeline, when if motion.start is Start.AT else timeline.end)
+                motion = aimed(arm, motion, before.joints)
+                delta = plan(arm, timeline, motion, step.delta.issued, when, insert=step.insert, slowest=slowest)
             except MotionError as error:
                 error.detail = f"when {_said(motion)} of {name} is planned again on main: {error.detail}"
                 raise

@@ -24,6 +24,7 @@ MOST_SAMPLES = 200_000  # of one timeline
 DENSEST, SPARSEST = 32, 2  # samples a segment
 CLOSER = 64  # samples between two others, to find the greatest distance exactly
 CLOSER_ROUNDS = 3
+NOISE = 1e-9  # [m, rad] what rounding makes of one distance
 
 Distance = Callable[[Positions, Positions], "Floats"]
 
@@ -145,7 +146,8 @@ def _greatest(arm: RobotArm, a: Timeline, b: Timeline, times: Floats, distance: 
 
     for _ in range(CLOSER_ROUNDS):
         found = distance(positions_at(arm, a, times), positions_at(arm, b, times))
-        place = int(np.argmax(found.max(axis=1)))
+        farthest = found.max(axis=1)
+        place = int(np.argmax(farthest >= farthest.max() - NOISE))  # the first time, where it stays so
         best = Apart(float(found[place].max()), float(times[place]), int(np.argmax(found[place])) + 1)
         near = times[max(place - 1, 0) : place + 2]
         times = np.unique(np.concatenate((np.linspace(near[0], near[-1], CLOSER), [times[place]])))

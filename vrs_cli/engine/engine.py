@@ -40,7 +40,7 @@ from vrs_cli.engine.commands import (
 from vrs_cli.engine.history import CommandRecord, History, Step
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
 from vrs_cli.engine.planner import plan
-from vrs_cli.engine.position import Position, joints_at, position_at
+from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
 from vrs_cli.engine.targets import Situation, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
@@ -120,12 +120,7 @@ class Engine:
 
     def destination(self, t: float | None = None) -> Position:
         """Where the motion that is under way at t (now) ends, or where the robot stands."""
-        timeline = self.timeline
-        index = timeline.index_at(self.now if t is None else t)
-        number = timeline[index].motion.number
-        while index + 1 < len(timeline) and timeline[index + 1].motion.number == number:
-            index += 1
-        return position_at(self.arm, timeline, timeline[index].finish)
+        return destination_at(self.arm, self.timeline, self.now if t is None else t)
 
     @property
     def frames(self) -> Frames:

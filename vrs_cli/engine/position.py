@@ -80,6 +80,15 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
     return Position(t, joints, velocity, acceleration, pose, segment.motion.hand, moving, segment.motion)
 
 
+def destination_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
+    """Where the motion that is under way at t [s] ends, or where the robot stands."""
+    index = timeline.index_at(t)
+    number = timeline[index].motion.number
+    while index + 1 < len(timeline) and timeline[index + 1].motion.number == number:
+        index += 1
+    return position_at(arm, timeline, timeline[index].finish)
+
+
 def world_pose(arm: RobotArm, motion: Motion, joints: Joints) -> Transform:
     """T_world_tool, with the BASE and TOOL of a motion."""
     frames = motion.frames

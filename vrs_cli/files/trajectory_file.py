@@ -82,8 +82,8 @@ class TrajectoryWriter:
     """A journal: the file holds every delta as soon as `append` returns.
 
     The header replaces an older file at once; `continued` goes on with one. `durable=False` leaves the syncing to
-    `close` (batch). When a line cannot be written, what there is of it is taken away, and the next call writes it first: the
-    file stays whole, and loses nothing once the disk has room again. Every method raises FileError.
+    `close` (batch). When a line cannot be written, what there is of it is taken away, and the next call writes it
+    first: the file stays whole, and loses nothing once the disk has room again. Every method raises FileError.
     """
 
     def __init__(
