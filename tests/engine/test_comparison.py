@@ -44,7 +44,7 @@ def test_how_long_and_how_far(branches: Branches) -> None:
     assert told.b.joint_travel == pytest.approx(radians(115), rel=1e-12)
     assert told.since == end
     assert (told.joints.joint, told.joints.distance) == (6, pytest.approx(radians(45)))
-    assert told.joints.time == pytest.approx(engine.end)
+    assert told.joints.time == pytest.approx(engine.end, abs=1e-5)
 
 
 def test_the_tool_path_of_one_joint_is_its_arc() -> None:
@@ -68,7 +68,7 @@ def test_the_greatest_distance_is_found_between_samples(branches: Branches) -> N
     tool = np.linalg.norm(p.T_world_tool[:, :, 3] - q.T_world_tool[:, :, 3], axis=1).max()
     joints = np.abs(p.joints - q.joints).max()
     assert told.tool.distance == pytest.approx(tool, rel=1e-6)
-    assert told.tool.distance >= tool * (1.0 - 1e-9)
+    assert told.tool.distance >= tool - 1e-9
     assert told.joints.distance == pytest.approx(joints, rel=1e-6)
     differ = times[np.abs(p.joints - q.joints).max(axis=1) > 1e-12]
     assert told.since is not None

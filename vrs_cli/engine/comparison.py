@@ -24,7 +24,7 @@ MOST_SAMPLES = 200_000  # of one timeline
 DENSEST, SPARSEST = 32, 2  # samples a segment
 CLOSER = 64  # samples between two others, to find the greatest distance exactly
 CLOSER_ROUNDS = 3
-NOISE = 1e-9  # [m, rad] what rounding makes of one distance
+NOISE = 1e-12  # [m, rad] what rounding makes of one distance
 
 Distance = Callable[[Positions, Positions], "Floats"]
 
