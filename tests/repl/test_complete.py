@@ -128,7 +128,8 @@ def test_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (tmp_path / name).touch()
     (tmp_path / "programs").mkdir()
     (tmp_path / "programs" / "weld.v2").touch()
-    assert words("LOAD ") == ["pick.v2", "points.lc", "programs/"]
+    assert words("LOAD ") == ["demo.vrst", "pick.v2", "points.lc", "programs/"]
+    assert words("FLIST ") == ["pick.v2", "points.lc", "programs/"]
     assert words("LOAD pi") == ["pick.v2"]
     assert words("LOAD programs/") == ["weld.v2"]
     assert words("REPLAY ") == ["demo.vrst", "programs/"]

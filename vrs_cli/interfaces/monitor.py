@@ -6,10 +6,12 @@ A handler is a generator where it asks questions between its replies: each reply
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
 
@@ -94,6 +96,7 @@ from vrs_cli.language.values import (
 
 if TYPE_CHECKING:
     from vrs_cli.files.store import Part
+    from vrs_cli.files.trajectory_file import Recording
     from vrs_cli.interfaces.session import Session
     from vrs_cli.language.diagnostics import Diagnostic
 
@@ -115,6 +118,20 @@ class Dialogue(Protocol):
 
     def end_progress(self) -> None:
         """It has ended."""
+
+
+@runtime_checkable
+class Watched(Protocol):
+    """A terminal where somebody may watch how a long file is read."""
+
+    def begin_progress(self) -> None:
+        """The file is opened."""
+
+    def reading(self, path: str, share: float) -> None:
+        """So much of it has been read, from 0 to 1."""
+
+    def end_progress(self) -> None:
+        """It has been read."""
 
 
 # --- operands ------------------------------------------------------------------------------------------------------
@@ -164,6 +181,7 @@ def _shown(expression: Expression) -> str:
 # --- where the robot is --------------------------------------------------------------------------------------------
 
 MOST_ROWS = 100_000
+TORN = "its last line was not written to the end, and was left out"
 DEFAULT_ROWS = 10
 
 
@@ -510,7 +528,8 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
 
     path = find_program_file(named)
     if path.suffix.lower() == EXTENSION:
-        raise UsageError(f"{path} is a trajectory file", f"REPLAY {path}")
+        yield from _load_trajectory(session, path)
+        return
     text = read_program_file(path)
     programs = session.environment.programs
     before, layout = dict(programs), session.layout
@@ -525,6 +544,40 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
             yield Message(str(ProgramExists(stored.name, f"DELETEP {stored.name}, then LOAD again")), Tone.ERROR)
     names = [_loaded(stored) for stored in brought if stored.program.key not in before]
     yield Message(f"{path} loaded" + (f": {_listed(names)}" if names else ""))
+
+
+def _load_trajectory(session: Session, path: Path) -> Iterator[Reply]:
+    """A trajectory becomes a branch of its own: it can be gone on with, compared, and merged into main."""
+    from vrs_cli.files.continuing import line_of
+
+    branches = session.branches
+    name = re.sub(r"\W", ".", path.stem)
+    name = name if name[0].isalpha() else f"t{name}"
+    if name in branches:
+        raise UsageError(f"there is a branch {name} already", f"DELETEB {name}, then LOAD again; or rename the file")
+    _tasks_stand(session)
+    recording = _recording(session, path)
+    branches.add(name, line_of(path, recording, session.engine))
+    branches.change_over(name)
+    if recording.dropped_tail:
+        yield Message(TORN, Tone.WARNING)
+    commands = len(session.engine.history.done)
+    counted = f"{commands} command{'s' if commands != 1 else ''}"
+    yield Message(f"On {name}, a branch of {counted} from {path}; the clock is at {session.engine.now:.3f} s")
+
+
+def _recording(session: Session, path: Path) -> Recording:
+    """Read a trajectory file, with progress where somebody watches."""
+    from vrs_cli.files.trajectory_file import read_trajectory
+
+    terminal = session.terminal
+    if not isinstance(terminal, Watched):
+        return read_trajectory(path)
+    terminal.begin_progress()
+    try:
+        return read_trajectory(path, partial(terminal.reading, str(path)))
+    finally:
+        terminal.end_progress()
 
 
 def _loaded(stored: StoredProgram) -> str:
@@ -574,12 +627,12 @@ def _save(session: Session, it: Instruction) -> Iterator[Reply]:
     yield Message(f"{path} saved: {commands} command{'s' if commands != 1 else ''}, {engine.end:.3f} s")
 
 
-def _replay(_session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.files.trajectory_file import EXTENSION, read_trajectory
+def _replay(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.trajectory_file import EXTENSION
 
     path = _path(it)
     path = path if path.exists() else _with_extension(path, EXTENSION)
-    recording = read_trajectory(path)
+    recording = _recording(session, path)
     yield Replay(path, recording.model, recording.timeline, len(recording.deltas), recording.dropped_tail)
 
 

@@ -150,7 +150,12 @@ _PROGRAMS = (
 )
 
 _FILES = (
-    _word("LOAD", (FILE,), "read programs and variables from a file", "LOAD pick.v2"),
+    _word(
+        "LOAD",
+        (FILE,),
+        "read programs and variables from a file; of a trajectory (.vrst), make a branch to go on with",
+        "LOAD pick.v2",
+    ),
     _word(
         "STORE",
         (FILE,),

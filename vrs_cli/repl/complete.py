@@ -348,8 +348,12 @@ def _argument(arguments: tuple[Argument, ...], index: int) -> Argument | None:
 
 # --- files ---------------------------------------------------------------------------------------------------------
 
-EXTENSIONS: Mapping[str, tuple[str, ...]] = {"SAVE": (".vrst",), "REPLAY": (".vrst",)}
 PROGRAM_EXTENSIONS = (".v2", ".pg", ".lc", ".rv", ".st")
+EXTENSIONS: Mapping[str, tuple[str, ...]] = {
+    "SAVE": (".vrst",),
+    "REPLAY": (".vrst",),
+    "LOAD": (*PROGRAM_EXTENSIONS, ".vrst"),
+}
 
 
 def _files(line: str) -> list[Suggestion]:
