@@ -113,7 +113,7 @@ def _step(rebuilding: Rebuilding, delta: TimelineDelta) -> Step:
         before = rebuilding.timeline()
         return Step.of(before, delta, delta.issued, insert=not _overrides(before, delta))
     back = replace(
-        delta, cause=Cause.UNDO, cut=rebuilding.end, drop=len(delta.segments), shift=-delta.shift, segments=()
+        delta, cause=Cause.UNDO, cut=rebuilding.end, drop=len(delta.segments), shift=0.0 - delta.shift, segments=()
     )
     return Step(delta, back, delta.issued)
 

@@ -121,7 +121,7 @@ class Timeline:
             cut=self[kept_whole - 1].finish if kept_whole else self.start,
             keep=kept_whole,
             drop=delta.keep - kept_whole + len(delta.segments),
-            shift=-delta.shift,
+            shift=0.0 - delta.shift,  # not -0.0
             segments=tuple(self[index] for index in range(kept_whole, delta.keep + delta.drop)),
         )
 
