@@ -28,6 +28,7 @@ PATTERN = 300  # motions that are planned; longer timelines repeat them
 PLACES = 400
 ROUNDS = 9
 BAR = 1.5
+MOTION = Motion(1, Kind.JOINT, Start.AT)
 
 
 def tiled(count: int) -> tuple[RobotArm, Timeline]:
@@ -51,9 +52,8 @@ def own(segment: Segment) -> Segment:
 def deltas(timeline: Timeline, source: random.Random) -> Iterator[tuple[str, TimelineDelta]]:
     """One of each edit that the timeline knows, at a place drawn at random."""
     keep = source.randrange(1, len(timeline) - 4)
-    motion = Motion(1, Kind.JOINT, Start.AT)
     some = tuple(timeline[index] for index in range(keep, keep + 3))
-    base = TimelineDelta(timeline.version, Cause.COMMAND, motion, 0.0, some[0].start, some[0].start, keep, 0, 0.0, ())
+    base = TimelineDelta(timeline.version, Cause.COMMAND, MOTION, 0.0, some[0].start, some[0].start, keep, 0, 0.0, ())
     yield "insert", replace(base, drop=3, shift=on_grid(0.5), segments=some)
     yield "truncate", replace(base, cut=some[0].start - 0.01, drop=len(timeline) - keep)
     yield "shift the rest", replace(base, shift=on_grid(1.0))
