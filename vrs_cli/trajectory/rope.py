@@ -21,8 +21,8 @@ from vrs_cli.trajectory.segment import Segment
 if TYPE_CHECKING:
     from vrs_cli.trajectory.leaf_table import LeafTable
 
-LEAF = 64  # segments in a full leaf
-FAN = 32  # children of a full branch
+LEAF = 128  # segments in a full leaf
+FAN = 64  # children of a full branch
 SPARSE = 4  # a node that holds less than this part of a full one is put together with a neighbour that has room
 
 
@@ -189,7 +189,8 @@ def _spliced_leaf(
         return [Held(offset + shift, _leaf(right))] if right else []
     away = -(base + offset)
     made = (*left, *[segment.shifted(away) for segment in new])
-    if len(made) + len(right) <= LEAF:
+    few = not shift or len(right) * SPARSE <= LEAF  # more of them are shifted together, as a leaf of their own
+    if few and len(made) + len(right) <= LEAF:
         return [Held(offset, _leaf((*made, *[segment.shifted(shift) for segment in right])))]
     return _leaves_of(offset, made) + ([Held(offset + shift, _leaf(right))] if right else [])
 
