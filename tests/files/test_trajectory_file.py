@@ -3,6 +3,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import BinaryIO
@@ -183,6 +184,25 @@ def test_a_line_that_fails_is_written_with_the_next(tmp_path: Path, monkeypatch:
         full[0] = False
         journal.append(changes[3])
         assert read_trajectory(path).deltas == changes[:4]
+
+
+def test_ctrl_c_in_the_middle_of_a_line_leaves_it_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, changes, interrupt = tmp_path / "t.vrst", planned(4)[1], [False]
+
+    def sync_or_stop(stream: BinaryIO) -> None:
+        stream.flush()
+        if interrupt.pop():
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(trajectory_file, "sync", sync_or_stop)
+    journal = TrajectoryWriter(path, puma(), [initial()])
+    for delta, stopped in zip(changes, (False, True, False, True), strict=False):
+        interrupt[:] = [stopped]
+        with suppress(KeyboardInterrupt):
+            journal.append(delta)
+    interrupt[:] = [False, False]
+    journal.close()
+    assert read_trajectory(path).deltas == changes[:4]
 
 
 def test_progress_goes_from_nothing_to_all(tmp_path: Path) -> None:

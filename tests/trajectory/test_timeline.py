@@ -115,6 +115,18 @@ def test_shifts_are_exact_however_many_there_are() -> None:
     assert timeline.end == (ticks[-1] + second) * TICK
 
 
+@given(st.floats(0.0, 40.0), st.integers(0, 2**20), st.integers(1, 20))
+def test_where_a_time_falls_does_not_depend_on_how_a_timeline_was_made(t: float, shift: int, keep: int) -> None:
+    """Neither the offsets nor the leaves of its rope can be told from outside, to the last bit of any time."""
+    plain = timeline_of(30)
+    there = plain.apply(delta(plain, LATEST, keep, 0, shift * TICK))
+    back = there.apply(delta(there, LATEST, keep, 0, -shift * TICK))
+    for timeline in (back, Timeline(list(there))):
+        other = plain if timeline is back else there
+        (a, s), (b, r) = timeline.locate(t), other.locate(t)
+        assert (a.path, s) == (b.path, r)
+
+
 def test_a_delta_fits_one_version_only() -> None:
     timeline = timeline_of(3)
     edit = delta(timeline, 3.0, 4, 0, 0.0, ramp(7, 3.0, 4.0))

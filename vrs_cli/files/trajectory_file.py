@@ -119,37 +119,39 @@ class TrajectoryWriter:
 
     def _go_on(self, path: Path, stream: BinaryIO, motions: Motions, durable: bool) -> None:
         self.path, self._stream, self._motions, self._durable = path, stream, motions, durable
-        self._pending = b""
-        self._size = stream.tell() if stream.seekable() else None
+        self._state = (
+            stream.tell() if stream.seekable() else 0,
+            b"",
+        )  # bytes in the file, and those that are to follow
 
     def append(self, delta: TimelineDelta) -> None:
         """Add one delta."""
-        self._pending += encode_delta(delta, self._motions)
+        size, pending = self._state
+        self._state = (size, pending + encode_delta(delta, self._motions))
         with writing(self.path):
             self._put()
 
     def _put(self) -> None:
-        """Write what is pending; all of it, or nothing."""
+        """Write what is pending: all of it or, when that fails or Ctrl-C comes between, nothing."""
+        size, data = self._state
         try:
-            self._stream.write(self._pending)
+            self._stream.write(data)
             if self._durable:
                 sync(self._stream)
-        except OSError:
+            self._state = (size + len(data), b"")  # at once: it is either written or pending
+        except BaseException:
             self._take_away()
             raise
-        if self._size is not None:
-            self._size += len(self._pending)
-        self._pending = b""
 
     def _take_away(self) -> None:
-        """The file as it was before a line that failed; the stream forgets what it still held of it."""
-        if self._size is None:
+        """The file as it was before what is pending; the stream forgets what it still held of it."""
+        if not self._stream.seekable():
             return
         handle = os.dup(self._stream.fileno())
         with suppress(OSError):
             self._stream.close()
-        os.ftruncate(handle, self._size)
-        os.lseek(handle, self._size, os.SEEK_SET)
+        os.ftruncate(handle, self._state[0])
+        os.lseek(handle, 0, os.SEEK_END)
         self._stream = os.fdopen(handle, "wb")
 
     def close(self) -> None:
@@ -157,7 +159,7 @@ class TrajectoryWriter:
         if self._stream.closed:
             return
         with writing(self.path), self._stream:
-            if self._pending:
+            if self._state[1]:
                 self._put()
             sync(self._stream)
 

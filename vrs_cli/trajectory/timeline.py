@@ -70,16 +70,15 @@ class Timeline:
     def locate(self, t: float) -> tuple[Segment, float]:
         """The segment in force at t as stored, and t - t_s limited to its duration (the robot stands still in gaps)."""
         offset, node = self._rope
-        local = t - offset
         while node.__class__ is Branch:  # not isinstance: g is read more often than anything else
-            place = bisect_right(node.begins, local) - 1
+            place = bisect_right(node.begins, t - offset) - 1
             place = place if place > 0 else 0
-            local -= node.offsets[place]
+            offset += node.offsets[place]
             node = node.nodes[place]
         leaf: Leaf = node  # type: ignore[assignment]  # what is no branch is a leaf
-        place = bisect_right(leaf.starts, local) - 1
+        place = bisect_right(leaf.starts, t - offset) - 1
         segment = leaf.segments[place if place > 0 else 0]
-        since = local - segment.start
+        since = t - (offset + segment.start)  # that sum is exact: whatever the offsets are, g is the same to the bit
         if since < 0.0:
             return segment, 0.0
         duration = segment.finish - segment.start
