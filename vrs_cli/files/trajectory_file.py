@@ -214,7 +214,7 @@ class Recording:
 
 
 @contextmanager
-def _collector_paused() -> Iterator[None]:
+def collector_paused() -> Iterator[None]:
     """A file is many values and no cycles: the garbage collector would walk them all again and again."""
     running = gc.isenabled()
     gc.disable()
@@ -225,7 +225,7 @@ def _collector_paused() -> Iterator[None]:
             gc.enable()
 
 
-@_collector_paused()
+@collector_paused()
 def read_trajectory(path: str | Path, progress: Callable[[float], None] | None = None) -> Recording:
     """Read a trajectory file. Raises NonexistentFile, FileError, or FileDamaged, which names the line.
 
