@@ -26,7 +26,7 @@ def run(
     session = Session(terminal, model)
     conversation = Conversation(session)
     if recorder is not None:
-        terminal.show(recorder.begin(session.engine))
+        terminal.show(recorder.begin(session))
     if file is not None:
         conversation.load(file)
     for line in lines:
