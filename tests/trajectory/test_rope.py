@@ -40,9 +40,9 @@ def check_sound(held: Held) -> None:
         return
     children = [Held(offset, child) for offset, child in zip(node.offsets, node.nodes, strict=True)]
     assert 1 <= len(children) <= FAN
-    assert node.begins == tuple(child.offset + child.node.begin for child in children)
+    assert list(node.begins) == [child.offset + child.node.begin for child in children]
     sizes = [child.node.count for child in children]
-    assert node.counts == tuple(sum(sizes[:k]) for k in range(len(sizes) + 1))
+    assert list(node.counts) == [sum(sizes[:k]) for k in range(len(sizes) + 1)]
     assert (node.count, node.begin) == (node.counts[-1], node.begins[0])
     assert node.end == children[-1].offset + children[-1].node.end
     for child in children:

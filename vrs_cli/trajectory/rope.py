@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from vrs_cli.trajectory.leaf_table import LeafTable
 
 LEAF = 128  # segments in a full leaf
-FAN = 64  # children of a full branch
+FAN = 32  # children of a full branch
 SPARSE = 4  # a node that holds less than this part of a full one is put together with a neighbour,
 MENDED = 2  # where both together hold at most this part of a full one
 
@@ -55,13 +55,13 @@ class Leaf:
 @dataclass(slots=True)
 class Branch:
     """Children in time order, each `offsets` later than it says [s]. `begins`: their starts, that included; `counts`:
-    segments before each, and in all. Never changed once made."""
+    segments before each, and in all. The numbers stand side by side in memory. Never changed once made."""
 
     height: int
-    offsets: tuple[float, ...]
+    offsets: array[float]
     nodes: tuple[Node, ...]
-    begins: tuple[float, ...]
-    counts: tuple[int, ...]
+    begins: array[float]
+    counts: array[int]
     count: int
     begin: float
     end: float
@@ -101,9 +101,9 @@ def _leaves_of(offset: float, segments: Sequence[Segment]) -> list[Held]:
 
 def _branch(children: Sequence[Held]) -> Held:
     """A branch over nodes of one height."""
-    offsets, nodes = tuple([offset for offset, _ in children]), tuple([node for _, node in children])
-    begins = tuple([offset + node.begin for offset, node in children])
-    counts = (0, *accumulate([node.count for node in nodes]))
+    offsets, nodes = array("d", [offset for offset, _ in children]), tuple([node for _, node in children])
+    begins = array("d", [offset + node.begin for offset, node in children])
+    counts = array("q", accumulate([node.count for node in nodes], initial=0))
     last = nodes[-1]
     made = Branch(last.height + 1, offsets, nodes, begins, counts, counts[-1], begins[0], offsets[-1] + last.end)
     return Held(0.0, made)
@@ -173,17 +173,17 @@ def _patched(node: Branch, first: int, last: int, middle: list[Held], shift: flo
 
     What every edit does on every level: nothing is counted anew that stays.
     """
-    counts = tuple(accumulate([part.node.count for part in middle], initial=node.counts[first]))
-    more = counts[-1] - node.counts[last]
-    offsets, begins, later = node.offsets[last:], node.begins[last:], node.counts[last + 1 :]
+    counts = node.counts[:first] + array(
+        "q", accumulate([part.node.count for part in middle], initial=node.counts[first])
+    )
+    more, later = counts[-1] - node.counts[last], node.counts[last + 1 :]
+    after, begun = node.offsets[last:], node.begins[last:]
     if shift:
-        offsets, begins = tuple([t + shift for t in offsets]), tuple([t + shift for t in begins])
-    if more:
-        later = tuple([count + more for count in later])
-    offsets = (*node.offsets[:first], *[part.offset for part in middle], *offsets)
+        after, begun = array("d", [t + shift for t in after]), array("d", [t + shift for t in begun])
+    counts += array("q", [count + more for count in later]) if more else later
+    offsets = node.offsets[:first] + array("d", [part.offset for part in middle]) + after
+    begins = node.begins[:first] + array("d", [part.offset + part.node.begin for part in middle]) + begun
     nodes = (*node.nodes[:first], *[part.node for part in middle], *node.nodes[last:])
-    begins = (*node.begins[:first], *[part.offset + part.node.begin for part in middle], *begins)
-    counts = (*node.counts[:first], *counts, *later)
     return Branch(node.height, offsets, nodes, begins, counts, counts[-1], begins[0], offsets[-1] + nodes[-1].end)
 
 
