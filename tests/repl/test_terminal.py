@@ -5,7 +5,7 @@ from io import StringIO
 
 import pytest
 
-from vrs_cli.errors import FileError
+from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.monitor import Dialogue
 from vrs_cli.interfaces.replies import Farewell, Message, ProgramStopped, Tone
 from vrs_cli.render.console import TerminalRenderer
@@ -86,7 +86,7 @@ def test_prompt_reads_on_in_the_input() -> None:
 
 
 def test_prompt_at_the_end_of_the_input() -> None:
-    with pytest.raises(FileError, match="How many"):
+    with pytest.raises(EndOfInput, match="How many"):
         plain().ask("How many?")
 
 

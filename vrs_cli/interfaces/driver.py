@@ -286,11 +286,22 @@ class Driver:
                 self._go_on(track, started + bounds.max_time, bounds, steps)
                 if progress is not None:
                     progress(self.engine.now)
+        except BaseException:
+            self._give_up(track)
+            raise
         finally:
             self._running = False
         if self._line:
             self._type(track, Type("", newline=True))
         return self._result(track, started)
+
+    def _give_up(self, foreground: Track) -> None:
+        """Something from outside broke the run off: its task stops here, and so does one that was broken itself."""
+        self.engine.stop()
+        for track in self.tasks.values():
+            if track.running and (track is foreground or track.task.broken):
+                track.task.abort()
+                self._stop(track, Outcome.ABORTED)
 
     def settle(self) -> tuple[Beside, ...]:
         """Let the tasks do what they can do at the present instant; those that stopped with an error."""

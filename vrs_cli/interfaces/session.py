@@ -27,6 +27,7 @@ from vrs_cli.interfaces.driver import (
     Bounds,
     Console,
     Driver,
+    Outcome,
     RunResult,
     Track,
 )
@@ -84,6 +85,7 @@ class Session:
         self.last_edited: str | None = None
         self.layout = Layout()
         self.command_files: list[Path] = []  # those that are carried out, the innermost last
+        self.interrupted = False  # by Ctrl-C: what was to come after the present line does not
 
     @property
     def task(self) -> Task | None:
@@ -263,10 +265,12 @@ class Session:
             what = f"{fault.message} [task {one.number}]"
             self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
 
-    def interrupt(self) -> None:
-        """Stop the program that runs before its next step; nothing when none does. Safe in a signal handler."""
+    def interrupt(self) -> bool:
+        """Stop the program that runs before its next step; False when none does. Safe in a signal handler."""
         if self.running:
+            self.interrupted = True
             self.driver.interrupt()
+        return self.running
 
     def abort(self) -> None:
         """ABORT at the prompt: brake now and drop what is scheduled; a stopped program cannot go on by itself."""
@@ -333,7 +337,9 @@ class Session:
         self.do(statement)
 
     def do(self, statement: Statement) -> None:
-        """One instruction now, as a program of one step. Raises VrsError where it cannot be done."""
+        """One instruction now, as a program of one step. Raises VrsError where it cannot be done, KeyboardInterrupt
+        where it was stopped.
+        """
         self.last_statement = statement
         task = statement_task(self.environment, self.robot, statement)
         self._nothing_runs()
@@ -344,6 +350,8 @@ class Session:
             del self.driver.tasks[PROMPT_LINE]
         self.settle()
         self._tell(result.beside)
+        if result.outcome is Outcome.ABORTED:
+            raise KeyboardInterrupt
         if track.error is not None:
             raise track.error
 

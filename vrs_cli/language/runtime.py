@@ -338,7 +338,12 @@ class Task:
     @property
     def ended(self) -> bool:
         """Whether it cannot go on."""
-        return self.state in (TaskState.COMPLETED, TaskState.HALTED)
+        return self.broken or self.state in (TaskState.COMPLETED, TaskState.HALTED)
+
+    @property
+    def broken(self) -> bool:
+        """Whether an exception from outside (Ctrl-C) ended it in the middle of a step."""
+        return self._life.gi_frame is None
 
     @property
     def between(self) -> bool:

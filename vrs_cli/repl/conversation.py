@@ -32,9 +32,12 @@ class Conversation:
     # --- lines ---
 
     def take(self, text: str) -> None:
-        """One line, or several that were pasted together."""
+        """One line, or several that were pasted together; Ctrl-C in one of them forgets those after it."""
+        self.session.interrupted = False
         for line in text.splitlines() or [""]:
             self._guarded(partial(self._line, line), line)
+            if self.session.interrupted:
+                break
         if self._refused and isinstance(self.session.terminal, Dialogue):
             self.entry, self._refused = None, False  # somebody is there, and knows that it was refused
 
@@ -46,7 +49,8 @@ class Conversation:
         except VrsError as error:
             terminal.show(refusal(error, line))
         except KeyboardInterrupt:
-            terminal.show(Message("interrupted"))
+            self.session.interrupted = True
+            terminal.show(Message("interrupted", Tone.ERROR))
         except BrokenPipeError:
             raise  # whoever read us has gone
         except Exception as error:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, TextIO
 
-from vrs_cli.errors import FileError, UsageError
+from vrs_cli.errors import EndOfInput, UsageError
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.replies import Reply, is_error
 from vrs_cli.render.layout import replay_summary
@@ -43,13 +43,13 @@ class PlainTerminal:
         self.stream.write(text + ("\n" if newline else ""))
 
     def ask(self, prompt: str) -> str:
-        """The next line of the input. Raises FileError at its end."""
+        """The next line of the input. Raises EndOfInput."""
         if prompt:
             self.stream.write(prompt)
         try:
             answer = next(self.lines).rstrip("\r\n")
         except StopIteration:
-            raise FileError(f"the input ended where PROMPT {prompt} wants an answer", "give it one more line") from None
+            raise EndOfInput(f"PROMPT {prompt!r} has nothing more to read", "give the input one more line") from None
         if prompt:
             self.stream.write("\n")
         return answer
