@@ -355,7 +355,7 @@ def test_a_file_that_is_there_is_overwritten_only_when_agreed(folder: Path) -> N
 
 def test_load_keeps_programs_and_overwrites_variables(folder: Path) -> None:
     (folder / "new.v2").write_text(".PROGRAM main\nTYPE 1\n.END\n.PROGRAM fresh\n.END\n.REALS\nx 77\n.END\n")
-    session = loaded(RecordingTerminal())
+    session = loaded(RecordingTerminal(sure=False))
     kept = session.environment.programs["main"]
     session.perform("LOAD new.v2")
     assert session.environment.programs["main"] is kept
@@ -363,7 +363,38 @@ def test_load_keeps_programs_and_overwrites_variables(folder: Path) -> None:
     assert dict(session.environment.variables(Kind.REAL))["x"] == 77.0
     texts = [reply.text for reply in session.terminal.replies]  # type: ignore[attr-defined]
     assert texts[0].startswith("*Program already exists* main")
-    assert texts[1] == "new.v2 loaded: fresh"
+    assert texts[1] == "new.v2 loaded: fresh; main stays as before"
+
+
+@pytest.mark.parametrize("sure", [True, False])
+def test_load_asks_before_it_replaces(folder: Path, sure: bool) -> None:
+    (folder / "new.v2").write_text(".PROGRAM main\nTYPE 1\n.END\n.PROGRAM fresh\n.END\n")
+    session = loaded(Person(sure=sure))
+    session.perform("LOAD new.v2")
+    assert (len(session.environment.programs["main"].program.steps) == 1) is sure
+    assert session.terminal.asked == ["Program main exists. Replace it (Y/N)?"]  # type: ignore[attr-defined]
+    (said,) = [reply.text for reply in session.terminal.replies]  # type: ignore[attr-defined]
+    assert said == f"new.v2 loaded: {'main (replaced), fresh' if sure else 'fresh; main stays as before'}"
+
+
+def test_execute_alone_runs_the_first_program_of_a_file(folder: Path) -> None:
+    (folder / "new.v2").write_text(".PROGRAM second\nTYPE 1\n.END\n.PROGRAM another\nTYPE 2\n.END\n")
+    session = at(RecordingTerminal(), "LOAD new", "EXECUTE", "EXECUTE another", "EXECUTE")
+    assert session.terminal.typed.split() == ["1", "2", "2"]  # type: ignore[attr-defined]
+
+
+def test_status_shows_what_is_said_for_the_next_motion() -> None:
+    def waiting(*lines: str) -> tuple[str, ...]:
+        session = at(RecordingTerminal(), "READY", *lines, "STATUS")
+        status = session.terminal.replies[-1]  # type: ignore[attr-defined]
+        assert isinstance(status, replies.StatusReport)
+        return status.next_motion
+
+    assert waiting() == ()
+    said = ("LEFTY", "RIGHTY", "FLIP", "DO SPEED 50", "CPOFF", "FINE", "DURATION 2", "OPEN")
+    assert waiting(*said) == ("FLIP", "SPEED 50 %", "DURATION 2 s", "FINE", "CPOFF", "OPEN")
+    assert waiting(*said, "DRIVE 1, 10") == ("FLIP",)
+    assert waiting(*said, "READY") == ()
 
 
 def test_load_says_which_file_it_cannot_be() -> None:

@@ -28,6 +28,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.driver import Outcome, RunResult
+from vrs_cli.interfaces.next_motion import said_for_next_motion
 from vrs_cli.interfaces.plotting import plotted, selected
 from vrs_cli.interfaces.replies import (
     ClockReport,
@@ -496,7 +497,8 @@ def _load(session: Session, it: Instruction) -> Iterator[Reply]:
 
 
 def load(session: Session, named: Path) -> Iterator[Reply]:
-    """Programs that are there already stay as they are, and are named; variables are overwritten.
+    """Programs that are there already are replaced where the user agrees, else they stay as they are; variables are
+    overwritten. Where no program was run yet, EXECUTE alone runs the first of the file.
 
     Raises NonexistentFile, FileError, FileDamaged.
     """
@@ -513,17 +515,31 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
     if diagnostics:
         yield report(diagnostics, text, str(path))
     brought = [stored for key, stored in programs.items() if before.get(key) is not stored]
-    for stored in brought:
-        if stored.program.key in before:
-            programs[stored.program.key] = before[stored.program.key]
-            session.layout = session.layout.with_part(stored.program.key, layout.parts.get(stored.program.key, ()))
-            yield Message(str(ProgramExists(stored.name, f"DELETEP {stored.name}, then LOAD again")), Tone.ERROR)
-    names = [_loaded(stored) for stored in brought if stored.program.key not in before]
-    yield Message(f"{path} loaded" + (f": {_listed(names)}" if names else ""))
+    old = [stored for stored in brought if stored.program.key in before and not may_replace(session, stored.name)]
+    for stored in old:
+        programs[stored.program.key] = before[stored.program.key]
+        session.layout = session.layout.with_part(stored.program.key, layout.parts.get(stored.program.key, ()))
+        if not isinstance(session.terminal, Dialogue):
+            hint = "DELETEP deletes it, DISABLE INTERACTIVE lets it be replaced"
+            yield Message(str(ProgramExists(stored.name, hint)), Tone.ERROR)
+    new = [stored for stored in brought if stored not in old]
+    if session.last_program is None and new:
+        session.last_program = new[0].name
+    names = [_loaded(stored, replaced=stored.program.key in before) for stored in new]
+    stay = f"; {_listed(stored.name for stored in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
+    yield Message(f"{path} loaded" + (f": {_listed(names)}" if names else "") + stay)
 
 
-def _loaded(stored: StoredProgram) -> str:
-    return stored.name if stored.analysis.executable else f"{stored.name} (not executable)"
+def _loaded(stored: StoredProgram, *, replaced: bool) -> str:
+    marks = ["replaced"] * replaced + ["not executable"] * (not stored.analysis.executable)
+    return f"{stored.name} ({_listed(marks)})" if marks else stored.name
+
+
+def may_replace(session: Session, program: str) -> bool:
+    """Whether a program of that name may be put in memory: none is there, or the user lets it go."""
+    if key_of(program) in session.environment.programs and session.engine.parameters.switch("INTERACTIVE"):
+        return session.terminal.confirm(f"Program {program} exists. Replace it (Y/N)?")
+    return True
 
 
 def _store(extension: str, *parts: str) -> Handler:
@@ -962,6 +978,7 @@ def _status_of(session: Session, number: int) -> Reply:
         clock=engine.now,
         end=engine.end,
         configuration=engine.arm.configuration(engine.position().joints),
+        next_motion=said_for_next_motion(engine),
     )
 
 

@@ -714,7 +714,7 @@ def _nothing(_context: Context, _it: Operands) -> Iterable[Yielded]:
 
 # --- the table ---------------------------------------------------------------------------------------------------
 
-_MODES = {
+MODE_WORDS = {
     "COARSE": (Mode.COARSE, True),
     "FINE": (Mode.COARSE, False),
     "NULL": (Mode.NULLING, True),
@@ -751,7 +751,7 @@ HANDLERS: Mapping[str, Handler] = {
     "SPEED": _speed,
     "DURATION": _duration,
     "ACCEL": _acceleration,
-    **{word: _mode(mode, on) for word, (mode, on) in _MODES.items()},
+    **{word: _mode(mode, on) for word, (mode, on) in MODE_WORDS.items()},
     **{word: _configuration(flag) for word, flag in _CONFIGURATIONS.items()},
     **{word: _hand(opening, immediate=False) for word, opening in _HANDS.items()},
     **{f"{word}I": _hand(opening, immediate=True) for word, opening in _HANDS.items()},

@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from inspect import GEN_CLOSED, getgeneratorstate
 from itertools import islice
 from typing import Any, cast
 
@@ -343,7 +344,7 @@ class Task:
     @property
     def broken(self) -> bool:
         """Whether an exception from outside (Ctrl-C) ended it in the middle of a step."""
-        return self._life.gi_frame is None
+        return getgeneratorstate(self._life) == GEN_CLOSED
 
     @property
     def between(self) -> bool:

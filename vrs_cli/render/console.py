@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.replies import Reply
 
 ROWS = 200  # of a table that grows with time: more than anyone reads on a terminal
-RULES = 2  # characters that the rules add at each side of a column
+RULES = 1  # characters that the rules add between two columns
 
 
 class TerminalRenderer:
@@ -62,7 +62,7 @@ def rich_text(line: Line) -> Text:
 
 
 def _table(grid: Grid) -> Table:
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, header_style=rich_style(Role.HEADING))
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style=rich_style(Role.HEADING))
     for column in grid.columns:
         table.add_column(
             column.heading, justify="right" if column.right else "left", style=rich_style(column.role), no_wrap=True
