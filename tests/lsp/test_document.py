@@ -135,6 +135,7 @@ def test_no_hover_in_texts_and_comments() -> None:
 def test_formatting_keeps_what_it_cannot_read() -> None:
     assert Document(".program p\nmove a\n.end\n", PUMA).formatted() == ".PROGRAM p()\n    MOVE a\n.END\n"
     assert Document(".PROGRAM p\nMOVEE a\n.END\n", PUMA).formatted() is None
+    assert Document(".PROGRAM p\nIF TRUE THEN\n.END\n", PUMA).formatted() is None
 
 
 def test_diagnostics_are_those_of_check() -> None:

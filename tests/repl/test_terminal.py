@@ -69,6 +69,14 @@ def test_replies_and_types_come_in_order() -> None:
     assert text_of(terminal) == "ab\ndone\n"
 
 
+def test_a_terminal_shows_the_escape_codes_of_strings_and_a_pipe_takes_them() -> None:
+    person, terminal = Person(), plain()
+    person.terminal.type("\x1b[31mred", True)
+    terminal.type("\x1b[31mred", True)
+    assert person.text == "^[[31mred\n"
+    assert text_of(terminal) == "\x1b[31mred\n"
+
+
 def test_an_error_is_remembered_for_the_exit_status() -> None:
     terminal = plain()
     terminal.show(Message("done"))

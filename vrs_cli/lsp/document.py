@@ -18,10 +18,11 @@ from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language import ast
 from vrs_cli.language.ast import NAME_LENGTH, Kind, Program, Section, Span, Statement
-from vrs_cli.language.diagnostics import Diagnostic, Severity
+from vrs_cli.language.diagnostics import Diagnostic
+from vrs_cli.language.formatting import formatted
 from vrs_cli.language.instructions import INSTRUCTIONS
 from vrs_cli.language.parser import parse_file
-from vrs_cli.language.printer import print_file, statement_text
+from vrs_cli.language.printer import statement_text
 from vrs_cli.language.source import END, PROGRAM, SECTIONS, lines_of
 from vrs_cli.language.words import Shape
 from vrs_cli.repl.complete import Names, Suggestion, suggestions
@@ -87,9 +88,9 @@ class Document:
         return inspect(self.text, self._model)
 
     def formatted(self) -> str | None:
-        """The canonical text; None where lines cannot be read: nothing of them may be lost."""
-        file, found = self._read
-        return None if any(one.severity is Severity.ERROR for one in found) else print_file(file)
+        """The canonical text; None where lines cannot be read or blocks have no end."""
+        text = formatted(self.text)
+        return text if isinstance(text, str) else None
 
     # --- what is where ---
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TextIO
 from vrs_cli.errors import EndOfInput, UsageError
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.replies import Reply, is_error
+from vrs_cli.render.control import for_stream, visible
 from vrs_cli.render.layout import replay_summary
 from vrs_cli.render.text import plain_text
 
@@ -37,15 +38,18 @@ class PlainTerminal:
     def show(self, reply: Reply) -> None:
         self.failed = self.failed or is_error(reply)
         self.leaving = self.leaving or isinstance(reply, replies.Farewell)
-        self.stream.write(plain_text(reply))
+        self._write(plain_text(reply))
 
     def type(self, text: str, newline: bool) -> None:
-        self.stream.write(text + ("\n" if newline else ""))
+        self._write(text + ("\n" if newline else ""))
+
+    def _write(self, text: str) -> None:
+        self.stream.write(for_stream(text, self.stream))
 
     def ask(self, prompt: str) -> str:
         """The next line of the input. Raises EndOfInput."""
         if prompt:
-            self.stream.write(prompt)
+            self._write(prompt)
         try:
             answer = next(self.lines).rstrip("\r\n")
         except StopIteration:
@@ -104,7 +108,7 @@ class ShellTerminal:
 
     def type(self, text: str, newline: bool) -> None:
         self._clear_progress()
-        self.stream.write(text + ("\n" if newline else ""))
+        self.stream.write(visible(text) + ("\n" if newline else ""))
         self.stream.flush()
 
     def ask(self, prompt: str) -> str:
