@@ -211,8 +211,8 @@ class _Batch:
     def _ended(self, session: Session, terminal: BatchTerminal, result: RunResult) -> int:
         """Tell how the run ended, and write the files: what there is of the trajectory, also after an error."""
         from vrs_cli.cli.reports import fault_object, fault_text
-        from vrs_cli.render.control import for_stream
         from vrs_cli.interfaces.replies import Message
+        from vrs_cli.render.control import for_stream
 
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
         if self.options.json:

@@ -1,7 +1,7 @@
 """Control characters in what a program or a file says: on a screen they are shown, and not obeyed.
 
-A string may hold any character, `$CHR(27)` too, and a terminal takes orders from some of them (colours, the title of the
-window, keys to send). Into files and pipes the characters go as they are.
+A string may hold any character, `$CHR(27)` too, and a terminal takes orders from some of them (colours, the title of
+the window, keys to send). Into files and pipes the characters go as they are.
 """
 
 from __future__ import annotations
