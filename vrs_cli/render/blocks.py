@@ -61,9 +61,9 @@ class Grid:
     keys: int = 0
 
     def widths(self) -> tuple[int, ...]:
-        """The characters that each column needs."""
+        """The characters that each column needs; numbers of a tight grid keep a blank before them."""
         return tuple(
-            max(column.width, len(column.heading), *(len(row[i]) for row in self.rows), 0)
+            max(column.width, len(column.heading), *(self.tight * column.right + len(row[i]) for row in self.rows), 0)
             for i, column in enumerate(self.columns)
         )
 
