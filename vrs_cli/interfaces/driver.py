@@ -311,6 +311,21 @@ class Driver:
             self._turn(track, BUDGET)
         return tuple(self._beside)
 
+    def rest(self) -> tuple[Beside, ...]:
+        """Let time go on until the motion that is under way now is over, with the tasks; those that stopped with an
+        error.
+        """
+        self._beside = []
+        engine, end = self.engine, self.engine.end
+        while engine.now < end:
+            track = self._next()
+            engine.clock.advance(min(end, self.inputs.next_time, inf if track is None else track.wake))
+            if self.inputs.next_time <= engine.now:
+                self.inputs = self.inputs.applied(engine.now, self.environment.signals)
+            elif track is not None and track.wake <= engine.now:
+                self._turn(track, BUDGET)
+        return tuple(self._beside)
+
     def _result(self, track: Track, started: float) -> RunResult:
         assert track.outcome is not None
         task = track.task

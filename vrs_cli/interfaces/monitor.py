@@ -805,7 +805,7 @@ def _bpt(session: Session, it: Instruction) -> Iterator[Reply]:
         if abs(step) > last:
             raise IllegalValue(f"step {abs(step)}", f"{stored.name} has the steps 1 to {last}")
         if step > 0:
-            debugging.breakpoints.add((key, step))
+            debugging.breakpoints.add((key, _breakable(stored, step)))
         else:
             gone = {point for point in debugging.breakpoints if point[0] == key and step in (0, -point[1])}
             debugging.breakpoints -= gone
@@ -813,6 +813,14 @@ def _bpt(session: Session, it: Instruction) -> Iterator[Reply]:
         yield Message(f"Breakpoint before step {number} of {key}")
     if not debugging.breakpoints:
         yield Message("No breakpoints")
+
+
+def _breakable(stored: StoredProgram, step: int) -> int:
+    """The step itself, or the first behind it at which something is done. Raises IllegalValue, ProgramNotExecutable."""
+    found = stored.compiled.stand(step - 1)
+    if found is None:
+        raise IllegalValue(f"step {step}", f"nothing is done there or after it in {stored.name}")
+    return found + 1
 
 
 def _watch(session: Session, it: Instruction) -> Iterator[Reply]:

@@ -276,7 +276,7 @@ class Session:
         """ABORT at the prompt: brake now and drop what is scheduled; a stopped program cannot go on by itself."""
         self.interrupt()
         self.engine.stop()
-        self.engine.wait_for_rest()
+        self._tell(self.driver.rest())
 
     # --- the prompt ---
 

@@ -139,9 +139,8 @@ class _ProgramCompiler(Expressions):
         return [py.While(tree.constant(True), statements, [])] if inner else statements
 
     def _operation(self, place: int, op: Op) -> list[py.stmt]:
-        silent = isinstance(op, Mark | Finish) or (isinstance(op, Jump) and not op.counted)
         statements = _OPERATIONS[type(op)](self, op)
-        return statements if silent else [tree.yield_(tree.constant(place)), *statements]
+        return statements if _silent(op) else [tree.yield_(tree.constant(place)), *statements]
 
     def _mark(self, _op: Mark) -> list[py.stmt]:
         return [py.Pass()]
@@ -396,6 +395,16 @@ class Compiled:
     def entry(self, step: int) -> int:
         """The operation at which a step (from 0; one more for the end) is entered."""
         return self.lowered.entries[step]
+
+    def stand(self, step: int) -> int | None:
+        """The first step from `step` on (from 0) before which the program can stand: one at which something is done."""
+        steps = (op.step for op in self.lowered.ops if op.step >= step and not _silent(op))
+        return min(steps, default=None)
+
+
+def _silent(op: Op) -> bool:
+    """Whether an operation is no step to the driver."""
+    return isinstance(op, Mark | Finish) or (isinstance(op, Jump) and not op.counted)
 
 
 def compile_program(analysis: Analysis) -> Compiled:

@@ -388,14 +388,35 @@ class Task:
         while self.cycles < 0 or self.cycles_done < self.cycles:
             self._begin()
             yield from self._say(CycleBegins(self.cycles_done + 1, CYCLE_SETTINGS))
-            halted = yield from self._cycle()
+            halted = yield from self._whole_cycle()
             if halted is not None:
                 return halted
-            yield from self._say(Break())
             self.cycles_done += 1
             self._frames.clear()
         self.state = TaskState.COMPLETED
         return Completed(self.cycles_done)
+
+    def _whole_cycle(self) -> Generator[Event, None, Halted | None]:
+        """To the end of the main program, where the robot comes to rest; what is to be reacted to by then is."""
+        while True:
+            halted = yield from self._cycle()
+            if halted is not None:
+                return halted
+            self._leave_called()
+            if self.reactions.due is None:
+                yield from self._say(Break())
+            if self.reactions.due is None:
+                return None
+            main = self._frames[0]
+            main.enter(main.program.compiled.entry(len(main.program.program.steps)))
+
+    def _leave_called(self) -> None:
+        """After a STOP in a program that was called, or in a reaction."""
+        interruptions = (frame.interruption for frame in self._frames[1:])
+        outermost = next((one for one in interruptions if one is not None), None)
+        if outermost is not None:
+            self.reactions.priority = outermost.priority
+        del self._frames[1:]
 
     def _begin(self) -> None:
         arguments = bind(self._context.environment, self._main, self._arguments)
