@@ -13,6 +13,7 @@ from vrs_cli.errors import (
     FileExists,
     IllegalJoint,
     IllegalValue,
+    InvalidName,
     ProgramExists,
     UndefinedName,
     UndefinedValue,
@@ -182,7 +183,7 @@ def test_a_change_of_a_compound_is_relative_to_its_frame() -> None:
     assert location(session, "inside") == [-120.32, 149.09, 7.0, 90.0, -90.0, 0.0]
 
 
-@pytest.mark.parametrize("answer", ["1,2,3,4,5,6,7", "a", "1,b", "1;2"])
+@pytest.mark.parametrize("answer", ["1,2,3,4,5,6,7", "a", "1,b", "1:2"])
 def test_a_wrong_change_is_asked_again(answer: str) -> None:
     person = Person(answer, "1", "")
     session = at(person, PART)
@@ -535,3 +536,40 @@ def test_one_time_and_a_stretch_of_time_do_not_go_together() -> None:
 def test_a_plot_that_cannot_be_is_refused_also_before_the_first_motion(line: str) -> None:
     with pytest.raises((UsageError, IllegalJoint)):
         at(RecordingTerminal(), line)
+
+
+# --- TEACH ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("asked", "names"),
+    [
+        ("part", ["part", "part1", "part2"]),
+        ("#via8", ["#via8", "#via9", "#via10"]),
+        ("row[2]", ["row[2]", "row[3]", "row[4]"]),
+        ("row[1, 9]", ["row[1,9]", "row[1,10]", "row[1,11]"]),
+    ],
+)
+def test_teach_counts_names_up(asked: str, names: list[str]) -> None:
+    lines = (line for _ in range(3) for line in ("DRIVE 1, 10", f"TEACH {asked}"))
+    session = at(RecordingTerminal(), "READY", *lines)
+    taught = {
+        name: value for kind in (Kind.LOCATION, Kind.PRECISION) for name, value in session.environment.variables(kind)
+    }
+    assert set(taught) == set(names)
+    assert len(set(map(str, taught.values()))) == 3
+    assert not session.terminal.asked  # type: ignore[attr-defined]
+
+
+def test_teach_says_what_cannot_be_counted_up() -> None:
+    session = at(RecordingTerminal(), "TEACH abcdefghijklmno")
+    with pytest.raises(InvalidName, match="at most 15 characters"):
+        session.perform("TEACH abcdefghijklmno")
+    with pytest.raises(IllegalValue, match="TEACH part"):
+        session.perform("TEACH part:offset")
+
+
+def test_a_remark_is_no_change() -> None:
+    session = at(Person(",,50 ; higher", " ;nothing"), "POINT part = NULL")
+    (part,) = session.environment.variables(Kind.LOCATION)
+    assert numbers_of(part.value)[:3] == pytest.approx((0.0, 0.0, 50.0))  # type: ignore[arg-type]

@@ -110,7 +110,8 @@ def test_a_person_is_a_dialogue() -> None:
 
 
 @pytest.mark.parametrize(
-    ("answer", "agreed"), [("Y", True), (" yes", True), ("n", False), ("", False), (CTRL_C, False)]
+    ("answer", "agreed"),
+    [("Y", True), (" yes", True), ("Y ;sure", True), ("; Y", False), ("n", False), ("", False), (CTRL_C, False)],
 )
 def test_questions(answer: str, agreed: bool) -> None:
     person = Person(answer)

@@ -19,6 +19,7 @@ from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, row_of
 from vrs_cli.errors import (
     FileExists,
     IllegalValue,
+    InvalidName,
     NoProgramSpecified,
     ProgramExists,
     TypeMismatch,
@@ -66,11 +67,13 @@ from vrs_cli.interfaces.replies import (
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.ast import (
+    NAME_LENGTH,
     BadLine,
     Call,
     Expression,
     Instruction,
     Kind,
+    Number,
     Program,
     Variable,
     Word,
@@ -214,6 +217,42 @@ def _point(session: Session, it: Instruction) -> Iterator[Reply]:
     yield from _defined(session, it)
 
 
+def _teach(session: Session, it: Instruction) -> Iterator[Reply]:
+    """HERE without a question, under the next name of a series: there is no pendant whose button records."""
+    expression = _argument(it, 0)
+    if not isinstance(expression, Variable):
+        raise IllegalValue(_shown(expression) if expression else "TEACH", "the name of a location, as TEACH part")
+    name = next_in_series(session, expression)
+    session.do(replace(it, word="HERE", arguments=(name,)))
+    reference = _defined_by(session, replace(it, arguments=(name,)))
+    yield _one_location(reference.name, cast("Transform | Joints", reference.value()))
+
+
+def next_in_series(session: Session, first: Variable) -> Variable:
+    """The name itself while it has no value, then the next one: part, part1, part2; row[3], row[4].
+
+    Raises InvalidName for a name that cannot be counted up.
+    """
+    from vrs_cli.language.runtime import definable
+
+    environment, name = session.environment, first
+    while definable(environment, session.robot, name).reference.defined():
+        name = _counted_up(session, name)
+    return name
+
+
+def _counted_up(session: Session, name: Variable) -> Variable:
+    if name.indexes:
+        *others, last = name.indexes
+        following = _real(session, last) + 1.0
+        return replace(name, indexes=(*others, Number(following, plain(following), last.span)))
+    letters = name.name.rstrip("0123456789")
+    longer = f"{letters}{int(name.name[len(letters) :] or 0) + 1}"
+    if len(longer) > NAME_LENGTH:
+        raise InvalidName(f"{name.sigil}{longer}", f"at most {NAME_LENGTH} characters; TEACH a shorter name")
+    return replace(name, name=longer)
+
+
 def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
     """Show a location, and where somebody is there, ask for changes until an empty line."""
     reference = _defined_by(session, it)
@@ -230,7 +269,8 @@ def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
         if answer is None:
             yield Message(f"{reference.name} is left as it was")
             return
-        if not answer.strip():
+        answer = answer.partition(";")[0].strip()
+        if not answer:
             reference.assign(value)
             return
         try:
@@ -1084,6 +1124,7 @@ MONITOR: Mapping[str, Handler] = {
     "WHERE": _where,
     "HERE": _here,
     "POINT": _point,
+    "TEACH": _teach,
     "TOOL": _tool,
     "BASE": _base,
     "LISTL": _listl,

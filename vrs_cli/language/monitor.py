@@ -68,6 +68,13 @@ _POSITIONS = (
         "HERE part",
         route=Route.POSITION,
     ),
+    _word(
+        "TEACH",
+        (DEFINED,),
+        "record the present position under a name, then under the name with rising numbers: part, part1, part2",
+        "TEACH part",
+        route=Route.POSITION,
+    ),
     Word(
         "POINT",
         (DEFINED,),
@@ -282,7 +289,6 @@ _OURS = (
 )
 
 _LATER = (
-    _planned("TEACH", (DEFINED,), "record locations from the pendant", "1 2 +", note="use HERE"),
     _planned("CD", (Argument("folder", Shape.FILE, optional=True),), "the folder of files"),
     _planned("DEFAULT", (), "the folder of files", value=Argument("folder", Shape.FILE)),
     _planned("DEBUG", (Argument("program", Shape.PROGRAM, optional=True),), "the debugger"),

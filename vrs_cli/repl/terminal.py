@@ -130,8 +130,8 @@ class ShellTerminal:
 
     def confirm(self, question: str) -> bool:
         self._clear_progress()
-        answer = self.change(question)
-        return (answer or "").strip().upper() in ("Y", "YES")
+        answer, _, _remark = (self.change(question) or "").partition(";")
+        return answer.strip().upper() in ("Y", "YES")
 
     def see(self, draft: ScreenDraft) -> Iterable[Reply]:
         """SEE: the program fills the screen until the user leaves. Raises UsageError for a terminal that cannot."""
