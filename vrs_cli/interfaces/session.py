@@ -106,7 +106,7 @@ class Session:
         for part in file.parts:
             if isinstance(part, Program):
                 self.check_free(part.name)
-        refused = self._define(part for part in file.parts if isinstance(part, Section))
+        refused = defined(self.environment, (part for part in file.parts if isinstance(part, Section)))
         self.layout = self.layout.with_file(file)
         return tuple(diagnostics) + refused + self._store(file, text)
 
@@ -126,16 +126,6 @@ class Session:
             self.environment.store(analysis, text)
             diagnostics += analysis.diagnostics
         return tuple(diagnostics)
-
-    def _define(self, sections: Iterable[Section]) -> tuple[Diagnostic, ...]:
-        """Give the variables their values; those that cannot be."""
-        refused: list[Diagnostic] = []
-        for entry in chain.from_iterable(section.entries for section in sections):
-            try:
-                self.environment.define(entry)
-            except VrsError as wrong:
-                refused.append(error(type(wrong), entry.span, wrong.detail, wrong.hint))
-        return tuple(refused)
 
     # --- running ---
 
@@ -354,6 +344,17 @@ class Session:
             raise KeyboardInterrupt
         if track.error is not None:
             raise track.error
+
+
+def defined(environment: Environment, sections: Iterable[Section]) -> tuple[Diagnostic, ...]:
+    """Give the variables of a file their values; what is wrong with those that cannot be."""
+    refused: list[Diagnostic] = []
+    for entry in chain.from_iterable(section.entries for section in sections):
+        try:
+            environment.define(entry)
+        except VrsError as wrong:
+            refused.append(error(type(wrong), entry.span, wrong.detail, wrong.hint))
+    return tuple(refused)
 
 
 def _why_not(stored: StoredProgram) -> str:

@@ -49,7 +49,8 @@ class Analysis:
     """A program with what its text decides.
 
     `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included.
-    `labels`: step index of each label.
+    `labels`: step index of each label. `needs`: the keys of names that other programs must give a value, `calls`: those
+    of the programs that are called: what else in memory the findings depend on.
     """
 
     program: Program
@@ -57,6 +58,8 @@ class Analysis:
     blocks: tuple[Block, ...]
     labels: Mapping[int, int]
     diagnostics: tuple[Diagnostic, ...]
+    needs: frozenset[str] = frozenset()
+    calls: frozenset[str] = frozenset()
 
     @property
     def executable(self) -> bool:
@@ -82,7 +85,8 @@ def analyze(
     steps.finish()
     found = (*structure.diagnostics, *findings.diagnostics)
     ordered = sorted(found, key=lambda one: (one.span.line, one.span.column))
-    return Analysis(program, steps.names.decided(), structure.blocks, structure.labels, tuple(ordered))
+    kinds, needs = steps.names.decided(), frozenset(one.key for one in steps.names.without_value())
+    return Analysis(program, kinds, structure.blocks, structure.labels, tuple(ordered), needs, frozenset(steps.called))
 
 
 def check_line(
@@ -112,6 +116,7 @@ class _Steps:
     ) -> None:
         parameters = {variable.key for variable in program.parameters} if program is not None else set()
         self.names = Names(findings, known, parameters, at_prompt=program is None)
+        self.called: set[str] = set()
         self._findings = findings
         self._expressions = Expressions(self.names, findings)
         self._program = program
@@ -276,6 +281,7 @@ class _Steps:
         if self._program is None or self._programs is None:
             return
         key = call.name.lower()[:NAME_LENGTH]
+        self.called.add(key)
         target = self._program if key == self._program.key else self._programs.get(key)
         if target is None:
             names = (program.name for program in self._programs.values())
