@@ -21,8 +21,8 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.interfaces import replies
-from vrs_cli.interfaces.monitor import MONITOR, Dialogue, changed, free_memory
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.monitor import MONITOR, changed, free_memory
+from vrs_cli.interfaces.session import Dialogue, Session
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.language.ast import Kind
 from vrs_cli.language.monitor import COMMANDS

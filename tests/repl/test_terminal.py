@@ -6,8 +6,8 @@ from io import StringIO
 import pytest
 
 from vrs_cli.errors import EndOfInput
-from vrs_cli.interfaces.monitor import Dialogue
 from vrs_cli.interfaces.replies import Farewell, Message, ProgramStopped, Tone
+from vrs_cli.interfaces.session import Dialogue, Session
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.repl.terminal import PATIENCE, REFRESH, PlainTerminal, ShellTerminal
 
@@ -119,6 +119,12 @@ def test_questions(answer: str, agreed: bool) -> None:
     assert person.asked == ["Are you sure (Y/N)? "]
 
 
+def test_what_is_no_answer_is_asked_again() -> None:
+    person = Person("FOR i = 1 TO 3", "Yellow", "y")
+    assert person.terminal.confirm("Sure?")
+    assert person.asked == ["Sure? "] * 3
+
+
 def test_ctrl_c_at_a_prompt_stops_the_program() -> None:
     person = Person(CTRL_C)
     stopped: list[bool] = []
@@ -137,6 +143,27 @@ def test_the_latest_message_is_kept() -> None:
     person.terminal.show(Message("Program completed\nand more"))
     person.terminal.show(Farewell())
     assert (person.terminal.last, person.terminal.leaving) == ("Program completed", True)
+
+
+def test_the_echo_of_ctrl_c_is_taken_away() -> None:
+    person = Person()
+    person.terminal.echoed = True
+    person.terminal.show(Message("interrupted"))
+    person.terminal.show(Message("done"))
+    assert person.text == "\r\x1b[Kinterrupted\ndone\n"
+
+
+def test_a_long_line_of_the_prompt_shows_the_clock_too() -> None:
+    person = Person()
+    session = Session(person.terminal)
+
+    def clock() -> float:
+        person.now += 1.0
+        return person.now
+
+    person.terminal._clock = clock
+    session.perform("DELAY 3")
+    assert "running, t = 3.0 s" in person.text
 
 
 def test_a_short_run_shows_no_progress() -> None:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
+from typing import TYPE_CHECKING, Any, cast
 
 from vrs_cli import __version__
 from vrs_cli.engine.commands import SetMonitorSpeed
@@ -64,6 +64,7 @@ from vrs_cli.interfaces.replies import (
     Whereabouts,
     WhereaboutsTable,
 )
+from vrs_cli.interfaces.session import Dialogue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.ast import (
@@ -97,23 +98,6 @@ if TYPE_CHECKING:
     from vrs_cli.language.diagnostics import Diagnostic
 
 Handler = Callable[["Session", Instruction], Iterable[Reply]]
-
-
-@runtime_checkable
-class Dialogue(Protocol):
-    """A terminal with somebody at it, who can be asked and may watch a program run. A pipe is none."""
-
-    def change(self, question: str) -> str | None:
-        """An answer; None when the question is left (Ctrl-C)."""
-
-    def begin_progress(self) -> None:
-        """A program starts."""
-
-    def progress(self, clock: float) -> None:
-        """It has come to that time of the robot's clock [s]."""
-
-    def end_progress(self) -> None:
-        """It has ended."""
 
 
 # --- operands ------------------------------------------------------------------------------------------------------
@@ -890,15 +874,7 @@ def _value_text(value: Value) -> str:
 
 def _run(session: Session, run: Callable[[Callable[[float], None] | None], RunResult]) -> Iterator[Reply]:
     """Run, with progress where somebody watches; how it ended, and what became of other tasks."""
-    terminal = session.terminal
-    if not isinstance(terminal, Dialogue):
-        result = run(None)
-    else:
-        terminal.begin_progress()
-        try:
-            result = run(terminal.progress)
-        finally:
-            terminal.end_progress()
+    result = session.watched(run)
     for one in result.beside:
         fault = one.fault
         yield ProgramStopped(

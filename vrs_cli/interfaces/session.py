@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine
@@ -54,6 +54,23 @@ class Terminal(Console, Protocol):
 
     def confirm(self, question: str) -> bool:
         """Are you sure (Y/N)? Where nobody can answer, the answer is no."""
+
+
+@runtime_checkable
+class Dialogue(Protocol):
+    """A terminal with somebody at it, who can be asked and may watch a program run. A pipe is none."""
+
+    def change(self, question: str) -> str | None:
+        """An answer; None when the question is left (Ctrl-C)."""
+
+    def begin_progress(self) -> None:
+        """A program starts."""
+
+    def progress(self, clock: float) -> None:
+        """It has come to that time of the robot's clock [s]."""
+
+    def end_progress(self) -> None:
+        """It has ended."""
 
 
 class Session:
@@ -244,6 +261,17 @@ class Session:
         track.stepping = stepping
         return self._run(track, self.bounds, progress)
 
+    def watched(self, run: Callable[[Callable[[float], None] | None], RunResult]) -> RunResult:
+        """Run, with progress where somebody watches."""
+        terminal = self.terminal
+        if not isinstance(terminal, Dialogue):
+            return run(None)
+        terminal.begin_progress()
+        try:
+            return run(terminal.progress)
+        finally:
+            terminal.end_progress()
+
     def settle(self) -> None:
         """Let the other tasks see what has changed at the present instant."""
         self._tell(self.driver.settle())
@@ -335,7 +363,7 @@ class Session:
         self._nothing_runs()
         track = self.driver.start(PROMPT_LINE, task)
         try:
-            result = self.driver.run(track, self.bounds)
+            result = self.watched(lambda progress: self.driver.run(track, self.bounds, progress))
         finally:
             del self.driver.tasks[PROMPT_LINE]
         self.settle()

@@ -73,7 +73,8 @@ class Workplace:
         parser.parse_prompt("WHERE")
 
     def interrupt(self) -> bool:
-        """Stop the program that runs; False when none does."""
+        """Ctrl-C: stop the program that runs; False when none does."""
+        self.terminal.echoed = True
         return self.conversation.session.interrupt()
 
     def note(self, error: Exception) -> None:

@@ -84,6 +84,7 @@ class ShellTerminal:
         self._since: float | None = None
         self._refreshed = 0.0
         self._progress_shown = False
+        self.echoed = False  # the terminal has shown ^C where the next answer begins
 
     @property
     def stream(self) -> TextIO:
@@ -129,9 +130,12 @@ class ShellTerminal:
             return None
 
     def confirm(self, question: str) -> bool:
+        """Asked until the answer is one: a line of a paste is none. An empty line and Ctrl-C are no."""
         self._clear_progress()
-        answer, _, _remark = (self.change(question) or "").partition(";")
-        return answer.strip().upper() in ("Y", "YES")
+        while True:
+            answer = (self.change(question) or "").partition(";")[0].strip().upper()
+            if answer in ("Y", "YES", "N", "NO", ""):
+                return answer.startswith("Y")
 
     def see(self, draft: ScreenDraft) -> Iterable[Reply]:
         """SEE: the program fills the screen until the user leaves. Raises UsageError for a terminal that cannot."""
@@ -166,9 +170,9 @@ class ShellTerminal:
         self._since = None
 
     def _clear_progress(self) -> None:
-        if self._progress_shown:
+        if self._progress_shown or self.echoed:
             self.stream.write(CLEAR_LINE)
-            self._progress_shown = False
+            self._progress_shown = self.echoed = False
 
 
 def latest(reply: Reply) -> str:
