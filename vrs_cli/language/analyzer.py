@@ -41,6 +41,8 @@ from vrs_cli.language.names import (
 from vrs_cli.language.structure import Block, BlockKind, structure_of
 from vrs_cli.language.words import Argument, Shape, State, Word
 
+MOST_HINTS = 30  # names that are compared with all others: a file without its locations has hundreds that it lacks
+
 __all__ = ["Analysis", "Block", "BlockKind", "analyze", "check_line", "is_reserved", "names_given_by"]
 
 
@@ -162,11 +164,12 @@ class _Steps:
             return
         elsewhere = frozenset[str]().union(*(_given_in(_Same(program)) for program in self._others()))
         keys = self.names.all_keys() | elsewhere
-        for variable in unknown:
-            if variable.key not in elsewhere:
-                alike = (key for key in keys if key[0] == variable.key[0] or not (variable.sigil or key[0] in "#$"))
-                detail = f"{variable.sigil}{variable.name} is given a value nowhere"
-                self._findings.warn(UndefinedValue, variable.span, detail, did_you_mean(variable.key, alike))
+        nowhere = (variable for variable in unknown if variable.key not in elsewhere)
+        for number, variable in enumerate(nowhere):
+            alike = (key for key in keys if key[0] == variable.key[0] or not (variable.sigil or key[0] in "#$"))
+            detail = f"{variable.sigil}{variable.name} is given a value nowhere"
+            hint = did_you_mean(variable.key, alike) if number < MOST_HINTS else ""
+            self._findings.warn(UndefinedValue, variable.span, detail, hint)
 
     def _others(self) -> Iterable[Program]:
         own = self._program.key if self._program is not None else ""
