@@ -367,4 +367,4 @@ def _given_at(expression: Expression, shape: Shape) -> Iterator[str]:
             yield expression.key
 
 
-_DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE})
+_DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE, Shape.UNIT})

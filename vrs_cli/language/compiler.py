@@ -280,7 +280,7 @@ class _ProgramCompiler(Expressions):
         return name
 
     def _operand(self, word: str, expression: ast.Expression | None, row: Argument) -> py.expr:
-        if word == "PROMPT" and isinstance(expression, ast.Variable):
+        if isinstance(expression, ast.Variable) and (word == "PROMPT" or row.shape is Shape.UNIT):
             return self.reference(expression)
         if row.shape is Shape.PROGRAM and expression is not None:
             return self._program_called(expression)
