@@ -480,6 +480,10 @@ _REFUSED = (
     _refused("DEFBELT", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
     _refused("SETBELT", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
     _refused("WINDOW", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
+    _refused("FOPEND", "reading of a disk directory", "+", "FDIRECTORY at the prompt lists a folder"),
+    _refused("FSEEK", "records of a file by number", "+", "READ and WRITE go from line to line"),
+    _refused("FEMPTY", "emptying of buffers", "+", "FCLOSE writes all there is"),
+    _refused("FCMND", "disk commands from programs", "+", "FDELETE deletes; FRENAME is typed at the prompt"),
     _refused("ESTOP", "power off at once", "+", "use HALT"),
 )
 
