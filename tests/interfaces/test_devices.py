@@ -131,9 +131,7 @@ def test_numbers_of_the_system(session: Session) -> None:
         session.perform("x = ID(9)")
 
 
-def test_a_full_disk_does_not_stop_a_program(
-    session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk_does_not_stop_a_program(session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from vrs_cli.files import atomic
 
     def full(_stream: object) -> None:

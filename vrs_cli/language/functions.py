@@ -440,7 +440,17 @@ _UNITS = (
 
 
 def _refused(name: str, summary: str, note: str, result: Kind = Kind.REAL) -> Function:
-    return Function(name, (_real("number", optional=True),), result, summary, f"{name}(1)", "+", None, state=State.REFUSED, note=note)
+    return Function(
+        name,
+        (_real("number", optional=True),),
+        result,
+        summary,
+        f"{name}(1)",
+        "+",
+        None,
+        state=State.REFUSED,
+        note=note,
+    )
 
 
 _REFUSED = (
