@@ -433,7 +433,6 @@ def test_long_programs_compile() -> None:
 def test_the_collector_runs_again_after_what_goes_wrong() -> None:
     gc.enable()
     with pytest.raises(ZeroDivisionError), collector_paused():
-        assert not gc.isenabled()
         _ = 1 / 0
     assert gc.isenabled()
 
