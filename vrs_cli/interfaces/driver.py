@@ -372,6 +372,9 @@ class Driver:
                 break
             except VrsError as error:
                 event = track.task.throw(error)
+                if self._left_now(track) <= 0:  # REACTE mends a step in vain: that must not go on for ever now
+                    self._until(track, self._tick(), event)
+                    break
         self.current = PROMPT_LINE
 
     def _event(self, track: Track, budget: int) -> Pending:
