@@ -44,12 +44,11 @@ def row_text(row: Word | Function) -> str:
 
 
 def _cells(row: Word | Function) -> Iterator[str]:
-    note = row.note if isinstance(row, Word) else ""
     yield f"`{row.form}`"
     yield row.summary
     yield f"`{row.example}`"
     yield row.where.strip()
-    yield f"{row.state.value}: {note}" if note else row.state.value
+    yield f"{row.state.value}: {row.note}" if row.note else row.state.value
 
 
 if __name__ == "__main__":

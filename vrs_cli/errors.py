@@ -256,6 +256,32 @@ class FileDamaged(FileError):
     code, text = -503, "File is not what it should be"
 
 
+class FileOpened(FileError):
+    """A file that somebody writes is nobody else's, and a unit has one file."""
+
+    code, text = -506, "File already opened"
+
+
+class FileNotOpened(FileError):
+    code, text = -513, "File not opened"
+
+
+class UnitNotAttached(FileError):
+    code, text = -516, "Logical unit not attached"
+
+
+class NoDataReceived(FileError):
+    """GETC does not wait, and nothing is there."""
+
+    code, text = -526, "No data received"
+
+
+class FileOutside(FileError):
+    """A program names a file that is not in the folder it runs in."""
+
+    code, text = -517, "File outside the folder of the run"
+
+
 class UsageError(VrsError):
     """A command or an option does not exist, or is used in a way it cannot be."""
 

@@ -5,7 +5,15 @@ from __future__ import annotations
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.errors import FileDamaged, IllegalSignal, IllegalValue, ProgramInterlocked, TaskActive, TaskNotActive
+from vrs_cli.errors import (
+    FileDamaged,
+    IllegalSignal,
+    IllegalValue,
+    ProgramInterlocked,
+    TaskActive,
+    TaskNotActive,
+    TimeExhausted,
+)
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.driver import WAIT_TICK, Bounds, Outcome
 from vrs_cli.interfaces.replies import Message, ProgramStopped
@@ -286,3 +294,14 @@ def test_another_task_that_fails_is_told_and_does_not_stop_the_first(session: Se
     result = session.execute("main")
     assert (result.outcome, value(session, "x")) == (Outcome.COMPLETED, 1.0)
     assert [(one.number, one.fault.program, one.fault.step) for one in result.beside] == [(3, "other", 2)]
+
+
+@pytest.mark.parametrize("step", ["MOVE TRANS(0, 5000, 0)", "DETACH (5)", "x = SQRT(-1)"])
+@pytest.mark.parametrize("bounds", [Bounds(max_steps=300), Bounds(max_time=0.05)])
+def test_a_step_that_is_mended_in_vain_for_ever_is_stopped(session: Session, step: str, bounds: Bounds) -> None:
+    load(session, "REACTE again", step)
+    load(session, "n = 1", name="again")
+    result = session.execute("main", bounds=bounds)
+    assert result.outcome is Outcome.FAILED
+    assert result.fault is not None
+    assert result.fault.code == TimeExhausted.code

@@ -72,6 +72,12 @@ def test_definition(line: int, word: str, nth: int, expected: str) -> None:
     assert target(line, word, nth) == expected
 
 
+def test_definition_of_what_is_read() -> None:
+    document = Document(".PROGRAM main()\nATTACH (lun, 4)\nREAD (lun) x, y\nTYPE y, lun\n.END\n", PUMA)
+    spans = [document.definition(4, place) for place in (6, 9)]
+    assert [(span.line, span.column) for span in spans if span is not None] == [(3, 15), (2, 9)]
+
+
 def test_symbols() -> None:
     main, count, section = DOCUMENT.symbols
     assert (main.name, main.kind, main.span.line, main.last) == ("main", SymbolKind.PROGRAM, 1, 9)

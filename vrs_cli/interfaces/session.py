@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from weakref import finalize
 
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine
@@ -79,6 +80,7 @@ class Session:
     `driver` runs its tasks. `task` is the robot program that runs or ran last, `last_program` its name,
     `last_statement` what a bare DO repeats.
     `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before.
+    `folder`: where programs have their files; `close` sees to it that all of what they wrote is in these.
     """
 
     def __init__(
@@ -89,13 +91,15 @@ class Session:
         start: Joints | None = None,
         clock: Clock | None = None,
         bounds: Bounds = A_DAY,
+        folder: Path = Path(),
     ) -> None:
         self.terminal = terminal
         self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
         self.environment = Environment()
         self.robot = Readings(self.engine)
         self.bounds = bounds
-        self.driver = Driver(self.engine, terminal, self.environment, self.robot)
+        self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder)
+        self._closing = finalize(self, self.driver.devices.disk.close_all)
         self.last_program: str | None = None
         self.last_statement: Statement | None = None
         self.editor: Editor | None = None
@@ -108,6 +112,10 @@ class Session:
     def task(self) -> Task | None:
         track = self.driver.tasks.get(ROBOT_PROGRAM)
         return None if track is None else track.task
+
+    def close(self) -> None:
+        """The end of the session: the files of programs are closed. It comes by itself when a process ends."""
+        self._closing()
 
     # --- programs ---
 

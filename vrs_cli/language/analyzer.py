@@ -43,7 +43,17 @@ from vrs_cli.language.words import Argument, Shape, State, Word
 
 MOST_HINTS = 30  # names that are compared with all others: a file without its locations has hundreds that it lacks
 
-__all__ = ["Analysis", "Block", "BlockKind", "analyze", "check_line", "is_reserved", "names_given_by"]
+__all__ = [
+    "DEFINING",
+    "Analysis",
+    "Block",
+    "BlockKind",
+    "analyze",
+    "argument_at",
+    "check_line",
+    "is_reserved",
+    "names_given_by",
+]
 
 
 @dataclass(frozen=True)
@@ -237,7 +247,7 @@ class _Steps:
             if not argument.optional and (place >= len(given) or given[place] is None):
                 self._findings.fault(CannotInterpret, end, f"{row.name}: {argument.name} is missing", hint)
                 break
-        if len(given) > len(row.arguments) and _argument_at(row, len(given) - 1) is None:
+        if len(given) > len(row.arguments) and argument_at(row, len(given) - 1) is None:
             extra = given[len(row.arguments)]
             span = extra.span if extra is not None else end
             self._findings.fault(CannotInterpret, span, f"{row.name}: too many arguments", hint)
@@ -252,7 +262,7 @@ class _Steps:
             if stamp is not None:
                 self._expressions.value(stamp, REAL)
         for place, expression in enumerate(statement.arguments):
-            argument = _argument_at(row, place)
+            argument = argument_at(row, place)
             if expression is not None and argument is not None:
                 self._argument(expression, argument)
 
@@ -320,7 +330,7 @@ _STATEMENTS: Mapping[type, Callable[[_Steps, Any], None]] = {
 }
 
 
-def _argument_at(row: Word, place: int) -> Argument | None:
+def argument_at(row: Word, place: int) -> Argument | None:
     """The row's argument of that place; those beyond belong to a repeated one, or to a repeated value."""
     if place < len(row.arguments):
         return row.arguments[place]
@@ -361,7 +371,7 @@ def _given_by(statement: Statement | None) -> Iterator[str]:
     elif isinstance(statement, ast.Instruction):
         row = INSTRUCTIONS.get(statement.word)
         for place, expression in enumerate(statement.arguments):
-            argument = _argument_at(row, place) if row is not None else None
+            argument = argument_at(row, place) if row is not None else None
             if argument is not None and expression is not None:
                 yield from _given_at(expression, argument.shape)
 
@@ -369,11 +379,11 @@ def _given_by(statement: Statement | None) -> Iterator[str]:
 def _given_at(expression: Expression, shape: Shape) -> Iterator[str]:
     if shape is Shape.PROGRAM and isinstance(expression, ast.Call):
         yield from (argument.key for argument in expression.arguments if isinstance(argument, ast.Variable))
-    elif shape in _DEFINING:
+    elif shape in DEFINING:
         if isinstance(expression, ast.Binary):
             expression = expression.right
         if isinstance(expression, ast.Variable):
             yield expression.key
 
 
-_DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE})
+DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE, Shape.UNIT})

@@ -216,6 +216,15 @@ class _Given:
             hint = f"the form is {self.row.form}"
             raise LineRefused(error(CannotInterpret, beyond.span, f"{self.row.name}: too many values", hint))
 
+    def group(self, items: list[Expression | None]) -> None:
+        """What stands in parentheses: as many places as the table has, so that those after them keep theirs."""
+        most = self.row.grouped
+        beyond = next((item for item in items[most:] if item is not None), None)
+        if beyond is not None:
+            hint = f"the form is {self.row.form}"
+            raise LineRefused(error(CannotInterpret, beyond.span, f"{self.row.name}: too many in parentheses", hint))
+        self.arguments += (*items[:most], *(None,) * (most - len(items)))
+
     def modifier(self, token: Token, expression: Expression | None) -> None:
         sort = _SORTS[token.type]
         if sort not in self.row.modifiers or self._has(sort):
@@ -498,7 +507,7 @@ def _give_group(given: _Given, children: Children) -> Any:
     if given.row.tasked:
         given.task = children[1][1][0]
     else:
-        given.items(_listed(children[1][1]))
+        given.group(_listed(children[1][1]))
     return children[-1]
 
 

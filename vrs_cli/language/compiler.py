@@ -31,6 +31,7 @@ from vrs_cli.language import ast
 from vrs_cli.language import python_tree as tree
 from vrs_cli.language.analyzer import Analysis
 from vrs_cli.language.ast import Kind
+from vrs_cli.language.collector import collector_paused
 from vrs_cli.language.effects import HANDLERS, Definable, Yielded
 from vrs_cli.language.environment import Context, Reference
 from vrs_cli.language.expressions import CELLS, Array, Expressions, Place
@@ -260,15 +261,15 @@ class _ProgramCompiler(Expressions):
         value: py.expr = tree.constant(None)
         if statement.value is not None and word.value is not None:
             value = self.operand(statement.value, word.value)
-        operands = tree.call(
-            "Operands",
-            tree.constant(statement_text(statement)),
-            tree.tuple_of(arguments),
-            value,
-            self._stamp(statement.modifiers),
-            tree.constant(statement.modifiers.always),
-            tree.constant(statement.modifiers.unit),
-        )
+        given: list[py.expr] = [tree.constant(statement_text(statement)), tree.tuple_of(arguments)]
+        if statement.value is not None or statement.modifiers != ast.NO_MODIFIERS:
+            given += (
+                value,
+                self._stamp(statement.modifiers),
+                tree.constant(statement.modifiers.always),
+                tree.constant(statement.modifiers.unit),
+            )
+        operands = tree.call("Operands", *given)
         return [py.Expr(py.YieldFrom(tree.call(self._handler(statement.word), tree.name("X"), operands)))]
 
     def _handler(self, word: str) -> str:
@@ -279,7 +280,7 @@ class _ProgramCompiler(Expressions):
         return name
 
     def _operand(self, word: str, expression: ast.Expression | None, row: Argument) -> py.expr:
-        if word == "PROMPT" and isinstance(expression, ast.Variable):
+        if isinstance(expression, ast.Variable) and (word == "PROMPT" or row.shape is Shape.UNIT):
             return self.reference(expression)
         if row.shape is Shape.PROGRAM and expression is not None:
             return self._program_called(expression)
@@ -371,7 +372,8 @@ class Compiled:
     @cached_property
     def everywhere(self) -> _Variant:
         """The variant that can be entered at every operation."""
-        return _ProgramCompiler(self.analysis, self.lowered).variant(everywhere=True)
+        with collector_paused():
+            return _ProgramCompiler(self.analysis, self.lowered).variant(everywhere=True)
 
     def start(self, context: Context, arguments: Sequence[Reference], slots: list[object], op: int = 0) -> Steps:
         """An activation, from an operation on; one argument for each parameter.
@@ -414,7 +416,8 @@ def compile_program(analysis: Analysis) -> Compiled:
     try:
         lowered = lower(analysis)
         compiler = _ProgramCompiler(analysis, lowered)
-        variant = compiler.variant(everywhere=False)
+        with collector_paused():
+            variant = compiler.variant(everywhere=False)
     except RecursionError:
         raise ProgramNotExecutable(analysis.program.name, "an expression is nested too deeply") from None
     return Compiled(analysis, lowered, compiler.spelling, frozenset(compiler.array_parameters), variant)

@@ -41,7 +41,14 @@ from vrs_cli.engine.commands import (
     Target,
     ToolOffsetTarget,
 )
-from vrs_cli.errors import IllegalJoint, IllegalValue, TypeMismatch
+from vrs_cli.errors import (
+    IllegalJoint,
+    IllegalValue,
+    InvalidNumber,
+    TypeMismatch,
+    UnitNotAttached,
+    VrsError,
+)
 from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
@@ -54,7 +61,26 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.language.ast import Kind
 from vrs_cli.language.environment import Context, Reference
+from vrs_cli.language.operations import pack
 from vrs_cli.language.reactions import DEFAULT, Reaction, checked_priority, checked_signal
+from vrs_cli.language.units import (
+    CHOOSE,
+    ROBOT,
+    Access,
+    AttachUnit,
+    CloseFile,
+    DeleteFile,
+    DetachUnit,
+    OpenFile,
+    ReadRecord,
+    RecordRefused,
+    UnitEffect,
+    WriteRecord,
+    checked_device,
+    checked_disk,
+    checked_mode,
+    checked_unit,
+)
 from vrs_cli.language.values import (
     TypeItem,
     Value,
@@ -65,6 +91,7 @@ from vrs_cli.language.values import (
     numbers_of,
     plain,
     read_number,
+    storable,
     whole,
 )
 
@@ -249,6 +276,7 @@ Effect = (
     | ControlTask
     | AttachRobot
     | DetachRobot
+    | UnitEffect
 )
 Yielded = Request | Effect
 Answers = Generator[Yielded, str | None, None]
@@ -506,6 +534,11 @@ def _decompose(_context: Context, it: Operands) -> Iterable[Yielded]:
     return NOTHING
 
 
+def _pack(_context: Context, it: Operands) -> Iterable[Yielded]:
+    pack(cast(Reference, it.get(0)), it.real(1), it.real(2), cast(str, it.value))
+    return NOTHING
+
+
 # --- signals and timers ------------------------------------------------------------------------------------------
 
 
@@ -586,6 +619,100 @@ def _prompt(_context: Context, it: Operands) -> Answers:
         if kind_of_value(value) is not target.cells.kind:
             raise TypeMismatch(target.name, "PROMPT reads reals and strings")
         target.assign(value)
+
+
+# --- units and files ----------------------------------------------------------------------------------------------
+
+
+def _attach(_context: Context, it: Operands) -> Answers:
+    """The robot where no unit is named. Mode 4: the system chooses one, and tells its number in the variable."""
+    asked, device = it.get(0), cast("str | None", it.get(2))
+    if checked_mode(it.real_or(1, 0.0)) & CHOOSE:
+        yield from _attach_any(asked, device)
+        return
+    unit = whole(_number_of(asked))
+    if device is not None:
+        checked_device(device, unit)
+    yield AttachRobot() if unit == ROBOT else AttachUnit(checked_unit(unit))
+
+
+def _attach_any(asked: Operand, device: str | None) -> Answers:
+    checked_device(device or "DISK", None)
+    if not isinstance(asked, Reference):
+        raise IllegalValue("ATTACH mode 4", "it wants a variable for the number: ATTACH (lun, 4)")
+    answer = yield AttachUnit(None)
+    if answer is None:
+        raise UnitNotAttached("no unit is free", "DETACH one")
+    asked.assign(float(answer))
+
+
+def _number_of(unit: Operand) -> float:
+    """A unit that is a number, a variable, or left out (the robot)."""
+    value = unit.value() if isinstance(unit, Reference) else unit
+    return float(ROBOT) if value is None else cast(float, value)
+
+
+def _detach(_context: Context, it: Operands) -> Iterable[Yielded]:
+    unit = whole(it.real_or(0, float(ROBOT)))
+    return (Break(), DetachRobot()) if unit == ROBOT else (DetachUnit(checked_unit(unit)),)
+
+
+def _open(access: Access) -> Handler:
+    def open_file(_context: Context, it: Operands) -> Iterable[Yielded]:
+        return (OpenFile(checked_disk(it.real(0), access.value), cast(str, it.get(1)), access),)
+
+    return open_file
+
+
+def _close(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (CloseFile(checked_disk(it.real(0), "FCLOSE")),)
+
+
+def _delete_file(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (DeleteFile(checked_disk(it.real(0), "FDELETE"), cast(str, it.get(1))),)
+
+
+def _write(_context: Context, it: Operands) -> Iterable[Yielded]:
+    items = [cast(TypeItem, item) for item in it.arguments[1:] if item is not None]
+    return (WriteRecord(checked_unit(it.real(0)), *encode(items)),)
+
+
+def _read(_context: Context, it: Operands) -> Answers:
+    """One record, whose values go to the variables: all of them, or none and the unit says why."""
+    unit = checked_unit(it.real(0))
+    line = yield ReadRecord(unit)
+    if line is None:
+        return
+    targets = [item for item in it.arguments[1:] if isinstance(item, Reference)]
+    try:
+        values = _record(line, [target.cells.kind for target in targets])
+    except VrsError as refused:
+        yield RecordRefused(unit, refused.code)
+        return
+    for target, value in zip(targets, values, strict=True):
+        target.assign(value)
+
+
+def _record(line: str, kinds: list[Kind]) -> list[Value]:
+    """A value for each variable; what is left of the line is passed over, but a string that comes last takes it all.
+
+    Raises InvalidNumber where a number is missing or is none, IllegalValue for a string that cannot be stored.
+    """
+    if kinds == [Kind.STRING]:
+        return [storable(line)]
+    takes_rest = bool(kinds) and kinds[-1] is Kind.STRING
+    fields = _BETWEEN.split(line.strip(), maxsplit=len(kinds) - 1 if takes_rest else 0)
+    fields += [""] * (len(kinds) - len(fields))
+    return [_field(field, kind) for field, kind in zip(fields, kinds, strict=False)]
+
+
+def _field(text: str, kind: Kind) -> Value:
+    if kind is Kind.STRING:
+        return storable(text)
+    number = read_number(text)
+    if number is None:
+        raise InvalidNumber(repr(text))
+    return number
 
 
 # --- switches, parameters and the flow ---------------------------------------------------------------------------
@@ -673,18 +800,6 @@ def _control(control: Control) -> Handler:
     return act
 
 
-def _robot_unit(effect: Effect) -> Handler:
-    """ATTACH and DETACH: unit 0, or none, is the robot."""
-
-    def act(_context: Context, it: Operands) -> Iterable[Yielded]:
-        unit = whole(it.real_or(0, 0.0))
-        if unit:
-            raise IllegalValue(f"logical unit {unit}", "0 is the robot; there are no other devices")
-        return (effect,)
-
-    return act
-
-
 def _wait_event(_context: Context, it: Operands) -> Iterable[Yielded]:
     seconds = it.optional(1)
     if seconds is not None and seconds < 0.0:
@@ -765,6 +880,7 @@ HANDLERS: Mapping[str, Handler] = {
     "RESET": _reset,
     "BITS": _bits,
     "TIMER": _timer,
+    "PACK": _pack,
     "TYPE": _type,
     "PROMPT": _prompt,
     "ENABLE": _switches(on=True),
@@ -788,8 +904,13 @@ HANDLERS: Mapping[str, Handler] = {
     "EXECUTE": _start(None),
     "PCEXECUTE": _start(PROCESS_CONTROL),
     **{control.value: _control(control) for control in Control},
-    "ATTACH": _robot_unit(AttachRobot()),
-    "DETACH": _robot_unit(DetachRobot()),
+    "ATTACH": _attach,
+    "DETACH": _detach,
+    **{access.value: _open(access) for access in Access},
+    "FCLOSE": _close,
+    "FDELETE": _delete_file,
+    "READ": _read,
+    "WRITE": _write,
     "WAIT.EVENT": _wait_event,
     "SET.EVENT": _set_event,
 }

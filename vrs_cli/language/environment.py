@@ -14,7 +14,14 @@ from functools import cached_property
 from random import Random
 from typing import TYPE_CHECKING, NamedTuple, NoReturn, Protocol
 
-from vrs_cli.errors import IllegalArrayIndex, IllegalSignal, TypeMismatch, UndefinedName, UndefinedValue
+from vrs_cli.errors import (
+    IllegalArrayIndex,
+    IllegalSignal,
+    TypeMismatch,
+    UndefinedName,
+    UndefinedValue,
+    UnitNotAttached,
+)
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.ast import NAME_LENGTH, Entry, Kind, Number, Program
@@ -352,6 +359,60 @@ class Robot(Protocol):
         """0 where the place can be reached, otherwise the reasons as bits."""
 
 
+class System(Protocol):
+    """What a program may ask of the system that runs it; always for the task that asks."""
+
+    def task(self) -> int:
+        """Its number; -1 for a line of the prompt."""
+
+    def priority(self) -> int: ...
+    def run_state(self, task: int) -> int:
+        """What a task does (`operations.RUN_STATES`)."""
+
+    def program_status(self, name: str) -> int:
+        """What a program does (`STATUS` in the table of functions)."""
+
+    def identity(self, component: int) -> float:
+        """Raises IllegalValue for a component that there is not."""
+
+    def unit_status(self, unit: int) -> int:
+        """Of the last operation on a logical unit: 1, or a code."""
+
+    def record_length(self, unit: int) -> int:
+        """Characters of the last record of a logical unit."""
+
+    def character(self, unit: int, wait: bool) -> int:
+        """The code of the next character of a logical unit, or of what went wrong."""
+
+
+class _Alone:
+    """The system of a program that runs by itself: one task, and no devices."""
+
+    def task(self) -> int:
+        return 0
+
+    def priority(self) -> int:
+        return 0
+
+    def run_state(self, task: int) -> int:  # noqa: ARG002 (of the protocol, as are those below)
+        return 0
+
+    def program_status(self, name: str) -> int:  # noqa: ARG002
+        return 0
+
+    def identity(self, component: int) -> float:  # noqa: ARG002
+        return 0.0
+
+    def unit_status(self, unit: int) -> int:  # noqa: ARG002
+        return UnitNotAttached.code
+
+    def record_length(self, unit: int) -> int:  # noqa: ARG002
+        return 0
+
+    def character(self, unit: int, wait: bool) -> int:  # noqa: ARG002
+        return UnitNotAttached.code
+
+
 @dataclass(frozen=True, slots=True)
 class Context:
     """What functions and instructions work on."""
@@ -368,7 +429,10 @@ class Context:
 
 
 class Environment:
-    """Variables, programs, signals and timers of one robot. The same `seed` gives the same random numbers."""
+    """Variables, programs, signals and timers of one robot. The same `seed` gives the same random numbers.
+
+    `system` is who runs the programs.
+    """
 
     def __init__(self, seed: int = 0) -> None:
         self.spelling: dict[str, str] = {}
@@ -377,6 +441,7 @@ class Environment:
         self.timers = Timers()
         self.random = Random(seed)
         self.last_error = 0
+        self.system: System = _Alone()
         self._simple = {kind: Cells(self, kind) for kind in Kind}
         self._arrays: dict[Kind, dict[str, Cells]] = {kind: {} for kind in Kind}
 

@@ -21,6 +21,7 @@ PROGRAM = Argument("program", Shape.PROGRAM)
 LABEL = Argument("label", Shape.LABEL)
 TEXT = Argument("$text", Shape.STRING)
 UNIT = Argument("unit", Shape.GROUP)
+DEVICE = Argument("$device", Shape.STRING, optional=True)
 TASK = real("task", optional=True)
 ITEMS = Argument("item", Shape.ITEM, optional=True, repeated=True)
 SWITCHES = Argument("switch", Shape.SWITCH, repeated=True)
@@ -256,6 +257,15 @@ _INPUT_OUTPUT = (
         "1 2 +",
     ),
     Word(
+        "PACK",
+        (Argument("$element", Shape.STRING_VARIABLE), real("first"), real("count")),
+        Route.PROGRAM,
+        "put characters into an array whose elements, of 128 each, are taken for one string",
+        "PACK $a[0], 120, 20 = $text",
+        "+",
+        value=Argument("$text", Shape.STRING),
+    ),
+    Word(
         "TIMER",
         (real("timer"),),
         Route.PROGRAM,
@@ -343,6 +353,10 @@ def _task_word(name: str, summary: str, example: str) -> Word:
     return Word(name, (TASK,), Route.PROGRAM, summary, example, "+")
 
 
+def _file(name: str, summary: str) -> Word:
+    return Word(name, (UNIT, Argument("$file", Shape.STRING)), Route.PROGRAM, summary, f'{name} (lun) "log.txt"', "+")
+
+
 _TASKS = (
     Word(
         "EXECUTE",
@@ -376,20 +390,44 @@ _TASKS = (
     Word("SET.EVENT", (real("task"),), Route.PROGRAM, "set the event of a task", "SET.EVENT 2", "+"),
     Word(
         "ATTACH",
-        (Argument("unit", Shape.GROUP, optional=True),),
+        (Argument("unit", Shape.UNIT, optional=True), Argument("mode", Shape.GROUP, optional=True), DEVICE),
         Route.PROGRAM,
-        "take the robot (unit 0), as soon as no other task has it",
-        "ATTACH (0)",
+        "take the robot (unit 0), as soon as no other task has it, the disk (5 to 8, 17 to 19) or the terminal (4)",
+        'ATTACH (lun, 4) "DISK"',
         "+",
+        note="mode 4 chooses a unit of the disk",
     ),
     Word(
         "DETACH",
         (Argument("unit", Shape.GROUP, optional=True),),
         Route.PROGRAM,
-        "come to rest, then let the robot go",
-        "DETACH (0)",
+        "come to rest and let the robot go; or close the file of a unit, and let that go",
+        "DETACH (lun)",
         "+",
-        breaks=True,
+    ),
+)
+
+_FILES = (
+    _file("FOPENR", "open a file to read"),
+    _file("FOPENW", "open a new file to write"),
+    _file("FOPENA", "open a file to write at its end, a new one where there is none"),
+    Word("FCLOSE", (UNIT,), Route.PROGRAM, "close a file", "FCLOSE (lun)", "+"),
+    _file("FDELETE", "delete a file"),
+    Word(
+        "READ",
+        (UNIT, Argument("variable", Shape.VARIABLE, repeated=True)),
+        Route.PROGRAM,
+        "read a line of a file, or of the terminal, into variables",
+        "READ (lun) x, y, $name",
+        "+",
+    ),
+    Word(
+        "WRITE",
+        (UNIT, ITEMS),
+        Route.PROGRAM,
+        "write a line to a file, or to the terminal, as TYPE does",
+        'WRITE (lun) "x =", /F8.2, x',
+        "+",
     ),
 )
 
@@ -423,12 +461,6 @@ _PLANNED = (
         note="every variable is global",
     ),
     _planned("SELECT", (Argument("device", Shape.WORD),), "choose a robot", "+", value=real("number")),
-    _planned("FOPENR", (UNIT, TEXT), "open a file to read", "+"),
-    _planned("FOPENW", (UNIT, TEXT), "open a file to write", "+"),
-    _planned("FOPENA", (UNIT, TEXT), "open a file to write at its end", "+"),
-    _planned("FCLOSE", (UNIT,), "close a file", "+"),
-    _planned("READ", (UNIT, Argument("variable", Shape.VARIABLE, repeated=True)), "read from a device", "+"),
-    _planned("WRITE", (UNIT, ITEMS), "write to a device", "+"),
     _planned("MC", (Argument("command", Shape.INSTRUCTION),), "carry out a monitor command", "+"),
 )
 
@@ -448,11 +480,15 @@ _REFUSED = (
     _refused("DEFBELT", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
     _refused("SETBELT", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
     _refused("WINDOW", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
+    _refused("FOPEND", "reading of a disk directory", "+", "FDIRECTORY at the prompt lists a folder"),
+    _refused("FSEEK", "records of a file by number", "+", "READ and WRITE go from line to line"),
+    _refused("FEMPTY", "emptying of buffers", "+", "FCLOSE writes all there is"),
+    _refused("FCMND", "disk commands from programs", "+", "FDELETE deletes; FRENAME is typed at the prompt"),
     _refused("ESTOP", "power off at once", "+", "use HALT"),
 )
 
 INSTRUCTIONS: Mapping[str, Word] = by_name(
-    (*_MOTIONS, *_SETTINGS, *_POSITIONS, *_INPUT_OUTPUT, *_FLOW, *_REACTIONS, *_TASKS, *_PLANNED, *_REFUSED)
+    (*_MOTIONS, *_SETTINGS, *_POSITIONS, *_INPUT_OUTPUT, *_FLOW, *_REACTIONS, *_TASKS, *_FILES, *_PLANNED, *_REFUSED)
 )
 
 

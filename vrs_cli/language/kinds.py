@@ -81,6 +81,13 @@ class Expressions:
     def _real_variable(self, expression: Expression) -> None:
         self._define(expression, REAL)
 
+    def _unit(self, expression: Expression) -> None:
+        """A number; ATTACH may choose one, and put it in a variable."""
+        if isinstance(expression, ast.Variable):
+            self._define(expression, REAL)
+        else:
+            self.value(expression, REAL)
+
     def _string_variable(self, expression: Expression) -> None:
         self._define(expression, STRING)
 
@@ -210,8 +217,8 @@ class Expressions:
             self._unknown_function(call)
             return None
         if function.state is not State.SUPPORTED:
-            detail = f"{function.name} is {function.state.value}"
-            self._findings.fault(NotAvailable, call.span, detail, function.summary)
+            detail = f"{function.name}: {function.summary}"
+            self._findings.fault(NotAvailable, call.span, detail, function.note)
             return function.result
         self._count(call, function.arguments, f"the form is {function.form}")
         for place, expression in enumerate(call.arguments):
@@ -280,6 +287,7 @@ _KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {
 
 _SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
     Shape.ITEM: Expressions._item,
+    Shape.UNIT: Expressions._unit,
     Shape.VARIABLE: Expressions._read_into,
     Shape.REAL_VARIABLE: Expressions._real_variable,
     Shape.STRING_VARIABLE: Expressions._string_variable,

@@ -205,6 +205,8 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
     plain = sum(not argument.lead for argument in row.arguments)
     own = arguments if row.value is None or not row.value.repeated else arguments[:plain]
     grouped = own[: row.grouped]
+    while grouped and grouped[-1] is None:
+        grouped.pop()
     if grouped:
         yield f"({_list_text(grouped)})"
     yield _list_text(own[row.grouped :] if not row.leads else own[:plain])

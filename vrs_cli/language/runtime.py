@@ -74,6 +74,7 @@ from vrs_cli.language.environment import (
 )
 from vrs_cli.language.reactions import OF_ERRORS, Reaction, Reactions
 from vrs_cli.language.support import by_value, overflow
+from vrs_cli.language.units import UnitEffect
 from vrs_cli.language.values import Value
 
 STACK_LIMIT = 10_000  # programs that have called one another
@@ -136,7 +137,9 @@ class Budget:
 
 
 Beside = WaitEvent | SetEvent | RunSignal | StartTask | ControlTask | AttachRobot | DetachRobot
-Event = Request | Type | Prompt | Wait | Beside | CycleBegins | Completed | Paused | Halted | Failed | Budget
+Event = (
+    Request | Type | Prompt | Wait | Beside | UnitEffect | CycleBegins | Completed | Paused | Halted | Failed | Budget
+)
 
 _BUDGET = Budget()
 

@@ -6,7 +6,7 @@ A row says what a word takes, so that parsing, checking, help, completion and co
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 
@@ -33,10 +33,12 @@ class Shape(Enum):
     WORD = "word"
     INSTRUCTION = "instruction"
     GROUP = "number in parentheses"
+    UNIT = "logical unit in parentheses, or a variable for its number"
     TASK = "task number, before the others and without a comma"
 
 
 RAW_SHAPES = frozenset({Shape.FILE, Shape.WORD})  # read as they stand, up to a blank, a comma or an equals sign
+GROUPED = frozenset({Shape.GROUP, Shape.UNIT})  # these stand in one pair of parentheses before the others
 
 
 class Route(Enum):
@@ -124,7 +126,7 @@ class Word:
     @property
     def grouped(self) -> int:
         """How many of its arguments stand in parentheses before the others."""
-        return sum(argument.shape is Shape.GROUP for argument in self.arguments)
+        return sum(argument.shape in GROUPED for argument in self.arguments)
 
     @property
     def tasked(self) -> bool:
@@ -140,17 +142,25 @@ _MODIFIER_FORMS = (("UNIT", "[MMPS | IPS | MONITOR]"), ("ALWAYS", "[ALWAYS]"), (
 
 
 def _argument_form(argument: Argument) -> str:
-    name = f"({argument.name})" if argument.shape is Shape.GROUP else argument.name
-    shown = f"{argument.lead} {name}".strip()
+    shown = f"{argument.lead} {argument.name}".strip()
     return f"{shown}, ..." if argument.repeated else shown
 
 
 def _arguments_form(arguments: tuple[Argument, ...]) -> str:
-    form = "".join(f"[{argument.name}] " for argument in arguments if argument.shape is Shape.TASK)
-    arguments = tuple(argument for argument in arguments if argument.shape is not Shape.TASK)
+    task = "".join(f"[{argument.name}] " for argument in arguments if argument.shape is Shape.TASK)
+    group = tuple(argument for argument in arguments if argument.shape in GROUPED)
+    others = tuple(argument for argument in arguments if argument.shape not in {*GROUPED, Shape.TASK})
+    in_front = f"({_list_form(group)})" if group else ""
+    if group and group[0].optional:
+        in_front = f"[({_list_form((replace(group[0], optional=False), *group[1:]))})]"
+    return task + " ".join(part for part in (in_front, _list_form(others)) if part)
+
+
+def _list_form(arguments: tuple[Argument, ...]) -> str:
+    form = ""
     for number, argument in enumerate(arguments):
         shown = _argument_form(argument)
-        before = "" if not number else " " if argument.lead or _after_group(arguments, number) else ", "
+        before = "" if not number else " " if argument.lead else ", "
         if not argument.optional:
             form += before + shown
         elif before == ", ":
@@ -158,10 +168,6 @@ def _arguments_form(arguments: tuple[Argument, ...]) -> str:
         else:
             form += f"{before}[{shown}]"
     return form
-
-
-def _after_group(arguments: tuple[Argument, ...], number: int) -> bool:
-    return arguments[number - 1].shape is Shape.GROUP and arguments[number].shape is not Shape.GROUP
 
 
 def by_name(words: Iterable[Word]) -> Mapping[str, Word]:

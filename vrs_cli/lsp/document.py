@@ -17,7 +17,7 @@ from vrs_cli.interfaces.help import page
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language import ast
-from vrs_cli.language.analyzer import is_reserved
+from vrs_cli.language.analyzer import DEFINING, argument_at, is_reserved
 from vrs_cli.language.ast import NAME_LENGTH, Kind, Program, Section, Span, Statement
 from vrs_cli.language.diagnostics import Diagnostic
 from vrs_cli.language.formatting import formatted
@@ -352,8 +352,6 @@ def _signature(program: Program) -> str:
 
 # --- definitions ---------------------------------------------------------------------------------------------------
 
-_DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE})
-
 
 def _definitions(program: Program) -> Iterator[tuple[ast.Variable, Statement]]:
     """Every variable that a program gives a value to, in the order of its steps."""
@@ -369,8 +367,9 @@ def _definitions(program: Program) -> Iterator[tuple[ast.Variable, Statement]]:
 
 def _defined_by(statement: ast.Instruction) -> Iterator[ast.Variable]:
     row = INSTRUCTIONS.get(statement.word)
-    for argument, given in zip(row.arguments if row is not None else (), statement.arguments, strict=False):
-        if argument.shape in _DEFINING:
+    for place, given in enumerate(statement.arguments):
+        argument = argument_at(row, place) if row is not None else None
+        if argument is not None and argument.shape in DEFINING:
             last = given.right if isinstance(given, ast.Binary) else given  # HERE a:b defines b
             if isinstance(last, ast.Variable):
                 yield last
