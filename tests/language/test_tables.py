@@ -11,12 +11,12 @@ from vrs_cli.language.analyzer import check_line
 from vrs_cli.language.diagnostics import Severity
 from vrs_cli.language.effects import HANDLERS
 from vrs_cli.language.functions import FUNCTIONS
-from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.instructions import CONTROL, DECLARATIONS, INSTRUCTIONS
 from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.parser import parse_prompt, parse_step
 from vrs_cli.language.words import RAW_SHAPES, Shape, State, Word
 
-ELSEWHERE = {"CALL", "WAIT", "EXIT", "NEXT", "REMARK"}  # the first four by the compiler, the last is a comment
+ELSEWHERE = {"CALL", "CALLS", "WAIT", "EXIT", "NEXT", *DECLARATIONS, "REMARK"}  # by the compiler; the last is a comment
 
 ROWS = [*INSTRUCTIONS.values(), *COMMANDS.values(), *CONTROL.values()]
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from vrs_cli.files.layout import Layout
 from vrs_cli.language import ast
 from vrs_cli.language.ast import Entry, File, Kind, Program, Section, Span
+from vrs_cli.language.declarations import own_variables
 from vrs_cli.language.environment import SIGIL_KINDS, Environment, key_of
 from vrs_cli.language.environment import Variable as Stored
 from vrs_cli.language.instructions import INSTRUCTIONS
@@ -141,7 +142,13 @@ def _program_key(argument: object) -> Iterator[str]:
 
 def variables_used(programs: Iterable[Program]) -> frozenset[str]:
     """The keys of all variables that the programs name; a bare name may be of a real or a location."""
-    return frozenset(node.key for program in programs for node in _nodes(program) if isinstance(node, ast.Variable))
+    return frozenset(key for program in programs for key in _used_by(program))
+
+
+def _used_by(program: Program) -> set[str]:
+    """Those that AUTO and LOCAL make its own are nobody else's."""
+    own = {own.key for own in own_variables(program)}
+    return {node.key for node in _nodes(program) if isinstance(node, ast.Variable)} - own
 
 
 def _nodes(node: object) -> Iterator[object]:

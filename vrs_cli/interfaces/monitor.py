@@ -910,6 +910,10 @@ def _as_instruction(session: Session, it: Instruction) -> Iterator[Reply]:
     yield from ()
 
 
+def _calibrate(_session: Session, _it: Instruction) -> Iterator[Reply]:
+    yield Message("A virtual robot is calibrated")
+
+
 def _switch(session: Session, it: Instruction) -> Iterator[Reply]:
     if it.value is not None:
         session.do(it)
@@ -1071,10 +1075,13 @@ MONITOR: Mapping[str, Handler] = {
     "DELETE": _delete,
     "DELETEP": _deletep,
     "DELETEL": _delete_variables(Kind.LOCATION, Kind.PRECISION),
+    "DPOINT": _delete_variables(Kind.LOCATION, Kind.PRECISION),
     "DELETER": _delete_variables(Kind.REAL),
     "DELETES": _delete_variables(Kind.STRING),
     "ZERO": _zero,
     "LOAD": _load,
+    "LOADP": _load,
+    "LOADL": _load,
     "STORE": _store(".v2", "PROGRAMS", "LOCATIONS", "REALS", "STRINGS"),
     "STOREP": _store(".pg", "PROGRAMS"),
     "STOREL": _store(".lc", "LOCATIONS"),
@@ -1084,6 +1091,7 @@ MONITOR: Mapping[str, Handler] = {
     "SEE": _see,
     "FLIST": _flist,
     "FDIRECTORY": _fdirectory,
+    "LISTF": _fdirectory,
     "FDELETE": _fdelete,
     "FCOPY": _fcopy,
     "FRENAME": _frename,
@@ -1111,6 +1119,8 @@ MONITOR: Mapping[str, Handler] = {
     "SPEED": _speed,
     "SIGNAL": _signal,
     "RESET": _as_instruction,
+    "CALIBRATE": _calibrate,
+    "SELECT": _as_instruction,
     "ENABLE": _as_instruction,
     "DISABLE": _as_instruction,
     "SWITCH": _switch,

@@ -17,13 +17,16 @@ from vrs_cli.errors import (
     IllegalAssignment,
     InvalidName,
     NotAvailable,
+    OldMeaning,
     UndefinedName,
     UndefinedValue,
 )
 from vrs_cli.language import ast
 from vrs_cli.language.ast import NAME_LENGTH, Expression, Kind, Program, ProgramHeader, Span, Statement
+from vrs_cli.language.channels import channel
+from vrs_cli.language.declarations import Declarations, Own, own_variables
 from vrs_cli.language.diagnostics import Diagnostic, Severity, did_you_mean
-from vrs_cli.language.instructions import INSTRUCTIONS, LOOP_JUMPS
+from vrs_cli.language.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.kinds import Expressions
 from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.names import (
@@ -44,12 +47,15 @@ from vrs_cli.language.words import Argument, Shape, State, Word
 __all__ = ["Analysis", "Block", "BlockKind", "analyze", "check_line", "is_reserved", "names_given_by"]
 
 
+_IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS  # instructions that make no sense at the prompt
+
+
 @dataclass(frozen=True)
 class Analysis:
     """A program with what its text decides.
 
     `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included.
-    `labels`: step index of each label.
+    `labels`: step index of each label. `own`: the variables of AUTO and LOCAL.
     """
 
     program: Program
@@ -57,6 +63,7 @@ class Analysis:
     blocks: tuple[Block, ...]
     labels: Mapping[int, int]
     diagnostics: tuple[Diagnostic, ...]
+    own: tuple[Own, ...] = ()
 
     @property
     def executable(self) -> bool:
@@ -82,7 +89,8 @@ def analyze(
     steps.finish()
     found = (*structure.diagnostics, *findings.diagnostics)
     ordered = sorted(found, key=lambda one: (one.span.line, one.span.column))
-    return Analysis(program, steps.names.decided(), structure.blocks, structure.labels, tuple(ordered))
+    own = own_variables(program)
+    return Analysis(program, steps.names.decided(), structure.blocks, structure.labels, tuple(ordered), own)
 
 
 def check_line(
@@ -114,6 +122,7 @@ class _Steps:
         self.names = Names(findings, known, parameters, at_prompt=program is None)
         self._findings = findings
         self._expressions = Expressions(self.names, findings)
+        self._declarations = Declarations(self.names, findings, program)
         self._program = program
         self._programs = programs
 
@@ -134,6 +143,11 @@ class _Steps:
     def statement(self, step: int, statement: Statement) -> None:
         """A step of a program."""
         self.names.step = step
+        if isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS:
+            self._count(statement, INSTRUCTIONS[statement.word])
+            self._declarations.check(statement)
+            return
+        self._declarations.other()
         check = _STATEMENTS.get(type(statement))
         if check is not None:
             check(self, statement)
@@ -141,7 +155,7 @@ class _Steps:
     def command(self, statement: Statement) -> None:
         """A line of the prompt."""
         inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
-        if isinstance(inner, ast.Instruction) and not (inner is not statement and inner.word in LOOP_JUMPS):
+        if isinstance(inner, ast.Instruction) and not (inner is not statement and inner.word in _IN_PROGRAMS):
             table = COMMANDS if inner is statement and inner.word in COMMANDS else INSTRUCTIONS
             self._instruction(inner, table)
         elif isinstance(inner, ast.Assignment):
@@ -158,7 +172,7 @@ class _Steps:
         elsewhere = frozenset[str]().union(*(_given_in(_Same(program)) for program in self._others()))
         keys = self.names.all_keys() | elsewhere
         for variable in unknown:
-            if variable.key not in elsewhere:
+            if variable.key not in elsewhere or self.names.is_own(variable):
                 alike = (key for key in keys if key[0] == variable.key[0] or not (variable.sigil or key[0] in "#$"))
                 detail = f"{variable.sigil}{variable.name} is given a value nowhere"
                 self._findings.warn(UndefinedValue, variable.span, detail, did_you_mean(variable.key, alike))
@@ -173,8 +187,8 @@ class _Steps:
         target, value = statement.target, statement.value
         self._expressions.reference(target)
         name = target.sigil + target.name
-        if target.indexes == ():
-            self._findings.fault(IllegalAssignment, target.span, f"{name}[] is a whole array", "assign its elements")
+        if target.many:
+            self._findings.fault(IllegalAssignment, target.span, f"{name}[] is an array", "assign its elements")
         if target.sigil == "#" or (not target.sigil and self._expressions.kind_of(value) in PLACE):
             self._findings.fault(
                 IllegalAssignment, target.span, "a location is assigned by SET", f"SET {name.lower()} = ..."
@@ -206,6 +220,14 @@ class _Steps:
     def _program_instruction(self, statement: ast.Instruction) -> None:
         self._instruction(statement, INSTRUCTIONS)
 
+    def _wait(self, statement: ast.Instruction) -> None:
+        """WAIT 3 waits for a signal, as in VAL: as a condition a number would make no sense."""
+        asked = statement.arguments[0] if statement.arguments else None
+        number = None if asked is None else channel(asked)
+        if asked is not None and number is not None:
+            hint = "DELAY n lets n seconds pass"
+            self._findings.warn(OldMeaning, asked.span, f"it is taken as WAIT SIG({number})", hint)
+
     # --- instructions and monitor commands ---
 
     def _instruction(self, statement: ast.Instruction, table: Mapping[str, Word]) -> None:
@@ -219,6 +241,8 @@ class _Steps:
         else:
             self._count(statement, row)
             self._operands(statement, row)
+            if row.name == "WAIT":
+                self._wait(statement)
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
         """Whether every argument that is needed is there, and none too many."""
@@ -251,6 +275,8 @@ class _Steps:
     def _argument(self, expression: Expression, argument: Argument) -> None:
         if argument.shape is Shape.PROGRAM:
             self._called(expression)
+        elif argument.shape is Shape.PROGRAM_TEXT:
+            self._called_by_text(expression)
         else:
             self._expressions.argument(expression, argument.shape)
 
@@ -263,13 +289,23 @@ class _Steps:
         if not isinstance(expression, ast.Call):
             self._findings.fault(InvalidName, expression.span, "a program name is wanted here")
             return
-        for argument in expression.arguments:
+        self._passed(expression.arguments)
+        self._check_call(expression)
+
+    def _called_by_text(self, expression: Expression) -> None:
+        """The program that a string names, of which nothing is known."""
+        text = expression.text if isinstance(expression, ast.Applied) else expression
+        self._expressions.value(text, STRING)
+        if isinstance(expression, ast.Applied):
+            self._passed(expression.arguments)
+
+    def _passed(self, arguments: Iterable[Expression | None]) -> None:
+        for argument in arguments:
             if isinstance(argument, ast.Variable) and not argument.grouped:
                 self._expressions.reference(argument)
                 self.names.given.add(argument.key)
             elif argument is not None:
                 self._expressions.value(argument, ANY_KIND)
-        self._check_call(expression)
 
     def _check_call(self, call: ast.Call) -> None:
         """The number and sorts of the arguments, where the program is known."""
@@ -341,7 +377,8 @@ def names_given_by(program: Program) -> frozenset[str]:
 @lru_cache(maxsize=1024)
 def _given_in(same: _Same) -> frozenset[str]:
     """The keys of all variables that a program gives a value to."""
-    return frozenset(key for step in same.program.steps for key in _given_by(step.statement))
+    own = {own.key for own in own_variables(same.program)}
+    return frozenset(key for step in same.program.steps for key in _given_by(step.statement)) - own
 
 
 def _given_by(statement: Statement | None) -> Iterator[str]:
@@ -349,7 +386,7 @@ def _given_by(statement: Statement | None) -> Iterator[str]:
         yield statement.target.key
     elif isinstance(statement, ast.For):
         yield statement.variable.key
-    elif isinstance(statement, ast.Instruction):
+    elif isinstance(statement, ast.Instruction) and statement.word not in DECLARATIONS:
         row = INSTRUCTIONS.get(statement.word)
         for place, expression in enumerate(statement.arguments):
             argument = _argument_at(row, place) if row is not None else None
@@ -358,7 +395,7 @@ def _given_by(statement: Statement | None) -> Iterator[str]:
 
 
 def _given_at(expression: Expression, shape: Shape) -> Iterator[str]:
-    if shape is Shape.PROGRAM and isinstance(expression, ast.Call):
+    if shape in _CALLED and isinstance(expression, ast.Call | ast.Applied):
         yield from (argument.key for argument in expression.arguments if isinstance(argument, ast.Variable))
     elif shape in _DEFINING:
         if isinstance(expression, ast.Binary):
@@ -367,4 +404,5 @@ def _given_at(expression: Expression, shape: Shape) -> Iterator[str]:
             yield expression.key
 
 
+_CALLED = frozenset({Shape.PROGRAM, Shape.PROGRAM_TEXT})
 _DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE})

@@ -12,7 +12,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.ast import Span
 from vrs_cli.language.diagnostics import Diagnostic, error
-from vrs_cli.language.instructions import CONTROL
+from vrs_cli.language.instructions import CONTROL, RELATIONS_OF_VAL
 from vrs_cli.language.lexer import Token
 
 _PAIRS = {"RPAR": "LPAR", "RSQB": "LSQB"}
@@ -26,7 +26,6 @@ _MISSING_LINK: Mapping[str, tuple[str, ...]] = {
     "FOR": ("TO",),
     "CASE": ("OF",),
 }
-_RELATIONS_OF_VAL = {"EQ": "==", "NE": "<>", "GT": ">", "GE": ">=", "LT": "<", "LE": "<="}
 _CONDITIONS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
 
 
@@ -134,7 +133,7 @@ class _Complaint:
         if head is None or head.type not in _MISSING_LINK or head is self._last:
             return None
         links = _MISSING_LINK[head.type]
-        relation = _RELATIONS_OF_VAL.get(self._token_text().upper())
+        relation = RELATIONS_OF_VAL.get(self._token_text().upper())
         if relation is not None:
             return self._say(IllegalExpression, self._shown(), f"write {relation}")
         if any(one.type in links for one in self._before) or self._type in _VALUES:
@@ -156,7 +155,7 @@ class _Complaint:
             return self._say(CannotInterpret, f"{self._before[-2].value} takes no {last.text.upper()}", "", last)
         if self._head is not None and self._head.type == "FOR" and not any(one.type == "EQUAL" for one in self._before):
             return self._say(CannotInterpret, "= is missing", f"the form is {CONTROL['FOR'].form}")
-        relation = _RELATIONS_OF_VAL.get(self._token_text().upper())
+        relation = RELATIONS_OF_VAL.get(self._token_text().upper())
         hint = f"write {relation}" if relation else f"an operator or a comma is missing before {self._token_text()}"
         return self._say(IllegalExpression, self._shown(), hint)
 

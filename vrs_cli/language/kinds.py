@@ -148,8 +148,8 @@ class Expressions:
         self._names.check(variable)
         for index in variable.indexes or ():
             self._checked(index, REAL)
-        if variable.indexes == ():
-            detail = f"{variable.name}[] is a whole array"
+        if variable.many:
+            detail = f"{variable.name}[] is an array"
             self._findings.fault(IllegalExpression, variable.span, detail, "give an index")
         return self._names.read(variable, wanted)
 
@@ -162,6 +162,9 @@ class Expressions:
     def _format(self, expression: ast.Format) -> None:
         hint = "format codes are items of TYPE and $ENCODE"
         self._findings.fault(IllegalExpression, expression.span, f"/{expression.code} is no value", hint)
+
+    def _applied(self, expression: ast.Applied) -> None:
+        self._findings.fault(IllegalExpression, expression.span, "a value with arguments", "CALLS $name(a, b) has them")
 
     def _raw(self, expression: ast.Word) -> None:
         self._findings.fault(IllegalExpression, expression.span, f"{expression.text} is no value")
@@ -274,6 +277,7 @@ _KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {
     ast.Unary: Expressions._unary,
     ast.Binary: Expressions._binary,
     ast.Call: Expressions._call,
+    ast.Applied: Expressions._applied,
     ast.Format: Expressions._format,
     ast.Word: Expressions._raw,
 }

@@ -182,11 +182,11 @@ class _Frame:
         self.program = program
         self.op = compiled.entry(step)
         self._context = context
-        self._arguments = arguments
+        self._arguments = (*arguments, *program.own())
         self._slots = compiled.fresh_slots()
         self.between, self.reached = True, False
         self.interruption: _Interruption | None = None
-        self.steps: Steps = compiled.start(context, arguments, self._slots, self.op)
+        self.steps: Steps = compiled.start(context, self._arguments, self._slots, self.op)
 
     @property
     def step(self) -> int:
@@ -199,9 +199,10 @@ class _Frame:
         self.op, self.between, self.reached = op, True, False
         self.steps = self.program.compiled.start(self._context, self._arguments, self._slots, op)
 
-    def skip(self) -> None:
-        """Go on with the next step."""
-        self.enter(self.program.compiled.entry(self.step + 1))
+    def skip(self, more: int = 0) -> None:
+        """Go on with the next step, or so many steps after that."""
+        end = len(self.program.program.steps)
+        self.enter(self.program.compiled.entry(min(self.step + 1 + more, end)))
 
 
 # --- arguments ---------------------------------------------------------------------------------------------------
@@ -434,7 +435,7 @@ class Task:
                 return None
             own = _OWN.get(type(event))
             if returns:
-                yield from self._return(skips=isinstance(event, ReturnFromError))
+                yield from self._return(cast("Return | ReturnFromError", event))
             elif own is not None:
                 own(self.reactions, event)
             elif isinstance(event, Halt):
@@ -446,12 +447,15 @@ class Task:
             elif not isinstance(event, _Between):
                 yield from self._say(cast(Event, event))
 
-    def _return(self, skips: bool) -> Generator[Event, None, None]:
-        """The program on top returns; after a reaction what it interrupted goes on. `skips`: RETURNE."""
+    def _return(self, event: Return | ReturnFromError) -> Generator[Event, None, None]:
+        """The program on top returns; after a reaction what it interrupted goes on."""
         interruption = self._frames.pop().interruption
-        if interruption is None:
-            return
         below = self._frames[-1]
+        skips = isinstance(event, ReturnFromError)
+        if interruption is None:
+            if isinstance(event, Return) and event.steps:
+                below.skip(event.steps)
+            return
         self.reactions.priority = interruption.priority
         if interruption.failed:
             below.enter(below.op)

@@ -23,6 +23,7 @@ class Shape(Enum):
     LOCATION_VARIABLE = "location to define"
     STRING_VARIABLE = "string variable"
     PROGRAM = "program"
+    PROGRAM_TEXT = "string that names a program, and its arguments"
     LABEL = "label"
     SIGNALS = "signal number"
     ITEM = "real, string or format code"
@@ -36,6 +37,7 @@ class Shape(Enum):
     TASK = "task number, before the others and without a comma"
 
 
+COMMAS = frozenset({"BY", "="})  # leads that stand for a comma
 RAW_SHAPES = frozenset({Shape.FILE, Shape.WORD})  # read as they stand, up to a blank, a comma or an equals sign
 
 
@@ -58,7 +60,10 @@ class State(Enum):
 
 @dataclass(frozen=True)
 class Argument:
-    """A place in the form of a word. `lead`: the word before it (`STEP dt`); it then needs no comma."""
+    """A place in the form of a word. `lead`: the word before it (`STEP dt`); it then needs no comma.
+
+    The leads BY and = stand where other words have a comma, so that more arguments may follow them.
+    """
 
     name: str
     shape: Shape
@@ -92,7 +97,8 @@ class Word:
     @property
     def form(self) -> str:
         """`APPRO location, distance [AT t | IN dt]`."""
-        parts = (self.name, _arguments_form(self.arguments), *self._tail())
+        sort = "[REAL | DOUBLE | LOC]" if "SORT" in self.modifiers else ""
+        parts = (self.name, sort, _arguments_form(self.arguments), *self._tail())
         return " ".join(part for part in parts if part).replace(" :", ":")
 
     @property
@@ -114,7 +120,12 @@ class Word:
 
     @property
     def leads(self) -> frozenset[str]:
-        return frozenset(argument.lead for argument in self.arguments if argument.lead)
+        return frozenset(argument.lead for argument in self.arguments if argument.lead) - COMMAS
+
+    @property
+    def comma(self) -> str:
+        """BY or = where that stands for the first comma, or nothing."""
+        return next((argument.lead for argument in self.arguments if argument.lead in COMMAS), "")
 
     @property
     def raw(self) -> bool:
