@@ -385,7 +385,7 @@ def test_mistakes(line: str, error: type[VrsError]) -> None:
 
 # --- the table ---
 
-BY_THE_COMPILER = {"EXIT", "NEXT", "CALL", "CALLS", "WAIT", *DECLARATIONS}
+BY_THE_COMPILER = {"EXIT", "NEXT", "CALL", "CALLS", "GOSUB", "WAIT", "IFSIG", *DECLARATIONS}
 BY_THE_PARSER = {"REMARK"}  # a comment
 
 

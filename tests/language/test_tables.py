@@ -16,7 +16,7 @@ from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.parser import parse_prompt, parse_step
 from vrs_cli.language.words import RAW_SHAPES, Shape, State, Word
 
-ELSEWHERE = {"CALL", "CALLS", "WAIT", "EXIT", "NEXT", *DECLARATIONS, "REMARK"}  # by the compiler; the last is a comment
+ELSEWHERE = {"CALL", "CALLS", "GOSUB", "WAIT", "EXIT", "NEXT", "IFSIG", *DECLARATIONS, "REMARK"}  # the last is a comment
 
 ROWS = [*INSTRUCTIONS.values(), *COMMANDS.values(), *CONTROL.values()]
 
@@ -68,8 +68,8 @@ def test_a_row_is_whole(row: Word) -> None:
     assert row.summary
     assert not row.summary.endswith(".")
     assert set(row.where) <= set("12+ ")
-    assert row.modifiers <= {"AT", "ALWAYS", "UNIT"}
-    optional = [argument.optional for argument in row.arguments]
+    assert row.modifiers <= {"AT", "ALWAYS", "UNIT", "SORT"}
+    optional = [argument.optional for argument in row.arguments if not argument.lead]
     assert optional == sorted(optional), "what can be left out comes last"
     assert not any(argument.repeated for argument in row.arguments[:-1])
     raw = [argument.shape in RAW_SHAPES for argument in row.arguments]
@@ -89,7 +89,7 @@ def test_every_shape_of_a_function_can_be_checked(shape: Shape) -> None:
 
     used = {argument.shape for row in FUNCTIONS.values() for argument in row.arguments}
     used |= {argument.shape for row in INSTRUCTIONS.values() for argument in row.arguments}
-    assert shape not in used or shape in VALUES or shape in _SHAPES or shape is Shape.PROGRAM
+    assert shape not in used or shape in VALUES or shape in _SHAPES or shape in (Shape.PROGRAM, Shape.PROGRAM_TEXT)
 
 
 WORDS_OF_THE_REFERENCE = """

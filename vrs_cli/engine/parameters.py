@@ -57,7 +57,7 @@ SWITCHES: Mapping[str, Switch] = _table(
 )
 
 PARAMETERS: Mapping[str, ParameterRow] = _table(
-    ParameterRow("HAND.GAP", 0.0, "how far apart the fingers of the closed hand stand: what GRASP finds in it", "mm"),
+    ParameterRow("GRASP.WIDTH", 0.0, "the width of what GRASP finds in the hand; 0: it is empty", "mm", 0.0, 1000.0),
     ParameterRow("HAND.TIME", 0.05, "how long OPENI, CLOSEI and RELAXI wait for the hand", "s", 0.0, 60.0),
     ParameterRow(
         "INSERT",

@@ -387,7 +387,7 @@ _FLOW = (
         "GRASP 20, 10",
         "1 2",
         breaks=True,
-        note="a closed hand stands open by PARAMETER HAND.GAP: 0 with nothing in it",
+        note="PARAMETER GRASP.WIDTH says what is in the hand: 0, an empty hand, at the start",
     ),
     Word(
         "RETURN",

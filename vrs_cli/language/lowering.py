@@ -242,7 +242,7 @@ def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction 
     """GRASP: the hand closes, and its fingers are nearer than the width."""
     width, span = statement.arguments[0], statement.span
     assert width is not None
-    gap = ast.Call("PARAMETER", (ast.Word("HAND.GAP", span),), span, True)
+    gap = ast.Call("PARAMETER", (ast.Word("GRASP.WIDTH", span),), span, True)
     return ast.Binary("<", gap, width, span), statement
 
 
