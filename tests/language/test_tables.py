@@ -16,7 +16,17 @@ from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.parser import parse_prompt, parse_step
 from vrs_cli.language.words import RAW_SHAPES, Shape, State, Word
 
-ELSEWHERE = {"CALL", "CALLS", "GOSUB", "WAIT", "EXIT", "NEXT", "IFSIG", *DECLARATIONS, "REMARK"}  # the last is a comment
+ELSEWHERE = {
+    "CALL",
+    "CALLS",
+    "GOSUB",
+    "WAIT",
+    "EXIT",
+    "NEXT",
+    "IFSIG",
+    *DECLARATIONS,
+    "REMARK",
+}  # the last is a comment
 
 ROWS = [*INSTRUCTIONS.values(), *COMMANDS.values(), *CONTROL.values()]
 

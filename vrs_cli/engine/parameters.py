@@ -54,6 +54,7 @@ SWITCHES: Mapping[str, Switch] = _table(
     Switch("POWER", True, "arm power; motions are refused without it"),
     Switch("TRACE", False, "print each step of a program as it is executed"),
     Switch("UPPER", True, "strings compare without regard to case"),
+    Switch("VPLUS", True, "what V+ alone has can be used; off: it is refused, with what is written instead"),
 )
 
 PARAMETERS: Mapping[str, ParameterRow] = _table(

@@ -19,6 +19,7 @@ from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, row_of
 from vrs_cli.errors import (
     FileExists,
     IllegalValue,
+    InvalidName,
     NoProgramSpecified,
     ProgramExists,
     TypeMismatch,
@@ -64,6 +65,7 @@ from vrs_cli.interfaces.replies import (
 )
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.language.analyzer import is_reserved
 from vrs_cli.language.ast import (
     BadLine,
     Call,
@@ -373,6 +375,8 @@ def copied(session: Session, it: Instruction) -> StoredProgram:
     new, old = _text(it.arguments[0]), session.environment.program(_text(it.value))
     if key_of(new) in session.environment.programs:
         raise ProgramExists(new, f"DELETEP {new} deletes it")
+    if is_reserved(new):
+        raise InvalidName(f"{new.upper()} is a word of the language", "a program has a name of its own")
     program = replace(old.program, name=new)
     session.environment.store(replace(old.analysis, program=program), "\n".join(old.lines))
     return old

@@ -6,7 +6,7 @@ of the tables.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -82,7 +82,7 @@ def analyze(
     structure = structure_of(program)
     findings = Findings()
     steps = _Steps(findings, known or {}, program, programs or {})
-    steps.header(program.parameters)
+    steps.header(program)
     for index, step in enumerate(program.steps):
         if step.statement is not None:
             steps.statement(index + 1, step.statement)
@@ -100,7 +100,7 @@ def check_line(
     findings = Findings()
     steps = _Steps(findings, known or {})
     if isinstance(line, ProgramHeader):
-        steps.header(line.parameters)
+        steps.header(line)
     elif in_program:
         steps.statement(1, line)
     else:
@@ -128,8 +128,12 @@ class _Steps:
 
     # --- lines ---
 
-    def header(self, parameters: Sequence[ast.Variable]) -> None:
-        """The parameters of a program."""
+    def header(self, heading: Program | ProgramHeader) -> None:
+        """The name and the parameters of a program."""
+        if is_reserved(heading.name):
+            detail, hint = f"{heading.name.upper()} is a word of the language", "a program has a name of its own"
+            self._findings.fault(InvalidName, heading.span, detail, hint)
+        parameters = heading.parameters
         keys = [parameter.key for parameter in parameters]
         for place, parameter in enumerate(parameters):
             self.names.check(parameter)

@@ -7,7 +7,8 @@ typed; two names are the same when their first 15 characters agree without regar
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 
 NAME_LENGTH = 15  # characters of a name that count (V+ User's Guide p.99)
@@ -382,3 +383,14 @@ class File:
     """A program file in its order; a bad line is one that stands outside programs and sections."""
 
     parts: tuple[Program | Section | Comment | BadLine, ...]
+
+
+def nodes(tree: object) -> Iterator[object]:
+    """A tree, or a tuple of trees, node by node, from its root."""
+    yield tree
+    if isinstance(tree, tuple):
+        for child in tree:
+            yield from nodes(child)
+    elif is_dataclass(tree):
+        for field in fields(tree):
+            yield from nodes(getattr(tree, field.name))

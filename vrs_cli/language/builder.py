@@ -16,6 +16,7 @@ from vrs_cli.language import ast
 from vrs_cli.language.ast import Expression, Span
 from vrs_cli.language.diagnostics import LineRefused, error
 from vrs_cli.language.functions import FUNCTIONS, WITH_BY
+from vrs_cli.language.instructions import INSTRUCTIONS
 from vrs_cli.language.lexer import LABEL_HIGH, Token
 from vrs_cli.language.precedence import ORDER, RELATIONS, Grouping
 from vrs_cli.language.words import Argument, Shape, Word
@@ -209,6 +210,9 @@ class _Given:
 
     def refuse(self, token: Token) -> LineRefused:
         hint = f"the form is {self.row.form}"
+        instruction = INSTRUCTIONS.get(self.row.name, self.row)
+        if _SORTS.get(token.type) in instruction.modifiers - self.row.modifiers:
+            hint = f"DO {self.row.name} takes it: {instruction.form}"
         return LineRefused(error(CannotInterpret, token.span, f"{self.row.name} takes no {token.value} here", hint))
 
     def equals(self, sign: Token) -> None:

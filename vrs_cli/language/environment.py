@@ -15,7 +15,14 @@ from functools import cached_property
 from random import Random
 from typing import TYPE_CHECKING, NamedTuple, NoReturn, Protocol
 
-from vrs_cli.errors import IllegalArrayIndex, IllegalSignal, TypeMismatch, UndefinedName, UndefinedValue
+from vrs_cli.errors import (
+    IllegalArrayIndex,
+    IllegalSignal,
+    ProgramNotExecutable,
+    TypeMismatch,
+    UndefinedName,
+    UndefinedValue,
+)
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.ast import NAME_LENGTH, Entry, Kind, Number, Program
@@ -33,6 +40,7 @@ from vrs_cli.language.values import (
 if TYPE_CHECKING:
     from vrs_cli.language.analyzer import Analysis
     from vrs_cli.language.compiler import Compiled
+    from vrs_cli.language.diagnostics import Diagnostic
 
 Index = int | tuple[int, ...]
 
@@ -377,6 +385,22 @@ class StoredProgram:
         for key, name in compiled.spelling.items():
             self.environment.spell(key, name)
         return compiled
+
+    @cached_property
+    def beyond_val2(self) -> tuple[Diagnostic, ...]:
+        """What of it V+ alone has."""
+        from vrs_cli.language.lineage import program_beyond_val2
+
+        return tuple(program_beyond_val2(self.program))
+
+    def check_lineage(self, *, vplus: bool) -> None:
+        """Raises ProgramNotExecutable for a program with anything of V+ while the switch VPLUS is off."""
+        if not vplus and self.beyond_val2:
+            first = self.beyond_val2[0]
+            lines = [step.span.line for step in self.program.steps]
+            raise ProgramNotExecutable(
+                f"{self.name}, step {lines.index(first.span.line) + 1}: {first.detail}", first.hint
+            )
 
     def own(self) -> tuple[Reference, ...]:
         """The variables that an activation has beside its arguments: those of AUTO, new, and those of LOCAL."""

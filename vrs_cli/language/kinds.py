@@ -223,7 +223,8 @@ class Expressions:
         return function.result
 
     def _unknown_function(self, call: ast.Call) -> None:
-        hint = did_you_mean(call.name, FUNCTIONS)
+        usable = (name for name, row in FUNCTIONS.items() if row.state is State.SUPPORTED)
+        hint = did_you_mean(call.name, usable)
         if not hint and len(call.arguments) == 1:
             hint = f"an element of an array is {call.name}[index]"
         self._findings.fault(UnknownKeyword, call.span, f"there is no function {call.name}", hint)

@@ -22,7 +22,7 @@ from vrs_cli.language.ast import Span
 from vrs_cli.language.diagnostics import LineRefused, did_you_mean, error
 from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, PROGRAM_WORDS, RELATIONS_OF_VAL
 from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.words import State, Word, abbreviated
+from vrs_cli.language.words import State, Word, abbreviated, usable
 
 LABEL_HIGH = 65535
 LONGEST = 400  # tokens of a line; a VAL-II line holds far fewer
@@ -80,6 +80,7 @@ _SORT = re.compile(r"[ \t]*(REAL|DOUBLE|LOC)(?=[ \t]+[#$A-Z])", re.IGNORECASE)
 _ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
 _ELEMENT = re.compile(r"\(.*\)[ \t]*=(?!=)")
 _RAW = re.compile(r'"[^"]*"|[^\s;,="]+')
+_RELATION = re.compile(r"[=<>]{1,2}")
 _ENTRY_NUMBER = re.compile(r"[ \t]*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?)(?![\w.])")
 
 
@@ -235,7 +236,7 @@ class _Scan:
         if _ELEMENT.match(rest):
             return f"an element of an array is {word}[index]"
         at_prompt = COMMANDS in tables
-        near = did_you_mean(word, (*COMMANDS, *INSTRUCTIONS) if at_prompt else PROGRAM_WORDS)
+        near = did_you_mean(word, usable(COMMANDS, INSTRUCTIONS) if at_prompt else usable(PROGRAM_WORDS))
         if near or (rest and rest[0] != "("):
             return near
         return (
@@ -262,7 +263,7 @@ class _Scan:
         if row.state is not State.SUPPORTED:
             self._refused_rest()
         elif row.raw:
-            self._raw_words()
+            self._raw_words(row)
         else:
             self._rest(row)
 
@@ -283,9 +284,11 @@ class _Scan:
             self._at = end
         self._rest(None)
 
-    def _raw_words(self) -> None:
+    def _raw_words(self, row: Word) -> None:
+        """Words as they stand; where no value follows, a relation is one too (HELP ==)."""
         while not self._over():
-            raw = _RAW.match(self._text, self._at)
+            relation = _RELATION.match(self._text, self._at) if row.value is None else None
+            raw = relation or _RAW.match(self._text, self._at)
             if raw is None:
                 self._token(None)
             else:

@@ -178,6 +178,7 @@ class _Frame:
     __slots__ = ("_arguments", "_context", "_slots", "between", "interruption", "op", "program", "reached", "steps")
 
     def __init__(self, context: Context, program: StoredProgram, arguments: Sequence[Reference], step: int = 0) -> None:
+        program.check_lineage(vplus=context.robot.switch("VPLUS"))
         compiled = program.compiled
         self.program = program
         self.op = compiled.entry(step)

@@ -175,9 +175,21 @@ def _after_group(arguments: tuple[Argument, ...], number: int) -> bool:
     return arguments[number - 1].shape is Shape.GROUP and arguments[number].shape is not Shape.GROUP
 
 
+MODIFIER_WORDS: Mapping[str, tuple[str, ...]] = {
+    "AT": ("AT", "IN"),
+    "ALWAYS": ("ALWAYS",),
+    "UNIT": ("MMPS", "IPS", "MONITOR"),
+}
+
+
 def by_name(words: Iterable[Word]) -> Mapping[str, Word]:
     """A table of rows, each under its name."""
     return {word.name: word for word in words}
+
+
+def usable(*tables: Mapping[str, Word]) -> Iterable[str]:
+    """The names of the rows that are carried out: what a hint may propose."""
+    return (name for table in tables for name, row in table.items() if row.state is State.SUPPORTED)
 
 
 def abbreviated(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
