@@ -30,7 +30,7 @@ def header(text: str, word: str) -> list[str]:
 
 
 def test_there_are_programs() -> None:
-    assert len(PROGRAMS) >= 110
+    assert len(PROGRAMS) >= 130
 
 
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.stem)

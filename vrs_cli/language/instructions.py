@@ -328,7 +328,7 @@ _INPUT_OUTPUT = (
         (real("first"), real("count", optional=True)),
         Route.PROGRAM,
         "set signals to the bits of a number",
-        "BITS 1, 4 = part",
+        "BITS 1, 4 = count",
         "2 +",
         value=real("value"),
     ),
@@ -575,7 +575,7 @@ CONTROL: Mapping[str, Word] = by_name(
         _control(
             "FOR", (_COUNTED,), "a loop that counts", "FOR i = 1 TO 10 STEP 2", "TO last [STEP step]", real("first")
         ),
-        _control("CASE", (real("number"),), "chooses among VALUE parts", "CASE part OF", "OF"),
+        _control("CASE", (real("number"),), "chooses among VALUE parts", "CASE count OF", "OF"),
         _control("VALUE", (real("number", repeated=True),), "a part of CASE", "VALUE 1, 2:", ":"),
         _control("ANY", (), "the part of CASE for every other value", "ANY"),
         _control("END", (), "the end of IF, WHILE, FOR and CASE", "END"),

@@ -20,9 +20,9 @@ class Operator:
 
 _OPERATORS = (
     Operator("+", "a + b", "the sum of two numbers; of two strings, one after the other", 'TYPE 2+3, "A-"+"17"'),
-    Operator("-", "a - b", "the difference; before a value, its negative", "x = -a-1"),
-    Operator("*", "a * b", "the product", "x = 2*a"),
-    Operator("/", "a / b", "the quotient", "x = a/2"),
+    Operator("-", "a - b", "the difference; before a value, its negative", "x = -y-1"),
+    Operator("*", "a * b", "the product", "x = 2*y"),
+    Operator("/", "a / b", "the quotient", "x = y/2"),
     Operator("MOD", "a MOD b", "the remainder of a division; both are rounded to integers", "x = 17 MOD 5", "2 +"),
     Operator("**", "a ** b", "the power of a base and an exponent", "x = 2**10", "+"),
     Operator("==", "a == b", "TRUE where two numbers, or two strings, are equal", "IF x == 5 THEN", "2 +"),
@@ -86,7 +86,7 @@ _LINKS = (
         "FOR i = 10 TO 0 STEP -2",
         "2 +",
     ),
-    Operator("OF", "CASE number OF", "ends the line; VALUE parts follow", "CASE part OF", "2 +"),
+    Operator("OF", "CASE number OF", "ends the line; VALUE parts follow", "CASE count OF", "2 +"),
     Operator("BY", "SHIFT(a BY dx, dy, dz)", "what a location is moved or scaled by", "SET b = SHIFT(a BY ,,50)"),
 )
 
