@@ -123,6 +123,19 @@ def _value(session: Session, expression: Expression) -> Value:
     return evaluate(session.environment, session.robot, expression)
 
 
+def _sight(session: Session, expression: Expression) -> Callable[[], Value]:
+    """Looks at an expression as the program that has stopped sees it."""
+    from vrs_cli.language.runtime import Sight
+
+    sight = Sight(session.environment, session.robot, expression)
+    return lambda: sight.value(_own(session))
+
+
+def _own(session: Session) -> Mapping[str, Reference]:
+    """What the program that has stopped has for itself: its arguments, and the variables of AUTO and LOCAL."""
+    return {} if session.task is None else session.task.own
+
+
 def _real(session: Session, expression: Expression) -> float:
     value = _value(session, expression)
     if not isinstance(value, float):
@@ -309,7 +322,7 @@ def _rows(session: Session, it: Instruction, kinds: tuple[Kind, ...], otherwise:
         for kind in kinds:
             yield from session.environment.variables(kind)
     for expression in asked:
-        for name, value in _elements(session, expression) or ((_shown(expression), _value(session, expression)),):
+        for name, value in _elements(session, expression) or ((_shown(expression), _sight(session, expression)()),):
             if kind_of_value(value) not in kinds:
                 raise TypeMismatch(f"{name} is a {kind_of_value(value).value}", otherwise)
             yield name, value
@@ -319,8 +332,21 @@ def _elements(session: Session, expression: Expression) -> tuple[tuple[str, Valu
     """What a name alone stands for: the simple variable and all elements of the array of that name."""
     if not isinstance(expression, Variable) or expression.indexes:
         return ()
+    if expression.key in _own(session):
+        return tuple(_own_elements(session, _own(session)[expression.key]))
     rows = (row for kind in Kind for row in session.environment.variables(kind))
     return tuple(row for row in rows if key_of(row.name.partition("[")[0]) == expression.key)
+
+
+def _own_elements(session: Session, reference: Reference) -> Iterator[tuple[str, Value]]:
+    """The same of a variable of the program that has stopped. Raises UndefinedValue where there is none."""
+    program = session.task.program if session.task is not None else ""
+    if reference.key is not None:
+        yield f"{reference.name} ({program})", reference.value()
+        return
+    for cells in (reference.cells, reference.locations):
+        for index in sorted(cells, key=str):
+            yield f"{cells.name(index)} ({program})", cells[index]
 
 
 # --- programs in memory --------------------------------------------------------------------------------------------
@@ -805,17 +831,13 @@ def _bpt(session: Session, it: Instruction) -> Iterator[Reply]:
 
 def _watch(session: Session, it: Instruction) -> Iterator[Reply]:
     from vrs_cli.interfaces.debugging import Watch
-    from vrs_cli.language.compiler import compile_expression
-    from vrs_cli.language.environment import Context
 
     watches, expression = session.driver.debugging.watches, _argument(it, 0)
     if expression is None:
         watches.clear()
         yield Message("Nothing is watched")
         return
-    evaluate = compile_expression(expression, session.environment.kinds())
-    context = Context(session.environment, session.robot)
-    watch = Watch(_shown(expression), lambda: evaluate(context), _value_text)
+    watch = Watch(_shown(expression), _sight(session, expression), _value_text)
     watch.changed()
     watches.append(watch)
     yield Message(f"Programs stop when {watch.text} changes")

@@ -316,7 +316,7 @@ class Session:
         from vrs_cli.language.lineage import beyond_val2
 
         found = check_line(statement, self.environment.kinds())
-        found += () if self.robot.switch("VPLUS") else tuple(beyond_val2(statement))
+        found += () if self.robot.switch("VPLUS") else tuple(beyond_val2(statement, at_prompt=True))
         for diagnostic in found:
             if diagnostic.severity is Severity.ERROR:
                 raise LineRefused(diagnostic)

@@ -428,28 +428,33 @@ def compile_program(analysis: Analysis) -> Compiled:
     return Compiled(analysis, lowered, compiler.spelling, frozenset(compiler.array_parameters), variant)
 
 
-def _with_context(compiler: Expressions, value: py.expr) -> Callable[[Context], Any]:
-    """A function of the context alone."""
-    names = ["X", *CELLS.values(), *compiler.arrays.values()]
+def _with_context(compiler: Expressions, value: py.expr) -> Callable[..., Any]:
+    """A function of the context, and of a reference for each of the compiler's parameters."""
+    bound = [f"{letter}{number}" for number in range(len(compiler.parameters)) for letter in "pqk"]
+    names = ["X", *CELLS.values(), *bound, *compiler.arrays.values()]
     function = tree.made(
         py.FunctionDef("value", tree.parameters(names), [py.Return(value)], [], None), compiler.namespace
     )
     arrays = tuple(compiler.arrays)
 
-    def evaluate(context: Context) -> Any:
+    def evaluate(context: Context, *references: Reference) -> Any:
         cells = context.environment.cells
+        given = (part for reference in references for part in reference)
         simple, elements = (cells(kind) for kind in CELLS), (cells(array.kind, array.key) for array in arrays)
         try:
-            return function(context, *simple, *elements)
+            return function(context, *simple, *given, *elements)
         except ArithmeticError as error:
             raise overflow(error) from None
 
     return evaluate
 
 
-def compile_expression(expression: ast.Expression, kinds: Mapping[str, Kind]) -> Callable[[Context], Value]:
-    """One expression at the prompt. `kinds`: those of the bare names that have a value."""
-    compiler = Expressions(kinds)
+def compile_expression(
+    expression: ast.Expression, kinds: Mapping[str, Kind], own: Sequence[str] = ()
+) -> Callable[..., Value]:
+    """One expression at the prompt. `kinds`: those of the bare names that have a value. `own`: the keys of variables
+    for which the function takes references."""
+    compiler = Expressions(kinds, {key: number for number, key in enumerate(own)})
     if isinstance(expression, ast.Variable):
         return _with_context(compiler, compiler.read(expression))
     return _with_context(compiler, compiler.checked(expression))

@@ -69,10 +69,10 @@ IN_VAL2: Mapping[str, str] = {
 }
 
 
-def beyond_val2(statement: Statement) -> Iterator[Diagnostic]:
+def beyond_val2(statement: Statement, *, at_prompt: bool = False) -> Iterator[Diagnostic]:
     """What of a step, or of a line of the prompt, V+ alone has."""
     inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
-    table = COMMANDS if inner is statement and getattr(inner, "word", "") in COMMANDS else INSTRUCTIONS
+    table = COMMANDS if at_prompt and inner is statement else INSTRUCTIONS
     for node in ast.nodes(inner):
         found = _LOOKS.get(type(node))
         if found is not None:
@@ -102,7 +102,7 @@ def _named(name: str, where: str, span: Span) -> Iterator[_Found]:
 
 
 def _instruction(node: ast.Instruction, table: Mapping[str, Word]) -> Iterator[_Found]:
-    row = table.get(node.word) or COMMANDS[node.word]
+    row = table.get(node.word) or INSTRUCTIONS[node.word]
     yield from _named(row.name, row.where, node.span)
     if node.modifiers.unit is not None:
         yield from _named(node.modifiers.unit, LINKS[node.modifiers.unit].where, node.span)
