@@ -261,7 +261,7 @@ def test_the_variables_of_the_stopped_program_are_shown(session: Session, termin
     assert shown.rows == (
         ("x (inner)", 5.0),
         ("row[2] (inner)", 8.0),
-        ("x (inner)", 1.0),
+        ("given (inner)", 1.0),
         ("x+1", 6.0),
         ("row[2]", 8.0),
     )

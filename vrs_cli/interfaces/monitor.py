@@ -77,7 +77,7 @@ from vrs_cli.language.ast import (
     Word,
 )
 from vrs_cli.language.effects import PROCESS_CONTROL, checked_task
-from vrs_cli.language.environment import INPUTS, INTERNAL, OUTPUTS, Index, Reference, StoredProgram, key_of
+from vrs_cli.language.environment import INPUTS, INTERNAL, OUTPUTS, Index, Reference, StoredProgram, key_of, subscript
 from vrs_cli.language.values import (
     Value,
     kind_of_value,
@@ -333,20 +333,21 @@ def _elements(session: Session, expression: Expression) -> tuple[tuple[str, Valu
     if not isinstance(expression, Variable) or expression.indexes:
         return ()
     if expression.key in _own(session):
-        return tuple(_own_elements(session, _own(session)[expression.key]))
+        return tuple(_own_elements(session, expression, _own(session)[expression.key]))
     rows = (row for kind in Kind for row in session.environment.variables(kind))
     return tuple(row for row in rows if key_of(row.name.partition("[")[0]) == expression.key)
 
 
-def _own_elements(session: Session, reference: Reference) -> Iterator[tuple[str, Value]]:
+def _own_elements(session: Session, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:
     """The same of a variable of the program that has stopped. Raises UndefinedValue where there is none."""
-    program = session.task.program if session.task is not None else ""
+    program, name = session.task.program if session.task is not None else "", asked.sigil + asked.name
     if reference.key is not None:
-        yield f"{reference.name} ({program})", reference.value()
+        yield f"{name} ({program})", reference.value()
         return
     for cells in (reference.cells, reference.locations):
-        for index in sorted(cells, key=str):
-            yield f"{cells.name(index)} ({program})", cells[index]
+        indexes = [index for index in cells if not isinstance(index, str)]
+        for index in sorted(indexes, key=lambda index: index if isinstance(index, tuple) else (index,)):
+            yield f"{name}[{subscript(index)}] ({program})", cells[index]
 
 
 # --- programs in memory --------------------------------------------------------------------------------------------
