@@ -129,6 +129,12 @@ class DuplicateLabel(ProgramError):
     code, text = -464, "Duplicate statement label"
 
 
+class MisplacedDeclaration(ProgramError):
+    """AUTO, LOCAL or GLOBAL after a step that does something."""
+
+    code, text = -471, "Misplaced declaration statement"
+
+
 class ControlStructure(ProgramError):
     code, text = -473, "Control structure error"
 
@@ -137,6 +143,12 @@ class AmbiguousGrouping(ProgramError):
     """A warning: VAL-II's own table of operators groups an expression otherwise."""
 
     code, text = 56, "Ambiguous grouping"
+
+
+class OldMeaning(ProgramError):
+    """A warning: a form that the first VAL has, and VAL-II reads otherwise."""
+
+    code, text = 58, "Taken as in VAL"
 
 
 class UnreachableCode(ProgramError):

@@ -16,7 +16,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.driver import WAIT_TICK, Bounds, Outcome
-from vrs_cli.interfaces.replies import Message, ProgramStopped
+from vrs_cli.interfaces.replies import Message, ProgramStopped, RealTable
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language.inputs import InputChange
 
@@ -305,3 +305,49 @@ def test_a_step_that_is_mended_in_vain_for_ever_is_stopped(session: Session, ste
     assert result.outcome is Outcome.FAILED
     assert result.fault is not None
     assert result.fault.code == TimeExhausted.code
+
+
+OWN = """
+.PROGRAM main()
+    x = 1
+    CALL inner(x)
+.END
+.PROGRAM inner(given)
+    AUTO x, row[]
+    x = 5
+    row[2] = 8
+    PAUSE
+    x = 6
+    given = 2
+.END
+"""
+
+
+def test_the_variables_of_the_stopped_program_are_shown(session: Session, terminal: RecordingTerminal) -> None:
+    session.load_text(OWN)
+    session.perform("EXECUTE main")
+    session.perform("LISTR x, row, given, x+1, row[2]")
+    shown = terminal.replies[-1]
+    assert isinstance(shown, RealTable)
+    assert shown.rows == (
+        ("x (inner)", 5.0),
+        ("row[2] (inner)", 8.0),
+        ("given (inner)", 1.0),
+        ("x+1", 6.0),
+        ("row[2]", 8.0),
+    )
+    assert value(session, "x") == 1.0
+
+
+def test_a_watch_sees_the_variables_of_each_program(session: Session, terminal: RecordingTerminal) -> None:
+    session.load_text(OWN)
+    session.perform("x = 1")
+    session.perform("WATCH x")
+    session.perform("EXECUTE main")
+    stops = []
+    while isinstance(terminal.replies[-1], ProgramStopped):
+        stops.append((terminal.replies[-1].what, terminal.replies[-1].step))
+        session.perform("PROCEED")
+    assert stops[0] == ("(WATCH) x is undefined, was 1", 2)
+    assert ("(WATCH) x is 5, was undefined", 3) in stops
+    assert ("(WATCH) x is 6, was 5", 6) in stops

@@ -67,6 +67,7 @@ from vrs_cli.interfaces.replies import (
 from vrs_cli.interfaces.session import Dialogue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.language.analyzer import is_reserved
 from vrs_cli.language.ast import (
     NAME_LENGTH,
     BadLine,
@@ -80,7 +81,7 @@ from vrs_cli.language.ast import (
     Word,
 )
 from vrs_cli.language.effects import PROCESS_CONTROL, checked_task
-from vrs_cli.language.environment import INPUTS, INTERNAL, OUTPUTS, Index, Reference, StoredProgram, key_of
+from vrs_cli.language.environment import INPUTS, INTERNAL, OUTPUTS, Index, Reference, StoredProgram, key_of, subscript
 from vrs_cli.language.values import (
     Value,
     kind_of_value,
@@ -107,6 +108,19 @@ def _value(session: Session, expression: Expression) -> Value:
     from vrs_cli.language.runtime import evaluate
 
     return evaluate(session.environment, session.robot, expression)
+
+
+def _sight(session: Session, expression: Expression) -> Callable[[], Value]:
+    """Looks at an expression as the program that has stopped sees it."""
+    from vrs_cli.language.runtime import Sight
+
+    sight = Sight(session.environment, session.robot, expression)
+    return lambda: sight.value(_own(session))
+
+
+def _own(session: Session) -> Mapping[str, Reference]:
+    """What the program that has stopped has for itself: its arguments, and the variables of AUTO and LOCAL."""
+    return {} if session.task is None else session.task.own
 
 
 def _real(session: Session, expression: Expression) -> float:
@@ -332,7 +346,7 @@ def _rows(session: Session, it: Instruction, kinds: tuple[Kind, ...], otherwise:
         for kind in kinds:
             yield from session.environment.variables(kind)
     for expression in asked:
-        for name, value in _elements(session, expression) or ((_shown(expression), _value(session, expression)),):
+        for name, value in _elements(session, expression) or ((_shown(expression), _sight(session, expression)()),):
             if kind_of_value(value) not in kinds:
                 raise TypeMismatch(f"{name} is a {kind_of_value(value).value}", otherwise)
             yield name, value
@@ -342,8 +356,22 @@ def _elements(session: Session, expression: Expression) -> tuple[tuple[str, Valu
     """What a name alone stands for: the simple variable and all elements of the array of that name."""
     if not isinstance(expression, Variable) or expression.indexes:
         return ()
+    if expression.key in _own(session):
+        return tuple(_own_elements(session, expression, _own(session)[expression.key]))
     rows = (row for kind in Kind for row in session.environment.variables(kind))
     return tuple(row for row in rows if key_of(row.name.partition("[")[0]) == expression.key)
+
+
+def _own_elements(session: Session, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:
+    """The same of a variable of the program that has stopped. Raises UndefinedValue where there is none."""
+    program, name = session.task.program if session.task is not None else "", asked.sigil + asked.name
+    if reference.key is not None:
+        yield f"{name} ({program})", reference.value()
+        return
+    for cells in (reference.cells, reference.locations):
+        indexes = [index for index in cells if not isinstance(index, str)]
+        for index in sorted(indexes, key=lambda index: index if isinstance(index, tuple) else (index,)):
+            yield f"{name}[{subscript(index)}] ({program})", cells[index]
 
 
 # --- programs in memory --------------------------------------------------------------------------------------------
@@ -398,6 +426,8 @@ def copied(session: Session, it: Instruction) -> StoredProgram:
     new, old = _text(it.arguments[0]), session.environment.program(_text(it.value))
     if key_of(new) in session.environment.programs:
         raise ProgramExists(new, f"DELETEP {new} deletes it")
+    if is_reserved(new):
+        raise InvalidName(f"{new.upper()} is a word of the language", "a program has a name of its own")
     program = replace(old.program, name=new)
     session.environment.store(replace(old.analysis, program=program), "\n".join(old.lines))
     return old
@@ -849,17 +879,13 @@ def _breakable(stored: StoredProgram, step: int) -> int:
 
 def _watch(session: Session, it: Instruction) -> Iterator[Reply]:
     from vrs_cli.interfaces.debugging import Watch
-    from vrs_cli.language.compiler import compile_expression
-    from vrs_cli.language.environment import Context
 
     watches, expression = session.driver.debugging.watches, _argument(it, 0)
     if expression is None:
         watches.clear()
         yield Message("Nothing is watched")
         return
-    evaluate = compile_expression(expression, session.environment.kinds())
-    context = Context(session.environment, session.robot)
-    watch = Watch(_shown(expression), lambda: evaluate(context), _value_text)
+    watch = Watch(_shown(expression), _sight(session, expression), _value_text)
     watch.changed()
     watches.append(watch)
     yield Message(f"Programs stop when {watch.text} changes")
@@ -948,6 +974,10 @@ def _as_instruction(session: Session, it: Instruction) -> Iterator[Reply]:
     """A word that does the same at the prompt as in a program, and answers nothing."""
     session.do(it)
     yield from ()
+
+
+def _calibrate(_session: Session, _it: Instruction) -> Iterator[Reply]:
+    yield Message("A virtual robot is calibrated")
 
 
 def _switch(session: Session, it: Instruction) -> Iterator[Reply]:
@@ -1113,10 +1143,13 @@ MONITOR: Mapping[str, Handler] = {
     "DELETE": _delete,
     "DELETEP": _deletep,
     "DELETEL": _delete_variables(Kind.LOCATION, Kind.PRECISION),
+    "DPOINT": _delete_variables(Kind.LOCATION, Kind.PRECISION),
     "DELETER": _delete_variables(Kind.REAL),
     "DELETES": _delete_variables(Kind.STRING),
     "ZERO": _zero,
     "LOAD": _load,
+    "LOADP": _load,
+    "LOADL": _load,
     "STORE": _store(".v2", "PROGRAMS", "LOCATIONS", "REALS", "STRINGS"),
     "STOREP": _store(".pg", "PROGRAMS"),
     "STOREL": _store(".lc", "LOCATIONS"),
@@ -1126,6 +1159,7 @@ MONITOR: Mapping[str, Handler] = {
     "SEE": _see,
     "FLIST": _flist,
     "FDIRECTORY": _fdirectory,
+    "LISTF": _fdirectory,
     "FDELETE": _fdelete,
     "FCOPY": _fcopy,
     "FRENAME": _frename,
@@ -1153,6 +1187,8 @@ MONITOR: Mapping[str, Handler] = {
     "SPEED": _speed,
     "SIGNAL": _signal,
     "RESET": _as_instruction,
+    "CALIBRATE": _calibrate,
+    "SELECT": _as_instruction,
     "ENABLE": _as_instruction,
     "DISABLE": _as_instruction,
     "SWITCH": _switch,

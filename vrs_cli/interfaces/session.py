@@ -148,8 +148,9 @@ class Session:
         diagnostics: list[Diagnostic] = []
         for program in programs.values():
             analysis = analyze(program, known, everything)
-            self.environment.store(analysis, text)
+            stored = self.environment.store(analysis, text)
             diagnostics += analysis.diagnostics
+            diagnostics += () if self.robot.switch("VPLUS") else stored.beyond_val2
         return tuple(diagnostics)
 
     # --- running ---
@@ -236,6 +237,7 @@ class Session:
         stored = self.environment.program(name)
         if not stored.analysis.executable:
             raise ProgramNotExecutable(stored.name, _why_not(stored))
+        stored.check_lineage(vplus=self.robot.switch("VPLUS"))
         return stored
 
     def _nothing_runs(self) -> None:
@@ -341,8 +343,10 @@ class Session:
     def _check(self, statement: Statement, line: str) -> Iterator[Reply]:
         """Raises LineRefused for the first error; warnings are answered."""
         from vrs_cli.language.analyzer import check_line
+        from vrs_cli.language.lineage import beyond_val2
 
         found = check_line(statement, self.environment.kinds())
+        found += () if self.robot.switch("VPLUS") else tuple(beyond_val2(statement, at_prompt=True))
         for diagnostic in found:
             if diagnostic.severity is Severity.ERROR:
                 raise LineRefused(diagnostic)

@@ -6,7 +6,7 @@ of the tables.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -17,13 +17,16 @@ from vrs_cli.errors import (
     IllegalAssignment,
     InvalidName,
     NotAvailable,
+    OldMeaning,
     UndefinedName,
     UndefinedValue,
 )
 from vrs_cli.language import ast
 from vrs_cli.language.ast import NAME_LENGTH, Expression, Kind, Program, ProgramHeader, Span, Statement
+from vrs_cli.language.channels import channel
+from vrs_cli.language.declarations import Declarations, Own, own_variables
 from vrs_cli.language.diagnostics import Diagnostic, Severity, did_you_mean
-from vrs_cli.language.instructions import INSTRUCTIONS, LOOP_JUMPS
+from vrs_cli.language.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.kinds import Expressions
 from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.names import (
@@ -56,13 +59,16 @@ __all__ = [
 ]
 
 
+_IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS  # instructions that make no sense at the prompt
+
+
 @dataclass(frozen=True)
 class Analysis:
     """A program with what its text decides.
 
     `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included.
     `labels`: step index of each label. `needs`: the keys of names that other programs must give a value, `calls`: those
-    of the programs that are called: what else in memory the findings depend on.
+    of the programs that are called: what else in memory the findings depend on. `own`: the variables of AUTO and LOCAL.
     """
 
     program: Program
@@ -72,6 +78,7 @@ class Analysis:
     diagnostics: tuple[Diagnostic, ...]
     needs: frozenset[str] = frozenset()
     calls: frozenset[str] = frozenset()
+    own: tuple[Own, ...] = ()
 
     @property
     def executable(self) -> bool:
@@ -90,7 +97,7 @@ def analyze(
     structure = structure_of(program)
     findings = Findings()
     steps = _Steps(findings, known or {}, program, programs or {})
-    steps.header(program.parameters)
+    steps.header(program)
     for index, step in enumerate(program.steps):
         if step.statement is not None:
             steps.statement(index + 1, step.statement)
@@ -98,7 +105,8 @@ def analyze(
     found = (*structure.diagnostics, *findings.diagnostics)
     ordered = sorted(found, key=lambda one: (one.span.line, one.span.column))
     kinds, needs = steps.names.decided(), frozenset(one.key for one in steps.names.without_value())
-    return Analysis(program, kinds, structure.blocks, structure.labels, tuple(ordered), needs, frozenset(steps.called))
+    called, own = frozenset(steps.called), own_variables(program)
+    return Analysis(program, kinds, structure.blocks, structure.labels, tuple(ordered), needs, called, own)
 
 
 def check_line(
@@ -108,7 +116,7 @@ def check_line(
     findings = Findings()
     steps = _Steps(findings, known or {})
     if isinstance(line, ProgramHeader):
-        steps.header(line.parameters)
+        steps.header(line)
     elif in_program:
         steps.statement(1, line)
     else:
@@ -131,13 +139,18 @@ class _Steps:
         self.called: set[str] = set()
         self._findings = findings
         self._expressions = Expressions(self.names, findings)
+        self._declarations = Declarations(self.names, findings, program)
         self._program = program
         self._programs = programs
 
     # --- lines ---
 
-    def header(self, parameters: Sequence[ast.Variable]) -> None:
-        """The parameters of a program."""
+    def header(self, heading: Program | ProgramHeader) -> None:
+        """The name and the parameters of a program."""
+        if is_reserved(heading.name):
+            detail, hint = f"{heading.name.upper()} is a word of the language", "a program has a name of its own"
+            self._findings.fault(InvalidName, heading.span, detail, hint)
+        parameters = heading.parameters
         keys = [parameter.key for parameter in parameters]
         for place, parameter in enumerate(parameters):
             self.names.check(parameter)
@@ -151,6 +164,11 @@ class _Steps:
     def statement(self, step: int, statement: Statement) -> None:
         """A step of a program."""
         self.names.step = step
+        if isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS:
+            self._count(statement, INSTRUCTIONS[statement.word])
+            self._declarations.check(statement)
+            return
+        self._declarations.other()
         check = _STATEMENTS.get(type(statement))
         if check is not None:
             check(self, statement)
@@ -158,7 +176,7 @@ class _Steps:
     def command(self, statement: Statement) -> None:
         """A line of the prompt."""
         inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
-        if isinstance(inner, ast.Instruction) and not (inner is not statement and inner.word in LOOP_JUMPS):
+        if isinstance(inner, ast.Instruction) and not (inner is not statement and inner.word in _IN_PROGRAMS):
             table = COMMANDS if inner is statement and inner.word in COMMANDS else INSTRUCTIONS
             self._instruction(inner, table)
         elif isinstance(inner, ast.Assignment):
@@ -174,7 +192,7 @@ class _Steps:
             return
         elsewhere = frozenset[str]().union(*(_given_in(_Same(program)) for program in self._others()))
         keys = self.names.all_keys() | elsewhere
-        nowhere = (variable for variable in unknown if variable.key not in elsewhere)
+        nowhere = (one for one in unknown if one.key not in elsewhere or self.names.is_own(one))
         for number, variable in enumerate(nowhere):
             alike = (key for key in keys if key[0] == variable.key[0] or not (variable.sigil or key[0] in "#$"))
             detail = f"{variable.sigil}{variable.name} is given a value nowhere"
@@ -191,8 +209,8 @@ class _Steps:
         target, value = statement.target, statement.value
         self._expressions.reference(target)
         name = target.sigil + target.name
-        if target.indexes == ():
-            self._findings.fault(IllegalAssignment, target.span, f"{name}[] is a whole array", "assign its elements")
+        if target.many:
+            self._findings.fault(IllegalAssignment, target.span, f"{name}[] is an array", "assign its elements")
         if target.sigil == "#" or (not target.sigil and self._expressions.kind_of(value) in PLACE):
             self._findings.fault(
                 IllegalAssignment, target.span, "a location is assigned by SET", f"SET {name.lower()} = ..."
@@ -224,19 +242,27 @@ class _Steps:
     def _program_instruction(self, statement: ast.Instruction) -> None:
         self._instruction(statement, INSTRUCTIONS)
 
+    def _wait(self, statement: ast.Instruction) -> None:
+        """WAIT 3 waits for a signal, as in VAL: as a condition a number would make no sense."""
+        asked = statement.arguments[0] if statement.arguments else None
+        number = None if asked is None else channel(asked)
+        if asked is not None and number is not None:
+            hint = "DELAY n lets n seconds pass"
+            self._findings.warn(OldMeaning, asked.span, f"it is taken as WAIT SIG({number})", hint)
+
     # --- instructions and monitor commands ---
 
     def _instruction(self, statement: ast.Instruction, table: Mapping[str, Word]) -> None:
         row = table.get(statement.word)
         if row is None:
             self._findings.fault(CannotInterpret, statement.span, f"{statement.word} is no instruction")
-        elif row.state is State.PLANNED:
-            self._findings.fault(NotAvailable, statement.span, f"{row.name} is {row.state.value}", row.note)
         elif row.state is State.REFUSED:
             self._findings.fault(NotAvailable, statement.span, f"{row.name}: {row.summary}", row.note)
         else:
             self._count(statement, row)
             self._operands(statement, row)
+            if row.name == "WAIT":
+                self._wait(statement)
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
         """Whether every argument that is needed is there, and none too many."""
@@ -269,6 +295,8 @@ class _Steps:
     def _argument(self, expression: Expression, argument: Argument) -> None:
         if argument.shape is Shape.PROGRAM:
             self._called(expression)
+        elif argument.shape is Shape.PROGRAM_TEXT:
+            self._called_by_text(expression)
         else:
             self._expressions.argument(expression, argument.shape)
 
@@ -281,13 +309,23 @@ class _Steps:
         if not isinstance(expression, ast.Call):
             self._findings.fault(InvalidName, expression.span, "a program name is wanted here")
             return
-        for argument in expression.arguments:
+        self._passed(expression.arguments)
+        self._check_call(expression)
+
+    def _called_by_text(self, expression: Expression) -> None:
+        """The program that a string names, of which nothing is known."""
+        text = expression.text if isinstance(expression, ast.Applied) else expression
+        self._expressions.value(text, STRING)
+        if isinstance(expression, ast.Applied):
+            self._passed(expression.arguments)
+
+    def _passed(self, arguments: Iterable[Expression | None]) -> None:
+        for argument in arguments:
             if isinstance(argument, ast.Variable) and not argument.grouped:
                 self._expressions.reference(argument)
                 self.names.given.add(argument.key)
             elif argument is not None:
                 self._expressions.value(argument, ANY_KIND)
-        self._check_call(expression)
 
     def _check_call(self, call: ast.Call) -> None:
         """The number and sorts of the arguments, where the program is known."""
@@ -360,7 +398,8 @@ def names_given_by(program: Program) -> frozenset[str]:
 @lru_cache(maxsize=1024)
 def _given_in(same: _Same) -> frozenset[str]:
     """The keys of all variables that a program gives a value to."""
-    return frozenset(key for step in same.program.steps for key in _given_by(step.statement))
+    own = {own.key for own in own_variables(same.program)}
+    return frozenset(key for step in same.program.steps for key in _given_by(step.statement)) - own
 
 
 def _given_by(statement: Statement | None) -> Iterator[str]:
@@ -368,7 +407,7 @@ def _given_by(statement: Statement | None) -> Iterator[str]:
         yield statement.target.key
     elif isinstance(statement, ast.For):
         yield statement.variable.key
-    elif isinstance(statement, ast.Instruction):
+    elif isinstance(statement, ast.Instruction) and statement.word not in DECLARATIONS:
         row = INSTRUCTIONS.get(statement.word)
         for place, expression in enumerate(statement.arguments):
             argument = argument_at(row, place) if row is not None else None
@@ -377,7 +416,7 @@ def _given_by(statement: Statement | None) -> Iterator[str]:
 
 
 def _given_at(expression: Expression, shape: Shape) -> Iterator[str]:
-    if shape is Shape.PROGRAM and isinstance(expression, ast.Call):
+    if shape in _CALLED and isinstance(expression, ast.Call | ast.Applied):
         yield from (argument.key for argument in expression.arguments if isinstance(argument, ast.Variable))
     elif shape in DEFINING:
         if isinstance(expression, ast.Binary):
@@ -386,4 +425,5 @@ def _given_at(expression: Expression, shape: Shape) -> Iterator[str]:
             yield expression.key
 
 
+_CALLED = frozenset({Shape.PROGRAM, Shape.PROGRAM_TEXT})
 DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE, Shape.UNIT})

@@ -59,9 +59,9 @@ from vrs_cli.kinematics.transform import (
     rotation_z,
     translation,
 )
-from vrs_cli.language.ast import Kind
+from vrs_cli.language.ast import Format, Kind, Span
 from vrs_cli.language.environment import Context, Reference
-from vrs_cli.language.operations import pack
+from vrs_cli.language.operations import frame, pack, shift
 from vrs_cli.language.reactions import DEFAULT, Reaction, checked_priority, checked_signal
 from vrs_cli.language.units import (
     CHOOSE,
@@ -161,7 +161,9 @@ class CallProgram:
 
 @dataclass(frozen=True, slots=True)
 class Return:
-    """RETURN, or the end of a program; the task does it by itself."""
+    """RETURN, or the end of a program; the task does it by itself. `steps`: how many after the call are left out."""
+
+    steps: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -369,6 +371,7 @@ class Operands:
 Handler = Callable[[Context, Operands], Iterable[Yielded]]
 
 NOTHING: tuple[Yielded, ...] = ()
+NOWHERE = Span(0, 0, 0)
 
 # --- motions -----------------------------------------------------------------------------------------------------
 
@@ -431,6 +434,11 @@ def _named(name: str) -> Handler:
 
 def _align(_context: Context, it: Operands) -> Iterable[Yielded]:
     return (Move(AlignedTarget(), True, stamp=it.stamp, text=it.text),)
+
+
+def _draw(context: Context, it: Operands) -> Iterable[Yielded]:
+    target = shift(context.robot.destination(), *(it.real_or(index, 0.0) for index in range(3)))
+    return (Move(PoseTarget(target), True, stamp=it.stamp, text=it.text),)
 
 
 def _delay(_context: Context, it: Operands) -> Iterable[Yielded]:
@@ -518,9 +526,35 @@ def _set(_context: Context, it: Operands) -> Iterable[Yielded]:
     return NOTHING
 
 
+def _set_inverse(_context: Context, it: Operands) -> Iterable[Yielded]:
+    it.definable(0).define(inverse(cast(Transform, it.value)))
+    return NOTHING
+
+
+def _set_frame(_context: Context, it: Operands) -> Iterable[Yielded]:
+    origin, on_x, on_y = (it.transform(index) for index in (1, 2, 3))
+    it.definable(0).define(frame(origin, on_x, on_y, origin))
+    return NOTHING
+
+
+def _shift(_context: Context, it: Operands) -> Iterable[Yielded]:
+    """The last name of a compound is moved in the frame of those before it, as the numbers of it are."""
+    reference = it.definable(0).reference
+    T = reference.value()
+    if not isinstance(T, Transform):
+        raise TypeMismatch(f"{reference.name} is a {kind_of_value(T).value}", "a transformation is wanted")
+    reference.assign(shift(T, *(it.real_or(index, 0.0) for index in (1, 2, 3))))
+    return NOTHING
+
+
 def _here(context: Context, it: Operands) -> Iterable[Yielded]:
     target = it.definable(0)
     target.define(context.robot.joints() if target.precision else context.robot.here())
+    return NOTHING
+
+
+def _set_integer(_context: Context, it: Operands) -> Iterable[Yielded]:
+    cast(Reference, it.get(0)).assign(float(int(cast(float, it.value))))
     return NOTHING
 
 
@@ -574,6 +608,10 @@ def _timer(context: Context, it: Operands) -> Iterable[Yielded]:
 def _type(_context: Context, it: Operands) -> Iterable[Yielded]:
     items = [cast(TypeItem, item) for item in it.arguments if item is not None]
     return (Type(*encode(items)),)
+
+
+def _type_integer(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (Type(*encode([Format("I", 0, None, NOWHERE), it.real(0)])),)
 
 
 _BETWEEN = re.compile(r"\s*,\s*|\s+")
@@ -718,6 +756,17 @@ def _field(text: str, kind: Kind) -> Value:
 # --- switches, parameters and the flow ---------------------------------------------------------------------------
 
 
+def _nothing(_context: Context, _it: Operands) -> Iterable[Yielded]:
+    return NOTHING
+
+
+def _select(_context: Context, it: Operands) -> Iterable[Yielded]:
+    device, number = cast(str, it.get(0)), cast(float, it.value)
+    if not "ROBOT".startswith(device) or whole(number) != 1:
+        raise IllegalValue(f"SELECT {device} = {plain(number)}", "there is one robot: SELECT ROBOT = 1")
+    return NOTHING
+
+
 def _switches(on: bool) -> Handler:
     def change(_context: Context, it: Operands) -> Iterable[Yielded]:
         return tuple(SetSwitch(cast(str, name), on) for name in it.arguments)
@@ -771,6 +820,7 @@ def _run_signal(context: Context, it: Operands) -> Iterable[Yielded]:
 
 # --- tasks -----------------------------------------------------------------------------------------------------------
 
+MOST_STEPS = 9999  # that RETURN n leaves out
 LAST_TASK = 27  # V+ Language User's Guide: tasks 0 to 27
 PROCESS_CONTROL = 1  # the task that the PC commands of VAL-II mean
 
@@ -800,6 +850,10 @@ def _control(control: Control) -> Handler:
     return act
 
 
+def _return(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (Return(integer_between(it.real_or(0, 0.0), 0, MOST_STEPS, "a number of steps of")),)
+
+
 def _wait_event(_context: Context, it: Operands) -> Iterable[Yielded]:
     seconds = it.optional(1)
     if seconds is not None and seconds < 0.0:
@@ -816,15 +870,6 @@ def _flow(effect: Effect | Request) -> Handler:
         return (effect,)
 
     return flow
-
-
-def _call_by_name(_context: Context, it: Operands) -> Iterable[Yielded]:
-    """CALLS: the program that a string names."""
-    return (CallProgram(cast(str, it.get(0)).strip(), ()),)
-
-
-def _nothing(_context: Context, _it: Operands) -> Iterable[Yielded]:
-    return NOTHING
 
 
 # --- the table ---------------------------------------------------------------------------------------------------
@@ -859,6 +904,16 @@ HANDLERS: Mapping[str, Handler] = {
     "DEPARTS": _depart(straight=True),
     "DRIVE": _drive,
     "READY": _named("ready"),
+    "GO": _move(straight=False),
+    "DRAW": _draw,
+    "SHIFT": _shift,
+    "INVERSE": _set_inverse,
+    "FRAME": _set_frame,
+    "SETI": _set_integer,
+    "TYPEI": _type_integer,
+    "GRASP": _hand(0.0, immediate=True),
+    "CALIBRATE": _nothing,
+    "SELECT": _select,
     "NEST": _named("nest"),
     "ALIGN": _align,
     "DELAY": _delay,
@@ -887,9 +942,7 @@ HANDLERS: Mapping[str, Handler] = {
     "DISABLE": _switches(on=False),
     "SWITCH": _switch,
     "PARAMETER": _parameter,
-    "CALLS": _call_by_name,
-    "GLOBAL": _nothing,
-    "RETURN": _flow(Return()),
+    "RETURN": _return,
     "STOP": _flow(Stop()),
     "PAUSE": _flow(Pause()),
     "HALT": _flow(Halt()),

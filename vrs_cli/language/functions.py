@@ -141,8 +141,8 @@ _ARITHMETIC = (
         "ATAN2", (_real("y"), _real("x")), Kind.REAL,
         "the angle in degrees, -180 to 180, whose tangent is y/x", "ATAN2(1, -1)", "2 +", arc_tangent,
     ),
-    Function("MAX", _MORE, Kind.REAL, "the largest of its arguments", "MAX(a, b, 10)", "2 +", lambda *x: max(x)),
-    Function("MIN", _MORE, Kind.REAL, "the smallest of its arguments", "MIN(a, b)", "2 +", lambda *x: min(x)),
+    Function("MAX", _MORE, Kind.REAL, "the largest of its arguments", "MAX(x, y, 10)", "2 +", lambda *x: max(x)),
+    Function("MIN", _MORE, Kind.REAL, "the smallest of its arguments", "MIN(x, y)", "2 +", lambda *x: min(x)),
     Function(
         "RANDOM", (), Kind.REAL, "a random number from 0 up to 1; every run begins with the same one",
         "x = 10*RANDOM", "2 +", lambda context: context.environment.random.random(),
@@ -239,7 +239,7 @@ _LOCATIONS = (
         lambda context: context.robot.destination(), constant=True, contextual=True,
     ),
     Function(
-        "TOOL", (), Kind.LOCATION, "the tool transformation", "SET t = TOOL", "2 +",
+        "TOOL", (), Kind.LOCATION, "the tool transformation", "SET grip = TOOL", "2 +",
         lambda context: context.robot.tool(), constant=True, contextual=True,
     ),
     Function(
@@ -270,7 +270,7 @@ _SIGNALS = (
     ),
     Function(
         "BITS", (_real("first"), _real("count", optional=True)), Kind.REAL,
-        "signals as a binary number, the first one its lowest bit", "part = BITS(1001, 4)", "2 +",
+        "signals as a binary number, the first one its lowest bit", "count = BITS(1001, 4)", "2 +",
         bits_of, contextual=True,
     ),
     Function(
@@ -427,7 +427,7 @@ _UNITS = (
     Function(
         "GETC", (_real("unit"), _real("mode", optional=True)), Kind.REAL,
         "the code of the next character of a unit, or the (negative) code of what went wrong; mode 1: do not wait "
-        "for one", "c = GETC(lun)", "+", next_character, contextual=True,
+        "for one", "char = GETC(lun)", "+", next_character, contextual=True,
     ),
     Function("$DEFAULT", (), Kind.STRING, "the folder from which names of files begin: that of the run", "$DEFAULT()",
              "+", lambda: "./"),

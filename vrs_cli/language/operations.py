@@ -402,8 +402,9 @@ def numeric(value: float | str) -> float:
 
 
 def last_index(array: Reference) -> float:
-    indexes = [i for cells in (array.cells, array.locations) for i in cells if isinstance(i, int)]
-    return float(max(indexes, default=-1))
+    """Of an array with several dimensions, the highest first index."""
+    indexes = [i for cells in (array.cells, array.locations) for i in cells if not isinstance(i, str)]
+    return float(max((i[0] if isinstance(i, tuple) else i for i in indexes), default=-1))
 
 
 def test_and_set(variable: Reference, new: float) -> float:

@@ -23,6 +23,7 @@ class Shape(Enum):
     LOCATION_VARIABLE = "location to define"
     STRING_VARIABLE = "string variable"
     PROGRAM = "program"
+    PROGRAM_TEXT = "string that names a program, and its arguments"
     LABEL = "label"
     SIGNALS = "signal number"
     ITEM = "real, string or format code"
@@ -37,6 +38,7 @@ class Shape(Enum):
     TASK = "task number, before the others and without a comma"
 
 
+COMMAS = frozenset({"BY", "="})  # leads that stand for a comma
 RAW_SHAPES = frozenset({Shape.FILE, Shape.WORD})  # read as they stand, up to a blank, a comma or an equals sign
 GROUPED = frozenset({Shape.GROUP, Shape.UNIT})  # these stand in one pair of parentheses before the others
 
@@ -51,16 +53,18 @@ class Route(Enum):
 
 
 class State(Enum):
-    """How far a word is carried out. PLANNED and REFUSED words are known, and refused by name."""
+    """Whether a word is carried out. REFUSED words are known, and refused by name with the reason."""
 
     SUPPORTED = "supported"
-    PLANNED = "not available yet"
     REFUSED = "not available"
 
 
 @dataclass(frozen=True)
 class Argument:
-    """A place in the form of a word. `lead`: the word before it (`STEP dt`); it then needs no comma."""
+    """A place in the form of a word. `lead`: the word before it (`STEP dt`); it then needs no comma.
+
+    The leads BY and = stand where other words have a comma, so that more arguments may follow them.
+    """
 
     name: str
     shape: Shape
@@ -94,7 +98,8 @@ class Word:
     @property
     def form(self) -> str:
         """`APPRO location, distance [AT t | IN dt]`."""
-        parts = (self.name, _arguments_form(self.arguments), *self._tail())
+        sort = "[REAL | DOUBLE | LOC]" if "SORT" in self.modifiers else ""
+        parts = (self.name, sort, _arguments_form(self.arguments), *self._tail())
         return " ".join(part for part in parts if part).replace(" :", ":")
 
     @property
@@ -116,7 +121,12 @@ class Word:
 
     @property
     def leads(self) -> frozenset[str]:
-        return frozenset(argument.lead for argument in self.arguments if argument.lead)
+        return frozenset(argument.lead for argument in self.arguments if argument.lead) - COMMAS
+
+    @property
+    def comma(self) -> str:
+        """BY or = where that stands for the first comma, or nothing."""
+        return next((argument.lead for argument in self.arguments if argument.lead in COMMAS), "")
 
     @property
     def raw(self) -> bool:
@@ -170,9 +180,21 @@ def _list_form(arguments: tuple[Argument, ...]) -> str:
     return form
 
 
+MODIFIER_WORDS: Mapping[str, tuple[str, ...]] = {
+    "AT": ("AT", "IN"),
+    "ALWAYS": ("ALWAYS",),
+    "UNIT": ("MMPS", "IPS", "MONITOR"),
+}
+
+
 def by_name(words: Iterable[Word]) -> Mapping[str, Word]:
     """A table of rows, each under its name."""
     return {word.name: word for word in words}
+
+
+def usable(*tables: Mapping[str, Word]) -> Iterable[str]:
+    """The names of the rows that are carried out: what a hint may propose."""
+    return (name for table in tables for name, row in table.items() if row.state is State.SUPPORTED)
 
 
 def abbreviated(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
