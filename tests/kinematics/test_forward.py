@@ -11,8 +11,7 @@ import pytest
 
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.axes import link_transform
-from vrs_cli.kinematics.model import link_frames
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.model import link_frames, load_robot
 from vrs_cli.kinematics.transform import IDENTITY, compose, inverse, position, to_oat, to_ypr
 
 PUMA = load_robot("puma560")

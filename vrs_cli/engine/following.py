@@ -282,7 +282,7 @@ def _carried_on(near: tuple[float, Joints], far: tuple[float, Joints], s: float)
 
 
 def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
-    """Joints at equal intervals from the first sample to the last, so many that neighbours are within `step` [rad, m]."""
+    """Joints at equal intervals from the first sample to the last, so many that neighbours are near: within `step`."""
     travelled = sum(largest_change(a.joints, b.joints) for a, b in pairwise(samples))
     count = 1 if travelled < step else 2 * (int(travelled / step) + 1)
     seeds = []

@@ -60,6 +60,7 @@ def resolve(arm: RobotArm, parameters: Parameters, move: Move, situation: Situat
         if move.straight:
             return Goal(pose=compose(arm.forward(joints), situation.frames.tool))
     elif move.straight:
+        arm.check_task(compose(pose, inverse(situation.frames.tool)))
         _check_same_configuration(arm.configuration(situation.here), parameters.asked)
         return Goal(pose=pose)
     else:

@@ -74,7 +74,7 @@ class Session:
     ) -> None:
         self.terminal = terminal
         self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
-        self.environment = Environment()
+        self.environment = Environment(units=self.engine.model.units)
         self.robot = Readings(self.engine)
         self.bounds = bounds
         self.driver = Driver(self.engine, terminal, self.environment, self.robot)

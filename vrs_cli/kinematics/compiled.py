@@ -1,7 +1,7 @@
 """Forward kinematics and Jacobian of any serial arm, written out as Python for that arm alone.
 
-A chain of matrices is mostly zeros and ones. Multiplied out once, symbolically, what is left is a few dozen products: the
-text of two functions, which work on floats and, with the sine and cosine of numpy, on arrays as they are.
+A chain of matrices is mostly zeros and ones. Multiplied out once, symbolically, a few dozen products are left: two
+functions, which work on floats and, with the sine and cosine of numpy, on arrays as they are.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Canonical:
-    """A robot's chain with the links of a closed form, and the model of the arm that is solved: limits as it sees them."""
+    """A robot's chain with the links of a closed form, and the model that it solves, limits included."""
 
     chain: Chain
     model: RobotModel

@@ -33,8 +33,8 @@ SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show wha
 class RobotModel:
     """One robot. Joint by joint: limits [rad, m], velocity [rad/s, m/s], acceleration and jerk likewise.
 
-    T_base_flange = base . links . flange; `task` is the part of a pose that counts. The tool's linear [m/s, m/s2, m/s3] and angular [rad/s, rad/s2, rad/s3] figures are those of a straight
-    line at SPEED 100.
+    T_base_flange = base . links . flange; `task` is the part of a pose that counts. The tool's linear [m/s, m/s2,
+    m/s3] and angular [rad/s, rad/s2, rad/s3] figures are those of a straight line at SPEED 100.
     """
 
     name: str
@@ -270,7 +270,7 @@ def _from_urdf(reader: _Reader, arm: urdf.UrdfArm, table: Mapping[str, object]) 
         "flange": list(arm.flange),
         "joints": [{**joint, "kind": joint["kind"].value} for joint in joints],
         "tool": tool,
-        "poses": {**{name: middle for name in NEEDED_POSES}, **poses},
+        "poses": {**dict.fromkeys(NEEDED_POSES, middle), **poses},
     }
     task = {"task": table["task"]} if "task" in table else {}
     return _Reader(reader.file, human=False).model({**data, **task})
@@ -284,7 +284,7 @@ def _with_rates(joint: dict[str, Any], more: Mapping[str, float]) -> dict[str, A
 
 
 def _usual_tool() -> dict[str, float]:
-    figures = {}
+    figures: dict[str, float] = {}
     for key, human in USUAL_TOOL_SPEEDS.items():
         speed = TOOL_KEYS[key].to_si(human)
         word = key.removesuffix("speed")
@@ -312,15 +312,15 @@ class _Reader:
         table = self.table(data, "the file", MODEL_KEYS, MODEL_OPTIONS)
         joints = self.joints(table["joints"])
         tool = self.table(table["tool"], "tool", TOOL_KEYS)
-        per_joint: dict[str, Joints] = {key: tuple(joint[key] for joint in joints) for key in JOINT_KEYS}
+        figures: dict[str, Any] = {key: tuple(joint[key] for joint in joints) for key in JOINT_KEYS}
+        figures |= {key: self.number(tool[key], f"tool.{key}", quantity) for key, quantity in TOOL_KEYS.items()}
+        figures |= {key: self.frame(table[key], key) for key in ("base", "flange") if key in table}
         model = RobotModel(
             name=self.word(table["name"], "name"),
             title=self.word(table["title"], "title"),
             links=tuple(Link(**{key: joint[key] for key in Link._fields}) for joint in joints),
-            **per_joint,
-            **{key: self.number(tool[key], f"tool.{key}", quantity) for key, quantity in TOOL_KEYS.items()},
             poses=self.poses(table["poses"], joints),
-            **{key: self.frame(table[key], key) for key in ("base", "flange") if key in table},
+            **figures,
         )
         return replace(model, task=self.task(table.get("task"), model))
 

@@ -5,7 +5,7 @@ the gradient, near it it is Newton's. Joints at a limit that would leave it are 
 then a fixed sequence of others in the joints' ranges, so that the same question always has the same answer.
 
 An arm with more joints than the task has parts can be at one place in many ways. A MOVE takes what the search finds
-from where the arm is. On a straight line the joints that are one too many stand still, which makes the line definite: the
+from where the arm is. On a straight line the joints that are one too many stand still, which makes it definite: the
 joints are then a function of the pose alone.
 """
 

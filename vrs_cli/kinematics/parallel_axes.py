@@ -1,6 +1,6 @@
 """Arms whose axes are all parallel: the SCARA and the planar arms of a class, in closed form.
 
-Two bars in the plane square to the axes carry the rest: seen as complex numbers in that plane, with the first axis at 0,
+Two bars in the plane square to the axes carry the rest: as complex numbers in that plane, with the first axis at 0,
 
     wrist = l1 exp(i b1) + l2 exp(i b2),     psi = b2 - b1,     cos psi = (|wrist|^2 - l1^2 - l2^2) / (2 l1 l2).
 

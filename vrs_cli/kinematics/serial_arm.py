@@ -78,7 +78,7 @@ class SerialArm:
     def __init__(self, model: RobotModel) -> None:
         self.model = model
         written = formulas(model.links, model.base, model.flange)
-        self.forward: Callable[[Joints], Transform] = written.forward
+        self.forward = cast(Callable[[Joints], Transform], written.forward)
         self._jacobian = written.jacobian
         self._limits = tuple(zip(model.lower, model.upper, strict=True))
         self.turning = tuple(link.kind is JointKind.REVOLUTE for link in model.links)
@@ -220,7 +220,8 @@ class SerialArm:
         far = dist(position(T), start)
         if far > most:
             return LocationTooFar(
-                f"the flange would be {1000 * far:.1f} mm from the axis of joint 1, all links in one line are {1000 * most:.1f} mm",
+                f"the flange would be {1000 * far:.1f} mm from the axis of joint 1, "
+                f"all links in one line are {1000 * most:.1f} mm",
                 hint or f"move the location at least {1000 * (far - most):.1f} mm nearer",
             )
         return LocationOutOfRange("no joints bring the flange there", hint or "turn the location, or move it nearer")
@@ -229,8 +230,8 @@ class SerialArm:
     def _reach(self) -> tuple[Vector, float]:
         """A point on the axis of joint 1, and a distance from it that the flange never exceeds [m].
 
-        The foot of the flange on the last axis, the foot of that on the one before, ...: each keeps its distance from the
-        next, but for what a joint slides.
+        The foot of the flange on the last axis, the foot of that on the one before, ...: each keeps its distance
+        from the next, but for what a joint slides.
         """
         at = position(link_frames(self.model, (0.0,) * self.model.joint_count)[-1])
         length = 0.0
@@ -264,7 +265,8 @@ class SerialArm:
             if abs(position(T)[i] - value) > LEVEL:
                 axis, at = "XYZ"[i], f"{1000.0 * position(T)[i]:.1f} mm"
                 raise LocationOutOfRange(
-                    f"this robot moves in the plane {axis} = {1000.0 * value:.1f} mm, the flange would be at {axis} = {at}",
+                    f"this robot moves in the plane {axis} = {1000.0 * value:.1f} mm, "
+                    f"the flange would be at {axis} = {at}",
                     f"move the location into the plane: {1000.0 * (value - position(T)[i]):+.1f} mm along {axis}",
                 )
         if approach is not None and (tilt := _angle(approach, axis_of(T).direction)) > STRAIGHT:
@@ -298,7 +300,7 @@ class SerialArm:
         for axis, (loose, lever) in enumerate(zip(free, levers, strict=True)):
             if loose and (axis == 2 or not steady) and max(map(abs, lever)) > LEVEL:
                 raise IllegalValue(
-                    f"a tool {1000 * max(map(abs, lever)):.1f} mm beside the axis about which this robot cannot turn it",
+                    f"a tool {1000 * max(map(abs, lever)):.1f} mm beside an axis whose turn this robot does not choose",
                     "make the last link of the robot file as long as link and tool",
                 )
 

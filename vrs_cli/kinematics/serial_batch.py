@@ -1,7 +1,7 @@
 """What `serial_arm` and the classes on it do, over arrays: whole timelines at once.
 
-Forward kinematics and Jacobian are the formulas of `compiled`, with the sine and cosine of numpy. Work goes in chunks that
-stay in the processor's cache.
+Forward kinematics and Jacobian are the formulas of `compiled`, with the sine and cosine of numpy. Work goes in chunks
+that stay in the processor's cache.
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vrs_cli.kinematics.arm_batch import AT_REST, TURN, chunks, columns
+from vrs_cli.kinematics.arm_batch import TURN, chunks, columns
 from vrs_cli.kinematics.compiled import formulas
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.elimination import LOST
+from vrs_cli.kinematics.jacobian import AT_REST
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE
 from vrs_cli.kinematics.spherical_wrist import BOUNDARY, SINGULAR
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose

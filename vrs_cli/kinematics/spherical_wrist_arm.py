@@ -64,9 +64,9 @@ class SphericalWristArm(SerialArm):
         super().__init__(model)
         self.geometry = geometry
         self.forward = make_forward(geometry)
-        self.branches = make_branches(geometry, model)  # type: ignore[method-assign] # written out, for speed
-        self.branch_joints = make_branch(geometry)  # type: ignore[method-assign]
-        self._outside = make_outside(model)  # type: ignore[method-assign]
+        self.branches = make_branches(geometry, model)  # type: ignore[method-assign, assignment] # written out, for speed
+        self.branch_joints = make_branch(geometry)  # type: ignore[method-assign, assignment]
+        self._outside = make_outside(model)  # type: ignore[method-assign, assignment]
         self._within = make_within(model)
         a2, forearm, side = geometry.a2, geometry.forearm, abs(geometry.side)
         self.reach = Reach(outer=a2 + forearm, inner=abs(a2 - forearm), axis=side)
