@@ -1,4 +1,4 @@
-"""The laws of every timeline, for robots of every kind: closed forms and the numerical one, 2 to 7 joints, sliding ones."""
+"""The laws of every timeline, for robots of every kind: closed forms and the numerical one, 2 to 7 joints."""
 
 from __future__ import annotations
 

@@ -378,13 +378,13 @@ class _Reader:
         if value is None:
             found = usual_task(model.units.kinds, parallel=axes_parallel(model), steady=_steady(model))
             if found is None:
-                words = ", ".join(f'"{task.value}"' for task in Task if task.size <= model.joint_count)
+                words = ", ".join(f'"{task.value}"' for task in Task if task.suits(model.joint_count))
                 raise self.wrong("task", f"{model.joint_count} joints do not say it", f"give one of {words}")
             return found
         task = next((task for task in Task if task.value == value), None)
         if task is None:
             raise self.wrong("task", f"{value!r} is none", f"give one of {', '.join(task.value for task in Task)}")
-        if task.size > model.joint_count:
+        if not task.suits(model.joint_count):
             what = f"{task.value!r} takes {task.size} joints"
             raise self.wrong("task", what, f"the robot has {model.joint_count}")
         return task

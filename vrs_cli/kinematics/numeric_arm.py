@@ -4,6 +4,8 @@ Levenberg and Marquardt with the damping of Sugihara (2011), half the squared er
 the gradient, near it it is Newton's. Joints at a limit that would leave it are held. Starts: the joints that are near,
 then a fixed sequence of others in the joints' ranges, so that the same question always has the same answer.
 
+An arm with fewer joints than six reaches a pose or does not; what misses by less than three decimals tell is reached.
+
 An arm with more joints than the task has parts can be at one place in many ways. A MOVE takes what the search finds
 from where the arm is. On a straight line the joints that are one too many stand still, which makes it definite: the
 joints are then a function of the pose alone.
@@ -24,7 +26,7 @@ from vrs_cli.kinematics.elimination import determinant, solve
 from vrs_cli.kinematics.jacobian import Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.serial_arm import SerialArm
+from vrs_cli.kinematics.serial_arm import LEVEL, STRAIGHT, SerialArm
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 
@@ -48,6 +50,7 @@ class NumericArm(SerialArm):
     def __init__(self, model: RobotModel) -> None:
         super().__init__(model)
         self._all = tuple(range(model.joint_count))
+        self.short = model.joint_count < model.task.size  # of joints: most poses are out of its task
 
     # --- redundancy ------------------------------------------------------------------------------------------
 
@@ -77,6 +80,10 @@ class NumericArm(SerialArm):
         rows, wanted = self._counted(q, self.jacobian(q, T_flange_tool), twist)
         if self.held:
             rows = [tuple(0.0 if i in self.held else x for i, x in enumerate(row)) for row in rows]
+        if self.short:
+            columns = list(zip(*rows, strict=True))
+            wanted = [sum([a * v for a, v in zip(column, wanted, strict=True)]) for column in columns]
+            rows = [tuple([sum([a * b for a, b in zip(u, v, strict=True)]) for v in columns]) for u in columns]
         return self._solved(q, rows, wanted)
 
     def _others(self) -> Iterator[Joints]:
@@ -135,6 +142,8 @@ class NumericArm(SerialArm):
             return self._joint_refusal(best, "turn the location, or move it nearer")
         refusal = self._out_of_reach(T, self.ways[0], "")
         away, turned = self._search(T, near, self._all, bounded=True)[1]
+        if self.short:
+            refusal.hint = f"{self.model.joint_count} joints cannot turn the tool every way: teach the location by HERE"
         refusal.detail += f"; the search from here comes as near as {1000 * away:.1f} mm and {degrees(turned):.1f} deg"
         return refusal
 
@@ -158,11 +167,17 @@ class NumericArm(SerialArm):
                 return at, (0.0, 0.0)
             step = self._step(at, rows, error, free, bounded=bounded)
             largest = max(map(abs, step))
+            if self.short and largest < CONVERGED and self.reaches(at, T):
+                return at, (0.0, 0.0)
             scale = min(1.0, LARGEST_STEP / largest) if largest else 0.0
             held = [x + scale * dx for x, dx in zip(at, step, strict=True)]
             if bounded:
                 held = [min(max(x, low), high) for x, (low, high) in zip(held, self._limits, strict=True)]
         return None, self._miss(tuple(held), T)
+
+    def reaches(self, q: Joints, T: Transform) -> bool:
+        away, turned = self._miss(q, T)
+        return away <= LEVEL and turned <= STRAIGHT
 
     def _step(
         self, q: Joints, rows: Sequence[Joints], error: Sequence[float], free: Sequence[int], *, bounded: bool

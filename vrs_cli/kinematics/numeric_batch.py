@@ -8,6 +8,7 @@ from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.numeric_arm import CONVERGED, LARGEST_STEP, LEAST_DAMPING, STEPS, NumericArm
 from vrs_cli.kinematics.serial_batch import Flags, Floats, SerialBatch
 from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.transform import Transform
 
 
 class NumericBatch(SerialBatch):
@@ -45,8 +46,20 @@ class NumericBatch(SerialBatch):
             done = np.abs(error).max(axis=1) < CONVERGED
             found[rows[done]] = q[rows[done]]
             rows, J, error = rows[~done], J[~done], error[~done]
-            q[rows] = self._stepped(q[rows], J, error, bounded=bounded, fixed=fixed)
+            before = q[rows]
+            q[rows] = self._stepped(before, J, error, bounded=bounded, fixed=fixed)
+            if self.numeric.short:
+                stuck = rows[np.abs(q[rows] - before).max(axis=1) < CONVERGED]
+                for row in stuck[self._reached(q[stuck], T[stuck])]:
+                    found[row] = q[row]
+                rows = np.setdiff1d(rows, stuck)
         return found
+
+    def _reached(self, q: Floats, T: Floats) -> Flags:
+        """(N, n) and (N, 3, 4) -> (N,): whether what is missed is no more than three decimals tell."""
+        poses = map(Transform._make, T.reshape(-1, 12).tolist())
+        rows = zip(map(tuple, q.tolist()), poses, strict=True)
+        return np.array([self.numeric.reaches(at, pose) for at, pose in rows], dtype=np.bool_)
 
     def _stepped(self, q: Floats, J: Floats, error: Floats, *, bounded: bool, fixed: Flags | None) -> Floats:
         """One damped step; where it pushes joints out of their range, again without these."""

@@ -32,6 +32,7 @@ from vrs_cli.kinematics.joints import (
     turn_within,
 )
 from vrs_cli.kinematics.model import SAMPLES, RobotModel, joint_axes, link_frames
+from vrs_cli.kinematics.task import ALL_PARTS
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, position, to_oat
 
 if TYPE_CHECKING:
@@ -247,7 +248,7 @@ class SerialArm:
     @cached_property
     def unchanging(self) -> Unchanging:
         """What no joint changes, seen on a few poses; nothing for an arm that has all six freedoms."""
-        if all(self.model.task.counts):
+        if self.model.joint_count >= ALL_PARTS and all(self.model.task.counts):
             return Unchanging((), None)
         poses = [self.forward(tuple(low + part * (high - low) for low, high in self._limits)) for part in SAMPLES]
         first = poses[0]

@@ -17,6 +17,7 @@ from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.elimination import LOST
 from vrs_cli.kinematics.jacobian import AT_REST
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE
+from vrs_cli.kinematics.serial_arm import Unchanging
 from vrs_cli.kinematics.spherical_wrist import BOUNDARY, SINGULAR
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose
 from vrs_cli.kinematics.transform_batch import compose_batch, stack
@@ -80,7 +81,7 @@ class SerialBatch:
 
     def in_task(self, T: Floats) -> Flags:
         """(N, 3, 4) -> (N,): `SerialArm.in_task` by rows."""
-        if all(self.arm.model.task.counts):
+        if self.arm.unchanging == Unchanging((), None):
             return np.ones(len(T), dtype=np.bool_)
         return np.array([self.arm.in_task(Transform._make(row)) for row in T.reshape(-1, 12).tolist()], dtype=np.bool_)
 

@@ -1,4 +1,8 @@
-"""Which part of a pose counts for a robot: all of it for six joints, less for an arm that cannot do all."""
+"""Which part of a pose counts for a robot: all of it for six joints, less for an arm that cannot do all.
+
+An arm of four or five joints, as long as it says nothing else, has the whole pose count too: it takes the poses that
+it can, and refuses the others.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ from enum import Enum
 from vrs_cli.kinematics.joints import JointKind
 
 ALL_PARTS = 6
+FEWEST = 4  # joints of an arm that has the whole pose count, though it cannot take every one
 
 
 class Task(Enum):
@@ -15,7 +20,7 @@ class Task(Enum):
     """
 
     POSE = "pose"
-    POINTING = "pointing"  # the place and where the flange points, not its turn about itself (five joints)
+    POINTING = "pointing"  # the place and where the flange points, not its turn about itself
     UPRIGHT = "upright"  # the place and the turn about the flange's axis, which keeps its direction (a SCARA)
     POSITION = "position"  # the place alone
     PLANE = "plane"  # the place in the plane X Y and the turn in it
@@ -32,8 +37,12 @@ class Task(Enum):
 
     @property
     def size(self) -> int:
-        """How many joints it takes."""
+        """How many joints it takes to do it everywhere."""
         return sum(self.counts)
+
+    def suits(self, joints: int) -> bool:
+        """Whether an arm of so many joints may have it."""
+        return self.size <= joints or (self is Task.POSE and joints >= FEWEST)
 
 
 _COUNTS = {
@@ -56,4 +65,4 @@ def usual_task(kinds: tuple[JointKind, ...], *, parallel: bool, steady: bool) ->
         return Task.POSE
     if planar and len(kinds) < 4:
         return {2: Task.POINT, 3: Task.PLANE}.get(len(kinds))
-    return {5: Task.POINTING, 4: Task.UPRIGHT if steady else Task.POSITION, 3: Task.POSITION}.get(len(kinds))
+    return {5: Task.POSE, 4: Task.UPRIGHT if steady else Task.POSE, 3: Task.POSITION}.get(len(kinds))
