@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
-from math import degrees, radians
+from math import degrees, pi, radians
 from pathlib import Path
 
 import pytest
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.configuration import ALL, NONE
 from vrs_cli.kinematics.model import ROBOTS, Link, from_dict, load_robot, robot_names, to_dict
 
 PUMA = load_robot("puma560")
@@ -53,12 +54,18 @@ def test_models_that_differ_have_different_arms() -> None:
     assert arm_for(replace(PUMA, upper=(1.0,) * 6)) is not arm_for(PUMA)
 
 
-def test_other_links_are_refused_by_name() -> None:
-    links = (*PUMA.links[:5], Link(0.1, 0.0, 0.0))
-    with pytest.raises(FileDamaged, match=r"puma560.*closed-form"):
-        arm_for(replace(PUMA, links=links))
-    with pytest.raises(FileDamaged, match="closed-form"):
-        arm_for(replace(PUMA, links=links[:3]))
+def test_a_wrist_that_is_not_spherical_is_solved_by_numbers() -> None:
+    crooked = arm_for(replace(PUMA, links=(*PUMA.links[:4], Link(0.1, 0.0, pi / 2), PUMA.links[5])))
+    assert crooked.ways == (NONE,)
+    q = (0.1, -1.0, 1.2, 0.3, 0.5, -0.2)
+    assert crooked.select(crooked.forward(q), (0.0, -1.1, 1.3, 0.2, 0.6, 0.0)) == pytest.approx(q, abs=1e-8)
+
+
+def test_a_flange_beside_the_last_axis_is_still_a_spherical_wrist() -> None:
+    beside = arm_for(replace(PUMA, links=(*PUMA.links[:5], Link(0.1, 0.05625, 0.0))))
+    assert beside.ways == ALL
+    q = (0.1, -1.0, 1.2, 0.3, 0.5, -0.2)
+    assert beside.inverse_branch(beside.forward(q), beside.configuration(q), q) == pytest.approx(q, abs=1e-12)
 
 
 @pytest.mark.parametrize(

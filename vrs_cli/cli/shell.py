@@ -26,5 +26,5 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 def _parser(prog: str) -> Parser:
     parser = Parser(prog, "The interactive VAL-II shell of a virtual robot.", EPILOG)
     parser.add_argument("file", metavar="FILE.v2", nargs="?", help="a program file to load first")
-    parser.add_argument("--robot", metavar="NAME|FILE", help="a robot's name, or its TOML file")
+    parser.add_argument("--robot", metavar="NAME|FILE", help="a robot's name (vrs robots), or its TOML or URDF file")
     return parser

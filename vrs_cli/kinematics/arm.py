@@ -36,6 +36,10 @@ class RobotArm(Protocol):
     def model(self) -> RobotModel:
         """The data that the arm was made from."""
 
+    @property
+    def method(self) -> str:
+        """How the inverse is found, in a few words for the user."""
+
     def forward(self, q: Joints, /) -> Transform:
         """T_base_flange."""
 

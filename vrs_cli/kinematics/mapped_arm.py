@@ -56,6 +56,7 @@ class MappedArm(SerialArm):
     def __init__(self, model: RobotModel, way: Canonical, inner: SerialArm) -> None:
         super().__init__(model)
         self.way, self.inner, self.ways = way, inner, inner.ways
+        self.method = inner.method
         self.to_inner, self.from_flange = inverse(way.chain.base), inverse(way.chain.flange)
 
     def _seen(self, T: Transform) -> Transform:

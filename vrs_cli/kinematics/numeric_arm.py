@@ -46,6 +46,7 @@ class NumericArm(SerialArm):
     """Documented in `arm.RobotArm`. There is one way, without words."""
 
     seed_step = 0.1
+    method = "damped least squares within the limits"
 
     def __init__(self, model: RobotModel) -> None:
         super().__init__(model)

@@ -73,6 +73,7 @@ class OffsetWristArm(SerialArm):
     """Documented in `arm.RobotArm`; the links are those above."""
 
     ways = ALL
+    method = "closed form, joints 2 to 4 parallel"
 
     def __init__(self, model: RobotModel, offsets: Offsets) -> None:
         super().__init__(model)

@@ -95,6 +95,7 @@ class ParallelAxesArm(SerialArm):
     """Documented in `arm.RobotArm`."""
 
     ways = SIDES
+    method = "closed form, all axes parallel"
 
     def __init__(self, model: RobotModel, bars: Bars) -> None:
         super().__init__(model)

@@ -75,6 +75,7 @@ class SerialArm:
 
     ways: tuple[Configuration, ...] = (NONE,)
     seed_step = 1.0
+    method = "closed form"
 
     def __init__(self, model: RobotModel) -> None:
         self.model = model
@@ -104,7 +105,8 @@ class SerialArm:
 
     @cached_property
     def words(self) -> tuple[Flag, ...]:
-        return tuple(dict.fromkeys(flag for way in self.ways for flag in way.flags if flag is not None))
+        parts = zip(*(way.flags for way in self.ways), strict=True)
+        return tuple(dict.fromkeys(flag for part in parts for flag in part if flag is not None))
 
     # --- inverse -----------------------------------------------------------------------------------------
 

@@ -59,6 +59,7 @@ class SphericalWristArm(SerialArm):
     """
 
     ways = ALL
+    method = "closed form, spherical wrist"
 
     def __init__(self, model: RobotModel, geometry: Geometry) -> None:
         super().__init__(model)
