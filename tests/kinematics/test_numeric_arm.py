@@ -7,14 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vrs_cli.engine.commands import Move, PoseTarget, ToolOffsetTarget
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, Stamp, ToolOffsetTarget
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.elimination import determinant, solve
 from vrs_cli.kinematics.model import load_robot
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import translation
+from vrs_cli.kinematics.transform import compose, translation
+from vrs_cli.trajectory.segment import CartesianPath
 
 URDF = Path(__file__).parent / "urdf"
 
@@ -81,8 +82,15 @@ def test_one_joint_too_many_stands_still_on_a_straight_line() -> None:
 
 def test_a_line_out_of_a_motion_of_that_joint_is_braked_first() -> None:
     arm = arm_of("seven")
-    assert arm.straight_from((0.1, 0.2, 0.0, 0.1, 0.0, 0.0, 0.1))
-    assert not arm.straight_from((0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0))
+    start = arm.model.units.read((10.0, 30.0, 0.0, -70.0, 15.0, 60.0, 5.0))
+    goal = arm.model.units.read((20.0, 35.0, 40.0, -60.0, 10.0, 50.0, 0.0))
+    engine = Engine(arm.model, start=start)
+    engine.perform(Move(JointTarget(goal), straight=False))
+    pose = engine.position(0.5).T_world_tool
+    engine.perform(Move(PoseTarget(compose(pose, translation(0.0, 0.0, -0.02))), straight=True, stamp=Stamp(0.3)))
+    line = [segment for segment in engine.timeline if isinstance(segment.path, CartesianPath)]
+    assert line[0].start > 0.3
+    assert not any(engine.position(line[0].start).velocity)
 
 
 def test_five_joints_follow_a_line_that_they_can() -> None:

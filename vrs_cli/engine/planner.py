@@ -111,8 +111,6 @@ def _plan_joint(arm: RobotArm, here: Here, motion: Motion, start: float, slowest
 
 
 def _plan_straight(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
-    if not arm.straight_from(here.joints.velocity):
-        return _braked_first(arm, here, motion, start, slowest)
     tool = here.tool_state(arm, motion.frames.tool)
     try:
         segments = straight_segments(arm, tool, here.joints, motion, start, slowest)

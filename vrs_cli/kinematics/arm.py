@@ -70,9 +70,6 @@ class RobotArm(Protocol):
     def check_tool(self, T_flange_tool: Transform) -> None:
         """Raises IllegalValue for a tool whose tip a turn would move that does not count."""
 
-    def straight_from(self, velocity: Joints) -> bool:
-        """Whether a straight line can begin with these joint rates [rad/s, m/s]."""
-
     def inverse_all(self, T: Transform) -> tuple[Solution, ...]:
         """All branches, in the order of `ways`, each joint on the turn that suits its limits."""
 

@@ -74,9 +74,6 @@ class NumericArm(SerialArm):
             total += sqrt(max(determinant(gram), 0.0))
         return total
 
-    def straight_from(self, velocity: Joints) -> bool:
-        return not any(velocity[i] for i in self.held)
-
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
         rows, wanted = self._counted(q, self.jacobian(q, T_flange_tool), twist)
         if self.held:

@@ -100,9 +100,6 @@ class SerialArm:
     def _outside(self, q: Joints) -> tuple[int, ...]:
         return joints_outside(q, self.model.lower, self.model.upper)
 
-    def straight_from(self, velocity: Joints) -> bool:  # noqa: ARG002 (others look at it)
-        return True
-
     @cached_property
     def words(self) -> tuple[Flag, ...]:
         parts = zip(*(way.flags for way in self.ways), strict=True)
