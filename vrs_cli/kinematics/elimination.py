@@ -5,14 +5,45 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 LOST = 1e-10  # of the largest coefficient: a pivot below it is rounding
+SMALL = 1e-4  # [m, 1] a pivot from which on it is looked more closely
 DEMAND = 1e-9  # what an equation without unknowns left may ask for, in its own unit
 
 
 def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
-    """x with rows @ x = wanted, by elimination with complete pivoting; unknowns that nothing decides are 0.
+    """x with rows @ x = wanted; unknowns that nothing decides are 0.
 
     None where an equation asks for what no unknown can give.
     """
+    if len(rows) == len(rows[0]):
+        x = _square(rows, wanted)
+        if x is not None:
+            return x
+    return _any(rows, wanted)
+
+
+def _square(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
+    """As many equations as unknowns, by elimination with partial pivoting; None near a singular matrix."""
+    table = [[*row, value] for row, value in zip(rows, wanted, strict=True)]
+    n = len(table)
+    for k in range(n):
+        r = k
+        for i in range(k + 1, n):
+            if abs(table[i][k]) > abs(table[r][k]):
+                r = i
+        pivot = table[r]
+        if abs(pivot[k]) < SMALL:
+            return None
+        table[r], table[k] = table[k], pivot
+        for i in range(k + 1, n):
+            row = table[i]
+            if row[k]:
+                factor = row[k] / pivot[k]
+                table[i] = [x - factor * y for x, y in zip(row, pivot, strict=True)]
+    return _back(table, list(range(n)), n)
+
+
+def _any(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
+    """By elimination with complete pivoting."""
     table = [[*row, value] for row, value in zip(rows, wanted, strict=True)]
     count = len(rows[0])
     order: list[int] = []

@@ -37,7 +37,8 @@ CONVERGED = 1e-10  # [m, rad] an error that is none
 STEPS = 60  # of one search
 LARGEST_STEP = 0.5  # [rad, m] of a joint
 LEAST_DAMPING = 1e-13
-STARTS = 40  # beside the joints that are near
+STARTS = 40  # beside the middle of the ranges
+ENOUGH = 3  # solutions among which the nearest is taken
 SEED = 560
 MEASURED = 16  # poses of a range over which freedoms are measured
 
@@ -101,6 +102,9 @@ class NumericArm(SerialArm):
         return q
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
+        q, _ = self._search(T, self._middle, self._all, bounded=True)
+        if q is not None:
+            return (q,)
         found = self._solutions(T, self._middle)
         if found:
             return (min(found, key=lambda q: self._duration(self._middle, q)),)
@@ -126,11 +130,12 @@ class NumericArm(SerialArm):
         return min(found, key=lambda q: self._duration(near, q))
 
     def _solutions(self, T: Transform, near: Joints) -> list[Joints]:
-        """Inside the limits, from all starts at once."""
+        """Inside the limits: the first that are found, from all starts at once."""
         import numpy as np
 
         starts = np.array(list(self.starts()))
-        found = self._batch.search(np.broadcast_to(np.reshape(T, (3, 4)), (len(starts), 3, 4)), starts, bounded=True)
+        poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(starts), 3, 4))
+        found = self._batch.search(poses, starts, bounded=True, enough=ENOUGH)
         turned = (self._inside(tuple(q), near) for q in found[~np.isnan(found[:, 0])].tolist())
         return [q for q in turned if q is not None]
 

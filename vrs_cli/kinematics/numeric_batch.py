@@ -34,13 +34,15 @@ class NumericBatch(SerialBatch):
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
         return self.search(T, near, fixed=self.held(), bounded=False)
 
-    def search(self, T: Floats, near: Floats, *, bounded: bool, fixed: Flags | None = None) -> Floats:
-        """(N, 3, 4) and starts (N, n) or (n,) -> (N, n)."""
+    def search(
+        self, T: Floats, near: Floats, *, bounded: bool, fixed: Flags | None = None, enough: int | None = None
+    ) -> Floats:
+        """(N, 3, 4) and starts (N, n) or (n,) -> (N, n). With `enough` rows found the search ends."""
         q = np.array(np.broadcast_to(near, (len(T), self.joints)))
         found = np.full_like(q, np.nan)
         rows = np.flatnonzero(self.in_task(T))
         for _ in range(STEPS):
-            if not len(rows):
+            if not len(rows) or (enough is not None and np.count_nonzero(~np.isnan(found[:, 0])) >= enough):
                 break
             J, error = self._error(q[rows], T[rows])
             done = np.abs(error).max(axis=1) < CONVERGED

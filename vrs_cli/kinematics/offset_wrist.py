@@ -22,6 +22,7 @@ The configurations, in V+'s words as they suit this arm:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from math import acos, atan2, cos, hypot, pi, sin, sqrt
 from typing import TYPE_CHECKING, NamedTuple
@@ -101,43 +102,76 @@ class OffsetWristArm(SerialArm):
         return (Configuration(present.arm, present.elbow, other),)
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
-        d1, a2, a3, side, d5, d6, right = self.offsets
         arm, elbow, wrist = configuration.signs
-        forward = arm * right
-        x, y, z = px - d6 * ax, py - d6 * ay, pz - d6 * az
+        forward = arm * self.offsets.right
+        shoulder = self._shoulder(T, forward, near[0])
+        if shoulder is None:
+            return None
+        q1, c1, s1 = shoulder
+        q5, q6, *plane = self._wrist(T, c1, s1, wrist, near[5])
+        bars = self._bars(plane, -elbow * forward)
+        return None if bars is None else turned_near((q1, *bars, q5, q6), near)
+
+    def branches(self, T: Transform) -> tuple[Joints | None, ...]:
+        near, found = self._middle, list[Joints | None]()
+        for arm in (1.0, -1.0):
+            forward = arm * self.offsets.right
+            shoulder = self._shoulder(T, forward, near[0])
+            if shoulder is None:
+                found += (None,) * 4
+                continue
+            q1, c1, s1 = shoulder
+            wrists = [self._wrist(T, c1, s1, wrist, near[5]) for wrist in (1.0, -1.0)]
+            for elbow in (1.0, -1.0):
+                for q5, q6, *plane in wrists:
+                    bars = self._bars(plane, -elbow * forward)
+                    found.append(None if bars is None else turned_near((q1, *bars, q5, q6), near))
+        return tuple(found)
+
+    def _shoulder(self, T: Transform, forward: float, rest: float) -> tuple[float, float, float] | None:
+        """Joint 1, its cosine and its sine; `rest` where it may stand anywhere."""
+        _, _, _, side, _, d6, _ = self.offsets
+        x, y = T[3] - d6 * T[2], T[7] - d6 * T[6]
         reach2 = x * x + y * y
         outward2 = reach2 - side * side
-        if outward2 < 0.0:
-            if outward2 < -BOUNDARY:
-                return None
-            outward2 = 0.0
-        outward = forward * sqrt(outward2)
-        if reach2 > SINGULAR * SINGULAR:
-            c1, s1 = (outward * x - side * y) / reach2, (outward * y + side * x) / reach2
-        else:  # joint 1 may stand anywhere: it stays
-            c1, s1 = cos(near[0]), sin(near[0])
-        across = (nx * s1 - ny * c1, sx * s1 - sy * c1)  # n . y, s . y
-        s5 = hypot(*across)
+        if outward2 < -BOUNDARY:
+            return None
+        outward = forward * sqrt(max(outward2, 0.0))
+        if reach2 <= SINGULAR * SINGULAR:
+            return rest, cos(rest), sin(rest)
+        c1, s1 = (outward * x - side * y) / reach2, (outward * y + side * x) / reach2
+        return atan2(s1, c1), c1, s1
+
+    def _wrist(
+        self, T: Transform, c1: float, s1: float, wrist: float, rest: float
+    ) -> tuple[float, float, float, float, float, float]:
+        """Joints 5 and 6; sine and cosine of q2 + q3 + q4; where joint 4 is in the arm's plane, outward and up."""
+        nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
+        d1, _, _, _, d5, d6, _ = self.offsets
+        n, s = nx * s1 - ny * c1, sx * s1 - sy * c1  # n . y, s . y
+        s5 = hypot(n, s)
         c5 = ax * s1 - ay * c1
-        q6 = atan2(-across[1] * wrist, across[0] * wrist) if s5 > SINGULAR else near[5]
-        q5 = atan2(wrist * s5, c5)
-        c6, s6, s5 = cos(q6), sin(q6), wrist * s5
-        u, v, w = c5 * c6, -c5 * s6, -s5  # x axis of frame 4, seen from the flange
-        ex, ey, ez = nx * u + sx * v + ax * w, ny * u + sy * v + ay * w, nz * u + sz * v + az * w
-        lift, level = ez, c1 * ex + s1 * ey
-        h = c1 * x + s1 * y - d5 * lift
-        v = z - d1 + d5 * level
+        q6 = atan2(-s * wrist, n * wrist) if s5 > SINGULAR else rest
+        s5 *= wrist
+        c6, s6 = cos(q6), sin(q6)
+        u, v = c5 * c6, -c5 * s6  # x axis of frame 4 seen from the flange: (u, v, -s5)
+        level = c1 * (nx * u + sx * v - ax * s5) + s1 * (ny * u + sy * v - ay * s5)
+        lift = nz * u + sz * v - az * s5
+        outward = c1 * (px - d6 * ax) + s1 * (py - d6 * ay) - d5 * lift
+        return atan2(s5, c5), q6, lift, level, outward, pz - d6 * az - d1 + d5 * level
+
+    def _bars(self, plane: Sequence[float], fold: float) -> tuple[float, float, float] | None:
+        """Joints 2, 3 and 4, from what `_wrist` says of the plane."""
+        lift, level, h, v = plane
+        _, a2, a3, _, _, _, _ = self.offsets
         k = (h * h + v * v - a2 * a2 - a3 * a3) / (2.0 * a2 * a3)
         if not -1.0 < k < 1.0:
             if not -1.0 - BOUNDARY < k < 1.0 + BOUNDARY:
                 return None
             k = 1.0 if k > 0.0 else -1.0
-        fold = -elbow * forward
         q3 = fold * acos(k)
         q2 = atan2(v, h) - atan2(a3 * fold * sqrt((1.0 - k) * (1.0 + k)), a2 + a3 * k)
-        q4 = atan2(lift, level) - q2 - q3
-        return turned_near((atan2(s1, c1), q2, q3, q4, q5, q6), near)
+        return q2, q3, atan2(lift, level) - q2 - q3
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
         g = self.offsets

@@ -17,7 +17,7 @@ from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.elimination import LOST
 from vrs_cli.kinematics.jacobian import AT_REST
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE
-from vrs_cli.kinematics.serial_arm import Unchanging
+from vrs_cli.kinematics.serial_arm import LEVEL, STRAIGHT, Unchanging
 from vrs_cli.kinematics.spherical_wrist import BOUNDARY, SINGULAR
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose
 from vrs_cli.kinematics.transform_batch import compose_batch, stack
@@ -83,7 +83,14 @@ class SerialBatch:
         """(N, 3, 4) -> (N,): `SerialArm.in_task` by rows."""
         if self.arm.unchanging == Unchanging((), None):
             return np.ones(len(T), dtype=np.bool_)
-        return np.array([self.arm.in_task(Transform._make(row)) for row in T.reshape(-1, 12).tolist()], dtype=np.bool_)
+        places, approach = self.arm.unchanging
+        within = np.ones(len(T), dtype=np.bool_)
+        for i, value in places:
+            within &= np.abs(T[:, i, 3] - value) <= LEVEL
+        if approach is not None:
+            cosine, sine = T[:, :, 2] @ approach, np.linalg.norm(np.cross(T[:, :, 2], approach), axis=1)
+            within &= np.arctan2(sine, cosine) <= STRAIGHT
+        return within
 
     # --- velocities --------------------------------------------------------------------------------------
 
