@@ -1,7 +1,8 @@
 """Kinematics of every kind of robot beside its peers: `python -m benchmarks robots`.
 
-A robot stands for each way of solving: spherical wrist by way of other zeros, offset wrist, parallel axes, and damped
-least squares. EAIK solves six joints only; the Robotics Toolbox solves all of them numerically, one solution from one start.
+A robot stands for each way of solving: spherical wrist by way of other zeros, offset wrist, parallel axes, and
+damped least squares. EAIK solves six joints only; the Robotics Toolbox solves all of them numerically, one solution
+from one start.
 """
 
 from __future__ import annotations

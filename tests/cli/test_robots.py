@@ -74,6 +74,7 @@ def test_json_says_the_unit_of_a_joint_that_slides(vrs: Vrs, tmp_path: Path) -> 
 
 
 def test_a_plot_and_a_table_of_four_joints(vrs: Vrs, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
     (tmp_path / "go.v2").write_text(".PROGRAM go\n  DRIVE 3, 25, 100\n  NEST\n.END\n")
     assert vrs("run", "go.v2", "--robot", "cobra600", "--plot", "go.svg", "--csv", "go.csv").status == 0
     assert "joints [deg/mm]" in (tmp_path / "go.svg").read_text()

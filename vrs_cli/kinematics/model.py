@@ -230,7 +230,7 @@ def _read_urdf(path: Path) -> RobotModel:
     return _from_urdf(_Reader(str(path), human=True), urdf.read(str(path), _text(path, "URDF")), {})
 
 
-_READERS = {".toml": _read_toml, ".urdf": _read_urdf, ".xml": _read_urdf}
+_READERS = {".toml": _read_toml, ".urdf": _read_urdf, ".xml": _read_urdf, ".xacro": _read_urdf}
 
 
 def _text(path: Path, kind: str) -> str:

@@ -80,7 +80,7 @@ def _parsed(file: str, text: str) -> ElementTree.Element:
         raise FileDamaged(f"{file}: {error}", "a robot description is an XML file") from None
     if root.tag != "robot":
         raise FileDamaged(f"{file}: its root is <{root.tag}>", "a URDF file is one <robot> element")
-    if any(str(element.tag).startswith("{http://www.ros.org/wiki/xacro}") for element in root.iter()):
+    if any("/wiki/xacro}" in str(element.tag) for element in root.iter()):
         raise FileDamaged(f"{file}: it holds xacro macros", f"expand it first: xacro {file} > arm.urdf")
     return root
 
