@@ -99,8 +99,18 @@ def test_a_toml_file_adds_what_urdf_has_not(tmp_path: Path) -> None:
     assert arm_for(model).forward((0.0, 0.0, 0.0)).py == pytest.approx(1.0)  # the lens, a metre along X of link three
 
 
+def six_joints(rows: list[tuple[str, str, str]]) -> str:
+    """Origins and axes one after the other."""
+    joints = "".join(
+        f'<joint name="j{i}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/>'
+        f'<origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="{axis}"/><limit lower="-6" upper="6" velocity="3"/></joint>'
+        for i, (xyz, rpy, axis) in enumerate(rows)
+    )
+    return f'<robot name="six">{joints}</robot>'
+
+
 def test_axes_that_lie_like_a_pumas_are_solved_in_closed_form(tmp_path: Path) -> None:
-    rows = [
+    lines = [
         ("0 0 0.3", "0 0 1"),
         ("0.1 0 0.2", "0 1 0"),
         ("0 0 0.5", "0 1 0"),
@@ -108,14 +118,24 @@ def test_axes_that_lie_like_a_pumas_are_solved_in_closed_form(tmp_path: Path) ->
         ("0.3 0 0", "0 1 0"),
         ("0.1 0 0", "1 0 0"),
     ]
-    joints = "".join(
-        f'<joint name="j{i}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/><origin xyz="{xyz}"/>'
-        f'<axis xyz="{axis}"/><limit lower="-2.5" upper="2.6" velocity="2"/></joint>'
-        for i, (xyz, axis) in enumerate(rows)
-    )
-    arm = arm_for(load_robot(written(tmp_path, f'<robot name="six">{joints}</robot>')))
+    arm = arm_for(load_robot(written(tmp_path, six_joints([(xyz, "0 0 0", axis) for xyz, axis in lines]))))
     assert (arm.ways, arm.method) == (ALL, "closed form, spherical wrist")
     q = (0.3, -0.4, 0.5, 0.6, -0.7, 0.8)
+    assert arm.inverse_branch(arm.forward(q), arm.configuration(q), q) == pytest.approx(q, abs=1e-10)
+
+
+def test_axes_that_lie_like_those_of_a_ur_are_too(tmp_path: Path) -> None:
+    rows = [
+        ("0 0 0.16", "0 0 0", "0 0 1"),
+        ("0 0.14 0", "0 1.570796 0", "0 1 0"),
+        ("0 -0.13 0.43", "0 0 0", "0 1 0"),
+        ("0 0 0.39", "0 1.5708 0", "0 1 0"),
+        ("0 0.13 0", "0 0 0", "0 0 1"),
+        ("0 0 0.1", "0 0 0", "0 1 0"),
+    ]
+    arm = arm_for(load_robot(written(tmp_path, six_joints(rows))))
+    assert (arm.ways, arm.method) == (ALL, "closed form, joints 2 to 4 parallel")
+    q = (0.3, -0.4, 1.5, 0.6, -0.7, 0.8)
     assert arm.inverse_branch(arm.forward(q), arm.configuration(q), q) == pytest.approx(q, abs=1e-10)
 
 

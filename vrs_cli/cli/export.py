@@ -11,7 +11,7 @@ from vrs_cli.cli.recordings import read_recording
 from vrs_cli.files.rates import DEFAULT_RATE
 
 EPILOG = """\
-Columns of csv: t [s], jt1 ... jt6 [deg], x, y, z [mm], o, a, t_angle [deg].
+Columns of csv: t [s], jt1 ... jtn [deg; mm where a joint slides], x, y, z [mm], o, a, t_angle [deg].
 
   vrs export pick.vrst --to csv -o pick.csv --rate 50
   vrs export pick.vrst --to csv | head

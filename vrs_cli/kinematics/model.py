@@ -15,14 +15,16 @@ from functools import cached_property, lru_cache
 from itertools import accumulate
 from math import dist, radians
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
-from vrs_cli.kinematics import urdf
 from vrs_cli.kinematics.axes import EXACT, Line, Link, axis_of, cross, link_transform
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
 from vrs_cli.kinematics.task import Task, usual_task
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, from_oat
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.urdf import UrdfArm
 
 ROBOTS = Path(__file__).parent / "robots"
 NEEDED_POSES = ("ready", "nest")
@@ -223,11 +225,17 @@ def _read_toml(path: Path) -> RobotModel:
     file = path.parent / reader.word(data.pop("urdf"), "urdf")
     table = reader.table(data, "the file", (), URDF_OPTIONS)
     ends = (reader.word(table[key], key) if key in table else None for key in ("urdf_base", "urdf_tip"))
-    return _from_urdf(reader, urdf.read(str(file), _text(file, "URDF"), *ends), table)
+    return _from_urdf(reader, _urdf_arm(file, *ends), table)
 
 
 def _read_urdf(path: Path) -> RobotModel:
-    return _from_urdf(_Reader(str(path), human=True), urdf.read(str(path), _text(path, "URDF")), {})
+    return _from_urdf(_Reader(str(path), human=True), _urdf_arm(path), {})
+
+
+def _urdf_arm(path: Path, base: str | None = None, tip: str | None = None) -> UrdfArm:
+    from vrs_cli.kinematics.urdf import read  # here: it brings an XML parser, which few robots need
+
+    return read(str(path), _text(path, "URDF"), base, tip)
 
 
 _READERS = {".toml": _read_toml, ".urdf": _read_urdf, ".xml": _read_urdf, ".xacro": _read_urdf}
@@ -251,7 +259,7 @@ FULL_ACCELERATION_IN = 0.1  # [s] jerks: full acceleration in this time
 USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg/s]
 
 
-def _from_urdf(reader: _Reader, arm: urdf.UrdfArm, table: Mapping[str, object]) -> RobotModel:
+def _from_urdf(reader: _Reader, arm: UrdfArm, table: Mapping[str, object]) -> RobotModel:
     """The arm of a URDF file with the figures that it has not: those of the TOML file, else our usual ones."""
     own = reader.own_joints(table.get("joints", []), [joint.name for joint in arm.joints])
     joints = [

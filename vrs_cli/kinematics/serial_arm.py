@@ -19,7 +19,7 @@ from vrs_cli.errors import (
     StraightLineSingular,
 )
 from vrs_cli.kinematics.axes import along, axis_of, cross, dot, from_to
-from vrs_cli.kinematics.compiled import formulas
+from vrs_cli.kinematics.compiled import Formulas, formulas
 from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.elimination import solve
 from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, bias_of
@@ -79,11 +79,16 @@ class SerialArm:
 
     def __init__(self, model: RobotModel) -> None:
         self.model = model
-        written = formulas(model.links, model.base, model.flange)
-        self.forward = cast(Callable[[Joints], Transform], written.forward)
-        self._jacobian = written.jacobian
         self._limits = tuple(zip(model.lower, model.upper, strict=True))
         self.turning = tuple(link.kind is JointKind.REVOLUTE for link in model.links)
+
+    @cached_property
+    def forward(self) -> Callable[[Joints], Transform]:  # a function by itself: read once, called often
+        return cast(Callable[[Joints], Transform], self._formulas.forward)
+
+    @cached_property
+    def _formulas(self) -> Formulas:
+        return formulas(self.model.links, self.model.base, self.model.flange)
 
     def frames(self, q: Joints) -> tuple[Transform, ...]:
         return link_frames(self.model, q)
@@ -307,7 +312,7 @@ class SerialArm:
     # --- velocities --------------------------------------------------------------------------------------
 
     def jacobian(self, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
-        return cast(Jacobian, self._jacobian(q, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11]))
+        return cast(Jacobian, self._formulas.jacobian(q, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11]))
 
     def twist(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
         rows = self.jacobian(q, T_flange_tool)

@@ -209,7 +209,7 @@ _POSITIONS = (
         "DECOMPOSE",
         (Argument("element", Shape.REAL_VARIABLE),),
         Route.POSITION,
-        "put the six numbers of a location into six elements of an array",
+        "put the six numbers of a location, or all joints, into elements of an array",
         "DECOMPOSE x[1] = part",
         "2 +",
         value=Argument("value", Shape.PLACE),
