@@ -53,7 +53,7 @@ def figures(model: RobotModel, peers: Peers) -> list[Figure]:
     searched = len(arm.ways) == 1
     many = np.random.default_rng(7).uniform(model.lower, model.upper, (FEW if searched else MANY, model.joint_count))
     poses = arm.forward_batch(many)
-    ways = "from 41 starts" if searched else f"{len(arm.ways)} branches"
+    ways = "a search" if searched else f"{len(arm.ways)} branches"
     return [
         Figure("forward, one pose", each(arm.forward, q, rounds=ROUNDS), "", beside("forward", *theirs)),
         Figure(f"inverse, {ways}", each(arm.branches, T, rounds=1), "", beside("inverse", *theirs)),
@@ -62,7 +62,7 @@ def figures(model: RobotModel, peers: Peers) -> list[Figure]:
         Figure("joint velocity", each(arm.joint_velocity, q, [arm.twist(row, row) for row in q], rounds=1)),
         Figure("many poses, per pose: forward", at_once(lambda: arm.forward_batch(many), len(many))),
         Figure(
-            f"- inverse, {'the first start that serves' if searched else ways}",
+            f"- inverse, {ways}",
             at_once(lambda: arm.inverse_batch(poses), len(many)),
             "",
             beside("inverse many", *theirs),

@@ -14,6 +14,7 @@ from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.configuration import ALL, NONE
 from vrs_cli.kinematics.model import ROBOTS, Link, from_dict, load_robot, robot_names, to_dict
+from vrs_cli.kinematics.transform import compose, rotation_z, translation
 
 PUMA = load_robot("puma560")
 TEXT = (ROBOTS / "puma560.toml").read_text(encoding="utf-8")
@@ -101,6 +102,43 @@ def test_damage_is_said_with_file_and_key(tmp_path: Path, old: str, new: str, me
     file.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(FileDamaged, match=re.escape(str(file)) + ".*" + message):
         load_robot(file)
+
+
+def test_frames_at_both_ends_and_zeros_of_joints(tmp_path: Path) -> None:
+    file = tmp_path / "raised.toml"
+    ends = "base = [0, 0, 500, 90, -90, 0]\nflange = [0, 0, 20, 90, -90, 90]\n\n"
+    text = TEXT.replace("[[joints]]\n", ends + "[[joints]]\n", 1).replace("a = 431.8", "theta = -90\na = 431.8")
+    file.write_text(text, encoding="utf-8")
+    raised, q = arm_for(load_robot(file)), (0.1, 0.2, 1.5, 0.3, 0.5, -0.2)
+    as_puma = (q[0], q[1] - pi / 2, *q[2:])
+    expected = compose(translation(0.0, 0.0, 0.5), arm_for(PUMA).forward(as_puma))
+    expected = compose(expected, compose(translation(0.0, 0.0, 0.02), rotation_z(pi / 2)))
+    assert raised.forward(q) == pytest.approx(expected, abs=1e-12)
+    assert raised.configuration(q) is arm_for(PUMA).configuration(as_puma)
+    assert raised.inverse_branch(expected, raised.configuration(q), q) == pytest.approx(q, abs=1e-12)
+    assert from_dict(to_dict(raised.model)) == raised.model
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[[joints]]", "base = [1, 2]\n[[joints]]", r"base: is not a list of 6 numbers \(give X, Y, Z, O, A, T"),
+        ("a = 0.0", 'kind = "bent"\na = 0.0', r"joint 1: kind is 'bent' \(write \"revolute\" or \"prismatic\""),
+        ("[[joints]]", "task = 6\n[[joints]]", r"task: 6 is none"),
+    ],
+)
+def test_damage_of_what_may_be_left_out(tmp_path: Path, old: str, new: str, message: str) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(FileDamaged, match=message):
+        load_robot(file)
+
+
+def test_one_joint_is_no_arm() -> None:
+    data = to_dict(PUMA)
+    one = {**data, "joints": data["joints"][:1], "poses": {"ready": [0.0], "nest": [0.0]}}
+    with pytest.raises(FileDamaged, match=r"there is one joint \(an arm has two at least"):
+        from_dict(one)
 
 
 def test_damage_in_plain_data_is_said_in_metres() -> None:

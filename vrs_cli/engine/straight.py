@@ -43,9 +43,14 @@ def straight_segments(
         except MotionError as error:
             failure = failure or error
     assert failure is not None
-    if state.at_rest and min(arm.singularity(joints.joints)) < NEARLY_SINGULAR:
-        failure.hint = "the line starts in a singular pose, as READY is: MOVE away from it first"
+    if state.at_rest and _nearly_singular(arm, joints.joints):
+        as_ready = ", as READY is" if _nearly_singular(arm, arm.model.poses["ready"]) else ""
+        failure.hint = f"the line starts in a singular pose{as_ready}: MOVE away from it first"
     raise failure
+
+
+def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
+    return min(arm.singularity(joints)) < NEARLY_SINGULAR
 
 
 def _configurations(arm: RobotArm, joints: Joints) -> Iterator[Configuration]:

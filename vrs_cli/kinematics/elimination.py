@@ -15,14 +15,14 @@ def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[flo
     None where an equation asks for what no unknown can give.
     """
     if len(rows) == len(rows[0]):
-        x = _square(rows, wanted)
+        x = square(rows, wanted)
         if x is not None:
             return x
     return _any(rows, wanted)
 
 
-def _square(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
-    """As many equations as unknowns, by elimination with partial pivoting; None near a singular matrix."""
+def square(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
+    """`solve` for as many equations as unknowns, by elimination with partial pivoting; None near a singular matrix."""
     table = [[*row, value] for row, value in zip(rows, wanted, strict=True)]
     n = len(table)
     for k in range(n):

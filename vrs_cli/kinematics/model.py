@@ -387,6 +387,8 @@ class _Reader:
             found = usual_task(model.units.kinds, parallel=axes_parallel(model), steady=_steady(model))
             if found is None:
                 words = ", ".join(f'"{task.value}"' for task in Task if task.suits(model.joint_count))
+                if not words:
+                    raise self.wrong("joints", "there is one joint", "an arm has two at least")
                 raise self.wrong("task", f"{model.joint_count} joints do not say it", f"give one of {words}")
             return found
         task = next((task for task in Task if task.value == value), None)

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
-from vrs_cli.kinematics.elimination import determinant, solve
+from vrs_cli.kinematics.elimination import determinant, solve, square
 from vrs_cli.kinematics.jacobian import Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
@@ -37,6 +37,7 @@ CONVERGED = 1e-10  # [m, rad] an error that is none
 STEPS = 60  # of one search
 LARGEST_STEP = 0.5  # [rad, m] of a joint
 LEAST_DAMPING = 1e-13
+NEWTON = 1e-3  # [m2, rad2] with less damping the step is Newton's, which costs half
 STARTS = 40  # beside the middle of the ranges
 ENOUGH = 3  # solutions among which the nearest is taken
 SEED = 560
@@ -189,7 +190,9 @@ class NumericArm(SerialArm):
         damping = 0.5 * sum([e * e for e in error]) + LEAST_DAMPING
         free = list(free)
         while True:
-            part = _damped([[row[i] for i in free] for row in rows], error, damping)
+            J = [[row[i] for i in free] for row in rows]
+            newton = square(J, error) if len(free) == len(J) and damping < NEWTON else None
+            part = newton or _damped(J, error, damping)
             pushed = [i for i, dx in zip(free, part, strict=True) if bounded and self._leaves(i, q[i], dx)]
             if not pushed:
                 break
