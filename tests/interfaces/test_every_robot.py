@@ -7,11 +7,12 @@ from math import radians
 from pathlib import Path
 from random import Random
 
+import numpy as np
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.position import position_at
+from vrs_cli.engine.position import position_at, positions_at
 from vrs_cli.errors import IllegalJoint, IllegalValue, NotAvailable, VrsError
 from vrs_cli.files.exports import EXPORTERS, export
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
@@ -198,6 +199,12 @@ def test_the_trajectory_is_saved_read_and_exported(session: Session, tmp_path: P
     recording = read_trajectory(path)
     assert recording.model == engine.model
     assert recording.timeline == engine.timeline
+    times = np.linspace(-0.1, engine.end + 0.1, 50)
+    over = positions_at(engine.arm, engine.timeline, times)
+    for t, q, v in zip(times.tolist(), over.joints, over.velocity, strict=True):
+        at = engine.position(t)
+        assert q == pytest.approx(at.joints, abs=1e-8)
+        assert v == pytest.approx(at.velocity, abs=1e-6)
     mid = engine.end * 0.9
     assert position_at(engine.arm, recording.timeline, mid) == engine.position(mid)
     stream = io.BytesIO()
@@ -207,6 +214,14 @@ def test_the_trajectory_is_saved_read_and_exported(session: Session, tmp_path: P
     assert header.split(",")[1 : count + 1] == [f"jt{i}" for i in range(1, count + 1)]
     start = engine.model.units.shown(engine.position(0.0).joints)
     assert [float(x) for x in first.split(",")[1 : count + 1]] == pytest.approx(start, abs=1e-8)
+
+
+def test_inrange_has_bits_for_joints_beyond_the_sixth() -> None:
+    session = Session(RecordingTerminal(), load_robot(URDF / "seven.urdf"))
+    for joint, bit in ((1, 1), (6, 32), (7, 256)):
+        numbers = ", ".join("300" if i == joint else "0" for i in range(1, 8))
+        session.perform(f"x = INRANGE(#PPOINT({numbers}))")
+        assert session.environment.reference("x").value() == bit
 
 
 def test_a_sliding_joint_is_in_millimetres_and_a_turning_one_in_degrees() -> None:

@@ -222,6 +222,14 @@ def test_entities_are_not_expanded(tmp_path: Path) -> None:
         load_robot(written(tmp_path, bomb))
 
 
+def test_a_task_that_is_not_the_usual_one_is_kept_in_plain_data() -> None:
+    gantry = load_robot(URDF / "gantry.urdf")
+    assert gantry.task is Task.UPRIGHT
+    for task in (Task.POSE, Task.POSITION):
+        asked = from_dict({**to_dict(gantry), "task": task.value})
+        assert from_dict(to_dict(asked)).task is asked.task is task
+
+
 def test_every_sample_file_loads() -> None:
     counts = {path.stem: load_robot(path).joint_count for path in URDF.glob("*.urdf")}
     assert counts == {"seven": 7, "crooked": 6, "five": 5, "gantry": 4}

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.kinematics.axes import EXACT, Line, Link, axis_of, cross, link_transform
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
-from vrs_cli.kinematics.task import Task, usual_task
+from vrs_cli.kinematics.task import ALL_PARTS, Task, usual_task
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, from_oat
 
 if TYPE_CHECKING:
@@ -179,7 +179,8 @@ def _link_to_dict(link: Link) -> dict[str, Any]:
 
 def _unless_usual(model: RobotModel) -> dict[str, Any]:
     frames = {key: list(T) for key in ("base", "flange") if (T := getattr(model, key)) != IDENTITY}
-    return frames if model.task is Task.POSE else {**frames, "task": model.task.value}
+    usual = model.task is Task.POSE and model.joint_count >= ALL_PARTS
+    return frames if usual else {**frames, "task": model.task.value}
 
 
 def from_dict(data: object, where: str = "robot model") -> RobotModel:

@@ -84,7 +84,7 @@ _MOTIONS = (
     _motion(
         "DRIVE",
         (real("joint"), real("change"), real("speed", optional=True)),
-        "turn one joint by so many degrees, at a percentage of full speed",
+        "turn one joint by so many degrees, or slide it by mm, at a percentage of full speed",
         "DRIVE 1, -30, 50",
     ),
     _motion("READY", (), "motion to the ready position, arm straight up", "READY"),
