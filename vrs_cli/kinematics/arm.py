@@ -44,7 +44,7 @@ class RobotArm(Protocol):
         """T_base_flange."""
 
     def frames(self, q: Joints) -> tuple[Transform, ...]:
-        """T_base_0, T_base_1 ... T_base_flange: n + 1 frames, to draw the links; joint i moves along z of frame i - 1."""
+        """T_base_0, T_base_1 ... T_base_flange: n + 1 frames, to draw the links."""
 
     @property
     def ways(self) -> tuple[Configuration, ...]:
