@@ -171,3 +171,9 @@ def test_a_figure_beyond_every_robot_is_called_too_large(tmp_path: Path, value: 
     file.write_text(TEXT.replace("max_velocity = 82.0", f"max_velocity = {value}", 1), encoding="utf-8")
     with pytest.raises(FileDamaged, match=r"joint 1: max_velocity: .* is too large \(give less than 1e\+09 deg/s\)"):
         load_robot(file)
+
+
+def test_links_without_a_closed_form_are_an_arm_all_the_same(tmp_path: Path) -> None:
+    path = tmp_path / "bent.toml"
+    path.write_text(TEXT.replace("alpha = 90.0", "alpha = 80.0"))
+    assert arm_for(load_robot(path)).method == "damped least squares within the limits"
