@@ -5,6 +5,7 @@
     ```vrs new          begun afresh here
     ```val2 FILE.v2     a file that the examples after it read; without a name a piece of a program, which is checked
     ```toml FILE.toml   the same for a robot
+    ```xml FILE.urdf    the same for a robot of URDF
     ```sh               commands that .ci/run takes from the page
     ```text             formulas and other things that nothing prints
 
@@ -241,6 +242,10 @@ class Reader:
         except tomllib.TOMLDecodeError as error:
             yield f"{block.where}: {error}\n"
 
+    def described_robot(self, block: Block) -> Iterator[str]:
+        Path(block.argument).write_text(block.text, encoding="utf-8")
+        return iter(())
+
     def nothing_to_run(self, _block: Block) -> Iterator[str]:
         return iter(())
 
@@ -250,6 +255,7 @@ LANGUAGES: Mapping[str, Callable[[Reader, Block], Iterator[str]]] = {
     "vrs": Reader.session,
     "val2": Reader.program_file,
     "toml": Reader.robot_file,
+    "xml": Reader.described_robot,
     "sh": Reader.nothing_to_run,
     "text": Reader.nothing_to_run,
 }

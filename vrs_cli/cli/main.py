@@ -32,6 +32,7 @@ SUBCOMMANDS: Mapping[str, Row] = {
     "run": Row("run", "FILE.v2 [PROGRAM]", "load a file and execute a program of it"),
     "check": Row("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
     "fmt": Row("fmt", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
+    "robots": Row("robots", "[NAME|FILE]", "the robots that there are, or all about one"),
     "lsp": Row("lsp", "", "the language server, which editors start"),
     "where": Row("where", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
     "replay": Row("replay", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),
@@ -43,7 +44,7 @@ FILE_COMMANDS: Mapping[str, str] = {".v2": "run", ".pg": "run", ".vrst": "replay
 HELP = """\
 usage: vrs [SUBCOMMAND] [ARGUMENTS]
 
-A VAL-II shell and batch runner for a virtual PUMA 560.
+A VAL-II shell and batch runner for a virtual PUMA 560 and other robots.
 
 {rows}
 

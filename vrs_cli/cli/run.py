@@ -53,7 +53,9 @@ def _parser(prog: str) -> Parser:
     parser.add_argument("file", metavar="FILE.v2", help="a program file (- is standard input)")
     parser.add_argument("program", metavar="PROGRAM", nargs="?", help="the program; default: the first of the file")
     parser.add_argument("--cycles", metavar="N", type=_cycles, default=1, help="how often; negative: without end")
-    parser.add_argument("--robot", metavar="NAME|FILE", default="puma560", help="a robot's name, or its TOML file")
+    parser.add_argument(
+        "--robot", metavar="NAME|FILE", default="puma560", help="a robot's name (vrs robots), or its TOML or URDF file"
+    )
     parser.add_argument(
         "--max-time", metavar="S", type=positive, help="stop after S seconds of the robot's time (default: a day)"
     )

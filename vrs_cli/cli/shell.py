@@ -29,5 +29,5 @@ def _parser(prog: str) -> Parser:
     parser.add_argument(
         "--save", metavar="T.vrst", help="record every motion in a file; go on with it if it is there already"
     )
-    parser.add_argument("--robot", metavar="NAME|FILE", help="a robot's name, or its TOML file")
+    parser.add_argument("--robot", metavar="NAME|FILE", help="a robot's name (vrs robots), or its TOML or URDF file")
     return parser

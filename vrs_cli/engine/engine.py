@@ -44,6 +44,7 @@ from vrs_cli.engine.position import Position, destination_at, joints_at, positio
 from vrs_cli.engine.targets import Situation, check_near, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
+    NotAvailable,
     PowerOff,
 )
 from vrs_cli.kinematics.arm import RobotArm, arm_for
@@ -403,6 +404,10 @@ class Engine:
         self.parameters.acceleration = slower / FULL_SPEED
 
     def _set_configuration(self, request: SetConfiguration) -> None:
+        if request.flag not in self.arm.words:
+            known = ", ".join(flag.name for flag in self.arm.words)
+            has = f"it has {known}" if known else "it has no configuration words"
+            raise NotAvailable(f"{request.flag.name}: {self.model.title} has no such configuration", has)
         self.parameters.asked.say(request.flag)
 
     def _set_mode(self, request: SetMode) -> None:
@@ -410,6 +415,7 @@ class Engine:
 
     def _set_tool(self, request: SetTool) -> None:
         check_near(request.T_flange_tool, "TOOL")
+        self.arm.check_tool(request.T_flange_tool)
         self._set_frames(replace(self._frames_at_rest(), tool=request.T_flange_tool), "TOOL")
 
     def _set_base(self, request: SetBase) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import degrees, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, StraightLineSingular
@@ -26,7 +26,6 @@ JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
 JUMP = 2e-3  # [rad] at most, beyond what the velocities of two neighbours explain
 STILL = 1e-9  # [m/s, rad/s] a tool that stands
-SEED_STEP = 1.0  # [rad] between neighbouring seeds: far less than the half turn that would confuse them
 MARGIN = 1.01  # velocities are taken so much higher than the samples show, for what lies between them
 SMALL_MARGIN = 1.0005
 ROUNDING = 1e-6  # a velocity that is this little above its limit is at it
@@ -136,7 +135,7 @@ class Follower:
         if max(jumps) > JUMP:
             raise StraightLineSingular(
                 f"near {shown_place(path.pose(b.s))} joint {jumps.index(max(jumps)) + 1} would have to jump by "
-                f"{degrees(max(jumps)):.1f} deg",
+                f"{self.arm.model.said(jumps.index(max(jumps)) + 1, max(jumps), 1)}",
                 "use MOVE there, or a via point farther from the singularity",
             )
 
@@ -157,11 +156,10 @@ class Follower:
     def _outside(self, joints: Joints, pose: Transform) -> JointOutOfRange:
         model = self.arm.model
         joint = joints_outside(joints, model.lower, model.upper)[0]
-        i = joint - 1
         return JointOutOfRange(
             joint,
-            f"the straight line needs {degrees(joints[i]):.1f} deg near {shown_place(pose)}, "
-            f"its range is {degrees(model.lower[i]):.0f} to {degrees(model.upper[i]):.0f}",
+            f"the straight line needs {model.said(joint, joints[joint - 1], 1)} near {shown_place(pose)}, "
+            f"its range is {model.range_of(joint, 0)}",
             "use MOVE, or another configuration",
         )
 
@@ -283,10 +281,10 @@ def _carried_on(near: tuple[float, Joints], far: tuple[float, Joints], s: float)
     return tuple([a + part * (a - b) for a, b in zip(near[1], far[1], strict=True)])
 
 
-def seeds_of(samples: list[Sample]) -> tuple[Joints, ...]:
-    """Joints at equal intervals from the first sample to the last, so many that neighbours are near each other."""
+def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
+    """Joints at equal intervals from the first sample to the last, so many that neighbours are near: within `step`."""
     travelled = sum(largest_change(a.joints, b.joints) for a, b in pairwise(samples))
-    count = 1 if travelled < SEED_STEP else 2 * (int(travelled / SEED_STEP) + 1)
+    count = 1 if travelled < step else 2 * (int(travelled / step) + 1)
     seeds = []
     at = 0
     for k in range(count + 1):

@@ -11,13 +11,13 @@ from collections.abc import Iterator
 from vrs_cli.engine.following import ROUNDING, Follower, Load, Sample, seeds_of, shown_place
 from vrs_cli.errors import MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import Configuration, Wrist
+from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import at_position, position
 from vrs_cli.trajectory.blend import JointState, ToolLimits, ToolState, ToolStretch, straight_motion
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import CartesianPath, Segment, Turn
 
-WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP meet
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
 SPARE = 1.001  # a line is slowed so much more than it must be, to be done with it
 SAME_VELOCITY = 5e-7  # [rad/s] two joint velocities that are one
@@ -43,18 +43,25 @@ def straight_segments(
         except MotionError as error:
             failure = failure or error
     assert failure is not None
-    if state.at_rest and min(arm.singularity(joints.joints)) < NEARLY_SINGULAR:
-        failure.hint = "the line starts in a singular pose, as READY is: MOVE away from it first"
+    if state.at_rest and _nearly_singular(arm, joints.joints):
+        as_ready = ", as READY is" if _nearly_singular(arm, arm.model.poses["ready"]) else ""
+        failure.hint = f"the line starts in a singular pose{as_ready}: MOVE away from it first"
     raise failure
 
 
+def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
+    return min(arm.singularity(joints)) < NEARLY_SINGULAR
+
+
 def _configurations(arm: RobotArm, joints: Joints) -> Iterator[Configuration]:
-    """The configuration of the arm; at a straight wrist, where both hold, the other wrist too."""
-    present = arm.configuration(joints)
-    yield present
-    if abs(joints[4]) < WRIST_SINGULAR:
-        other = Wrist.FLIP if present.wrist is Wrist.NOFLIP else Wrist.NOFLIP
-        yield Configuration(present.arm, present.elbow, other)
+    """The configuration of the arm; where two hold, as at a straight wrist, the other too."""
+    yield arm.configuration(joints)
+    yield from arm.twins(joints)
+
+
+def _counted(arm: RobotArm, state: ToolState) -> ToolState:
+    """The state of the tool without the turn of an arm whose tool turns as the joints have it: no line asks for one."""
+    return state if arm.model.task.turns else ToolState(state.pose, state.velocity, (0.0, 0.0, 0.0))
 
 
 def tool_limits(arm: RobotArm, motion: Motion) -> ToolLimits:
@@ -80,8 +87,8 @@ class _Line:
         configuration: Configuration,
         slowest: float,
     ) -> None:
-        self.state, self.joints, self.motion = state, joints, motion
-        self.configuration, self.slowest = configuration, slowest
+        self.state, self.joints, self.motion = _counted(arm, state), joints, motion
+        self.arm, self.configuration, self.slowest = arm, configuration, slowest
         self.limits, self.least = tool_limits(arm, motion), motion.duration
         self.follower = Follower(arm, configuration, motion.frames.tool)
 
@@ -117,8 +124,11 @@ class _Line:
         return self._laid(stretches, seeds, start)
 
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
-        assert self.motion.pose is not None
-        return straight_motion(self.state, self.motion.pose, limits, self.least)
+        goal = self.motion.pose
+        assert goal is not None
+        if not self.arm.model.task.turns:
+            goal = at_position(self.state.pose, *position(goal))
+        return straight_motion(self.state, goal, limits, self.least)
 
     def _follow(self, stretches: list[ToolStretch]) -> tuple[list[Seeds], Load]:
         """The joints of each stretch, and the greatest load on a joint."""
@@ -130,7 +140,7 @@ class _Line:
             if started is None:
                 started = self._started(samples[0])
             load = load.worse(self.follower.load(path, samples, started))
-            seeds.append(seeds_of(samples))
+            seeds.append(seeds_of(samples, self.arm.seed_step))
             near = samples[-1].joints
         return seeds, load
 

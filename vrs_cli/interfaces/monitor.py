@@ -72,7 +72,7 @@ from vrs_cli.interfaces.replies import (
     WhereaboutsTable,
 )
 from vrs_cli.interfaces.session import Dialogue
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.analyzer import is_reserved
 from vrs_cli.language.ast import (
@@ -189,18 +189,18 @@ DEFAULT_ROWS = 10
 
 def _where(session: Session, it: Instruction) -> Iterator[Reply]:
     _only_robot(session, it, 0)
-    engine, at = session.engine, it.modifiers
+    engine, at, units = session.engine, it.modifiers, session.environment.units
     over_time = any(_argument(it, index) is not None for index in (1, 2, 3))
     if over_time and (at.at is not None or at.within is not None):
         raise UsageError("AT and FROM do not go together", "WHERE AT t, or WHERE FROM t1 TO t2 STEP dt")
     if at.at is not None:
-        yield Whereabouts(engine.position(_real(session, at.at)), stamped=True)
+        yield Whereabouts(engine.position(_real(session, at.at)), stamped=True, units=units)
     elif at.within is not None:
-        yield Whereabouts(engine.position(engine.now + _real(session, at.within)), stamped=True)
+        yield Whereabouts(engine.position(engine.now + _real(session, at.within)), stamped=True, units=units)
     elif over_time:
-        yield WhereaboutsTable(tuple(engine.position(t) for t in _times(session, it)))
+        yield WhereaboutsTable(tuple(engine.position(t) for t in _times(session, it)), units)
     else:
-        yield Whereabouts(engine.position())
+        yield Whereabouts(engine.position(), units=units)
 
 
 def _only_robot(session: Session, it: Instruction, index: int) -> None:
@@ -246,7 +246,7 @@ def _teach(session: Session, it: Instruction) -> Iterator[Reply]:
     name = next_in_series(session, expression)
     session.do(replace(it, word="HERE", arguments=(name,)))
     reference = _defined_by(session, replace(it, arguments=(name,)))
-    yield _one_location(reference.name, cast("Transform | Joints", reference.value()))
+    yield _one_location(session, reference.name, cast("Transform | Joints", reference.value()))
 
 
 def next_in_series(session: Session, first: Variable) -> Variable:
@@ -281,11 +281,11 @@ def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
     if not isinstance(terminal, Dialogue):
         if not reference.defined():
             raise UndefinedValue(reference.name, f"POINT {reference.name} = location gives it one")
-        yield _one_location(reference.name, cast("Transform | Joints", reference.value()))
+        yield _one_location(session, reference.name, cast("Transform | Joints", reference.value()))
         return
     value = _present(session, reference)
     while True:
-        yield _one_location(reference.name, value)
+        yield _one_location(session, reference.name, value)
         answer = terminal.change("Change?")
         if answer is None:
             yield Message(f"{reference.name} is left as it was")
@@ -295,7 +295,7 @@ def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
             reference.assign(value)
             return
         try:
-            value = changed(value, answer)
+            value = changed(value, answer, session.environment.units)
         except VrsError as error:
             yield Message(str(error), Tone.ERROR)
 
@@ -315,9 +315,9 @@ def _present(session: Session, reference: Reference) -> Transform | Joints:
     return (0.0,) * session.engine.model.joint_count if reference.cells.kind is Kind.PRECISION else IDENTITY
 
 
-def changed(value: Transform | Joints, answer: str) -> Transform | Joints:
+def changed(value: Transform | Joints, answer: str, units: JointUnits = TURNING) -> Transform | Joints:
     """A location with the numbers that were typed; commas skip those that stay. Raises IllegalValue."""
-    numbers = list(numbers_of(value))
+    numbers = list(numbers_of(value, units))
     fields = answer.split(",")
     if len(fields) > len(numbers):
         raise IllegalValue(f"{len(fields)} numbers", f"at most {len(numbers)}, commas between them")
@@ -327,21 +327,21 @@ def changed(value: Transform | Joints, answer: str) -> Transform | Joints:
             if number is None:
                 raise IllegalValue(field.strip(), "numbers with commas between them; ,,50 changes the third alone")
             numbers[i] = number
-    return transformation(numbers) if isinstance(value, Transform) else precision_point(numbers)
+    return transformation(numbers) if isinstance(value, Transform) else precision_point(numbers, units)
 
 
-def _one_location(name: str, value: Transform | Joints) -> LocationTable:
-    return LocationTable((NamedLocation(name, value),))
+def _one_location(session: Session, name: str, value: Transform | Joints) -> LocationTable:
+    return LocationTable((NamedLocation(name, value),), session.environment.units)
 
 
 def _tool(session: Session, it: Instruction) -> Iterator[Reply]:
     session.do(it)
-    yield _one_location("TOOL", session.engine.frames.tool)
+    yield _one_location(session, "TOOL", session.engine.frames.tool)
 
 
 def _base(session: Session, it: Instruction) -> Iterator[Reply]:
     session.do(it)
-    yield _one_location("BASE", session.engine.frames.base)
+    yield _one_location(session, "BASE", session.engine.frames.base)
 
 
 # --- listings of variables -----------------------------------------------------------------------------------------
@@ -349,7 +349,8 @@ def _base(session: Session, it: Instruction) -> Iterator[Reply]:
 
 def _listl(session: Session, it: Instruction) -> Iterator[Reply]:
     rows = _rows(session, it, (Kind.LOCATION, Kind.PRECISION), "LISTR lists reals, LISTS strings")
-    yield LocationTable(tuple(NamedLocation(name, cast("Transform | Joints", value)) for name, value in rows))
+    named = tuple(NamedLocation(name, cast("Transform | Joints", value)) for name, value in rows)
+    yield LocationTable(named, session.environment.units)
 
 
 def _listr(session: Session, it: Instruction) -> Iterator[Reply]:
@@ -946,16 +947,17 @@ def _watch(session: Session, it: Instruction) -> Iterator[Reply]:
         watches.clear()
         yield Message("Nothing is watched")
         return
-    watch = Watch(_shown(expression), _sight(session, expression), _value_text)
+    units = session.environment.units
+    watch = Watch(_shown(expression), _sight(session, expression), lambda value: _value_text(value, units))
     watch.changed()
     watches.append(watch)
     yield Message(f"Programs stop when {watch.text} changes")
 
 
-def _value_text(value: Value) -> str:
+def _value_text(value: Value, units: JointUnits) -> str:
     if isinstance(value, str):
         return f'"{value}"'
-    numbers = (value,) if isinstance(value, float) else numbers_of(value)
+    numbers = (value,) if isinstance(value, float) else numbers_of(value, units)
     return ", ".join(plain(round(number, 3)) for number in numbers)
 
 

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from vrs_cli.kinematics.joints import TURNING, JointUnits
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -81,6 +83,7 @@ class Whereabouts:
 
     position: Position
     stamped: bool = False
+    units: JointUnits = TURNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +91,7 @@ class WhereaboutsTable:
     """WHERE FROM t1 TO t2 STEP dt."""
 
     positions: tuple[Position, ...]
+    units: JointUnits = TURNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +107,7 @@ class LocationTable:
     """LISTL, HERE, POINT, TOOL, BASE."""
 
     rows: tuple[NamedLocation, ...]
+    units: JointUnits = TURNING
 
 
 @dataclass(frozen=True, slots=True)

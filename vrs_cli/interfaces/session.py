@@ -97,7 +97,7 @@ class Session:
         self.terminal = terminal
         self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
         self.branches = Branches(self.engine)
-        self.environment = Environment()
+        self.environment = Environment(units=self.engine.model.units)
         self.robot = Readings(self.engine)
         self.bounds = bounds
         self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder)

@@ -16,7 +16,7 @@ def toolbar(session: Session | None, last: str, width: int) -> str:
     if session is None:
         return " one moment: the robot is being made ready"[:width]
     text = ""
-    for part in _state(session):
+    for part in filter(None, _state(session)):
         longer = f"{text}{GAP}{part}" if text else f" {part}"
         if len(longer) <= width:
             text = longer
