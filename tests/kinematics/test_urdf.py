@@ -156,7 +156,8 @@ def test_axes_that_lie_like_those_of_a_ur_are_too(tmp_path: Path) -> None:
         ('rpy="0 0 1.5708"', 'rpy="0 0 pi"', r"joint lean: origin rpy is '0 0 pi'"),
         ('xyz="0 -1 0"', 'xyz="0 0 0"', r"joint lean: axis xyz is 0 0 0"),
         ('lower="-1"', 'lower="3"', r"joint lean: limit: lower 3 is not below upper 2"),
-        ('lower="-1"', 'lower="nan"', r"joint lean: limit lower is 'nan' \(give a number\)"),
+        ('rpy="0 0 1.5708"', 'rpy="0 0 1e308"', r"joint lean: origin rpy is '0 0 1e308'"),
+        ('lower="-1"', 'lower="nan"', r"joint lean: limit lower is 'nan' \(give a number below 1e\+06\)"),
         ('lower="-1" ', "", r"joint lean: limit has no lower"),
         (
             '<limit lower="-1" upper="2" velocity="3" effort="7"/>',

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isfinite, pi, sqrt
+from math import pi, sqrt
 from xml.etree import ElementTree
 
 from vrs_cli.errors import FileDamaged
@@ -28,6 +28,7 @@ from vrs_cli.kinematics.transform import (
 )
 
 LARGEST = 20_000_000  # characters: no arm is described by more
+HUGE = 1e6  # [m, rad] no figure of an arm; keeps infinity and NaN out as well
 MOST_JOINTS = 1000  # of a file, and of the way from base to tip
 WHOLE_TURNS = 2 * pi  # [rad] a continuous joint, which has no limits, is given one turn each way
 USUAL_VELOCITY = {JointKind.REVOLUTE: pi / 2, JointKind.PRISMATIC: 0.25}  # [rad/s, m/s] where none is given
@@ -222,8 +223,8 @@ class _File:
             values = tuple(map(float, text.split()))
         except ValueError:
             values = ()
-        if len(values) != count or not all(map(isfinite, values)):
-            right = "give a number" if count == 1 else f"give {count} numbers with blanks between them"
+        if len(values) != count or not all(abs(value) < HUGE for value in values):
+            right = f"give a number below {HUGE:g}" if count == 1 else f"give {count} numbers with blanks between them"
             raise self.wrong(element, f"{what} is {text!r}", right)
         return values
 
