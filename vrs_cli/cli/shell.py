@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
 from vrs_cli.cli.command_line import Parser
 
 EPILOG = """\
@@ -11,20 +12,26 @@ Without a terminal on standard input its lines are executed one after another:
 
   echo WHERE | vrs
 
+With --realtime the arm moves while you type:
+
+  vrs --realtime
+  vrs --realtime 0.25 pick.v2
+
 All subcommands: vrs --help
 """
 
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Hand over to the shell; returns its exit status."""
-    options = _parser(prog).parse(arguments)
+    options = _parser(prog).parse(list(with_rate(arguments)))
     from vrs_cli.repl.shell import main as shell
 
-    return shell(robot=options.robot, file=options.file)
+    return shell(robot=options.robot, file=options.file, clock=clock_of(options.realtime))
 
 
 def _parser(prog: str) -> Parser:
     parser = Parser(prog, "The interactive VAL-II shell of a virtual robot.", EPILOG)
     parser.add_argument("file", metavar="FILE.v2", nargs="?", help="a program file to load first")
     parser.add_argument("--robot", metavar="NAME|FILE", help="a robot's name, or its TOML file")
+    add_realtime_option(parser)
     return parser

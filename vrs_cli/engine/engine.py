@@ -43,6 +43,7 @@ from vrs_cli.engine.targets import Situation, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
     PowerOff,
+    TooLate,
     UsageError,
 )
 from vrs_cli.kinematics.arm import RobotArm, arm_for
@@ -78,6 +79,15 @@ class CommandRecord:
 
 
 @dataclass(frozen=True, slots=True)
+class Postponement:
+    """A motion that came too late for its execution time, and what that is now [s]."""
+
+    text: str
+    asked: float
+    executed: float
+
+
+@dataclass(frozen=True, slots=True)
 class _Done:
     """What undo needs: the timeline before a delta, the delta, and the clock before."""
 
@@ -95,6 +105,7 @@ class Engine:
         self.clock: Clock = clock or VirtualClock()
         self.parameters = Parameters()
         self.listeners: list[DeltaListener] = []
+        self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
         self.begin_timeline(model.poses["ready"] if start is None else start)
 
     def begin_timeline(self, joints: Joints) -> None:
@@ -113,6 +124,11 @@ class Engine:
     @property
     def now(self) -> float:
         return self.clock.now
+
+    @property
+    def realtime(self) -> bool:
+        """Whether what is before `now` has happened, and stays."""
+        return self.clock.realtime
 
     @property
     def end(self) -> float:
@@ -150,7 +166,7 @@ class Engine:
 
     def perform(self, request: Request, *, program: bool = False) -> None:
         """Do what is asked. From a program motions blend into each other and time goes on only as far as it must; at
-        the prompt a motion without a time stamp is over when this returns.
+        the prompt a motion without a time stamp is over when this returns, unless time is real: then it has begun.
 
         Raises MotionError, IllegalValue, UsageError.
         """
@@ -159,11 +175,13 @@ class Engine:
     def ready_at(self, request: Request, *, program: bool) -> float:
         """The instant [s], now or later, at which a request may be performed: until then its program waits, so that
         what happens in between may still change what it does. Raises IllegalValue for a time stamp."""
-        if not program:
+        if not program and not self.realtime:
             return self.now
         if isinstance(request, Move):
+            if not program:
+                return self.now
             return self.now if request.stamp is not None else max(self._begin(request, program)[1], self.now)
-        if isinstance(request, Break | Delay | SetTool | SetBase) or _immediate(request):
+        if isinstance(request, Break | SetTool | SetBase) or (program and _stands(request)):
             return max(self.end, self.now)
         return self.now
 
@@ -185,6 +203,7 @@ class Engine:
     def _move(self, move: Move, program: bool) -> float:
         self._check_power()
         start, executed = self._begin(move, program)
+        executed = self._in_time(move.text, executed)
         motion = self._motion(move, start, executed)
         if not self.parameters.switch("DRY.RUN"):
             self._edit(motion, executed)
@@ -193,7 +212,13 @@ class Engine:
             self.parameters.asked = Asked()
         if move.stamp is not None:
             return self.now
-        return executed if program else self.end
+        return self._until(executed, program)
+
+    def _until(self, executed: float, program: bool) -> float:
+        """When the asker goes on: at the prompt when the robot stands, or at once where time is real."""
+        if program:
+            return executed
+        return self.now if self.realtime else self.end
 
     def _check_power(self) -> None:
         if not self.parameters.switch("POWER"):
@@ -217,6 +242,23 @@ class Engine:
             word = "IN" if stamp.relative else "AT"
             raise IllegalValue(f"{word} {stamp.seconds:g}", f"the time of a motion is from 0 to {LATEST:g} s")
         return on_grid(t)
+
+    def _in_time(self, text: str, executed: float) -> float:
+        """When a motion may begin. In real time the past stays as it is: what comes too late is refused, or waits for
+        the end of the segment under way (PARAMETER CAUSALITY). Raises TooLate.
+        """
+        now = on_grid(self.now)
+        if not self.realtime or executed >= now:
+            return executed
+        if self.parameters.values["CAUSALITY"] == "ABORT":
+            raise TooLate(
+                f"{text or 'the motion'} was to begin at {executed:.3f} s, and it is {now:.3f} s",
+                "give a later time, or IN dt; PARAMETER CAUSALITY = POSTPONE puts it off",
+            )
+        later = max(now, self.timeline[self.timeline.index_at(now)].finish)
+        for listener in self.postponed:
+            listener(Postponement(text, executed, later))
+        return later
 
     def _may_blend(self, move: Move) -> bool:
         parameters = self.parameters
@@ -284,7 +326,7 @@ class Engine:
             self.parameters.hand = opening
             return self.now
         self._stand(float(self.parameters.values["HAND.TIME"]), program, hand=opening, text=request.text)
-        return self.end
+        return self._until(self.end, program)
 
     def _stand(
         self,
@@ -309,7 +351,7 @@ class Engine:
         )
         if not self.parameters.switch("DRY.RUN"):
             self._edit(motion, executed)
-        return executed if program else self.end
+        return self._until(executed, program)
 
     def wait_for_rest(self) -> None:
         """BREAK: time goes on until the robot stands."""
@@ -349,14 +391,25 @@ class Engine:
             listener(delta, self.timeline)
 
     def undo(self) -> TimelineDelta:
-        """Take the last motion command back; the clock is set to what it was. Raises UsageError when there is none."""
+        """Take the last motion command back, and the clock, unless time is real. Raises UsageError when there is none,
+        TooLate for one that has begun in real time."""
         if not self._history:
             raise UsageError("there is no motion to undo")
+        self._check_not_begun(self._history[-1].delta)
         done = self._history.pop()
         delta = replace(done.timeline.inverse(done.delta), version=self.timeline.version)
         self._apply(delta)
-        self.clock.set(done.clock)
+        if not self.realtime:
+            self.clock.set(done.clock)
         return delta
+
+    def _check_not_begun(self, delta: TimelineDelta) -> None:
+        """Raises TooLate for a change whose time has come, where time is real."""
+        if self.realtime and delta.cut < on_grid(self.now):
+            raise TooLate(
+                f"{delta.motion.text or 'the last motion'} has begun at {delta.executed:.3f} s, and the past stays",
+                "ABORT stops the motion; another one IN 0 takes its place",
+            )
 
     # --- settings ---
 
@@ -445,8 +498,8 @@ _SETTERS: dict[type, Callable[[Engine, Any], None]] = {
 }
 
 
-def _immediate(request: Request) -> bool:
-    return isinstance(request, OperateHand) and request.immediate
+def _stands(request: Request) -> bool:
+    return isinstance(request, Delay) or (isinstance(request, OperateHand) and request.immediate)
 
 
 def _fraction(speed: float) -> float:

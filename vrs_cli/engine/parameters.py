@@ -57,6 +57,12 @@ SWITCHES: Mapping[str, Switch] = _table(
 )
 
 PARAMETERS: Mapping[str, ParameterRow] = _table(
+    ParameterRow(
+        "CAUSALITY",
+        "ABORT",
+        "in real time, ABORT: a motion that comes too late is refused; POSTPONE: it begins at the end of the segment",
+        words=("ABORT", "POSTPONE"),
+    ),
     ParameterRow("HAND.TIME", 0.05, "how long OPENI, CLOSEI and RELAXI wait for the hand", "s", 0.0, 60.0),
     ParameterRow(
         "INSERT",

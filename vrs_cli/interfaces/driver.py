@@ -20,7 +20,7 @@ from typing import Any, Protocol, TypeGuard, TypeVar
 
 from vrs_cli.engine.commands import Brake, Break, Request, SetMonitorSpeed, SetParameter, SetSwitch
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive, TimeExhausted, VrsError
+from vrs_cli.errors import ClockPaused, RobotNotAttached, TaskActive, TaskNotActive, TimeExhausted, VrsError
 from vrs_cli.interfaces.debugging import Debugging, Onward, Stepping, Stopped
 from vrs_cli.language.effects import (
     LAST_TASK,
@@ -244,10 +244,14 @@ class Driver:
         if isinstance(track.pending, _Aborted):
             return track
         track.task.abort()
-        if self._owns(track):
+        if self._owns(track) and not self._only_waits(track):
             self.engine.stop()
         track.pending, track.wake = _Aborted(), self.engine.now
         return track
+
+    def _only_waits(self, track: Track) -> bool:
+        """A line of the prompt in real time: the arm moves whether it waits or not."""
+        return track.at_prompt and self.engine.realtime
 
     def kill(self, number: int) -> None:
         """Forget a task that has stopped. Raises TaskNotActive, TaskActive."""
@@ -293,12 +297,29 @@ class Driver:
         return self._result(track, started)
 
     def settle(self) -> tuple[Beside, ...]:
-        """Let the tasks do what they can do at the present instant; those that stopped with an error."""
+        """Let the tasks do all that is due by the instant that time has reached; those that stopped with an error."""
         self._beside = []
-        now = self.engine.now
-        while (track := self._next()) is not None and track.wake <= now == self.engine.now:
-            self._turn(track, BUDGET)
+        clock = self.engine.clock
+        until = clock.reached
+        while (coming := self._coming()) <= until:
+            clock.advance(coming)
+            self._happen(BUDGET)
+        clock.advance(until)
         return tuple(self._beside)
+
+    def _coming(self) -> float:
+        """When something happens next."""
+        track = self._next()
+        return inf if track is None else min(track.wake, self.inputs.next_time)
+
+    def _happen(self, budget: int) -> None:
+        """What is due now: an input changes, or a task goes on."""
+        if self.inputs.next_time <= self.engine.now:
+            self.inputs = self.inputs.applied(self.engine.now, self.environment.signals)
+            return
+        track = self._next()
+        assert track is not None
+        self._turn(track, budget)
 
     def _result(self, track: Track, started: float) -> RunResult:
         assert track.outcome is not None
@@ -317,25 +338,30 @@ class Driver:
 
     def _go_on(self, foreground: Track, last: float, bounds: Bounds, before: int) -> None:
         """The next thing that happens: an input changes, or a task goes on; or the bounds are reached."""
-        track = self._next()
-        assert track is not None
-        now, coming = self.engine.now, min(track.wake, self.inputs.next_time)
+        now, coming = self.engine.now, self._coming()
         if coming > last and not isinstance(foreground.pending, Failed | _Aborted):
             self.engine.clock.advance(max(last, now))
             what = f"the program was still running after {bounds.max_time:g} s of the robot's time"
             self._exhausted(foreground, what, "give it more time with --max-time")
             return
-        self.engine.clock.advance(coming)
-        if self.inputs.next_time <= self.engine.now:
-            self.inputs = self.inputs.applied(self.engine.now, self.environment.signals)
+        if not self._waited(foreground, coming):
             return
         if bounds.max_steps is None:
-            self._turn(track, BUDGET)
+            self._happen(BUDGET)
             return
-        self._turn(track, bounds.max_steps - (self._steps() - before) + 1)  # the one too many begins, and is not done
+        self._happen(bounds.max_steps - (self._steps() - before) + 1)  # the one too many begins, and is not done
         if self._steps() - before > bounds.max_steps and foreground.running:
             what = f"the program was still running after {bounds.max_steps} steps"
             self._exhausted(foreground, what, "give it more with --max-steps")
+
+    def _waited(self, foreground: Track, coming: float) -> bool:
+        """Let time go on; whether it has come so far. On a clock that stands, the foreground waits in vain."""
+        try:
+            self.engine.clock.wait(coming)
+        except ClockPaused as error:
+            foreground.pending = None
+            self._do(foreground, foreground.task.throw(error))
+        return self.engine.now >= coming
 
     def _steps(self) -> int:
         return sum(track.task.steps_done for track in self.tasks.values())
@@ -576,7 +602,7 @@ class Driver:
 
     def _end(self, track: Track, event: Completed | Halted | Paused | Failed | _Aborted | Stopped) -> None:
         """Once the robot is at rest, if it is this task's, and no line of the prompt."""
-        rests = isinstance(event, _Aborted) or not track.at_prompt
+        rests = not track.at_prompt or (isinstance(event, _Aborted) and not self._only_waits(track))
         if rests and self._owns(track) and self.engine.now < self.engine.end:
             self._until(track, self.engine.end, event)
             return

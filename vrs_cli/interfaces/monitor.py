@@ -29,8 +29,8 @@ from vrs_cli.errors import (
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.driver import Outcome, RunResult
 from vrs_cli.interfaces.plotting import plotted, selected
+from vrs_cli.interfaces.realtime import clock, clock_report
 from vrs_cli.interfaces.replies import (
-    ClockReport,
     Diagnosed,
     DiagnosticsReport,
     Farewell,
@@ -992,7 +992,7 @@ def _io(session: Session, it: Instruction) -> Iterator[Reply]:
 
 
 def _time(session: Session, _it: Instruction) -> Iterator[Reply]:
-    yield ClockReport(session.engine.now)
+    yield clock_report(session)
 
 
 def _id(session: Session, _it: Instruction) -> Iterator[Reply]:
@@ -1118,6 +1118,7 @@ MONITOR: Mapping[str, Handler] = {
     "STATUS": _status,
     "IO": _io,
     "TIME": _time,
+    "CLOCK": clock,
     "ID": _id,
     "FREE": _free,
     "HELP": _help,

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from vrs_cli.engine.clock import Clock
-from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.engine import Engine, Postponement
 from vrs_cli.errors import (
+    ClockPaused,
     NoProgramSpecified,
     ProgramInterlocked,
     ProgramNotExecutable,
@@ -27,11 +28,12 @@ from vrs_cli.interfaces.driver import (
     Bounds,
     Console,
     Driver,
+    Outcome,
     RunResult,
     Track,
 )
 from vrs_cli.interfaces.readings import Readings
-from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, ProgramStopped, Reply, Tone
+from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, ProgramStopped, Reply, Tone
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, load_robot
 from vrs_cli.language.ast import BadLine, DoInstruction, File, Instruction, Program, ProgramHeader, Section, Statement
@@ -78,6 +80,7 @@ class Session:
         self.robot = Readings(self.engine)
         self.bounds = bounds
         self.driver = Driver(self.engine, terminal, self.environment, self.robot)
+        self.engine.postponed.append(self._postponed)
         self.last_program: str | None = None
         self.last_statement: Statement | None = None
         self.editor: Editor | None = None
@@ -167,6 +170,7 @@ class Session:
         """
         task = self._prepared(program, arguments, cycles, step)
         self._nothing_runs()
+        self._clock_runs()
         self.driver.tasks.pop(ROBOT_PROGRAM, None)
         return self._run(self.driver.start(ROBOT_PROGRAM, task), bounds or self.bounds, progress)
 
@@ -225,6 +229,10 @@ class Session:
         if self.running:
             raise UsageError("a program is running", "ABORT stops it")
 
+    def _clock_runs(self) -> None:
+        if self.engine.clock.paused:
+            raise ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "CLOCK GO lets it go on")
+
     def proceed(self, progress: Callable[[float], None] | None = None) -> RunResult:
         """Go on with a program that was paused, aborted or stopped by an error, at the next step."""
         return self._go_on(progress)
@@ -245,6 +253,7 @@ class Session:
         stepping: Stepping | None = None,
     ) -> RunResult:
         self._nothing_runs()
+        self._clock_runs()
         try:
             track = self.driver.proceed(ROBOT_PROGRAM, retry=retry)
         except TaskNotActive:
@@ -253,8 +262,12 @@ class Session:
         return self._run(track, self.bounds, progress)
 
     def settle(self) -> None:
-        """Let the other tasks see what has changed at the present instant."""
+        """Let the other tasks see what has changed; in real time, do all that has become due."""
         self._tell(self.driver.settle())
+
+    def _postponed(self, it: Postponement) -> None:
+        what = it.text or "the motion"
+        self.terminal.show(Message(f"{what} is postponed from {it.asked:.3f} to {it.executed:.3f} s", Tone.WARNING))
 
     def _tell(self, beside: Iterable[Beside]) -> None:
         """Show what became of other tasks."""
@@ -272,7 +285,8 @@ class Session:
         """ABORT at the prompt: brake now and drop what is scheduled; a stopped program cannot go on by itself."""
         self.interrupt()
         self.engine.stop()
-        self.engine.wait_for_rest()
+        if not self.engine.realtime:
+            self.engine.wait_for_rest()
 
     # --- the prompt ---
 
@@ -286,6 +300,7 @@ class Session:
 
     def answers(self, line: str) -> Iterator[Reply]:
         """What `perform` shows, as it comes. Raises LineRefused, VrsError."""
+        self.settle()
         if self.editor is not None:
             yield from self._edited(self.editor, line)
             return
@@ -346,6 +361,8 @@ class Session:
         self._tell(result.beside)
         if track.error is not None:
             raise track.error
+        if track.outcome is Outcome.ABORTED:
+            self.terminal.show(Message(Outcome.ABORTED.value))
 
 
 def _why_not(stored: StoredProgram) -> str:

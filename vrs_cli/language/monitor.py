@@ -266,6 +266,14 @@ _SYSTEM = (
 
 _OURS = (
     _word("UNDO", (), "take the last motion command back", "UNDO", "", Route.MOTION),
+    _word(
+        "CLOCK",
+        (Argument("PAUSE | GO | RATE", Shape.WORD, optional=True),),
+        "show the clock; in real time stop it, let it go on, or make it faster or slower",
+        "CLOCK RATE = 0.5",
+        "",
+        value=Argument("rate", Shape.WORD, optional=True),
+    ),
     _word("TIMELINE", (), "the segments of the trajectory", "TIMELINE", "", Route.POSITION),
     _word(
         "PLOT",
