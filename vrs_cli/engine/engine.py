@@ -37,9 +37,9 @@ from vrs_cli.engine.commands import (
     ToolOffsetTarget,
 )
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
-from vrs_cli.engine.planner import plan
+from vrs_cli.engine.planner import plan, plan_steering
 from vrs_cli.engine.position import Position, joints_at, position_at
-from vrs_cli.engine.targets import Situation, resolve, select, unmet
+from vrs_cli.engine.targets import Situation, check_joint_limits, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
     PowerOff,
@@ -52,11 +52,13 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.blend import rest
 from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.instant import LATEST, on_grid, shown
+from vrs_cli.trajectory.instant import LATEST, on_grid, shown, up_to_grid
 from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start
 from vrs_cli.trajectory.segment import Phase
+from vrs_cli.trajectory.steered import Target
 from vrs_cli.trajectory.timeline import Timeline
 
+LONGER = 1.0 + 1e-5  # a tick of steering, so that the next target comes before its end
 SLOWEST = 1e-4  # fraction of nominal speed: slower is no motion
 MM = 1e-3  # [m]
 INCH = 0.0254  # [m]
@@ -117,6 +119,7 @@ class Engine:
         self._history: list[_Done] = []
         self._number = 0
         self._issued: float | None = None
+        self._steered: Motion | None = None  # the motion that the next target of `steer` goes on with
         self.clock.set(0.0)
 
     # --- reading ---
@@ -363,11 +366,81 @@ class Engine:
         if now < self.end:
             last = self.timeline.locate(now)[0].motion
             motion = Motion(self._number + 1, Kind.REST, Start.AT, hand=last.hand, frames=last.frames, text="BRAKE")
-            self._edit(motion, now, insert=False)
+            self._edit(motion, now, False)
+
+    # --- targets that come one after the other ---
+
+    def redirect(self, goal: Joints, *, speed: float = 1.0, text: str = "") -> None:
+        """From now on to these joints [rad], joint-interpolated, at a fraction of full speed; what was scheduled is
+        dropped. Raises PowerOff, JointOutOfRange.
+        """
+        self._check_power()
+        check_joint_limits(self.model, goal)
+        self._edit(self._motion_from_now(goal, speed, text), on_grid(self.now), False)
+
+    def steer(self, target: Target, tick: float, *, speed: float = 1.0, text: str = "STEER") -> None:
+        """Chase a target from now on, for a tick [s], until the next one comes (`trajectory.steered`); what was
+        scheduled is dropped. Without a next one the robot coasts for a while and brakes.
+
+        Targets that follow each other are one motion, which UNDO takes back as a whole. Of each the timeline keeps what
+        the robot did, `deltas` too. Raises PowerOff, JointOutOfRange.
+        """
+        self._check_power()
+        check_joint_limits(self.model, target.joints)
+        executed, timeline = on_grid(self.now), self.timeline
+        motion = self._steered_motion(target.joints, speed, text)
+        delta = plan_steering(self.arm, timeline, motion, executed, target, up_to_grid(tick * LONGER))
+        if motion is self._steered:
+            self._continue(delta)
+            return
+        self._end_steering()
+        self._note(timeline, delta)
+        self._steered, self._number = motion, motion.number
+        self._apply(delta)
+
+    def _steered_motion(self, goal: Joints, speed: float, text: str) -> Motion:
+        """The motion of the targets before, if this is one more of them."""
+        motion, steered = self._motion_from_now(goal, speed, text), self._steered
+        if steered is not None and replace(motion, number=steered.number, goal=steered.goal) == steered:
+            return steered
+        return motion
+
+    def _continue(self, delta: TimelineDelta) -> None:
+        """Of the target before, `deltas` keeps only what the robot did."""
+        before = self.deltas.pop()
+        self._apply(delta)
+        kept = before.segments[: delta.keep - before.keep]
+        self.deltas[-1:] = [
+            replace(before, segments=kept),
+            replace(delta, drop=delta.drop - len(before.segments) + len(kept)),
+        ]
+
+    def _end_steering(self) -> None:
+        """The motion is known as a whole: what UNDO takes back is one change."""
+        if self._steered is not None:
+            self._steered = None
+            last = self._history[-1]
+            rest = tuple(self.timeline[index] for index in range(last.delta.keep, len(self.timeline)))
+            self._history[-1] = replace(last, delta=replace(last.delta, segments=rest))
+
+    def _motion_from_now(self, goal: Joints, speed: float, text: str) -> Motion:
+        under_way = self.timeline.locate(on_grid(self.now))[0].motion
+        monitor = self.parameters.monitor_speed / FULL_SPEED
+        return Motion(
+            number=self._number + 1,
+            kind=Kind.JOINT,
+            start=Start.AT,
+            goal=goal,
+            speed=_fraction(monitor * speed),
+            acceleration=self.parameters.acceleration,
+            hand=under_way.hand,
+            frames=under_way.frames,
+            text=text,
+        )
 
     # --- changing the timeline ---
 
-    def _edit(self, motion: Motion, executed: float, *, insert: bool | None = None) -> None:
+    def _edit(self, motion: Motion, executed: float, insert: bool | None = None) -> None:
         if insert is None:
             insert = self.parameters.values["INSERT"] == "ON"
         before = self.timeline
@@ -380,9 +453,14 @@ class Engine:
             insert=insert,
             slowest=float(self.parameters.values["STRETCH"]),
         )
-        self._history.append(_Done(before, delta, self.now if self._issued is None else self._issued))
+        self._end_steering()
+        self._note(before, delta)
         self._number = motion.number
         self._apply(delta)
+
+    def _note(self, before: Timeline, delta: TimelineDelta) -> None:
+        """What UNDO is to take back."""
+        self._history.append(_Done(before, delta, self.now if self._issued is None else self._issued))
 
     def _apply(self, delta: TimelineDelta) -> None:
         self.timeline = self.timeline.apply(delta)
@@ -393,6 +471,7 @@ class Engine:
     def undo(self) -> TimelineDelta:
         """Take the last motion command back, and the clock, unless time is real. Raises UsageError when there is none,
         TooLate for one that has begun in real time."""
+        self._end_steering()
         if not self._history:
             raise UsageError("there is no motion to undo")
         self._check_not_begun(self._history[-1].delta)
