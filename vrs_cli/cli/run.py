@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, count, positive, whole
+from vrs_cli.cli.journal import journal
 from vrs_cli.cli.outputs import Outputs, add_output_options
 from vrs_cli.cli.sources import Source, has_errors, read_source
 from vrs_cli.errors import FileError, UndefinedName
@@ -19,7 +19,6 @@ from vrs_cli.errors import FileError, UndefinedName
 if TYPE_CHECKING:
     from vrs_cli.cli.batch import BatchTerminal
     from vrs_cli.cli.reports import Object
-    from vrs_cli.engine.engine import Engine
     from vrs_cli.interfaces.driver import Bounds, RunResult
     from vrs_cli.interfaces.session import Session
     from vrs_cli.language.diagnostics import Diagnostic
@@ -90,20 +89,6 @@ def _check_outputs(options: argparse.Namespace, outputs: Outputs) -> None:
         check_writable(options.save)
 
 
-@contextmanager
-def _journal(options: argparse.Namespace, engine: Engine) -> Iterator[None]:
-    """The file of `--save` grows while the program runs, so that it is there however the run ends."""
-    if options.save is None:
-        yield
-        return
-    from vrs_cli.files.trajectory_file import TrajectoryWriter
-
-    durable = options.realtime is not None
-    with TrajectoryWriter(options.save, engine.model, engine.initial, durable=durable) as writer:
-        engine.listeners.append(lambda delta, _timeline: writer.append(delta))
-        yield
-
-
 @dataclass(frozen=True, slots=True)
 class _Batch:
     """One run: the options, and the text to load."""
@@ -126,7 +111,7 @@ class _Batch:
             print(self.source.shown(diagnostics), end="", file=sys.stderr)
             program = self._program(session)
             session.engine.clock.set(0.0)
-            with _journal(self.options, session.engine):
+            with journal(self.options.save, session.engine, durable=self.options.realtime is not None):
                 result = session.execute(program, cycles=self.options.cycles, progress=progress)
         return self._ended(session, terminal, result)
 

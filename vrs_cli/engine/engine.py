@@ -547,11 +547,14 @@ class Engine:
 
     # --- what is in reach ---
 
-    def joints_for(self, T_world_tool: Transform) -> Joints:
-        """The joints that a MOVE there from here would end in. Raises LocationOutOfRange, JointOutOfRange."""
+    def joints_for(self, T_world_tool: Transform, near: Joints | None = None) -> Joints:
+        """The joints that a MOVE there from here, or from joints `near`, would end in.
+
+        Raises LocationOutOfRange, JointOutOfRange.
+        """
         frames = self.frames
         T_robot_flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
-        return select(self.arm, self.parameters, T_robot_flange, self.position().joints)
+        return select(self.arm, self.parameters, T_robot_flange, self.position().joints if near is None else near)
 
 
 def _record(delta: TimelineDelta, begins: Mapping[int, float], ends: Mapping[int, float]) -> CommandRecord:
