@@ -5,7 +5,7 @@
     │   ├── UndefinedValue, IllegalValue, IllegalAssignment, IllegalArrayIndex, IllegalSignal, ...
     │   └── StackOverflow
     ├── MotionError           the robot cannot do the motion
-    │   ├── PowerOff, TooLate, LocationOutOfRange, JointOutOfRange, IllegalJoint
+    │   ├── PowerOff, TooLate, TooNear, LocationOutOfRange, JointOutOfRange, IllegalJoint
     │   └── StraightLineConfiguration, StraightLineSingular
     ├── FileError             a file cannot be read or written
     └── UsageError            a command or an option does not exist, or is used in a way it cannot be
@@ -207,6 +207,12 @@ class TooLate(MotionError):
     """In real time: what was asked for would change what has happened already. (The code is ours.)"""
 
     code, text = -690, "Execution time is past"
+
+
+class TooNear(MotionError):
+    """A small step of the tool would be a large one for a joint. (The code is ours.)"""
+
+    code, text = -691, "Too near a singularity"
 
 
 class IllegalJoint(MotionError):

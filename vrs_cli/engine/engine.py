@@ -376,7 +376,8 @@ class Engine:
         """
         self._check_power()
         check_joint_limits(self.model, goal)
-        self._edit(self._motion_from_now(goal, speed, text), on_grid(self.now), False)
+        if not self.parameters.switch("DRY.RUN"):
+            self._edit(self._motion_from_now(goal, speed, text), on_grid(self.now), False)
 
     def steer(self, target: Target, tick: float, *, speed: float = 1.0, text: str = "STEER") -> None:
         """Chase a target from now on, for a tick [s], until the next one comes (`trajectory.steered`); what was
@@ -387,6 +388,8 @@ class Engine:
         """
         self._check_power()
         check_joint_limits(self.model, target.joints)
+        if self.parameters.switch("DRY.RUN"):
+            return
         executed, timeline = on_grid(self.now), self.timeline
         motion = self._steered_motion(target.joints, speed, text)
         delta = plan_steering(self.arm, timeline, motion, executed, target, up_to_grid(tick * LONGER))
@@ -546,6 +549,11 @@ class Engine:
         self.stop()
 
     # --- what is in reach ---
+
+    def world_pose(self, joints: Joints) -> Transform:
+        """T_world_tool of joints, with the BASE and TOOL in force."""
+        frames = self.frames
+        return compose(inverse(frames.base), compose(self.arm.forward(joints), frames.tool))
 
     def joints_for(self, T_world_tool: Transform, near: Joints | None = None) -> Joints:
         """The joints that a MOVE there from here, or from joints `near`, would end in.

@@ -296,11 +296,13 @@ class Driver:
             self._type(track, Type("", newline=True))
         return self._result(track, started)
 
-    def settle(self) -> tuple[Beside, ...]:
-        """Let the tasks do all that is due by the instant that time has reached; those that stopped with an error."""
+    def settle(self, until: float | None = None) -> tuple[Beside, ...]:
+        """Let the tasks do all that is due by an instant, that which time has reached unless told otherwise; those
+        that stopped with an error.
+        """
         self._beside = []
         clock = self.engine.clock
-        until = clock.reached
+        until = clock.reached if until is None else until
         while (coming := self._coming()) <= until:
             clock.advance(coming)
             self._happen(BUDGET)
@@ -513,6 +515,11 @@ class Driver:
     def _take_robot(self, track: Track) -> None:
         if track.mine and self._owner is None:
             self._owner = track.number
+
+    def check_robot_free(self) -> None:
+        """Raises RobotNotAttached where a task has the robot."""
+        if self._owner is not None:
+            raise self._not_attached()
 
     def _not_attached(self) -> RobotNotAttached:
         if self._owner is None:

@@ -28,6 +28,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.driver import Outcome, RunResult
+from vrs_cli.interfaces.jogging import jog
 from vrs_cli.interfaces.plotting import plotted, selected
 from vrs_cli.interfaces.realtime import clock, clock_report
 from vrs_cli.interfaces.replies import (
@@ -1122,6 +1123,7 @@ MONITOR: Mapping[str, Handler] = {
     "ID": _id,
     "FREE": _free,
     "HELP": _help,
+    "JOG": jog,
     "UNDO": _undo,
     "TIMELINE": _timeline,
     "PLOT": _plot,

@@ -261,9 +261,9 @@ class Session:
         track.stepping = stepping
         return self._run(track, self.bounds, progress)
 
-    def settle(self) -> None:
-        """Let the other tasks see what has changed; in real time, do all that has become due."""
-        self._tell(self.driver.settle())
+    def settle(self, until: float | None = None) -> None:
+        """Let the other tasks see what has changed; do all that has become due in real time, or is `until` then."""
+        self._tell(self.driver.settle(until))
 
     def _postponed(self, it: Postponement) -> None:
         what = it.text or "the motion"

@@ -274,6 +274,15 @@ _OURS = (
         "",
         value=Argument("rate", Shape.WORD, optional=True),
     ),
+    _word(
+        "JOG",
+        (Argument("axis", Shape.WORD, optional=True), Argument("amount", Shape.WORD, optional=True)),
+        "move by hand: a joint [deg], X Y Z RX RY RZ, or TX ... TRZ of the tool [mm, deg]; bare: with the keys",
+        "JOG Z, -20",
+        "",
+        Route.MOTION,
+        note="V+ has a JOG of its own",
+    ),
     _word("TIMELINE", (), "the segments of the trajectory", "TIMELINE", "", Route.POSITION),
     _word(
         "PLOT",
@@ -300,7 +309,6 @@ _LATER = (
     _planned("MDIRECTORY", (), "groups of programs"),
     _planned("STOREM", (FILE,), "write a module to a file", value=Argument("module", Shape.WORD)),
     _planned("DELETEM", (Argument("module", Shape.WORD),), "delete a module"),
-    _planned("JOG", (), "move by hand", note="use DRIVE"),
     _planned("NET", (), "the network"),
 )
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 
+from vrs_cli.interfaces.jogging import AXIS_WORDS
 from vrs_cli.interfaces.plotting import QUANTITIES
 from vrs_cli.interfaces.realtime import CLOCK_WORDS
 from vrs_cli.language.ast import Kind
@@ -213,6 +214,7 @@ _CONNECTING = (
 WORDS: Mapping[str, Callable[[Names], Candidates]] = {
     "HELP": lambda names: (*_all_words(), *names.switches.items(), *names.parameters.items()),
     "CLOCK": lambda _names: CLOCK_WORDS.items(),
+    "JOG": lambda _names: AXIS_WORDS.items(),
     "PLOT": lambda _names: tuple((name, row.summary) for name, row in QUANTITIES.items()),
 }
 
