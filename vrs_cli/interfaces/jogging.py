@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from math import degrees, radians
+from math import ceil, degrees, radians
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from vrs_cli.engine.commands import JointTarget, Move
@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 
 AHEAD = 0.3  # [s] before the arm comes to rest: when the next step of a sequence may come, so that it does not stop
 JUMP = radians(45.0)  # a joint that would turn so much more than was asked for: a singularity is too near
-HALVINGS = 10  # of a step that is too long, to find how far it can go
+ROUNDING = 1e-9  # [rad] a step that is none
+INCREMENT = 10.0  # [mm, deg] a long step is looked at in parts, along its way
+HALVINGS = 12  # of the first part that is out of reach, to find how far it can go
 LONGEST = 1000.0  # [mm, deg] a step
 STEPS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # [mm, deg]
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [%]
@@ -147,7 +149,7 @@ class Jogger:
         engine = self.engine
         begin = engine.destination(engine.end).joints
         goal, part, why = self._farthest(begin, axis, amount)
-        if goal != begin:
+        if largest_change(begin, goal) > ROUNDING:
             self._go(goal, f"JOG {axis.name}, {plain(round(amount * part, 3))}")
         return why
 
@@ -169,20 +171,31 @@ class Jogger:
         """Where a step ends, what part of it that is, and why not all of it, if so."""
         if axis.frame is Frame.JOINT:
             return self._turned(begin, axis.index, radians(amount))
-        pose = self.engine.world_pose(begin)
-        try:
-            return self._reached(moved(pose, axis, amount), begin), 1.0, ""
-        except TooNear:
-            raise
-        except MotionError as error:
-            reached, short, goal = 0.0, 1.0, begin
-            for _ in range(HALVINGS):
-                part = 0.5 * (reached + short)
-                try:
-                    reached, goal = part, self._reached(moved(pose, axis, amount * part), begin)
-                except MotionError:
-                    short = part
-            return goal, reached, f"The arm reaches no farther along {axis.name}: {error.detail}"
+        pose, near, count = self.engine.world_pose(begin), begin, ceil(abs(amount) / INCREMENT) or 1
+        for k in range(count):
+            try:
+                near = self._reached(moved(pose, axis, amount * (k + 1) / count), near)
+            except TooNear as error:
+                if not k:
+                    raise
+                return near, k / count, f"The arm goes no farther along {axis.name}: {error.detail}"
+            except MotionError as error:
+                goal, part = self._last_in_reach(pose, axis, amount / count, k, near)
+                return goal, part / count, f"The arm reaches no farther along {axis.name}: {error.detail}"
+        return near, 1.0, ""
+
+    def _last_in_reach(
+        self, pose: Transform, axis: Axis, increment: float, reached: float, near: Joints
+    ) -> tuple[Joints, float]:
+        """Between an increment that is in reach and the next, which is not: how far it goes, by halving."""
+        short = reached + 1.0
+        for _ in range(HALVINGS):
+            part = 0.5 * (reached + short)
+            try:
+                near, reached = self._reached(moved(pose, axis, increment * part), near), part
+            except MotionError:
+                short = part
+        return near, reached
 
     def _turned(self, begin: Joints, index: int, change: float) -> tuple[Joints, float, str]:
         model = self.engine.model
