@@ -8,7 +8,7 @@ import pytest
 
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
-from tests.laws.test_motion_laws import check_continuous, check_limits
+from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.errors import IllegalJoint, IllegalValue, PowerOff, RobotNotAttached, TooNear, UsageError
 from vrs_cli.interfaces.jogging import AHEAD, AXES, Axis, Frame, Jogger, Panel, axis_of
 from vrs_cli.interfaces.replies import Message
@@ -187,8 +187,8 @@ def test_a_key_that_is_held_moves_the_arm_smoothly(live: Session, wall: ManualWa
     times = [begun + 0.3 + k * 0.02 for k in range(70)]
     assert all(engine.position(t).moving for t in times)
     assert any(a != b for a, b in zip(before.joints, engine.position().joints, strict=True))
-    check_continuous(engine)
-    check_limits(engine)
+    check_continuous(engine, engine.timeline)
+    check_limits(engine, engine.timeline)
 
 
 def test_what_is_planned_gives_way(live: Session) -> None:

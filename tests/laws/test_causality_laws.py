@@ -9,7 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.engine.wall import ManualWall
-from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, check_continuous, check_limits, moves, others
+from tests.laws.motion_laws import check_continuous, check_limits
+from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, moves, others
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.commands import Brake, Break, SetParameter, SetTool
 from vrs_cli.engine.engine import Engine
@@ -100,7 +101,7 @@ def test_the_past_never_changes(seed: int, sequence: list[object]) -> None:
             act(world)  # type: ignore[operator]
         world.check()
     world.clock.change(paused=False)
-    check_continuous(world.engine)
-    check_limits(world.engine)
+    check_continuous(world.engine, world.engine.timeline)
+    check_limits(world.engine, world.engine.timeline)
     for delta in world.engine.deltas:
         assert delta.executed >= delta.issued, "nothing is executed before it is issued"

@@ -7,7 +7,8 @@ from math import radians
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.laws.test_motion_laws import MODEL, check_continuous, check_limits
+from tests.laws.motion_laws import check_continuous, check_limits
+from tests.laws.test_motion_laws import MODEL
 from vrs_cli.engine.commands import JointTarget, Move
 from vrs_cli.engine.engine import Engine
 from vrs_cli.trajectory.steered import Target
@@ -38,8 +39,8 @@ def test_every_stream_keeps_the_laws(
         for _ in range(count):
             engine.steer(Target(joints(part), velocity), TICK, speed=speed)
             engine.clock.advance(engine.now + late * TICK)
-    check_continuous(engine)
-    check_limits(engine)
+    check_continuous(engine, engine.timeline)
+    check_limits(engine, engine.timeline)
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
