@@ -6,7 +6,7 @@ import argparse
 import json
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from math import degrees
 from typing import TYPE_CHECKING
@@ -31,7 +31,7 @@ MOST_TOLD = 5  # targets out of reach that are named
 EPILOG = """\
 A line is a time and the joints [s, deg]; or the first line names the columns: t,jt1,...,jt6 or
 t,x,y,z,o,a,t_angle [s, mm, deg], as vrs run --csv writes them. Each target is followed from its time on,
-within all limits, until the next one; at the end the robot stops at the last one.
+within all limits, until the next one; at the end, or after Ctrl-C, the robot stops at the last one.
 
   vrs steer taught.csv --csv followed.csv
   vrs steer taught.csv --save followed.vrst --json
@@ -140,7 +140,7 @@ class _Run:
         from vrs_cli.render.progress import RunProgress
 
         unreached = 0
-        with RunProgress(self.options.file) as progress:
+        with RunProgress(self.options.file) as progress, suppress(KeyboardInterrupt):  # Ctrl-C ends a stream
             for it in chain((first,), others):
                 try:
                     steering.to(it.target, it.t)

@@ -13,8 +13,7 @@ from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.steered import Target
 
-PERIOD = 0.02  # [s] between targets, until two of them have shown it
-SHORTEST, LONGEST = 0.001, 0.5  # [s] a tick that steering makes of the time between targets
+SHORTEST, LONGEST = 0.001, 0.5  # [s] between targets of a stream: a longer time is a gap
 
 
 @dataclass(slots=True)
@@ -59,9 +58,8 @@ class Steering:
         asked = engine.joints_for(target, self._near()) if isinstance(target, Transform) else target
         goal = self._inside(asked)
         at = engine.now if t is None else t
-        tick, velocity = self._motion_of(goal, at)
         self.following.count(largest_change(engine.position().joints, goal), goal != asked)
-        engine.steer(Target(goal, velocity), tick, speed=self.speed, text=self.text)
+        self._go(goal, at)
         self._last = at, goal
 
     def finish(self) -> None:
@@ -77,13 +75,13 @@ class Steering:
         model = self.engine.model
         return tuple(min(max(q, low), high) for q, low, high in zip(joints, model.lower, model.upper, strict=True))
 
-    def _motion_of(self, goal: Joints, at: float) -> tuple[float, Joints]:
-        """The tick, and the velocity of the target; it is taken to stand after a gap."""
-        still = (0.0,) * len(goal)
-        if self._last is None:
-            return PERIOD, still
-        since = at - self._last[0]
-        if not 0.0 < since <= LONGEST:
-            return PERIOD, still
+    def _go(self, goal: Joints, at: float) -> None:
+        """Chase a target that moves; go to the first one, and to one after a gap, which are not known to."""
+        last = self._last
+        since = at - last[0] if last is not None else 0.0
+        if last is None or not 0.0 < since <= LONGEST:
+            self.engine.redirect(goal, speed=self.speed, text=self.text)
+            return
         tick = max(since, SHORTEST)
-        return tick, tuple((b - a) / tick for a, b in zip(self._last[1], goal, strict=True))
+        velocity = tuple((b - a) / tick for a, b in zip(last[1], goal, strict=True))
+        self.engine.steer(Target(goal, velocity), tick, speed=self.speed, text=self.text)
