@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import sys
 from collections.abc import Iterator, Sequence
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
 
 OK, FAILED = 0, 1
+KEPT = 1000  # targets after which what they left is not looked through for garbage any more
 MOST_TOLD = 5  # targets out of reach that are named
 
 EPILOG = """\
@@ -141,7 +143,9 @@ class _Run:
 
         unreached = 0
         with RunProgress(self.options.file) as progress, suppress(KeyboardInterrupt):  # Ctrl-C ends a stream
-            for it in chain((first,), others):
+            for count, it in enumerate(chain((first,), others)):
+                if count % KEPT == 0:
+                    gc.freeze()  # the timeline only grows: its garbage collection would cost ever longer pauses
                 try:
                     steering.to(it.target, it.t)
                 except MotionError as error:

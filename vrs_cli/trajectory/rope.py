@@ -124,9 +124,10 @@ def _joined_leaves(left: Held, right: Held) -> list[Held]:
     return [leaf_of(segments)]
 
 
-def _moved(leaf: Held) -> Iterator[Segment]:
+def _moved(leaf: Held) -> tuple[Segment, ...]:
     assert isinstance(leaf.node, Leaf)
-    return (segment.shifted(leaf.offset) for segment in leaf.node.segments)
+    offset, segments = leaf.offset, leaf.node.segments
+    return tuple([segment.shifted(offset) for segment in segments]) if offset else segments
 
 
 def _children(held: Held) -> list[Held]:
