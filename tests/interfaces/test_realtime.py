@@ -173,6 +173,22 @@ def test_tasks_go_on_while_one_types(session: Session, wall: ManualWall) -> None
     assert session.engine.now == pytest.approx(10.25, abs=1e-6)
 
 
+def test_a_question_waits_until_somebody_can_answer(
+    session: Session, terminal: RecordingTerminal, wall: ManualWall
+) -> None:
+    terminal.answers.append("7")
+    load(session, "WAIT.EVENT , 1", 'PROMPT "How many? ", n', "t = TIME()", name="asker")
+    session.perform("PCEXECUTE asker")
+    wall.seconds += 2.0
+    session.settle(asking=False)
+    assert terminal.asked == []
+    wall.seconds += 1.0
+    session.perform("x = 1")
+    assert terminal.asked == ["How many? "]
+    assert session.environment.reference("n").value() == 7.0
+    assert session.environment.reference("t").value() == pytest.approx(2.0, abs=0.03)
+
+
 def test_signals_of_a_file_come_when_their_time_comes(session: Session, wall: ManualWall) -> None:
     session.driver.inputs = parse_signals("2, 1001, 1")
     load(session, "WAIT SIG(1001)", "t = TIME()", name="waiter")

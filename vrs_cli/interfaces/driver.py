@@ -184,6 +184,7 @@ class Driver:
         self._owner: int | None = None
         self._interrupted = False
         self._running = False
+        self._asking = True
         self._beside: list[Beside] = []
         environment.signals.listeners.append(self._signal_changed)
 
@@ -296,17 +297,18 @@ class Driver:
             self._type(track, Type("", newline=True))
         return self._result(track, started)
 
-    def settle(self, until: float | None = None) -> tuple[Beside, ...]:
+    def settle(self, until: float | None = None, *, asking: bool = True) -> tuple[Beside, ...]:
         """Let the tasks do all that is due by an instant, that which time has reached unless told otherwise; those
-        that stopped with an error.
+        that stopped with an error. Without `asking` nobody can answer now: a PROMPT waits.
         """
-        self._beside = []
+        self._beside, self._asking = [], asking
         clock = self.engine.clock
         until = clock.reached if until is None else until
         while (coming := self._coming()) <= until:
             clock.advance(coming)
             self._happen(BUDGET)
         clock.advance(until)
+        self._asking = True
         return tuple(self._beside)
 
     def _coming(self) -> float:
@@ -451,6 +453,9 @@ class Driver:
         self.typed += lines
 
     def _prompt(self, track: Track, event: Prompt) -> None:
+        if not self._asking:
+            self._until(track, self._tick(), event)
+            return
         track.answer = self.console.ask(event.text)
 
     def _wait(self, track: Track, wait: Wait) -> None:

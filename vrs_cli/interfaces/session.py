@@ -261,9 +261,12 @@ class Session:
         track.stepping = stepping
         return self._run(track, self.bounds, progress)
 
-    def settle(self, until: float | None = None) -> None:
-        """Let the other tasks see what has changed; do all that has become due in real time, or is `until` then."""
-        self._tell(self.driver.settle(until))
+    def settle(self, until: float | None = None, *, asking: bool = True) -> None:
+        """Let the other tasks see what has changed; do all that has become due in real time, or is `until` then.
+
+        Without `asking` nobody can answer a PROMPT, which waits.
+        """
+        self._tell(self.driver.settle(until, asking=asking))
 
     def _postponed(self, it: Postponement) -> None:
         what = it.text or "the motion"

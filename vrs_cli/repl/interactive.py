@@ -90,7 +90,7 @@ class Workplace:
     def keep_up(self) -> None:
         """Let the robot do what has become due while nobody was looking."""
         try:
-            self.conversation.session.settle()
+            self.conversation.session.settle(asking=False)
         except Exception as error:
             self.note(error)
 

@@ -51,7 +51,7 @@ class JogPanel:
         """What is shown now."""
         panel = self.panel
         session, engine = panel.jogger.session, panel.jogger.engine
-        session.settle()
+        session.settle(asking=False)
         axes = "  ".join(f"[{axis.name}]" if axis == panel.axis else f" {axis.name} " for axis in self._axes())
         doing = f"moves until {engine.end:.1f} s" if engine.now < engine.end else "at rest"
         where = plain_text(Whereabouts(engine.position()))
@@ -87,7 +87,7 @@ class JogPanel:
             if act is None:
                 event.app.exit()
             else:
-                self.panel.jogger.session.settle()
+                self.panel.jogger.session.settle(asking=False)
                 act(self.panel)
 
         return handle
