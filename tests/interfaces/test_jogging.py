@@ -9,11 +9,12 @@ import pytest
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.motion_laws import check_continuous, check_limits
-from vrs_cli.errors import IllegalJoint, IllegalValue, PowerOff, RobotNotAttached, TooNear, UsageError
+from vrs_cli.errors import IllegalJoint, IllegalValue, PowerOff, RobotNotAttached, TooNear, UndefinedValue, UsageError
 from vrs_cli.interfaces.jogging import AHEAD, AXES, Axis, Frame, Jogger, Panel, axis_of
 from vrs_cli.interfaces.replies import Message
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
+from vrs_cli.language.diagnostics import LineRefused
 
 TABLE = "MOVE TRANS(0, 450, -150, 90, 90, 0)"
 FREE = "DO MOVE #PPOINT(0, -45, 180, 20, 45, 0)"
@@ -130,7 +131,9 @@ def test_what_is_planned_stays(session: Session) -> None:
         ("JOG 7, 5", IllegalJoint, "1 to 6"),
         ("JOG U, 5", UsageError, "there is no axis U"),
         ("JOG 1", UsageError, "an axis and an amount"),
-        ("JOG 1, far", IllegalValue, "an amount of far"),
+        ("JOG 1, far", UndefinedValue, "far"),
+        ("JOG 1, $ENCODE(1)", LineRefused, "real"),
+        ("JOG 1.5, 2", UsageError, "there is no axis 1.5"),
         ("JOG 1, 2000", IllegalValue, "up to 1000"),
         ("JOG", UsageError, "needs a terminal with keys"),
     ],
@@ -144,6 +147,13 @@ def test_without_power_nothing_moves(session: Session) -> None:
     session.perform("DISABLE POWER")
     with pytest.raises(PowerOff):
         session.perform("JOG 1, 5")
+
+
+def test_amounts_and_joints_may_be_expressions(session: Session) -> None:
+    before = session.engine.position().joints
+    session.perform("far = 4")
+    session.perform("JOG 1+1, -far/2")
+    assert degrees(session.engine.position().joints[1] - before[1]) == pytest.approx(-2.0)
 
 
 def test_every_axis_has_its_name() -> None:

@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from vrs_cli.engine.commands import JointTarget, Move
 from vrs_cli.errors import IllegalJoint, IllegalValue, MotionError, TooNear, UsageError
+from vrs_cli.interfaces.operands import real
 from vrs_cli.interfaces.replies import Message, Reply, Tone
 from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
-from vrs_cli.language.ast import Instruction, Word
-from vrs_cli.language.values import plain, read_number
+from vrs_cli.language.ast import Instruction, Variable
+from vrs_cli.language.values import plain
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
@@ -89,7 +90,7 @@ def jog(session: Session, it: Instruction) -> Iterator[Reply]:
     session.driver.check_robot_free()
     jogger = Jogger(session)
     if it.arguments:
-        axis, amount = _asked(session.engine, it)
+        axis, amount = _asked(session, it)
         said = jogger.step(axis, amount)
         if said:
             yield Message(said, Tone.WARNING)
@@ -100,14 +101,18 @@ def jog(session: Session, it: Instruction) -> Iterator[Reply]:
     terminal.jog(jogger)
 
 
-def _asked(engine: Engine, it: Instruction) -> tuple[Axis, float]:
-    words = [argument.text for argument in it.arguments if isinstance(argument, Word)]
-    if len(words) != 2:
+def _asked(session: Session, it: Instruction) -> tuple[Axis, float]:
+    if len(it.arguments) != 2 or None in it.arguments:
         raise UsageError("JOG takes an axis and an amount, or nothing", FORM)
-    amount = read_number(words[1])
-    if amount is None or abs(amount) > LONGEST:
-        raise IllegalValue(f"an amount of {words[1]}", f"a number of mm or degrees, up to {LONGEST:g}")
-    return axis_of(engine, words[0]), amount
+    named, by = it.arguments
+    assert named is not None
+    assert by is not None
+    amount = real(session, by)
+    if not abs(amount) <= LONGEST:
+        raise IllegalValue(f"an amount of {plain(amount)}", f"a number of mm or degrees, up to {LONGEST:g}")
+    if isinstance(named, Variable) and named.indexes is None:
+        return axis_of(session.engine, named.name), amount
+    return axis_of(session.engine, plain(real(session, named))), amount
 
 
 def axis_of(engine: Engine, name: str) -> Axis:

@@ -29,6 +29,8 @@ from vrs_cli.errors import (
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.driver import Outcome, RunResult
 from vrs_cli.interfaces.jogging import jog
+from vrs_cli.interfaces.operands import real as _real
+from vrs_cli.interfaces.operands import value as _value
 from vrs_cli.interfaces.plotting import plotted, selected
 from vrs_cli.interfaces.realtime import clock, clock_report
 from vrs_cli.interfaces.replies import (
@@ -114,19 +116,6 @@ class Dialogue(Protocol):
 
 
 # --- operands ------------------------------------------------------------------------------------------------------
-
-
-def _value(session: Session, expression: Expression) -> Value:
-    from vrs_cli.language.runtime import evaluate
-
-    return evaluate(session.environment, session.robot, expression)
-
-
-def _real(session: Session, expression: Expression) -> float:
-    value = _value(session, expression)
-    if not isinstance(value, float):
-        raise TypeMismatch(f"a {kind_of_value(value).value}", "a real is wanted here")
-    return value
 
 
 def _argument(it: Instruction, index: int) -> Expression | None:

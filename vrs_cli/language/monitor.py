@@ -276,7 +276,7 @@ _OURS = (
     ),
     _word(
         "JOG",
-        (Argument("axis", Shape.WORD, optional=True), Argument("amount", Shape.WORD, optional=True)),
+        (Argument("axis", Shape.SETTING, optional=True), real("amount", optional=True)),
         "move by hand: a joint [deg], X Y Z RX RY RZ, or TX ... TRZ of the tool [mm, deg]; bare: with the keys",
         "JOG Z, -20",
         "",
