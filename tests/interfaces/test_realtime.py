@@ -249,6 +249,23 @@ def test_undo_takes_back_what_has_not_begun(session: Session, wall: ManualWall) 
         session.perform("UNDO")
 
 
+def test_redo_does_again_what_has_not_begun(session: Session, wall: ManualWall) -> None:
+    session.perform("READY AT 5")
+    session.perform("UNDO")
+    wall.seconds += 4.0
+    session.perform("REDO")
+    assert session.engine.records()[-1].executed == 5.0
+    session.perform("UNDO")
+    wall.seconds += 2.0
+    with pytest.raises(TooLate, match=r"READY AT 5"):
+        session.perform("REDO")
+
+
+def test_in_real_time_there_is_one_course_of_events(session: Session) -> None:
+    with pytest.raises(UsageError, match="one course of events"):
+        session.perform("BRANCH trial")
+
+
 # --- a clock that stands ---------------------------------------------------------------------------------------------
 
 

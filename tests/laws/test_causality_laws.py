@@ -74,6 +74,10 @@ def takes_back(world: World) -> None:
     world.engine.undo()
 
 
+def does_again(world: World) -> None:
+    world.engine.redo()
+
+
 policies = st.builds(SetParameter, name=st.just("CAUSALITY"), value=st.sampled_from(["ABORT", "POSTPONE"]))
 rests = st.sampled_from([Break(), Brake(), SetTool(translation(0.0, 0.0, 0.05)), SetTool(translation(0.0, 0.0, 0.0))])
 actions = st.one_of(
@@ -85,7 +89,7 @@ actions = st.one_of(
     st.builds(commands, moves, st.booleans()),
     st.builds(commands, moves, st.booleans()),
     st.builds(commands, others | policies | rests, st.booleans()),
-    st.just(takes_back),
+    st.sampled_from([takes_back, takes_back, does_again]),
 )
 
 

@@ -5,7 +5,8 @@ Nothing runs here between two requests. Readers of a timeline keep the version t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
@@ -36,15 +37,15 @@ from vrs_cli.engine.commands import (
     Stamp,
     ToolOffsetTarget,
 )
+from vrs_cli.engine.history import CommandRecord, History, Step
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
 from vrs_cli.engine.planner import plan, plan_steering
-from vrs_cli.engine.position import Position, joints_at, position_at
+from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
 from vrs_cli.engine.targets import Situation, check_joint_limits, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
     PowerOff,
     TooLate,
-    UsageError,
 )
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.joints import Joints
@@ -52,7 +53,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.blend import rest
 from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.instant import LATEST, on_grid, shown, up_to_grid
+from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
 from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.steered import Target
@@ -67,20 +68,6 @@ DeltaListener = Callable[[TimelineDelta, Timeline], None]
 
 
 @dataclass(frozen=True, slots=True)
-class CommandRecord:
-    """A motion command and what became of it: when its motion begins and ends on the present timeline [s].
-
-    `executed` is as commanded and `end` None for a motion that a later command has dropped.
-    """
-
-    number: int
-    text: str
-    issued: float
-    executed: float
-    end: float | None
-
-
-@dataclass(frozen=True, slots=True)
 class Postponement:
     """A motion that came too late for its execution time, and what that is now [s]."""
 
@@ -90,16 +77,23 @@ class Postponement:
 
 
 @dataclass(frozen=True, slots=True)
-class _Done:
-    """What undo needs: the timeline before a delta, the delta, and the clock before."""
+class Line:
+    """All that an engine has of one course of events: another may be taken up in its place, and this one again."""
 
+    initial: Timeline
     timeline: Timeline
-    delta: TimelineDelta
+    deltas: tuple[TimelineDelta, ...]
+    history: History
+    number: int
     clock: float
+    parameters: Parameters
 
 
 class Engine:
-    """One robot: model, timeline, settings, clock. `deltas` are all changes of the timeline so far."""
+    """One robot: model, timeline, settings, clock. `deltas` are all changes of the timeline so far.
+
+    `heard`: listeners are told of each change; not of those that are only tried.
+    """
 
     def __init__(self, model: RobotModel, *, start: Joints | None = None, clock: Clock | None = None) -> None:
         self.model = model
@@ -108,6 +102,7 @@ class Engine:
         self.parameters = Parameters()
         self.listeners: list[DeltaListener] = []
         self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
+        self.heard = True
         self.begin_timeline(model.poses["ready"] if start is None else start)
 
     def begin_timeline(self, joints: Joints) -> None:
@@ -116,7 +111,7 @@ class Engine:
         self.timeline = Timeline([rest(joints, 0.0, 0.0, initial)])
         self.initial = self.timeline
         self.deltas: list[TimelineDelta] = []
-        self._history: list[_Done] = []
+        self.history = History()
         self._number = 0
         self._issued: float | None = None
         self._steered: Motion | None = None  # the motion that the next target of `steer` goes on with
@@ -144,12 +139,7 @@ class Engine:
 
     def destination(self, t: float | None = None) -> Position:
         """Where the motion that is under way at t (now) ends, or where the robot stands."""
-        timeline = self.timeline
-        index = timeline.index_at(self.now if t is None else t)
-        number = timeline[index].motion.number
-        while index + 1 < len(timeline) and timeline[index + 1].motion.number == number:
-            index += 1
-        return position_at(self.arm, timeline, timeline[index].finish)
+        return destination_at(self.arm, self.timeline, self.now if t is None else t)
 
     @property
     def frames(self) -> Frames:
@@ -158,12 +148,7 @@ class Engine:
 
     def records(self) -> tuple[CommandRecord, ...]:
         """All motion commands that are not undone, in the order in which they were issued."""
-        begins: dict[int, float] = {}
-        ends: dict[int, float] = {}
-        for segment in self.timeline:
-            begins.setdefault(segment.motion.number, segment.start)
-            ends[segment.motion.number] = segment.finish
-        return tuple(_record(done.delta, begins, ends) for done in self._history)
+        return self.history.records(self.timeline)
 
     # --- requests ---
 
@@ -396,10 +381,8 @@ class Engine:
         if motion is self._steered:
             self._continue(delta)
             return
-        self._end_steering()
-        self._note(timeline, delta)
-        self._steered, self._number = motion, motion.number
-        self._apply(delta)
+        self.commit(delta, self.now, False)
+        self._steered = motion
 
     def _steered_motion(self, goal: Joints, speed: float, text: str) -> Motion:
         """The motion of the targets before, if this is one more of them."""
@@ -422,9 +405,9 @@ class Engine:
         """The motion is known as a whole: what UNDO takes back is one change."""
         if self._steered is not None:
             self._steered = None
-            last = self._history[-1]
+            last = self.history.done[-1]
             rest = tuple(self.timeline[index] for index in range(last.delta.keep, len(self.timeline)))
-            self._history[-1] = replace(last, delta=replace(last.delta, segments=rest))
+            self.history.done[-1] = last.longer(rest)
 
     def _motion_from_now(self, goal: Joints, speed: float, text: str) -> Motion:
         under_way = self.timeline.locate(on_grid(self.now))[0].motion
@@ -456,34 +439,55 @@ class Engine:
             insert=insert,
             slowest=float(self.parameters.values["STRETCH"]),
         )
+        self.commit(delta, self.now if self._issued is None else self._issued, insert)
+
+    def commit(self, delta: TimelineDelta, clock: float, insert: bool) -> None:
+        """A command that was planned for the present timeline takes place; `clock` is what UNDO goes back to."""
         self._end_steering()
-        self._note(before, delta)
-        self._number = motion.number
+        self.history.add(Step.of(self.timeline, delta, clock, insert))
+        self._number = delta.motion.number
         self._apply(delta)
 
-    def _note(self, before: Timeline, delta: TimelineDelta) -> None:
-        """What UNDO is to take back."""
-        self._history.append(_Done(before, delta, self.now if self._issued is None else self._issued))
+    def follow(self, deltas: Iterable[TimelineDelta]) -> None:
+        """Change the timeline as another course of events did from here on; listeners hear of it."""
+        for delta in deltas:
+            self._apply(delta)
 
     def _apply(self, delta: TimelineDelta) -> None:
         self.timeline = self.timeline.apply(delta)
         self.deltas.append(delta)
-        for listener in self.listeners:
+        for listener in self.listeners if self.heard else ():
             listener(delta, self.timeline)
 
     def undo(self) -> TimelineDelta:
         """Take the last motion command back, and the clock, unless time is real. Raises UsageError when there is none,
-        TooLate for one that has begun in real time."""
+        TooLate for one that has begun in real time.
+        """
         self._end_steering()
-        if not self._history:
-            raise UsageError("there is no motion to undo")
-        self._check_not_begun(self._history[-1].delta)
-        done = self._history.pop()
-        delta = replace(done.timeline.inverse(done.delta), version=self.timeline.version)
+        if self.history.done:
+            self._check_not_begun(self.history.done[-1].delta)
+        step = self.history.take_back(self.now)
+        delta = step.taking_back(self.timeline.version)
+        self._set_clock(step.clock)
         self._apply(delta)
-        if not self.realtime:
-            self.clock.set(done.clock)
         return delta
+
+    def redo(self) -> TimelineDelta:
+        """Do again what `undo` took back last; timeline and clock are as before that. Raises UsageError,
+        TooLate for one whose time has passed in real time.
+        """
+        self._end_steering()
+        if self.history.undone:
+            self._check_not_begun(self.history.undone[-1].step.delta)
+        undone = self.history.do_again()
+        delta = undone.step.doing_again(self.timeline.version)
+        self._set_clock(undone.clock)
+        self._apply(delta)
+        return delta
+
+    def _set_clock(self, to: float) -> None:
+        if not self.realtime:
+            self.clock.set(to)
 
     def _check_not_begun(self, delta: TimelineDelta) -> None:
         """Raises TooLate for a change whose time has come, where time is real."""
@@ -492,6 +496,29 @@ class Engine:
                 f"{delta.motion.text or 'the last motion'} has begun at {delta.executed:.3f} s, and the past stays",
                 "ABORT stops the motion; another one IN 0 takes its place",
             )
+
+    # --- other courses of events ---
+
+    def line(self) -> Line:
+        """The present course of events, to be taken up again."""
+        self._end_steering()
+        return Line(
+            self.initial,
+            self.timeline,
+            tuple(self.deltas),
+            self.history.copy(),
+            self._number,
+            self.now,
+            deepcopy(self.parameters),
+        )
+
+    def take(self, line: Line, *, heard: bool) -> None:
+        """Take up a course of events where it was left; the robot is where it was then."""
+        self._steered = None
+        self.initial, self.timeline, self.deltas = line.initial, line.timeline, list(line.deltas)
+        self.history, self._number = line.history.copy(), line.number
+        self.parameters, self.heard = deepcopy(line.parameters), heard
+        self.clock.set(line.clock)
 
     # --- settings ---
 
@@ -563,13 +590,6 @@ class Engine:
         frames = self.frames
         T_robot_flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
         return select(self.arm, self.parameters, T_robot_flange, self.position().joints if near is None else near)
-
-
-def _record(delta: TimelineDelta, begins: Mapping[int, float], ends: Mapping[int, float]) -> CommandRecord:
-    number = delta.motion.number
-    begin, end = begins.get(number, delta.executed), ends.get(number)
-    text, issued = delta.motion.text, shown(delta.issued)
-    return CommandRecord(number, text, issued, shown(begin), None if end is None else shown(end))
 
 
 _SETTERS: dict[type, Callable[[Engine, Any], None]] = {

@@ -7,6 +7,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine, Postponement
 from vrs_cli.errors import (
@@ -76,6 +77,7 @@ class Session:
     ) -> None:
         self.terminal = terminal
         self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
+        self.branches = Branches(self.engine)
         self.environment = Environment()
         self.robot = Readings(self.engine)
         self.bounds = bounds
@@ -292,6 +294,11 @@ class Session:
             self.engine.wait_for_rest()
 
     # --- the prompt ---
+
+    @property
+    def prompt(self) -> str:
+        """VAL's dot, after the name of the branch where one is tried."""
+        return "." if self.branches.on_main else f"({self.branches.present})."
 
     def perform(self, line: str) -> None:
         """One line of the prompt, or of the editor: parse it, check it, do it. Answers go to the terminal.

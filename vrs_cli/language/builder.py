@@ -145,6 +145,7 @@ _SHAPED: Mapping[Shape, Callable[[Expression], Expression]] = {
     Shape.SWITCH: _to_word,
     Shape.PARAMETER_NAME: _to_word,
     Shape.WORD: _to_word,
+    Shape.BRANCH: _to_word,
     Shape.PROGRAM: _to_program,
     Shape.VARIABLE: _to_variable,
     Shape.REAL_VARIABLE: _to_variable,

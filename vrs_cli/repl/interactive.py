@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from vrs_cli.language.diagnostics import Diagnostic
     from vrs_cli.render.console import TerminalRenderer
     from vrs_cli.repl.conversation import Conversation
+    from vrs_cli.repl.recorder import Recorder
     from vrs_cli.repl.terminal import ShellTerminal
 
 BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
@@ -56,7 +57,13 @@ STYLE = Style.from_dict(
 class Workplace:
     """What is made behind the first prompt: the conversation, on a terminal that can ask."""
 
-    def __init__(self, model: RobotModel | None, read: Callable[[str], str], clock: Clock | None = None) -> None:
+    def __init__(
+        self,
+        model: RobotModel | None,
+        read: Callable[[str], str],
+        recorder: Recorder | None = None,
+        clock: Clock | None = None,
+    ) -> None:
         from vrs_cli.interfaces.session import Session
         from vrs_cli.kinematics.model import load_robot
         from vrs_cli.language import parser
@@ -76,6 +83,7 @@ class Workplace:
         self.terminal: ShellTerminal = ShellTerminal(read, draw)
         session = Session(self.terminal, model or load_robot(DEFAULT_ROBOT), clock=clock)
         self.conversation: Conversation = Conversation(session)
+        self.recorded = None if recorder is None else recorder.begin(session.engine)
         self.terminal.interrupt = self.interrupt
         parser.parse_prompt("WHERE")
 
@@ -172,11 +180,17 @@ class LineValidator(Validator):
 class Shell:
     """The loop: read a line, carry it out. Wrong lines and Ctrl-C never end it."""
 
-    def __init__(self, model: RobotModel | None = None, file: str | None = None, clock: Clock | None = None) -> None:
-        self.file, self._clock = file, clock
+    def __init__(
+        self,
+        model: RobotModel | None = None,
+        file: str | None = None,
+        recorder: Recorder | None = None,
+        clock: Clock | None = None,
+    ) -> None:
+        self.file, self.recorder, self._clock = file, recorder, clock
         history, self.note = open_history(history_path(os.environ))
         self._answers: PromptSession[str] | None = None
-        self.backstage = Backstage(lambda: Workplace(model, self._answer, clock), self._redraw)
+        self.backstage = Backstage(lambda: Workplace(model, self._answer, recorder, clock), self._redraw)
         self.prompts: PromptSession[str] = PromptSession(
             self._message,
             history=history,
@@ -197,6 +211,10 @@ class Shell:
         print(BANNER)
         if self.note:
             print(self.note)
+        if self.recorder is not None:
+            work = self.backstage.wait()
+            if work.recorded is not None:
+                work.terminal.show(work.recorded)
         if self.file is not None:
             with stoppable(self.backstage.wait()):
                 self.backstage.wait().conversation.load(self.file)
@@ -259,7 +277,8 @@ class Shell:
             return IDLE
         if work.conversation.in_program:
             return work.conversation.prompt
-        return RUNNING if work.conversation.session.running else IDLE
+        session = work.conversation.session
+        return RUNNING if session.running else session.prompt
 
     def _indent(self) -> str:
         work = self.backstage.ready
@@ -315,6 +334,8 @@ def stoppable(work: Workplace) -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def run(model: RobotModel | None, file: str | None, clock: Clock | None = None) -> int:
+def run(
+    model: RobotModel | None, file: str | None, recorder: Recorder | None = None, clock: Clock | None = None
+) -> int:
     """The interactive shell."""
-    return Shell(model, file, clock).run()
+    return Shell(model, file, recorder, clock).run()

@@ -9,19 +9,30 @@ from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.repl.conversation import Conversation
+from vrs_cli.repl.recorder import Recorder
 from vrs_cli.repl.terminal import PlainTerminal
 
 OK, FAILED = 0, 1
 
 
-def run(model: RobotModel, file: str | None, source: Iterable[str], sink: TextIO, clock: Clock | None = None) -> int:
+def run(
+    model: RobotModel,
+    file: str | None,
+    source: Iterable[str],
+    sink: TextIO,
+    recorder: Recorder | None = None,
+    clock: Clock | None = None,
+) -> int:
     """Carry out the lines of `source`. Returns 1 when any of them could not be, 0 otherwise.
 
     A wrong line does not stop the lines after it; EXIT does, and so does Ctrl-C.
     """
     lines = iter(source)
     terminal = PlainTerminal(sink, lines)
-    conversation = Conversation(Session(terminal, model, clock=clock))
+    session = Session(terminal, model, clock=clock)
+    conversation = Conversation(session)
+    if recorder is not None:
+        terminal.show(recorder.begin(session.engine))
     if file is not None:
         conversation.load(file)
     for line in lines:
