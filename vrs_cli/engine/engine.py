@@ -376,6 +376,7 @@ class Engine:
         """
         self._check_power()
         check_joint_limits(self.model, goal)
+        self._issued = None
         if not self.parameters.switch("DRY.RUN"):
             self._edit(self._motion_from_now(goal, speed, text), on_grid(self.now), False)
 
@@ -390,7 +391,7 @@ class Engine:
         check_joint_limits(self.model, target.joints)
         if self.parameters.switch("DRY.RUN"):
             return
-        executed, timeline = on_grid(self.now), self.timeline
+        executed, timeline, self._issued = on_grid(self.now), self.timeline, None
         motion = self._steered_motion(target.joints, speed, text)
         delta = plan_steering(self.arm, timeline, motion, executed, target, up_to_grid(tick * LONGER))
         if motion is self._steered:
