@@ -39,7 +39,7 @@ from vrs_cli.engine.commands import (
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
 from vrs_cli.engine.planner import plan, plan_steering
 from vrs_cli.engine.position import Position, joints_at, position_at
-from vrs_cli.engine.targets import Situation, check_joint_limits, resolve, select, unmet
+from vrs_cli.engine.targets import Situation, check_joint_limits, check_near, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
     PowerOff,
@@ -524,9 +524,11 @@ class Engine:
         self.parameters.modes[request.mode].put(request.on, request.always)
 
     def _set_tool(self, request: SetTool) -> None:
+        check_near(request.T_flange_tool, "TOOL")
         self._set_frames(replace(self._frames_at_rest(), tool=request.T_flange_tool), "TOOL")
 
     def _set_base(self, request: SetBase) -> None:
+        check_near(request.T_robot_world, "BASE")
         self._set_frames(replace(self._frames_at_rest(), base=request.T_robot_world), "BASE")
 
     def _frames_at_rest(self) -> Frames:
