@@ -11,13 +11,16 @@ from pathlib import Path
 from vrs_cli.language.functions import FUNCTIONS, Function
 from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.words import Word
+from vrs_cli.language.operators import LINKS, OPERATORS, Operator
+from vrs_cli.language.words import State, Word
 
+Row = Word | Function | Operator
 PAGE = Path(__file__).parent / "words.md"
 HEAD = """# Every word
 
 All words that the shell knows, from the tables that HELP, completion and the analyzer read. `1` is a word of VAL, `2`
 of VAL-II, `+` of V+, and a word without any is ours. A word that is not available is still known, and refused by name.
+`DISABLE VPLUS` refuses those that are of `+` alone.
 Made by `python docs/make_words.py`.
 """
 COLUMNS = "| form | what it does | example | from | state |\n| --- | --- | --- | --- | --- |"
@@ -26,6 +29,8 @@ TABLES = (
     ("Control structures", CONTROL),
     ("Instructions", INSTRUCTIONS),
     ("Functions and constants", FUNCTIONS),
+    ("Operators", OPERATORS),
+    ("Words that link", LINKS),
 )
 
 
@@ -34,22 +39,23 @@ def page() -> str:
     return "\n".join((HEAD, *(_table(title, rows.values()) for title, rows in TABLES)))
 
 
-def _table(title: str, rows: Iterable[Word | Function]) -> str:
+def _table(title: str, rows: Iterable[Row]) -> str:
     return "\n".join((f"## {title}\n", COLUMNS, *map(row_text, rows), ""))
 
 
-def row_text(row: Word | Function) -> str:
+def row_text(row: Row) -> str:
     """A row of the tables as a line of the page."""
     return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in _cells(row))} |"
 
 
-def _cells(row: Word | Function) -> Iterator[str]:
-    note = row.note if isinstance(row, Word) else ""
+def _cells(row: Row) -> Iterator[str]:
+    note = "" if isinstance(row, Operator) else row.note
+    state = State.SUPPORTED if isinstance(row, Operator) else row.state
     yield f"`{row.form}`"
     yield row.summary
     yield f"`{row.example}`"
     yield row.where.strip()
-    yield f"{row.state.value}: {note}" if note else row.state.value
+    yield f"{state.value}: {note}" if note else state.value
 
 
 if __name__ == "__main__":

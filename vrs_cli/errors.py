@@ -129,6 +129,12 @@ class DuplicateLabel(ProgramError):
     code, text = -464, "Duplicate statement label"
 
 
+class MisplacedDeclaration(ProgramError):
+    """AUTO, LOCAL or GLOBAL after a step that does something."""
+
+    code, text = -471, "Misplaced declaration statement"
+
+
 class ControlStructure(ProgramError):
     code, text = -473, "Control structure error"
 
@@ -137,6 +143,12 @@ class AmbiguousGrouping(ProgramError):
     """A warning: VAL-II's own table of operators groups an expression otherwise."""
 
     code, text = 56, "Ambiguous grouping"
+
+
+class OldMeaning(ProgramError):
+    """A warning: a form that the first VAL has, and VAL-II reads otherwise."""
+
+    code, text = 58, "Taken as in VAL"
 
 
 class UnreachableCode(ProgramError):
@@ -272,6 +284,32 @@ class FileExists(FileError):
 
 class FileDamaged(FileError):
     code, text = -503, "File is not what it should be"
+
+
+class FileOpened(FileError):
+    """A file that somebody writes is nobody else's, and a unit has one file."""
+
+    code, text = -506, "File already opened"
+
+
+class FileNotOpened(FileError):
+    code, text = -513, "File not opened"
+
+
+class UnitNotAttached(FileError):
+    code, text = -516, "Logical unit not attached"
+
+
+class NoDataReceived(FileError):
+    """GETC does not wait, and nothing is there."""
+
+    code, text = -526, "No data received"
+
+
+class FileOutside(FileError):
+    """A program names a file that is not in the folder it runs in."""
+
+    code, text = -517, "File outside the folder of the run"
 
 
 class UsageError(VrsError):

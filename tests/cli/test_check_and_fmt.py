@@ -87,6 +87,17 @@ def test_fmt_leaves_a_file_with_mistakes_alone(vrs: Vrs) -> None:
     assert ended.out == "good.v2 rewritten\n"
 
 
+@pytest.mark.parametrize("body", ["FOR i = 1 TO 3\n  move a\n", "move a\nEND\n", "IF TRUE THEN\nUNTIL TRUE\nEND\n"])
+@pytest.mark.parametrize("option", ["--write", "--check"])
+def test_fmt_refuses_blocks_that_do_not_pair(vrs: Vrs, tmp_path: Path, body: str, option: str) -> None:
+    text = f".PROGRAM p\n{body}.END\n"
+    (tmp_path / "open.v2").write_text(text)
+    ended = vrs("fmt", option, "open.v2")
+    assert (ended.status, ended.out) == (1, "")
+    assert "*Control structure error*" in ended.err
+    assert (tmp_path / "open.v2").read_text() == text
+
+
 @pytest.mark.parametrize("command", ["check", "fmt"])
 @pytest.mark.parametrize(
     ("name", "status", "told"),

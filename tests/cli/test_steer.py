@@ -50,6 +50,7 @@ def test_what_it_saves_can_be_read(vrs: Vrs, tmp_path: Path) -> None:
 
 def test_standard_input_is_followed_in_real_time(vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = wave(tmp_path / "wave.csv", 1.0).read_text()
+    text = "".join(f"170000000{line}\n" for line in text.splitlines())  # the time of the day, as loggers write it
     monkeypatch.setattr("sys.stdin", io.StringIO(text))
     ended = vrs("steer", "-", "--realtime", 1000)
     assert ended.status == 0

@@ -13,6 +13,7 @@ from vrs_cli.interfaces.help import page as help_page
 from vrs_cli.language.functions import FUNCTIONS, Function
 from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.monitor import COMMANDS
+from vrs_cli.language.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.words import State, Word
 from vrs_cli.repl.complete import _all_words
 
@@ -32,6 +33,11 @@ def maker() -> ModuleType:
 def test_the_page_is_what_the_tables_say() -> None:
     text = (DOCS / "words.md").read_text(encoding="utf-8")
     assert text == maker().page(), "run python docs/make_words.py"
+
+
+@pytest.mark.parametrize("row", [*OPERATORS.values(), *LINKS.values()], ids=lambda row: row.name)
+def test_help_knows_the_operator(row: Operator) -> None:
+    assert row.form in {entry.form for entry in help_page(row.name).entries}
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)

@@ -31,8 +31,8 @@ width            3
 """
 
 
-def loaded(text: str) -> Session:
-    session = Session(RecordingTerminal())
+def loaded(text: str, *, sure: bool = True) -> Session:
+    session = Session(RecordingTerminal(sure=sure))
     assert session.load_text(text) == ()
     return session
 
@@ -68,7 +68,7 @@ def test_a_file_does_not_begin_with_a_blank_line() -> None:
 
 
 def test_a_program_that_was_there_already_keeps_its_comments(tmp_path: Path) -> None:
-    session = loaded(TEXT)
+    session = loaded(TEXT, sure=False)
     (tmp_path / "other.v2").write_text("; another\n.PROGRAM pick\n.END\n; new\n.PROGRAM new\nREADY\n.END\n")
     for _ in load(session, tmp_path / "other.v2"):
         pass

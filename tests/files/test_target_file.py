@@ -27,6 +27,13 @@ def test_columns_may_be_named_in_any_order() -> None:
     assert (only.t, only.target) == (1.5, pytest.approx((radians(10), radians(20))))
 
 
+def test_times_may_count_from_the_first() -> None:
+    lines = ["1700000000.5,1,2", "1700000000.52,1,2", "1700000001.5,1,2"]
+    assert [it.t for it in read_targets(lines, 2, relative=True)] == pytest.approx([0.0, 0.02, 1.0])
+    with pytest.raises(FileDamaged, match=r"1700000000\.5 s is no time from 0"):
+        list(read_targets(lines, 2))
+
+
 def test_poses() -> None:
     (only,) = read("t,x,y,z,o,a,t_angle\n0,100,200,-50,90,90,0\n")
     assert isinstance(only.target, Transform)
@@ -57,8 +64,8 @@ def test_lines_are_read_one_by_one() -> None:
         ("0,1,2\n1,2", r"t\.csv:2: 2 fields where 3 are wanted"),
         ("0,1,2\n1,2,up", r"t\.csv:2: 'up' is no number"),
         ("0,1,2\n1,2,nan", r"t\.csv:2: 'nan' is no number"),
-        ("2,1,2\n1,2,3", r"t\.csv:2: 1 s comes after 2 s"),
-        ("-1,2,3", r"t\.csv:1: -1 is no time"),
+        ("2,1,2\n1,2,3", r"t\.csv:2: 1\.0 s comes after 2\.0 s"),
+        ("-1,2,3", r"t\.csv:1: -1\.0 s is no time"),
         ("t,jt1\n0,1", r"t\.csv:1: the columns are t, jt1 .*t,jt1,jt2 or t,x,y,z,o,a,t_angle"),
     ],
 )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
 from vrs_cli.errors import EndOfInput, VrsError
 from vrs_cli.interfaces.driver import Bounds
 from vrs_cli.interfaces.replies import Reply
@@ -68,8 +71,14 @@ def at_the_prompt(text: str) -> None:
 
 
 def run(text: str) -> None:
-    """The programs of the text, for a few steps each."""
-    session = Session(Silent())
+    """The programs of the text, for a few steps each; their files are in a folder of their own."""
+    with TemporaryDirectory() as folder:
+        session = Session(Silent(), folder=Path(folder))
+        run_in(session, text)
+        session.close()
+
+
+def run_in(session: Session, text: str) -> None:
     session.load_text(text)
     names = [part.name for part in parse_file(text)[0].parts if isinstance(part, Program)]
     for name in names[:3]:

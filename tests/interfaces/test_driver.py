@@ -5,10 +5,18 @@ from __future__ import annotations
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.errors import FileDamaged, IllegalSignal, ProgramInterlocked, TaskActive, TaskNotActive
+from vrs_cli.errors import (
+    FileDamaged,
+    IllegalSignal,
+    IllegalValue,
+    ProgramInterlocked,
+    TaskActive,
+    TaskNotActive,
+    TimeExhausted,
+)
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.driver import WAIT_TICK, Bounds, Outcome
-from vrs_cli.interfaces.replies import ProgramStopped
+from vrs_cli.interfaces.replies import Message, ProgramStopped, RealTable
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language.inputs import InputChange
 
@@ -89,6 +97,43 @@ def test_reacti_brakes_at_the_instant_of_the_change(session: Session) -> None:
     brake = session.engine.records()[-1]
     assert (brake.text, brake.executed) == ("BRAKE", 0.5)
     assert session.engine.end < 1.2
+
+
+@pytest.mark.parametrize("word", ["REACT", "REACTI"])
+def test_a_reaction_during_the_last_motion_of_a_cycle_is_called(session: Session, word: str) -> None:
+    load(session, f"{word} 1001, seen", "n = n+1", "DRIVE 1, 30, 25", "DRIVE 1, -30, 25")
+    load(session, "t = TIME()", "seen = seen+1", name="seen")
+    session.perform("n = 0")
+    session.perform("seen = 0")
+    session.driver.inputs = parse_signals("2.5, 1001, ON\n20, 1001, OFF\n")
+    result = session.execute("main", cycles=3)
+    assert (result.cycles, value(session, "n"), value(session, "seen")) == (3, 3.0, 1.0)
+    first = 2.5 if word == "REACTI" else session.engine.records()[1].end
+    assert value(session, "t") == pytest.approx(first)
+
+
+def test_a_signal_of_the_last_step_is_reacted_to(session: Session) -> None:
+    load(session, "REACT 2001, seen", "CALL sets")
+    load(session, "SIGNAL 2001", "STOP", name="sets")
+    load(session, "seen = 1", name="seen")
+    assert session.execute("main").outcome is Outcome.COMPLETED
+    assert value(session, "seen") == 1.0
+
+
+def test_abort_lets_other_tasks_go_on_while_the_robot_brakes(session: Session) -> None:
+    load(session, "DO", "n = n+1", "WAIT", "UNTIL FALSE", name="other")
+    load(session, "DRIVE 1, 90, 100", "PAUSE")
+    session.perform("n = 0")
+    session.perform("PCEXECUTE other")
+    session.perform("EXECUTE main")
+    session.perform("DRIVE 1, -90, 100 IN 0")
+    session.engine.clock.advance(session.engine.now + 0.3)
+    session.settle()
+    before, began = value(session, "n"), session.engine.now
+    session.perform("ABORT")
+    ticks = (session.engine.now - began) / WAIT_TICK
+    assert ticks > 5
+    assert value(session, "n") - before == pytest.approx(ticks, abs=1)
 
 
 def test_react_waits_for_the_step_that_waits_for_the_robot(session: Session) -> None:
@@ -178,6 +223,21 @@ def test_a_breakpoint_stops_before_its_step(session: Session, terminal: Recordin
     assert value(session, "x") == 3.0
 
 
+@pytest.mark.parametrize(("asked", "stops"), [(1, 3), (2, 3), (4, 5), (5, 5), (6, 7)])
+def test_a_breakpoint_on_a_step_that_does_nothing_is_one_on_the_next(
+    session: Session, terminal: RecordingTerminal, asked: int, stops: int
+) -> None:
+    load(session, "; first", "", "IF TRUE THEN", "; inside", "x = 1", "END", "y = 2", "; the end")
+    session.perform(f"BPT main, {asked}")
+    assert terminal.replies[-1] == Message(f"Breakpoint before step {stops} of main")
+    session.perform("EXECUTE main")
+    stopped = terminal.replies[-1]
+    assert isinstance(stopped, ProgramStopped)
+    assert (stopped.what, stopped.step) == ("(BREAKPOINT)", stops)
+    with pytest.raises(IllegalValue, match="nothing is done"):
+        session.perform("BPT main, 8")
+
+
 def test_a_watch_stops_when_its_value_changes(session: Session, terminal: RecordingTerminal) -> None:
     load(session, "y = 1", "x = 5", "y = 2")
     session.perform("x = 4")
@@ -234,3 +294,60 @@ def test_another_task_that_fails_is_told_and_does_not_stop_the_first(session: Se
     result = session.execute("main")
     assert (result.outcome, value(session, "x")) == (Outcome.COMPLETED, 1.0)
     assert [(one.number, one.fault.program, one.fault.step) for one in result.beside] == [(3, "other", 2)]
+
+
+@pytest.mark.parametrize("step", ["MOVE TRANS(0, 5000, 0)", "DETACH (5)", "x = SQRT(-1)"])
+@pytest.mark.parametrize("bounds", [Bounds(max_steps=300), Bounds(max_time=0.05)])
+def test_a_step_that_is_mended_in_vain_for_ever_is_stopped(session: Session, step: str, bounds: Bounds) -> None:
+    load(session, "REACTE again", step)
+    load(session, "n = 1", name="again")
+    result = session.execute("main", bounds=bounds)
+    assert result.outcome is Outcome.FAILED
+    assert result.fault is not None
+    assert result.fault.code == TimeExhausted.code
+
+
+OWN = """
+.PROGRAM main()
+    x = 1
+    CALL inner(x)
+.END
+.PROGRAM inner(given)
+    AUTO x, row[]
+    x = 5
+    row[2] = 8
+    PAUSE
+    x = 6
+    given = 2
+.END
+"""
+
+
+def test_the_variables_of_the_stopped_program_are_shown(session: Session, terminal: RecordingTerminal) -> None:
+    session.load_text(OWN)
+    session.perform("EXECUTE main")
+    session.perform("LISTR x, row, given, x+1, row[2]")
+    shown = terminal.replies[-1]
+    assert isinstance(shown, RealTable)
+    assert shown.rows == (
+        ("x (inner)", 5.0),
+        ("row[2] (inner)", 8.0),
+        ("given (inner)", 1.0),
+        ("x+1", 6.0),
+        ("row[2]", 8.0),
+    )
+    assert value(session, "x") == 1.0
+
+
+def test_a_watch_sees_the_variables_of_each_program(session: Session, terminal: RecordingTerminal) -> None:
+    session.load_text(OWN)
+    session.perform("x = 1")
+    session.perform("WATCH x")
+    session.perform("EXECUTE main")
+    stops = []
+    while isinstance(terminal.replies[-1], ProgramStopped):
+        stops.append((terminal.replies[-1].what, terminal.replies[-1].step))
+        session.perform("PROCEED")
+    assert stops[0] == ("(WATCH) x is undefined, was 1", 2)
+    assert ("(WATCH) x is 5, was undefined", 3) in stops
+    assert ("(WATCH) x is 6, was 5", 6) in stops

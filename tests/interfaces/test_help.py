@@ -8,6 +8,7 @@ from vrs_cli.interfaces.help import overview, page
 from vrs_cli.language.functions import FUNCTIONS
 from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.monitor import COMMANDS
+from vrs_cli.language.operators import LINKS, OPERATORS
 from vrs_cli.language.words import State
 
 ROWS = {**FUNCTIONS, **CONTROL, **INSTRUCTIONS, **COMMANDS}
@@ -25,7 +26,7 @@ def test_the_overview_lists_what_can_be_used_and_nothing_else() -> None:
     listed = {word for group in overview().groups for word in group.words}
     usable = {name for table in (FUNCTIONS, CONTROL, INSTRUCTIONS, COMMANDS) for name, row in table.items()
               if row.state is State.SUPPORTED}  # fmt: skip
-    assert listed == usable | set(SWITCHES) | set(PARAMETERS)
+    assert listed == usable | set(OPERATORS) | set(LINKS) | set(SWITCHES) | set(PARAMETERS)
 
 
 def test_all_meanings_of_a_word_are_shown() -> None:

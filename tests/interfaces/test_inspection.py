@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.kinematics.model import load_robot
+from vrs_cli.language.analyzer import MOST_HINTS
 
 PUMA = load_robot("puma560")
 SECTIONS = """\
@@ -51,3 +52,10 @@ def test_with_another_tool_nothing_is_known() -> None:
 def test_unreachable_steps_of_programs_that_can_run() -> None:
     assert found("STOP", "x = 1") == [(57, 2)]
     assert found("STOP", "x = 1", "GOTO 7") == [(-412, 3)]
+
+
+def test_of_many_names_without_a_value_the_first_are_compared_with_others() -> None:
+    steps = "".join(f"x = plaxe{i}\ny = place{i}\nplace{i} = 1\n" for i in range(100, 200))
+    hints = [one.hint for one in inspect(f".PROGRAM p\n{steps}.END\n", PUMA) if "plaxe" in one.detail]
+    assert len(hints) == 100
+    assert sum(map(bool, hints)) == MOST_HINTS

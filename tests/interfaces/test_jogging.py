@@ -208,6 +208,13 @@ def test_what_is_planned_gives_way(live: Session) -> None:
     assert live.engine.end < 5.0 + live.engine.now
 
 
+def test_a_step_is_issued_and_executed_now(live: Session, wall: ManualWall) -> None:
+    wall.seconds += 2.0
+    live.perform("JOG 1, 5")
+    record = live.engine.records()[-1]
+    assert record.issued == record.executed == pytest.approx(live.engine.now)
+
+
 def test_space_stops(live: Session, wall: ManualWall) -> None:
     panel = Panel(Jogger(live))
     panel.step = 50.0

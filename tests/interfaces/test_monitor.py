@@ -13,6 +13,7 @@ from vrs_cli.errors import (
     FileExists,
     IllegalJoint,
     IllegalValue,
+    InvalidName,
     ProgramExists,
     UndefinedName,
     UndefinedValue,
@@ -20,8 +21,8 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.interfaces import replies
-from vrs_cli.interfaces.monitor import MONITOR, Dialogue, changed, free_memory
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.monitor import MONITOR, changed, free_memory
+from vrs_cli.interfaces.session import Dialogue, Session
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.language.ast import Kind
 from vrs_cli.language.monitor import COMMANDS
@@ -182,7 +183,7 @@ def test_a_change_of_a_compound_is_relative_to_its_frame() -> None:
     assert location(session, "inside") == [-120.32, 149.09, 7.0, 90.0, -90.0, 0.0]
 
 
-@pytest.mark.parametrize("answer", ["1,2,3,4,5,6,7", "a", "1,b", "1;2"])
+@pytest.mark.parametrize("answer", ["1,2,3,4,5,6,7", "a", "1,b", "1:2"])
 def test_a_wrong_change_is_asked_again(answer: str) -> None:
     person = Person(answer, "1", "")
     session = at(person, PART)
@@ -355,7 +356,7 @@ def test_a_file_that_is_there_is_overwritten_only_when_agreed(folder: Path) -> N
 
 def test_load_keeps_programs_and_overwrites_variables(folder: Path) -> None:
     (folder / "new.v2").write_text(".PROGRAM main\nTYPE 1\n.END\n.PROGRAM fresh\n.END\n.REALS\nx 77\n.END\n")
-    session = loaded(RecordingTerminal())
+    session = loaded(RecordingTerminal(sure=False))
     kept = session.environment.programs["main"]
     session.perform("LOAD new.v2")
     assert session.environment.programs["main"] is kept
@@ -363,7 +364,38 @@ def test_load_keeps_programs_and_overwrites_variables(folder: Path) -> None:
     assert dict(session.environment.variables(Kind.REAL))["x"] == 77.0
     texts = [reply.text for reply in session.terminal.replies]  # type: ignore[attr-defined]
     assert texts[0].startswith("*Program already exists* main")
-    assert texts[1] == "new.v2 loaded: fresh"
+    assert texts[1] == "new.v2 loaded: fresh; main stays as before"
+
+
+@pytest.mark.parametrize("sure", [True, False])
+def test_load_asks_before_it_replaces(folder: Path, sure: bool) -> None:
+    (folder / "new.v2").write_text(".PROGRAM main\nTYPE 1\n.END\n.PROGRAM fresh\n.END\n")
+    session = loaded(Person(sure=sure))
+    session.perform("LOAD new.v2")
+    assert (len(session.environment.programs["main"].program.steps) == 1) is sure
+    assert session.terminal.asked == ["Program main exists. Replace it (Y/N)?"]  # type: ignore[attr-defined]
+    (said,) = [reply.text for reply in session.terminal.replies]  # type: ignore[attr-defined]
+    assert said == f"new.v2 loaded: {'main (replaced), fresh' if sure else 'fresh; main stays as before'}"
+
+
+def test_execute_alone_runs_the_first_program_of_a_file(folder: Path) -> None:
+    (folder / "new.v2").write_text(".PROGRAM second\nTYPE 1\n.END\n.PROGRAM another\nTYPE 2\n.END\n")
+    session = at(RecordingTerminal(), "LOAD new", "EXECUTE", "EXECUTE another", "EXECUTE")
+    assert session.terminal.typed.split() == ["1", "2", "2"]  # type: ignore[attr-defined]
+
+
+def test_status_shows_what_is_said_for_the_next_motion() -> None:
+    def waiting(*lines: str) -> tuple[str, ...]:
+        session = at(RecordingTerminal(), "READY", *lines, "STATUS")
+        status = session.terminal.replies[-1]  # type: ignore[attr-defined]
+        assert isinstance(status, replies.StatusReport)
+        return status.next_motion
+
+    assert waiting() == ()
+    said = ("LEFTY", "RIGHTY", "FLIP", "DO SPEED 50", "CPOFF", "FINE", "DURATION 2", "OPEN")
+    assert waiting(*said) == ("FLIP", "SPEED 50 %", "DURATION 2 s", "FINE", "CPOFF", "OPEN")
+    assert waiting(*said, "DRIVE 1, 10") == ("FLIP",)
+    assert waiting(*said, "READY") == ()
 
 
 def test_a_trajectory_is_loaded_as_a_branch() -> None:
@@ -523,3 +555,40 @@ def test_one_time_and_a_stretch_of_time_do_not_go_together() -> None:
 def test_a_plot_that_cannot_be_is_refused_also_before_the_first_motion(line: str) -> None:
     with pytest.raises((UsageError, IllegalJoint)):
         at(RecordingTerminal(), line)
+
+
+# --- TEACH ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("asked", "names"),
+    [
+        ("part", ["part", "part1", "part2"]),
+        ("#via8", ["#via8", "#via9", "#via10"]),
+        ("row[2]", ["row[2]", "row[3]", "row[4]"]),
+        ("row[1, 9]", ["row[1,9]", "row[1,10]", "row[1,11]"]),
+    ],
+)
+def test_teach_counts_names_up(asked: str, names: list[str]) -> None:
+    lines = (line for _ in range(3) for line in ("DRIVE 1, 10", f"TEACH {asked}"))
+    session = at(RecordingTerminal(), "READY", *lines)
+    taught = {
+        name: value for kind in (Kind.LOCATION, Kind.PRECISION) for name, value in session.environment.variables(kind)
+    }
+    assert set(taught) == set(names)
+    assert len(set(map(str, taught.values()))) == 3
+    assert not session.terminal.asked  # type: ignore[attr-defined]
+
+
+def test_teach_says_what_cannot_be_counted_up() -> None:
+    session = at(RecordingTerminal(), "TEACH abcdefghijklmno")
+    with pytest.raises(InvalidName, match="at most 15 characters"):
+        session.perform("TEACH abcdefghijklmno")
+    with pytest.raises(IllegalValue, match="TEACH part"):
+        session.perform("TEACH part:offset")
+
+
+def test_a_remark_is_no_change() -> None:
+    session = at(Person(",,50 ; higher", " ;nothing"), "POINT part = NULL")
+    (part,) = session.environment.variables(Kind.LOCATION)
+    assert numbers_of(part.value)[:3] == pytest.approx((0.0, 0.0, 50.0))  # type: ignore[arg-type]

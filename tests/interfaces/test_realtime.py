@@ -123,9 +123,7 @@ def test_what_is_a_motion_returns_at_once(session: Session, wall: ManualWall, li
     assert session.engine.end > end
 
 
-def test_a_wait_can_be_interrupted_and_the_arm_goes_on(
-    session: Session, wall: ManualWall, terminal: RecordingTerminal
-) -> None:
+def test_a_wait_can_be_interrupted_and_the_arm_goes_on(session: Session, wall: ManualWall) -> None:
     session.perform(SLOW)
     end = session.engine.end
     looks = iter([0.0] * 40)
@@ -136,9 +134,9 @@ def test_a_wait_can_be_interrupted_and_the_arm_goes_on(
         return 0.0
 
     wall.each_look = look
-    session.perform("BREAK")
+    with pytest.raises(KeyboardInterrupt):
+        session.perform("BREAK")
     assert 0.1 < session.engine.now < end == session.engine.end
-    assert told(terminal) == ["(ABORTED)"]
 
 
 def test_ctrl_c_in_a_program_brakes(session: Session, wall: ManualWall) -> None:

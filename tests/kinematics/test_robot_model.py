@@ -126,3 +126,10 @@ def test_a_figure_beyond_every_robot_is_called_too_large(tmp_path: Path, value: 
     file.write_text(TEXT.replace("max_velocity = 82.0", f"max_velocity = {value}", 1), encoding="utf-8")
     with pytest.raises(FileDamaged, match=r"joint 1: max_velocity: .* is too large \(give less than 1e\+09 deg/s\)"):
         load_robot(file)
+
+
+def test_links_that_no_arm_has_are_told_with_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "bent.toml"
+    path.write_text(TEXT.replace("alpha = 90.0", "alpha = 80.0"))
+    with pytest.raises(FileDamaged, match=r"bent\.toml: robot puma560: .*closed-form"):
+        load_robot(path)

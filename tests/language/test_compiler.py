@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 from collections.abc import Callable
 
@@ -35,6 +36,7 @@ from vrs_cli.language.ast import (
     Unary,
     Variable,
 )
+from vrs_cli.language.collector import collector_paused
 from vrs_cli.language.compiler import compile_program
 from vrs_cli.language.diagnostics import error
 from vrs_cli.language.environment import Environment
@@ -423,3 +425,27 @@ def test_long_programs_compile() -> None:
         lines += [f"IF x MOD 7 == {number % 7} THEN", "  x = x+1", "ELSE", "  x = x+2", "END"]
         x += 1 if x % 7 == number % 7 else 2
     assert run_lines(*lines).value("x") == x
+
+
+# --- the cost of compiling ---
+
+
+def test_the_collector_runs_again_after_what_goes_wrong() -> None:
+    gc.enable()
+    with pytest.raises(ZeroDivisionError), collector_paused():
+        _ = 1 / 0
+    assert gc.isenabled()
+
+
+def test_the_collector_stays_off_where_it_was() -> None:
+    gc.disable()
+    try:
+        environment_with(program("x = 1")).program("main").compiled  # noqa: B018
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
+
+
+def test_leaves_are_shared_and_values_are_not_confused() -> None:
+    ran = run_lines("a = 1", "b = TRUE", "c = 0", "d = -0", "e = 1", '$s = "1"')
+    assert [ran.value(name) for name in ("a", "b", "c", "d", "e", "$s")] == [1.0, -1.0, 0.0, 0.0, 1.0, "1"]

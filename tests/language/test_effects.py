@@ -52,7 +52,7 @@ from vrs_cli.kinematics.transform import (
     translation,
 )
 from vrs_cli.language.effects import HANDLERS, Prompt, Type, Wait
-from vrs_cli.language.instructions import INSTRUCTIONS
+from vrs_cli.language.instructions import DECLARATIONS, INSTRUCTIONS
 from vrs_cli.language.runtime import Event, Failed
 from vrs_cli.language.words import State
 
@@ -385,7 +385,7 @@ def test_mistakes(line: str, error: type[VrsError]) -> None:
 
 # --- the table ---
 
-BY_THE_COMPILER = {"EXIT", "NEXT", "CALL", "WAIT"}
+BY_THE_COMPILER = {"EXIT", "NEXT", "CALL", "CALLS", "GOSUB", "WAIT", "IFSIG", *DECLARATIONS}
 BY_THE_PARSER = {"REMARK"}  # a comment
 
 

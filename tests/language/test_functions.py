@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.language.running import StillRobot, run_lines
 from vrs_cli.errors import (
@@ -12,12 +14,14 @@ from vrs_cli.errors import (
     IllegalSignal,
     IllegalValue,
     NegativeSquareRoot,
+    TypeMismatch,
     UndefinedValue,
     VrsError,
 )
 from vrs_cli.language.ast import Kind
-from vrs_cli.language.functions import FUNCTIONS
-from vrs_cli.language.operations import message
+from vrs_cli.language.environment import Environment
+from vrs_cli.language.functions import FUNCTIONS, Function
+from vrs_cli.language.operations import message, pack, unpacked
 from vrs_cli.language.words import Shape, State
 
 REALS = [
@@ -285,3 +289,54 @@ def test_forms(name: str, form: str) -> None:
 def test_messages_have_texts() -> None:
     assert message(-401) == "Undefined value"
     assert message(-1023) == "Joint out of range"
+
+
+# val2, section 5: every name in it, and PACK's other half, $DEFAULT and $ID of V+.
+OF_THE_REFERENCE = """
+    ABS SIGN SQR SQRT INT FRACT SIN COS TAN ATAN2 MAX MIN RANDOM OUTSIDE BCD DCB BMASK LNGB FLTB INTB $LNGB DX DY DZ
+    DISTANCE INRANGE IDENTICAL SIG SIG.INS BITS TIMER TIME SPEED STATE SWITCH PARAMETER ERROR STATUS TASK PRIORITY FREE
+    ID DEFINED LAST HAND HAND.TIME LEN ASC VAL POS STRDIF IOSTAT GETC DEVICE KEYMODE PENDANT TAS
+    TRANS #PPOINT SHIFT FRAME INVERSE RX RY RZ SCALE NORMAL HERE DEST TOOL BASE NULL #PDEST #PHERE LATCH
+    $CHR $MID $ENCODE $DECODE $ERROR $TIME $ID $UNPACK $TRUNCATE $DEFAULT
+"""
+
+
+def test_no_function_is_missing() -> None:
+    assert set(OF_THE_REFERENCE.split()) <= set(FUNCTIONS)
+
+
+@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=lambda function: function.name)
+def test_a_function_works_or_is_refused_with_a_reason(function: Function) -> None:
+    assert (function.evaluate is None) is (function.state is State.REFUSED) is bool(function.note)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["x = TASK(2)", "x = FREE(1)", "x = IOSTAT(3)", "x = IOSTAT(5, 4)", "x = GETC(0)",
+     '$a[0] = "x"\n$s = $UNPACK($a[0], 0, 1)',
+     '$a[0] = "x"\n$s = $UNPACK($a[0], 1, 129)', 'PACK $a[0], 0, 1 = "x"'],
+)  # fmt: skip
+def test_what_the_system_cannot_say(line: str) -> None:
+    assert isinstance(run_lines(*line.split("\n")).error, IllegalValue)
+
+
+@pytest.mark.parametrize("line", ['$s = "x"\n$t = $UNPACK($s, 1, 1)', 'PACK $s, 1, 1 = "x"'])
+def test_packed_strings_are_arrays(line: str) -> None:
+    assert isinstance(run_lines(*line.split("\n")).error, TypeMismatch)
+
+
+PLACES = st.tuples(
+    st.integers(1, 300), st.text(st.characters(codec="ascii", min_codepoint=33), min_size=1, max_size=60)
+)
+
+
+@given(st.lists(PLACES, max_size=5))
+def test_packed_characters_are_those_of_one_long_string(placed: list[tuple[int, str]]) -> None:
+    environment = Environment()
+    array, model = environment.reference("$a", 0), ["\0"] * 512
+    for first, text in placed:
+        pack(array, float(first), float(len(text)), text)
+        model[first - 1 : first - 1 + len(text)] = text
+    for first, text in placed:
+        shown = "".join(model[first - 1 : first - 1 + len(text)])
+        assert unpacked(array, float(first), float(len(text))) == shown.rstrip("\0")

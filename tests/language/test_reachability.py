@@ -35,6 +35,9 @@ def test_what_stands_after_the_end(word: str) -> None:
         ("FOR i = 1 TO 3", "RETURN", "END", "x = 1"),
         ("10 x = 1", "GOTO 10"),
         ("PAUSE", "x = 1"),
+        ("IF x EQ 1 THEN 10", "RETURN", "10 x = 1"),
+        ("IFSIG 1, -2 THEN 10", "RETURN", "10 x = 1"),
+        ("GRASP 20, 10", "RETURN", "10 x = 1"),
     ],
 )
 def test_what_can_be_reached(steps: tuple[str, ...]) -> None:

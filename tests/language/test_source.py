@@ -54,7 +54,9 @@ def test_a_listing_with_step_numbers() -> None:
     assert isinstance(found.steps[4].statement, ast.Goto)
 
 
-@pytest.mark.parametrize("lines", ["1 MOVE p\n2 GOTO 1", "1 MOVE p", "1 MOVE p\n3 MOVE q", "1 MOVE p\nMOVE q"])
+@pytest.mark.parametrize(
+    "lines", ["1 MOVE p\n2 GOTO 1", "1 MOVE p", "1 MOVE p\n3 MOVE q", "1 MOVE p\nMOVE q", "1 x = 1\n2 IF x EQ 1 THEN 1"]
+)
 def test_labels_are_not_step_numbers(lines: str) -> None:
     assert program(f".PROGRAM a()\n{lines}\n.END\n").steps[0].label == 1
 

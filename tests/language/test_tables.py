@@ -8,15 +8,27 @@ import pytest
 
 from vrs_cli.language import ast
 from vrs_cli.language.analyzer import check_line
-from vrs_cli.language.diagnostics import Severity
+from vrs_cli.language.diagnostics import LineRefused, Severity
 from vrs_cli.language.effects import HANDLERS
 from vrs_cli.language.functions import FUNCTIONS
-from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.instructions import CONTROL, DECLARATIONS, INSTRUCTIONS
+from vrs_cli.language.lineage import IN_VAL2
 from vrs_cli.language.monitor import COMMANDS
+from vrs_cli.language.operators import LINKS, OPERATORS
 from vrs_cli.language.parser import parse_prompt, parse_step
 from vrs_cli.language.words import RAW_SHAPES, Shape, State, Word
 
-ELSEWHERE = {"CALL", "WAIT", "EXIT", "NEXT", "REMARK"}  # the first four by the compiler, the last is a comment
+ELSEWHERE = {
+    "CALL",
+    "CALLS",
+    "GOSUB",
+    "WAIT",
+    "EXIT",
+    "NEXT",
+    "IFSIG",
+    *DECLARATIONS,
+    "REMARK",
+}  # the last is a comment
 
 ROWS = [*INSTRUCTIONS.values(), *COMMANDS.values(), *CONTROL.values()]
 
@@ -68,8 +80,8 @@ def test_a_row_is_whole(row: Word) -> None:
     assert row.summary
     assert not row.summary.endswith(".")
     assert set(row.where) <= set("12+ ")
-    assert row.modifiers <= {"AT", "ALWAYS", "UNIT"}
-    optional = [argument.optional for argument in row.arguments]
+    assert row.modifiers <= {"AT", "ALWAYS", "UNIT", "SORT"}
+    optional = [argument.optional for argument in row.arguments if not argument.lead]
     assert optional == sorted(optional), "what can be left out comes last"
     assert not any(argument.repeated for argument in row.arguments[:-1])
     raw = [argument.shape in RAW_SHAPES for argument in row.arguments]
@@ -89,7 +101,7 @@ def test_every_shape_of_a_function_can_be_checked(shape: Shape) -> None:
 
     used = {argument.shape for row in FUNCTIONS.values() for argument in row.arguments}
     used |= {argument.shape for row in INSTRUCTIONS.values() for argument in row.arguments}
-    assert shape not in used or shape in VALUES or shape in _SHAPES or shape is Shape.PROGRAM
+    assert shape not in used or shape in VALUES or shape in _SHAPES or shape in (Shape.PROGRAM, Shape.PROGRAM_TEXT)
 
 
 WORDS_OF_THE_REFERENCE = """
@@ -99,19 +111,54 @@ WORDS_OF_THE_REFERENCE = """
     NEXT CALL CALLS RETURN RETURNE STOP HALT PAUSE EXECUTE PCEXECUTE ATTACH DETACH SELECT ABORT KILL CYCLE.END
     PROCEED RETRY MC PARAMETER ENABLE DISABLE SWITCH GOSUB IFSIG SETI TYPEI REMARK IGNORE REACT REACTI REACTE
     LOCK SET HERE POINT DECOMPOSE TOOL BASE CALIBRATE SIGNAL RESET BITS RUNSIG WAIT WAIT.EVENT TIMER TYPE
-    PROMPT READ WRITE FCLOSE FOPENR DEFBELT SETBELT WINDOW
+    PROMPT READ WRITE FCLOSE FOPENR FOPENW FOPENA DEFBELT SETBELT WINDOW AUTO LOCAL GLOBAL SHIFT INVERSE FRAME
 """
 
 COMMANDS_OF_THE_REFERENCE = """
     WHERE HERE POINT DPOINT TEACH TOOL BASE LISTL LISTR LISTS STATUS IO FREE TIME ID HELP WATCH STACK EDIT SEE
     DIRECTORY LISTP COPY RENAME DELETE DELETEP DELETEL DELETER DELETES ZERO MODULE MDIRECTORY STOREM DELETEM
-    STORE STOREP STOREL STORER STORES LOAD FLIST FDIRECTORY FDELETE FRENAME FCOPY FORMAT COMMANDS CD DEFAULT
+    STORE STOREP STOREL STORER STORES LOAD LOADP LOADL LISTF ERASE COMPRESS INIT
+    FLIST FDIRECTORY FDELETE FRENAME FCOPY FORMAT COMMANDS CD DEFAULT
     EXECUTE PRIME PCEXECUTE PCABORT PCEND PCPROCEED PCRETRY PCSTATUS DO ABORT ESTOP PANIC PROCEED RETRY NEXT
     SSTEP XSTEP BPT DEBUG KILL CYCLE.END SPEED SIGNAL RESET CALIBRATE ENABLE DISABLE SWITCH PARAMETER SELECT
     SRV.RESET JOG PASSTHRU NET PING INSTALL TESTP UNDO TIMELINE PLOT SAVE REPLAY EXIT QUIT
 """
 
 
+CONTROL_OF_THE_REFERENCE = "IF ELSE END WHILE DO UNTIL FOR CASE VALUE ANY GOTO"
+OPERATORS_OF_THE_REFERENCE = "+ - * / MOD ** == <> < > <= >= NOT AND OR XOR COM BAND BOR BXOR : EQ NE LT GT LE GE"
+
+
 def test_no_word_is_missing() -> None:
     assert set(WORDS_OF_THE_REFERENCE.split()) <= set(INSTRUCTIONS)
     assert set(COMMANDS_OF_THE_REFERENCE.split()) <= set(COMMANDS)
+    assert set(CONTROL_OF_THE_REFERENCE.split()) == set(CONTROL)
+    assert set(OPERATORS_OF_THE_REFERENCE.split()) == set(OPERATORS)
+
+
+@pytest.mark.parametrize(
+    ("typed", "word"),
+    [("EX", "EXECUTE"), ("EXEC", "EXECUTE"), ("CALI", "CALIBRATE"), ("EN PO", "ENABLE"), ("DIR", "DIRECTORY")],
+)
+def test_words_are_cut_short_as_in_the_books(typed: str, word: str) -> None:
+    statement = parse_prompt(typed)
+    assert isinstance(statement, ast.Instruction)
+    assert statement.word == word
+
+
+def test_what_is_said_of_val2_is_of_words_that_it_has_not() -> None:
+    rows = {**COMMANDS, **INSTRUCTIONS, **FUNCTIONS, **OPERATORS, **LINKS}
+    for name in IN_VAL2:
+        tables = [table[name] for table in (COMMANDS, INSTRUCTIONS, FUNCTIONS, OPERATORS, LINKS) if name in table]
+        assert any(row.where == "+" for row in tables), name
+    assert set(IN_VAL2) <= set(rows)
+
+
+@pytest.mark.parametrize(("typed", "near"), [("DRAWW 1", "DRAW"), ("ALTERR", ""), ("ELSIF x", "")])
+def test_a_hint_proposes_only_what_can_be_used(typed: str, near: str) -> None:
+    with pytest.raises(LineRefused) as refused:
+        parse_step(typed)
+    hint = refused.value.diagnostic.hint
+    assert near in hint
+    assert "ALTER" not in hint
+    assert "ELSEIF" not in hint

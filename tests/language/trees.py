@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vrs_cli.language import ast
 from vrs_cli.language.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.names import is_reserved
-from vrs_cli.language.precedence import ORDER
+from vrs_cli.language.precedence import ORDER, RELATIONS
 
 T = TypeVar("T")
 
@@ -48,7 +48,15 @@ functions = st.sampled_from([name for name, row in FUNCTIONS.items() if not row.
 def _variables(inner: st.SearchStrategy[ast.Expression], grouped: bool = True) -> st.SearchStrategy[ast.Variable]:
     indexes = st.one_of(st.none(), st.lists(inner, min_size=0, max_size=3).map(tuple))
     groups = st.booleans() if grouped else st.just(False)
-    return st.builds(ast.Variable, names, sigils, indexes, st.just(NOWHERE), groups)
+    whole = st.builds(ast.Variable, names, sigils, indexes, st.just(NOWHERE), groups)
+    part = st.builds(_part, names, sigils, st.lists(inner, max_size=2), st.integers(1, 2))
+    return st.one_of(whole, part)
+
+
+def _part(name: str, sigil: str, indexes: list[ast.Expression], rest: int) -> ast.Variable:
+    """`a[,]`, `a[i,]`, `a[i,,]`, `a[i,j,]`: three indexes at most."""
+    rest = min(rest, 3 - len(indexes)) if indexes else rest
+    return ast.Variable(name, sigil, tuple(indexes), NOWHERE, rest=rest)
 
 
 def _trimmed(items: list[ast.Expression | None]) -> tuple[ast.Expression | None, ...]:
@@ -115,6 +123,22 @@ calls = st.builds(
 ) | names.map(lambda name: ast.Call(name, (), NOWHERE))
 words = st.sampled_from(["CP", "POWER", "DRY.RUN"]).map(lambda text: ast.Word(text, NOWHERE))
 
+applied = st.builds(
+    ast.Applied,
+    st.builds(
+        ast.Variable, names, st.just("$"), st.lists(expressions, min_size=1, max_size=2).map(tuple), st.just(NOWHERE)
+    ),
+    _arguments(expressions),
+    st.just(NOWHERE),
+)
+sorts = st.sampled_from([None, "REAL", "DOUBLE", "LOC"]).map(lambda sort: ast.Modifiers(sort=sort))
+declared = st.builds(ast.Variable, names, sigils, st.sampled_from([None, ()]), st.just(NOWHERE))
+relations = st.builds(
+    ast.Binary, st.sampled_from(sorted(RELATIONS)), numbers, expressions, st.just(NOWHERE), st.just(False)
+)
+label_numbers = labels.map(lambda n: ast.Number(float(n), str(n), NOWHERE))
+signals = st.one_of(st.none(), expressions)
+
 X = st.just(NOWHERE)
 instructions = st.one_of(
     st.builds(ast.Instruction, st.sampled_from(["MOVE", "MOVES"]), st.tuples(expressions), X, st.none(), modifiers),
@@ -126,6 +150,19 @@ instructions = st.one_of(
     st.builds(ast.Instruction, st.just("SET"), st.tuples(reals), X, expressions),
     st.builds(ast.Instruction, st.just("BITS"), st.tuples(expressions, expressions), X, expressions),
     st.builds(ast.Instruction, st.just("CALL"), st.tuples(calls), X),
+    st.builds(ast.Instruction, st.just("CALLS"), st.tuples(applied), X),
+    st.builds(
+        ast.Instruction,
+        st.sampled_from(["AUTO", "LOCAL", "GLOBAL"]),
+        st.lists(declared, min_size=1, max_size=3).map(tuple),
+        X,
+        st.none(),
+        sorts,
+    ),
+    st.builds(ast.Instruction, st.just("SHIFT"), st.tuples(reals, expressions, expressions), X),
+    st.builds(ast.Instruction, st.just("FRAME"), st.tuples(reals, expressions, expressions, expressions), X),
+    st.builds(ast.Instruction, st.just("INVERSE"), st.tuples(reals), X, expressions),
+    st.builds(ast.Instruction, st.just("IFSIG"), st.tuples(expressions, signals, signals, signals, label_numbers), X),
     st.builds(ast.Instruction, st.just("ENABLE"), st.lists(words, min_size=1, max_size=3).map(tuple), X),
 )
 _statements = st.one_of(
@@ -133,6 +170,7 @@ _statements = st.one_of(
     instructions,
     st.builds(ast.Goto, labels, X),
     st.builds(ast.IfGoto, expressions, labels, X),
+    st.builds(ast.IfGoto, relations, labels, X, st.just(True)),
     st.builds(ast.If, expressions, X),
     st.builds(ast.Else, X),
     st.builds(ast.While, expressions, X),

@@ -1,9 +1,16 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.inspection import Inspector
+from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.model import load_robot
-from vrs_cli.lsp.document import Document, SymbolKind
+from vrs_cli.lsp.document import Document
+from vrs_cli.lsp.occurrences import SymbolKind
 
 PUMA = load_robot("puma560")
 TEXT = """\
@@ -63,6 +70,12 @@ def target(line: int, word: str, nth: int = 1) -> str:
 )
 def test_definition(line: int, word: str, nth: int, expected: str) -> None:
     assert target(line, word, nth) == expected
+
+
+def test_definition_of_what_is_read() -> None:
+    document = Document(".PROGRAM main()\nATTACH (lun, 4)\nREAD (lun) x, y\nTYPE y, lun\n.END\n", PUMA)
+    spans = [document.definition(4, place) for place in (6, 9)]
+    assert [(span.line, span.column) for span in spans if span is not None] == [(3, 15), (2, 9)]
 
 
 def test_symbols() -> None:
@@ -135,7 +148,175 @@ def test_no_hover_in_texts_and_comments() -> None:
 def test_formatting_keeps_what_it_cannot_read() -> None:
     assert Document(".program p\nmove a\n.end\n", PUMA).formatted() == ".PROGRAM p()\n    MOVE a\n.END\n"
     assert Document(".PROGRAM p\nMOVEE a\n.END\n", PUMA).formatted() is None
+    assert Document(".PROGRAM p\nIF TRUE THEN\n.END\n", PUMA).formatted() is None
 
 
 def test_diagnostics_are_those_of_check() -> None:
     assert [(one.code, one.span.line) for one in DOCUMENT.diagnostics] == [(57, 8)]
+
+
+# --- names everywhere ----------------------------------------------------------------------------------------------
+
+CELL = """\
+; a cell
+.PROGRAM main
+10  n = 1 ; n
+    CALL pick(part, n)
+    TYPE "n", n, (n), row[n], N
+    IF n > 2 THEN
+        MOVE part:row[n]
+    ELSE
+
+        GOTO 10
+    END
+    GOTO 10
+.END
+.PROGRAM pick(a, n)
+10  n = n+1
+    MOVE a
+    GOTO 10
+.END
+.LOCATIONS
+part 400 150 200 90 -90 0
+row[1] 400 150 200 90 -90 0
+.END
+"""
+CELL_LINES = CELL.split("\n")
+
+
+def places(line: int, word: str, nth: int = 1) -> list[str]:
+    """The references of a word as `line:column`."""
+    at = -1
+    for _ in range(nth):
+        at = CELL_LINES[line - 1].index(word, at + 1)
+    return [f"{one.line}:{one.column}" for one in Document(CELL, PUMA).references(line, at + 1)]
+
+
+@pytest.mark.parametrize(
+    ("line", "word", "nth", "expected"),
+    [
+        (3, "n", 1, ["3:5", "4:21", "5:15", "5:19", "5:27", "5:31", "6:8", "7:23"]),
+        (15, "n", 2, ["14:18", "15:5", "15:9"]),  # a parameter is its program's own
+        (3, "10", 1, ["3:1", "10:14", "12:10"]),
+        (17, "10", 1, ["15:1", "17:10"]),
+        (4, "pick", 1, ["4:10", "14:10"]),
+        (20, "part", 1, ["4:15", "7:14", "20:1"]),
+        (7, "row", 1, ["5:23", "7:19", "21:1"]),
+        (3, "n", 2, []),  # in a comment
+        (6, "IF", 1, []),
+    ],
+)
+def test_references(line: int, word: str, nth: int, expected: list[str]) -> None:
+    assert places(line, word, nth) == expected
+
+
+def renamed(line: int, word: str, new: str) -> str:
+    """The whole text after a rename."""
+    name, spans = Document(CELL, PUMA).renamed(line, CELL_LINES[line - 1].index(word) + 1, new)
+    lines = list(CELL_LINES)
+    for span in sorted(spans, key=lambda one: -one.column):
+        text = lines[span.line - 1]
+        lines[span.line - 1] = text[: span.column - 1] + name + text[span.end - 1 :]
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize(
+    ("line", "word", "new"), [(3, "n", "count"), (14, "n", "count"), (3, "10", "200"), (14, "pick", "fetch")]
+)
+def test_a_rename_changes_what_a_program_is_called_and_nothing_that_it_does(line: int, word: str, new: str) -> None:
+    text = renamed(line, word, new)
+    assert new in text
+    assert [(one.code, one.span.line) for one in Document(text, PUMA).diagnostics] == [
+        (one.code, one.span.line) for one in Document(CELL, PUMA).diagnostics
+    ]
+    position = CELL_LINES[line - 1].index(word) + 1
+    count = len(Document(CELL, PUMA).references(line, position))
+    assert len(Document(text, PUMA).references(line, position)) == count
+
+
+@pytest.mark.parametrize(
+    ("line", "word", "new", "told"),
+    [
+        (3, "n", "part", "there already"),
+        (3, "n", "move", "word of the language"),
+        (3, "n", "2nd", "a letter, then"),
+        (3, "n", "abcdefghijklmnop", "at most 15"),
+        (3, "10", "x", "a label is a number"),
+        (3, "10", "70000", "a label is a number"),
+        (14, "pick", "main", "there already"),
+        (6, "IF", "x", "nothing to rename"),
+    ],
+)
+def test_a_rename_that_cannot_be(line: int, word: str, new: str, told: str) -> None:
+    with pytest.raises(VrsError, match=told):
+        renamed(line, word, new)
+
+
+def test_folds() -> None:
+    assert Document(CELL, PUMA).folds == ((2, 12), (6, 7), (8, 10), (14, 17), (19, 21))
+
+
+@pytest.mark.parametrize(
+    ("typed", "form", "active"),
+    [
+        ("    APPRO ", "APPRO location, distance", 0),
+        ("10  APPRO part, ", "APPRO location, distance", 1),
+        ("    MOVE SHIFT(part BY 1, ", "SHIFT(location", 1),
+        ("    CALL pick(part, ", "pick(a, n)", 1),
+        ("    x = ATAN2(SIN(1), ", "ATAN2(", 1),
+        ("    x = ATAN2(SIN(", "SIN(", 0),
+        ('    TYPE "a, b", ', "TYPE", 0),
+    ],
+)
+def test_signatures(typed: str, form: str, active: int) -> None:
+    lines = [*CELL_LINES[:2], typed, *CELL_LINES[3:]]
+    found = Document("\n".join(lines), PUMA).signature(3, len(typed) + 1)
+    assert found is not None
+    assert found.form.startswith(form)
+    assert found.active == active
+    assert all(found.form[begin:end] for begin, end in found.arguments)
+
+
+def test_no_signature_where_nothing_is_called() -> None:
+    assert Document(CELL, PUMA).signature(3, 6) is None
+    assert Document(CELL, PUMA).signature(1, 2) is None
+
+
+# --- one version after the other -----------------------------------------------------------------------------------
+
+LINES_TO_TYPE = st.sampled_from(
+    [
+        *TEXT.splitlines(),
+        *CELL_LINES,
+        "",
+        "MOVEE part",
+        "CALL pick(1, 2, 3)",
+        "CALL nowhere",
+        "IF n THEN",
+        "TOOL part",
+        ".PROGRAM pick",
+        ".PROGRAM 5",
+        ".REALS",
+        "x 5",
+        "x = y",
+        "MOVE far",
+        "far 9000 0 0 0 0 0",
+        "STOP",
+        "\x01",
+    ]
+)
+CHANGES = st.lists(st.tuples(st.integers(0, 40), st.booleans(), LINES_TO_TYPE), max_size=8)
+
+
+@settings(max_examples=60, deadline=None)
+@given(CHANGES)
+def test_law_what_is_known_of_the_version_before_changes_no_finding(changes: list[tuple[int, bool, str]]) -> None:
+    lines = CELL.splitlines()
+    inspector = Inspector(PUMA)
+    for at, insert, text in changes:
+        lines[at : at + (not insert)] = [text]
+        version = "\n".join(lines)
+        found = Document(version, PUMA, inspector).diagnostics
+        assert found == Document(version, PUMA).diagnostics
+        session = Session(RecordingTerminal(), PUMA)
+        assert set(session.load_text(version)) <= set(found)

@@ -30,6 +30,7 @@ TEXT = """\
   DEPART 50
 .END
 """
+CAPABILITIES = {"textDocument": {"rename": {"prepareSupport": True}}}
 PATIENCE = 60.0  # [s] a server that says nothing for so long is stopped, and the test fails
 
 
@@ -47,13 +48,22 @@ class Editor:
 
     def ask(self, method: str, **params: Any) -> Any:
         """A request; its result."""
+        answer = self._answer(method, params)
+        assert "error" not in answer, answer
+        return answer["result"]
+
+    def refused(self, method: str, **params: Any) -> str:
+        """A request that is refused; why."""
+        message: str = self._answer(method, params)["error"]["message"]
+        return message
+
+    def _answer(self, method: str, params: dict[str, Any]) -> dict[str, Any]:
         self._number += 1
         self._send({"id": self._number, "method": method, "params": params or None})
         while True:
             message = self._receive()
             if message.get("id") == self._number and "method" not in message:
-                assert "error" not in message, message
-                return message["result"]
+                return message
             self.notified.append(message)
 
     def tell(self, method: str, **params: Any) -> None:
@@ -113,12 +123,13 @@ def where(result: dict[str, Any]) -> tuple[int, int, int]:
 def editor() -> Iterator[Editor]:
     editor = Editor()
     try:
-        said = editor.ask("initialize", processId=None, rootUri=None, capabilities={})
+        said = editor.ask("initialize", processId=None, rootUri=None, capabilities=CAPABILITIES)
         able = said["capabilities"]
         assert able["hoverProvider"]
         assert able["definitionProvider"]
         assert able["documentFormattingProvider"]
         assert able["documentSymbolProvider"]
+        assert able["renameProvider"] == {"prepareProvider": True}
         assert said["serverInfo"]["name"] == "vrs"
         editor.tell("initialized")
         document = {"uri": URI, "languageId": "val2", "version": 1, "text": TEXT}
@@ -172,6 +183,35 @@ def test_symbols(editor: Editor) -> None:
         ("pick", 8, 10),
     ]
     assert [child["name"] for child in found[0]["children"]] == ["10"]
+
+
+def test_references_and_rename(editor: Editor) -> None:
+    """`n` is assigned in the second line, and stands behind a character of two units in the third."""
+    everywhere = [(1, 2, 3), (2, 15, 16)]
+    found = editor.ask("textDocument/references", **at(1, 2), context={"includeDeclaration": True})
+    assert [where(one) for one in found] == everywhere
+    found = editor.ask("textDocument/references", **at(1, 2), context={"includeDeclaration": False})
+    assert [where(one) for one in found] == everywhere[1:]
+    assert where({"range": editor.ask("textDocument/prepareRename", **at(2, 15))}) == everywhere[1]
+    edits = editor.ask("textDocument/rename", **at(2, 15), newName="count")["changes"][URI]
+    assert [(*where(one), one["newText"]) for one in edits] == [(*place, "count") for place in everywhere]
+
+
+def test_a_rename_that_is_refused_says_why(editor: Editor) -> None:
+    message = editor.refused("textDocument/rename", **at(2, 15), newName="move")
+    assert "MOVE is a word of the language" in message
+
+
+def test_folding(editor: Editor) -> None:
+    found = editor.ask("textDocument/foldingRange", textDocument={"uri": URI})
+    assert [(one["startLine"], one["endLine"]) for one in found] == [(0, 6), (8, 9)]
+
+
+def test_signature_help(editor: Editor) -> None:
+    found = editor.ask("textDocument/signatureHelp", **at(4, 13))
+    (shown,) = found["signatures"]
+    assert (shown["label"], found["activeParameter"]) == ("pick(a)", 0)
+    assert shown["parameters"] == [{"label": [5, 6]}]
 
 
 def test_formatting(editor: Editor) -> None:

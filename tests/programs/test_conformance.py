@@ -3,7 +3,10 @@
 The first program of a file is executed. Its header lines say what else there is:
 
     ; signals: t, n, state      an input changes at a time (ON, OFF, 1, 0)
+    ; file: name text           a line of a file that is there before
+    ; answer: text              a line that is typed in
     ; expect: text              a line that is typed; without one nothing may be
+    ; written: name text        a line of a file that is there after; no other files may be
     ; fault: code program step  the program stops there with an error
 """
 
@@ -29,14 +32,25 @@ def header(text: str, word: str) -> list[str]:
     return [line.removeprefix(start).strip() for line in text.splitlines() if line.startswith(start)]
 
 
+def files(lines: list[str]) -> dict[str, str]:
+    """The files that `name text` lines make up."""
+    found: dict[str, str] = {}
+    for line in lines:
+        name, _, text = line.partition(" ")
+        found[name] = f"{found.get(name, '')}{text}\n"
+    return found
+
+
 def test_there_are_programs() -> None:
-    assert len(PROGRAMS) >= 110
+    assert len(PROGRAMS) >= 130
 
 
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.stem)
-def test_program(path: Path) -> None:
+def test_program(path: Path, tmp_path: Path) -> None:
     text = path.read_text()
-    session = Session(RecordingTerminal(), bounds=Bounds(max_time=100.0))
+    for name, content in files(header(text, "file")).items():
+        (tmp_path / name).write_text(content)
+    session = Session(RecordingTerminal(header(text, "answer")), bounds=Bounds(max_time=100.0), folder=tmp_path)
     diagnostics = session.load_text(text)
     assert not [one for one in diagnostics if one.severity.name == "ERROR"], diagnostics
     session.driver.inputs = parse_signals("\n".join(header(text, "signals")))
@@ -46,4 +60,6 @@ def test_program(path: Path) -> None:
     stopped = [] if fault is None else [f"{fault.code} {fault.program} {fault.step}"]
     assert stopped == header(text, "fault")
     assert result.outcome in (Outcome.COMPLETED, Outcome.HALTED, Outcome.FAILED)
+    session.close()
+    assert {one.name: one.read_text() for one in tmp_path.iterdir()} == files(header(text, "written"))
     keeps_limits(session)

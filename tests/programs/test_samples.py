@@ -26,12 +26,12 @@ def test_there_are_samples() -> None:
 
 
 @pytest.mark.parametrize("path", SAMPLES, ids=lambda path: path.stem)
-def test_sample(path: Path) -> None:
+def test_sample(path: Path, tmp_path: Path) -> None:
     text = path.read_text()
     expected = expectations(text)
     assert expected, f"{path.name} says nothing of what it does"
     terminal = RecordingTerminal()
-    session = Session(terminal)
+    session = Session(terminal, folder=tmp_path)
     assert session.load_text(text) == ()
     first = next(iter(session.environment.programs.values())).name
     result = session.execute(first)
@@ -42,10 +42,10 @@ def test_sample(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", SAMPLES, ids=lambda path: path.stem)
-def test_the_same_input_gives_the_same_timeline(path: Path) -> None:
+def test_the_same_input_gives_the_same_timeline(path: Path, tmp_path: Path) -> None:
     timelines = []
     for _ in range(2):
-        session = Session(RecordingTerminal())
+        session = Session(RecordingTerminal(), folder=tmp_path)
         session.load_text(path.read_text())
         session.execute(next(iter(session.environment.programs.values())).name)
         timelines.append(session.engine.timeline)

@@ -47,3 +47,23 @@ def test_a_page_narrower_than_a_column_still_shows_all() -> None:
 def test_long_text_is_folded_below_itself() -> None:
     (folded,) = split(SENTENCES, 30)
     assert texts(folded) == ["CP    a motion blends into the", "      next one"]
+
+
+LONG = "MOVE part AT 1 and so on and on"
+
+
+def test_long_text_in_the_middle_is_folded_too() -> None:
+    grid = Grid((Column("No."), Column("Command", fold=True), Column("t")), (("1", LONG, "0"),))
+    (folded,) = split(grid, 28)
+    assert texts(folded) == [
+        "No.  Command             t",
+        "1    MOVE part AT 1 and  0",
+        "     so on and on        ",
+    ]
+
+
+def test_long_text_is_cut_where_a_column_may_be() -> None:
+    grid = Grid((Column("No."), Column("Command", cut=True)), (("1", LONG),))
+    (cut,) = split(grid, 27)
+    assert texts(cut) == ["No.  Command", "1    MOVE part AT 1 and ..."]
+    assert len(split(grid, 20)) == 2

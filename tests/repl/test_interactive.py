@@ -20,7 +20,8 @@ from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.replies import Message
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language.ast import Kind
-from vrs_cli.repl.interactive import LineValidator, Shell, ValCompleter, stoppable
+from vrs_cli.repl.interactive import LineValidator, Shell, ValCompleter
+from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.lexer import ValLexer
 
 ENTER, CTRL_C, CTRL_D, TAB, UP = "\r", "\x03", "\x04", "\t", "\x1b[A"
@@ -356,7 +357,7 @@ def test_ctrl_c_stops_the_program_and_not_the_shell(
 
 def test_ctrl_c_beside_a_program_ends_what_is_done(shell: Shell) -> None:
     work = shell.backstage.wait()
-    with pytest.raises(KeyboardInterrupt), stoppable(work):
+    with pytest.raises(KeyboardInterrupt), stoppable(work.interrupt):
         signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 

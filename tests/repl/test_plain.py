@@ -1,14 +1,17 @@
 """The shell on a pipe: `echo WHERE | vrs`."""
 
+import signal
 from io import StringIO
 from pathlib import Path
 
 import pytest
 
+from vrs_cli.interfaces.driver import Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.model import load_robot
 from vrs_cli.repl import shell
 from vrs_cli.repl.plain import run
+from vrs_cli.repl.terminal import PlainTerminal
 
 
 @pytest.fixture(autouse=True)
@@ -76,7 +79,47 @@ def test_prompt_reads_the_lines_that_follow() -> None:
 def test_prompt_at_the_end_of_the_input_fails_the_program() -> None:
     status, written = pipe(".PROGRAM p", 'PROMPT "How many?", n', ".END", "EXECUTE p")
     assert status == 1
-    assert any("How many?" in line and "the input ended" in line for line in written)
+    assert "How many?*Unexpected end of file* PROMPT 'How many?' has nothing more to read" in written[1]
+    assert "error" not in " ".join(written).lower().replace("unexpected", "")
+
+
+def test_a_byte_order_mark_is_no_part_of_the_first_line() -> None:
+    assert pipe("\ufeffLISTR 5") == (0, ["5                5"])
+
+
+class Interrupting(StringIO):
+    """Ctrl-C is pressed when a program types BUSY."""
+
+    def write(self, text: str) -> int:
+        if "BUSY" in text:
+            signal.raise_signal(signal.SIGINT)
+        return super().write(text)
+
+
+@pytest.mark.parametrize("line", ["EXECUTE p", "CALL p", "COMMANDS all.pc"])
+def test_ctrl_c_ends_the_input_and_gives_the_status(folder: Path, line: str) -> None:
+    (folder / "all.pc").write_text("EXECUTE p\nLISTR 6\n")
+    sink = Interrupting()
+    lines = [".PROGRAM p", 'TYPE "BUSY"', "WAIT SIG(1001)", ".END", line, "LISTR 7"]
+    assert run(load_robot("puma560"), None, [f"{line}\n" for line in lines], sink) == 1
+    last = sink.getvalue().splitlines()[2:]
+    assert last == (["interrupted"] if line == "CALL p" else ["(ABORTED)", "Program stopped at p, step 1"])
+
+
+def test_a_second_ctrl_c_breaks_off_what_does_not_stop() -> None:
+    """It comes as an exception in the middle of a step; nothing of the program may run on."""
+    session = Session(PlainTerminal(StringIO(), iter([])))
+    session.load_text(".PROGRAM p\nTYPE 1\n.END\n")
+
+    def broken(_text: str, _newline: bool) -> None:
+        raise KeyboardInterrupt
+
+    typed, session.terminal.type = session.terminal.type, broken  # type: ignore[method-assign]
+    with pytest.raises(KeyboardInterrupt):
+        session.execute("p")
+    session.terminal.type = typed  # type: ignore[method-assign]
+    assert session.execute("p").outcome is Outcome.COMPLETED
+    session.perform("READY")
 
 
 def test_a_refused_program_swallows_its_lines() -> None:

@@ -5,9 +5,9 @@ from io import StringIO
 
 import pytest
 
-from vrs_cli.errors import FileError
-from vrs_cli.interfaces.monitor import Dialogue
+from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.replies import Farewell, Message, ProgramStopped, Tone
+from vrs_cli.interfaces.session import Dialogue, Session
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.repl.terminal import PATIENCE, REFRESH, PlainTerminal, ShellTerminal
 
@@ -69,6 +69,14 @@ def test_replies_and_types_come_in_order() -> None:
     assert text_of(terminal) == "ab\ndone\n"
 
 
+def test_a_terminal_shows_the_escape_codes_of_strings_and_a_pipe_takes_them() -> None:
+    person, terminal = Person(), plain()
+    person.terminal.type("\x1b[31mred", True)
+    terminal.type("\x1b[31mred", True)
+    assert person.text == "^[[31mred\n"
+    assert text_of(terminal) == "\x1b[31mred\n"
+
+
 def test_an_error_is_remembered_for_the_exit_status() -> None:
     terminal = plain()
     terminal.show(Message("done"))
@@ -86,7 +94,7 @@ def test_prompt_reads_on_in_the_input() -> None:
 
 
 def test_prompt_at_the_end_of_the_input() -> None:
-    with pytest.raises(FileError, match="How many"):
+    with pytest.raises(EndOfInput, match="How many"):
         plain().ask("How many?")
 
 
@@ -102,12 +110,19 @@ def test_a_person_is_a_dialogue() -> None:
 
 
 @pytest.mark.parametrize(
-    ("answer", "agreed"), [("Y", True), (" yes", True), ("n", False), ("", False), (CTRL_C, False)]
+    ("answer", "agreed"),
+    [("Y", True), (" yes", True), ("Y ;sure", True), ("; Y", False), ("n", False), ("", False), (CTRL_C, False)],
 )
 def test_questions(answer: str, agreed: bool) -> None:
     person = Person(answer)
     assert person.terminal.confirm("Are you sure (Y/N)?") is agreed
     assert person.asked == ["Are you sure (Y/N)? "]
+
+
+def test_what_is_no_answer_is_asked_again() -> None:
+    person = Person("FOR i = 1 TO 3", "Yellow", "y")
+    assert person.terminal.confirm("Sure?")
+    assert person.asked == ["Sure? "] * 3
 
 
 def test_ctrl_c_at_a_prompt_stops_the_program() -> None:
@@ -128,6 +143,27 @@ def test_the_latest_message_is_kept() -> None:
     person.terminal.show(Message("Program completed\nand more"))
     person.terminal.show(Farewell())
     assert (person.terminal.last, person.terminal.leaving) == ("Program completed", True)
+
+
+def test_the_echo_of_ctrl_c_is_taken_away() -> None:
+    person = Person()
+    person.terminal.echoed = True
+    person.terminal.show(Message("interrupted"))
+    person.terminal.show(Message("done"))
+    assert person.text == "\r\x1b[Kinterrupted\ndone\n"
+
+
+def test_a_long_line_of_the_prompt_shows_the_clock_too() -> None:
+    person = Person()
+    session = Session(person.terminal)
+
+    def clock() -> float:
+        person.now += 1.0
+        return person.now
+
+    person.terminal._clock = clock
+    session.perform("DELAY 3")
+    assert "running, t = 3.0 s" in person.text
 
 
 def test_a_short_run_shows_no_progress() -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.errors import EndOfInput
+from vrs_cli.render.control import for_stream
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.replies import Reply
@@ -49,5 +50,5 @@ class BatchTerminal:
     def _write(self, text: str) -> None:
         if self.output is not None:
             self.progress.hide()
-            self.output.write(text)
+            self.output.write(for_stream(text, self.output))
             self.output.flush()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser
-from vrs_cli.cli.sources import Source, has_errors, read_source
+from vrs_cli.cli.sources import Source, read_source
 
 OK, FAILED = 0, 1
 
@@ -61,15 +61,14 @@ def _parser(prog: str) -> Parser:
 
 
 def _formatted(source: Source) -> Formatted:
-    """The canonical text; what cannot be read is told on standard error."""
-    from vrs_cli.language.parser import parse_file
-    from vrs_cli.language.printer import print_file
+    """The canonical text; what stands in its way is told on standard error."""
+    from vrs_cli.language.formatting import formatted
 
-    file, diagnostics = parse_file(source.text)
-    if has_errors(diagnostics):
-        print(source.shown(diagnostics), end="", file=sys.stderr)
-        return Formatted(source, None)
-    return Formatted(source, print_file(file))
+    text = formatted(source.text)
+    if isinstance(text, str):
+        return Formatted(source, text)
+    print(source.shown(text), end="", file=sys.stderr)
+    return Formatted(source, None)
 
 
 def _tell_change(one: Formatted) -> None:

@@ -169,13 +169,14 @@ class _Batch:
         """Tell how the run ended, and write the files: what there is of the trajectory, also after an error."""
         from vrs_cli.cli.reports import fault_object, fault_text
         from vrs_cli.interfaces.replies import Message
+        from vrs_cli.render.control import for_stream
 
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
         if self.options.json:
             self._print_json(session, result, [fault_object(fault) for fault in faults])
             return max(self._write_files(session), FAILED if faults else OK)
         for fault in faults:
-            print(fault_text(self.source.path, fault), file=sys.stderr)
+            print(for_stream(fault_text(self.source.path, fault), sys.stderr), file=sys.stderr)
         if result.fault is None:
             terminal.show(Message(result.outcome.value))
         return max(self._write_files(session), FAILED if faults else OK)

@@ -54,6 +54,7 @@ def _parser(prog: str) -> Parser:
     parser.add_argument("file", metavar="FILE.csv", help="the targets (- is standard input, line by line)")
     parser.add_argument("--robot", metavar="NAME|FILE", default="puma560", help="a robot's name, or its TOML file")
     parser.add_argument("--speed", metavar="PCT", type=_percent, default=100.0, help="at most so much of full speed")
+    parser.add_argument("--relative", action="store_true", help="times count from the first one (in real time, always)")
     add_realtime_option(parser)
     parser.add_argument("--save", metavar="T.vrst", help="save the trajectory, target by target")
     add_output_options(parser)
@@ -123,7 +124,8 @@ class _Run:
         options = self.options
         model = load_robot(options.robot)
         with _lines(options.file) as lines:
-            targets = read_targets(lines, model.joint_count, options.file)
+            relative = options.relative or options.realtime is not None
+            targets = read_targets(lines, model.joint_count, options.file, relative=relative)
             first = next(targets, None)
             if first is None:
                 raise CommandLineError(f"{options.file} holds no target", "a line is a time and the joints")

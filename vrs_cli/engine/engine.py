@@ -41,7 +41,7 @@ from vrs_cli.engine.history import CommandRecord, History, Step
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
 from vrs_cli.engine.planner import plan, plan_steering
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
-from vrs_cli.engine.targets import Situation, check_joint_limits, resolve, select, unmet
+from vrs_cli.engine.targets import Situation, check_joint_limits, check_near, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
     PowerOff,
@@ -361,6 +361,7 @@ class Engine:
         """
         self._check_power()
         check_joint_limits(self.model, goal)
+        self._issued = None
         if not self.parameters.switch("DRY.RUN"):
             self._edit(self._motion_from_now(goal, speed, text), on_grid(self.now), False)
 
@@ -375,7 +376,7 @@ class Engine:
         check_joint_limits(self.model, target.joints)
         if self.parameters.switch("DRY.RUN"):
             return
-        executed, timeline = on_grid(self.now), self.timeline
+        executed, timeline, self._issued = on_grid(self.now), self.timeline, None
         motion = self._steered_motion(target.joints, speed, text)
         delta = plan_steering(self.arm, timeline, motion, executed, target, up_to_grid(tick * LONGER))
         if motion is self._steered:
@@ -550,9 +551,11 @@ class Engine:
         self.parameters.modes[request.mode].put(request.on, request.always)
 
     def _set_tool(self, request: SetTool) -> None:
+        check_near(request.T_flange_tool, "TOOL")
         self._set_frames(replace(self._frames_at_rest(), tool=request.T_flange_tool), "TOOL")
 
     def _set_base(self, request: SetBase) -> None:
+        check_near(request.T_robot_world, "BASE")
         self._set_frames(replace(self._frames_at_rest(), base=request.T_robot_world), "BASE")
 
     def _frames_at_rest(self) -> Frames:

@@ -54,6 +54,7 @@ SWITCHES: Mapping[str, Switch] = _table(
     Switch("POWER", True, "arm power; motions are refused without it"),
     Switch("TRACE", False, "print each step of a program as it is executed"),
     Switch("UPPER", True, "strings compare without regard to case"),
+    Switch("VPLUS", True, "what V+ alone has can be used; off: it is refused, with what is written instead"),
 )
 
 PARAMETERS: Mapping[str, ParameterRow] = _table(
@@ -63,6 +64,7 @@ PARAMETERS: Mapping[str, ParameterRow] = _table(
         "in real time, ABORT: a motion that comes too late is refused; POSTPONE: it begins at the end of the segment",
         words=("ABORT", "POSTPONE"),
     ),
+    ParameterRow("GRASP.WIDTH", 0.0, "the width of what GRASP finds in the hand; 0: it is empty", "mm", 0.0, 1000.0),
     ParameterRow("HAND.TIME", 0.05, "how long OPENI, CLOSEI and RELAXI wait for the hand", "s", 0.0, 60.0),
     ParameterRow(
         "INSERT",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import asin, degrees, pi
+from math import asin, degrees, hypot, pi
 
 from vrs_cli.engine.commands import JointTarget, Mode, Move, NamedTarget, PoseTarget
 from vrs_cli.engine.parameters import Asked, Parameters
@@ -11,6 +11,7 @@ from vrs_cli.errors import (
     IllegalJoint,
     IllegalValue,
     JointOutOfRange,
+    LocationTooFar,
     StraightLineConfiguration,
     UndefinedValue,
 )
@@ -29,6 +30,7 @@ from vrs_cli.trajectory.motion import (
 )
 from vrs_cli.trajectory.vector import cross, dot, length
 
+FARTHEST = 100.0  # [m] of a location, a tool or a base: beyond, the figures of an arm are lost in rounding
 HALF_TURN = pi + 1e-9  # [rad] and what rounding may add
 
 
@@ -73,10 +75,30 @@ def _tool_pose(arm: RobotArm, move: Move, situation: Situation) -> Transform | N
     """T_robot_tool of a target that is given as a pose; None where it is given by joints."""
     frames, target = situation.frames, move.target
     if isinstance(target, PoseTarget):
-        return compose(frames.base, target.T_world_tool)
+        return _in_the_cell(compose(frames.base, target.T_world_tool))
     if isinstance(target, ToolOffsetTarget | AlignedTarget):
-        return _relative_pose(arm, target, situation.destination, frames)
+        return _in_the_cell(_relative_pose(arm, target, situation.destination, frames))
     return None
+
+
+def _in_the_cell(pose: Transform) -> Transform:
+    """The pose itself. Raises LocationTooFar where no arm could be meant."""
+    distance = _distance(pose)
+    if not distance <= FARTHEST:
+        raise LocationTooFar(f"{distance * 1000.0:g} mm from the robot", f"at most {FARTHEST * 1000.0:g} mm")
+    return pose
+
+
+def check_near(T: Transform, what: str) -> None:
+    """Raises IllegalValue for a tool or a base that is farther than any cell."""
+    distance = _distance(T)
+    if not distance <= FARTHEST:
+        raise IllegalValue(f"{what} {distance * 1000.0:g} mm away", f"at most {FARTHEST * 1000.0:g} mm")
+
+
+def _distance(T: Transform) -> float:
+    """How far the origin is moved [m]."""
+    return hypot(*T[3::4])
 
 
 def _joints(model: RobotModel, move: Move, situation: Situation) -> Joints:

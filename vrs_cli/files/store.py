@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass
 from enum import Enum
 from typing import NamedTuple
 
 from vrs_cli.files.layout import Layout
 from vrs_cli.language import ast
 from vrs_cli.language.ast import Entry, File, Kind, Program, Section, Span
+from vrs_cli.language.declarations import own_variables
 from vrs_cli.language.environment import SIGIL_KINDS, Environment, key_of
 from vrs_cli.language.environment import Variable as Stored
 from vrs_cli.language.instructions import INSTRUCTIONS
@@ -124,7 +124,7 @@ def with_called(environment: Environment, names: Iterable[str]) -> tuple[Program
 
 def _called(program: Program) -> Iterator[str]:
     """The keys of the programs that a program names, as CALL does."""
-    for node in _nodes(program):
+    for node in ast.nodes(program):
         if isinstance(node, ast.Instruction) and node.word in INSTRUCTIONS:
             shapes = (argument.shape for argument in INSTRUCTIONS[node.word].arguments)
             for shape, argument in zip(shapes, node.arguments, strict=False):
@@ -141,15 +141,10 @@ def _program_key(argument: object) -> Iterator[str]:
 
 def variables_used(programs: Iterable[Program]) -> frozenset[str]:
     """The keys of all variables that the programs name; a bare name may be of a real or a location."""
-    return frozenset(node.key for program in programs for node in _nodes(program) if isinstance(node, ast.Variable))
+    return frozenset(key for program in programs for key in _used_by(program))
 
 
-def _nodes(node: object) -> Iterator[object]:
-    """A tree, node by node, from its root."""
-    yield node
-    if isinstance(node, tuple):
-        for child in node:
-            yield from _nodes(child)
-    elif is_dataclass(node):
-        for field in fields(node):
-            yield from _nodes(getattr(node, field.name))
+def _used_by(program: Program) -> set[str]:
+    """Those that AUTO and LOCAL make its own are nobody else's."""
+    own = {own.key for own in own_variables(program)}
+    return {node.key for node in ast.nodes(program) if isinstance(node, ast.Variable)} - own

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.joints import Joints
@@ -43,25 +43,55 @@ class _Columns:
     count: int
 
 
-def read_targets(lines: Iterable[str], joint_count: int, path: str = "targets") -> Iterator[TimedTarget]:
-    """The targets of a stream as they come. Raises FileDamaged, which names the line."""
+def read_targets(
+    lines: Iterable[str], joint_count: int, path: str = "targets", *, relative: bool = False
+) -> Iterator[TimedTarget]:
+    """The targets of a stream as they come; their times count from the first one where they are `relative`.
+
+    Raises FileDamaged, which names the line.
+    """
+    times = _Times(relative)
+    for number, fields, columns in _rows(lines, joint_count, path):
+        where = f"{path}:{number}"
+        if len(fields) != columns.count:
+            raise FileDamaged(f"{where}: {len(fields)} fields where {columns.count} are wanted")
+        t = times.next(_number(fields[columns.time], where), where)
+        values = [_number(fields[place], where) for place in columns.target]
+        yield TimedTarget(number, t, transformation(values) if columns.is_pose else precision_point(values))
+
+
+def _rows(lines: Iterable[str], joint_count: int, path: str) -> Iterator[tuple[int, list[str], _Columns]]:
+    """Number and fields of each line that is a target, and what they are."""
     joints = tuple(f"jt{number}" for number in range(1, joint_count + 1))
-    columns = _Columns(0, tuple(range(1, joint_count + 1)), False, joint_count + 1)
-    before, begun = 0.0, False
+    columns: _Columns | None = None
     for number, line in enumerate(lines, 1):
         said = line.partition(";")[0].partition("#")[0].strip()
+        fields = [field.strip() for field in said.split(",")]
         if not said:
             continue
-        fields = [field.strip() for field in said.split(",")]
-        if not begun and read_number(fields[0]) is None:
-            columns, begun = _named(fields, joints, f"{path}:{number}"), True
-            continue
-        begun = True
-        target = _target(fields, columns, number, f"{path}:{number}")
-        if target.t < before:
-            raise FileDamaged(f"{path}:{number}: {target.t:g} s comes after {before:g} s", "times go on")
-        before = target.t
-        yield target
+        if columns is None and read_number(fields[0]) is None:
+            columns = _named(fields, joints, f"{path}:{number}")
+        else:
+            columns = columns or _Columns(0, tuple(range(1, joint_count + 1)), False, joint_count + 1)
+            yield number, fields, columns
+
+
+class _Times:
+    """Times go on; `relative` ones count from the first."""
+
+    def __init__(self, relative: bool) -> None:
+        self._first = None if relative else 0.0
+        self._last = -inf
+
+    def next(self, t: float, where: str) -> float:
+        """The time of a target [s]. Raises FileDamaged."""
+        first = t if self._first is None else self._first
+        if not 0.0 <= t - first <= LATEST:
+            raise FileDamaged(f"{where}: {t!r} s is no time from {first!r} to {first + LATEST!r} s")
+        if t < self._last:
+            raise FileDamaged(f"{where}: {t!r} s comes after {self._last!r} s", "times go on")
+        self._first, self._last = first, t
+        return t - first
 
 
 def _named(fields: Sequence[str], joints: Sequence[str], where: str) -> _Columns:
@@ -72,15 +102,6 @@ def _named(fields: Sequence[str], joints: Sequence[str], where: str) -> _Columns
     raise FileDamaged(
         f"{where}: the columns are {', '.join(fields)}", f"t,{','.join(joints)} or t,{','.join(POSE)} are wanted"
     )
-
-
-def _target(fields: Sequence[str], columns: _Columns, number: int, where: str) -> TimedTarget:
-    if len(fields) != columns.count:
-        raise FileDamaged(f"{where}: {len(fields)} fields where {columns.count} are wanted")
-    t, *values = (_number(fields[place], where) for place in (columns.time, *columns.target))
-    if not 0.0 <= t <= LATEST:
-        raise FileDamaged(f"{where}: {fields[columns.time]} is no time from 0 to {LATEST:g} s")
-    return TimedTarget(number, t, transformation(values) if columns.is_pose else precision_point(values))
 
 
 def _number(text: str, where: str) -> float:

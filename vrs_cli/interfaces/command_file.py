@@ -80,7 +80,7 @@ def _answers(session: Session, path: Path, lines: tuple[CommandLine, ...]) -> It
         if failed:
             session.editor = None
             yield Message(f"{path} stopped at line {line.number}: {line.text}", Tone.ERROR)
-        if failed or leaving:
+        if failed or leaving or session.interrupted:
             return
 
 

@@ -16,12 +16,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from math import inf
-from typing import Any, Protocol, TypeGuard, TypeVar
+from pathlib import Path
+from typing import Any, Protocol, TypeGuard, TypeVar, get_args
 
 from vrs_cli.engine.commands import Brake, Break, Request, SetMonitorSpeed, SetParameter, SetSwitch
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, RobotNotAttached, TaskActive, TaskNotActive, TimeExhausted, VrsError
+from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.debugging import Debugging, Onward, Stepping, Stopped
+from vrs_cli.interfaces.devices import Devices
+from vrs_cli.interfaces.system import SystemReadings
 from vrs_cli.language.effects import (
     LAST_TASK,
     AttachRobot,
@@ -51,6 +55,7 @@ from vrs_cli.language.runtime import (
     Task,
     TaskState,
 )
+from vrs_cli.language.units import UnitEffect
 from vrs_cli.trajectory.instant import on_grid
 
 WAIT_TICK = on_grid(0.028)  # [s] a WAIT is tested, and a busy loop seen to be one, every trajectory tick of VAL-II
@@ -172,10 +177,15 @@ class Track:
 
 
 class Driver:
-    """Runs the tasks of one robot. `tasks` are those that run or have stopped, by number."""
+    """Runs the tasks of one robot. `tasks` are those that run or have stopped, by number; `current` is the number of
+    the one whose turn it is. `folder`: where programs have their files."""
 
-    def __init__(self, engine: Engine, console: Console, environment: Environment, robot: Robot) -> None:
+    def __init__(
+        self, engine: Engine, console: Console, environment: Environment, robot: Robot, folder: Path = Path()
+    ) -> None:
         self.engine, self.console, self.environment, self.robot = engine, console, environment, robot
+        self.devices = Devices(Disk(folder), console.ask, self._show)
+        self.current = PROMPT_LINE
         self.tasks: dict[int, Track] = {}
         self.inputs: Inputs = NO_INPUTS
         self.debugging = Debugging()
@@ -187,6 +197,7 @@ class Driver:
         self._asking = True
         self._beside: list[Beside] = []
         environment.signals.listeners.append(self._signal_changed)
+        environment.system = SystemReadings(self)
 
     # --- from outside ---
 
@@ -203,6 +214,8 @@ class Driver:
         there = self.tasks.get(number)
         if there is not None and there.running:
             raise TaskActive(f"task {number} runs {there.task.program}", "ABORT stops it")
+        if number != PROMPT_LINE:
+            self.devices.disk.release(number)
         track = Track(number, task, self.engine.now, mine=number == ROBOT_PROGRAM)
         self.tasks[number] = track
         self._take_robot(track)
@@ -261,6 +274,7 @@ class Driver:
             raise TaskNotActive(f"task {number}", "there is nothing to clear")
         if track.running:
             raise TaskActive(f"task {number} runs {track.task.program}", f"ABORT {number} stops it")
+        self.devices.disk.release(number)
         del self.tasks[number]
 
     def end_cycles(self, number: int) -> Track:
@@ -291,11 +305,22 @@ class Driver:
                 self._go_on(track, started + bounds.max_time, bounds, steps)
                 if progress is not None:
                     progress(self.engine.now)
+        except BaseException:
+            self._give_up(track)
+            raise
         finally:
             self._running = False
         if self._line:
             self._type(track, Type("", newline=True))
         return self._result(track, started)
+
+    def _give_up(self, foreground: Track) -> None:
+        """Something from outside broke the run off: its task stops here, and so does one that was broken itself."""
+        self.engine.stop()
+        for track in self.tasks.values():
+            if track.running and (track is foreground or track.task.broken):
+                track.task.abort()
+                self._stop(track, Outcome.ABORTED)
 
     def settle(self, until: float | None = None, *, asking: bool = True) -> tuple[Beside, ...]:
         """Let the tasks do all that is due by an instant, that which time has reached unless told otherwise; those
@@ -380,13 +405,18 @@ class Driver:
 
     def _turn(self, track: Track, budget: int) -> None:
         """One task goes on, until it wants something that takes time or another task may have its turn."""
+        self.current = track.number
         event = self._event(track, budget)
         while True:
             try:
                 self._do(track, event)
-                return
+                break
             except VrsError as error:
                 event = track.task.throw(error)
+                if self._left_now(track) <= 0:  # REACTE mends a step in vain: that must not go on for ever now
+                    self._until(track, self._tick(), event)
+                    break
+        self.current = PROMPT_LINE
 
     def _event(self, track: Track, budget: int) -> Pending:
         """What a task wants now: what it was waiting for, or what comes next in its program."""
@@ -447,9 +477,12 @@ class Driver:
 
     def _type(self, track: Track, event: Type) -> None:
         del track
+        self._show(event.text, event.newline)
+
+    def _show(self, text: str, newline: bool) -> None:
         if self.engine.parameters.switch("MESSAGES"):
-            self.console.type(event.text, event.newline)
-        *lines, self._line = (self._line + event.text + ("\n" if event.newline else "")).split("\n")
+            self.console.type(text, newline)
+        *lines, self._line = (self._line + text + ("\n" if newline else "")).split("\n")
         self.typed += lines
 
     def _prompt(self, track: Track, event: Prompt) -> None:
@@ -457,6 +490,9 @@ class Driver:
             self._until(track, self._tick(), event)
             return
         track.answer = self.console.ask(event.text)
+
+    def _unit(self, track: Track, event: UnitEffect) -> None:
+        track.answer = self.devices.perform(track.number, event)
 
     def _wait(self, track: Track, wait: Wait) -> None:
         first = on_grid(track.asked) + wait.ticks * WAIT_TICK
@@ -628,8 +664,16 @@ class Driver:
         track.outcome, track.pending, track.stepping = outcome, None, None
         self._release(track)
         self._run_signal(track, running=False)
+        self._put_files(track)
         if track.fault is not None and track.number > ROBOT_PROGRAM:
             self._beside.append(Beside(track.number, track.fault))
+
+    def _put_files(self, track: Track) -> None:
+        """What a task has written is in its files when it stops; they are closed when it cannot go on."""
+        if track.task.ended and not track.at_prompt:
+            self.devices.disk.release(track.number)
+        else:
+            self.devices.disk.rest(track.number)
 
     def _exhausted(self, foreground: Track, what: str, hint: str) -> None:
         where = "; ".join(self._whereabouts(foreground))
@@ -667,6 +711,7 @@ _ACTS: dict[type, Callable[[Driver, Track, Any], None]] = {
     CycleBegins: Driver._cycle_begins,
     AttachRobot: Driver._attach,
     DetachRobot: Driver._detach,
+    **dict.fromkeys(get_args(UnitEffect), Driver._unit),
     RunSignal: Driver._run_signal_set,
     StartTask: Driver._start_task,
     ControlTask: Driver._control_task,

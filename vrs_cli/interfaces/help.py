@@ -14,6 +14,7 @@ from vrs_cli.language.ast import Kind
 from vrs_cli.language.functions import FUNCTIONS, Function
 from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.monitor import COMMANDS
+from vrs_cli.language.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.values import plain
 from vrs_cli.language.words import Route, State, Word, abbreviated
 
@@ -42,6 +43,8 @@ def _groups() -> Iterator[HelpGroup]:
     yield HelpGroup("Control structures", _usable(CONTROL.values()))
     for title, kinds in RESULTS.items():
         yield HelpGroup(title, _usable(row for row in FUNCTIONS.values() if row.result in kinds))
+    yield HelpGroup("Operators", tuple(OPERATORS))
+    yield HelpGroup("Words that link", tuple(LINKS))
     yield HelpGroup("Switches", tuple(SWITCHES))
     yield HelpGroup("Parameters", tuple(PARAMETERS))
 
@@ -56,7 +59,9 @@ def _usable(rows: Iterable[Word | Function]) -> tuple[str, ...]:
 def page(typed: str) -> HelpPage:
     """Every meaning of a word, which may be cut short. Raises UsageError with what is near."""
     name = _full_name(typed.upper())
-    entries = tuple(entry for source in _SOURCES for entry in source(name)) or tuple(_users(name))
+    entries = tuple(entry for source in _SOURCES for entry in source(name))
+    if not entries or name in LINKS:
+        entries += tuple(_users(name))
     if not entries:
         near = get_close_matches(name, _all_names(), 1)
         raise UsageError(
@@ -66,11 +71,12 @@ def page(typed: str) -> HelpPage:
 
 
 def _all_names() -> list[str]:
-    return [*COMMANDS, *INSTRUCTIONS, *CONTROL, *FUNCTIONS, *SWITCHES, *PARAMETERS]
+    return [*COMMANDS, *INSTRUCTIONS, *CONTROL, *FUNCTIONS, *OPERATORS, *LINKS, *SWITCHES, *PARAMETERS]
 
 
 def _full_name(name: str) -> str:
-    """The word itself, or the one that it is cut short from."""
+    """The word itself, or the one that it is cut short from, or another spelling of."""
+    name = next((row.name for row in OPERATORS.values() if row.also == name), name)
     if name in _all_names() or any(_users(name)):
         return name
     found = abbreviated(name, COMMANDS, INSTRUCTIONS, CONTROL)
@@ -128,6 +134,16 @@ def _function(name: str) -> Iterator[HelpEntry]:
             yield HelpEntry(sort, row.form, row.summary, example, row.where, _state_note(row.state, ""))
 
 
+def _operator(sort: str, table: Mapping[str, Operator]) -> Callable[[str], Iterator[HelpEntry]]:
+    def entries(name: str) -> Iterator[HelpEntry]:
+        row = table.get(name)
+        if row is not None:
+            note = f"also written {row.also}" if row.also else ""
+            yield HelpEntry(sort, row.form, row.summary, row.example, row.where, note)
+
+    return entries
+
+
 def _switch(name: str) -> Iterator[HelpEntry]:
     row: Switch | None = SWITCHES.get(name)
     if row is not None:
@@ -148,6 +164,8 @@ _SOURCES: tuple[Callable[[str], Iterator[HelpEntry]], ...] = (
     _word("instruction", INSTRUCTIONS),
     _word("control structure", CONTROL),
     _function,
+    _operator("operator", OPERATORS),
+    _operator("word that links", LINKS),
     _switch,
     _parameter,
 )

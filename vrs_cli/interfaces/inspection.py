@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.targets import check_joint_limits
-from vrs_cli.errors import EndOfInput, JointOutOfRange, MotionError
-from vrs_cli.interfaces.replies import Reply
-from vrs_cli.interfaces.session import Session
+from vrs_cli.errors import JointOutOfRange, MotionError
+from vrs_cli.interfaces.session import defined
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language import ast
-from vrs_cli.language.analyzer import Analysis, names_given_by
+from vrs_cli.language.analyzer import Analysis, analyze, names_given_by
+from vrs_cli.language.ast import Kind, Program, Section
 from vrs_cli.language.diagnostics import Diagnostic, Severity
+from vrs_cli.language.environment import Environment
+from vrs_cli.language.parts import Part, Placed, parts_of, programs_of, repeated
 from vrs_cli.language.reachability import unreachable
 
 # the motions whose first argument is where they go; those of the second row stop at a distance in front of it
@@ -23,70 +25,155 @@ IN_FRONT = frozenset({"APPRO", "APPROS"})
 CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # with one of them in the file, nobody knows where a location is
 
 
-class Nobody:
-    """A terminal without a user: nothing is shown, nothing is answered."""
-
-    def type(self, text: str, newline: bool) -> None:
-        """Nothing."""
-
-    def show(self, reply: Reply) -> None:
-        """Nothing."""
-
-    def ask(self, prompt: str) -> str:
-        """Raises EndOfInput."""
-        raise EndOfInput(f"PROMPT {prompt!r} has nothing to read")
-
-    def confirm(self, question: str) -> bool:  # noqa: ARG002 (of the Terminal protocol)
-        """No."""
-        return False
-
-
 def inspect(text: str, model: RobotModel) -> tuple[Diagnostic, ...]:
     """Everything that is wrong with a file by itself, as LOAD into an empty memory finds it; steps that nothing
     leads to; constant locations that this robot cannot reach. In the order of the lines.
     """
-    session = Session(Nobody(), model)
-    found = list(session.load_text(text))
-    analyses = [stored.analysis for stored in session.environment.programs.values()]
-    for analysis in analyses:
-        if analysis.executable:
-            found += unreachable(analysis.program, analysis.blocks, analysis.labels)
-    found += _out_of_reach(session, analyses)
-    return tuple(sorted(found, key=lambda one: (one.span.line, one.span.column)))
+    inspector = Inspector(model)
+    return inspector.inspect(inspector.read(text))
+
+
+Parts = tuple[Placed, ...]
+_Basis = tuple[object, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Inspected:
+    """What was found in a program, and all that this depends on outside of it."""
+
+    basis: _Basis
+    analysis: Analysis
+    unreachable: tuple[Diagnostic, ...]
+
+
+class Inspector:
+    """Inspects one file, and its next versions too: of the parts that have not changed it knows what it found."""
+
+    def __init__(self, model: RobotModel) -> None:
+        self._engine = Engine(model)
+        self._known: dict[tuple[str, ...], Part] = {}
+        self._inspected: dict[Part, _Inspected] = {}
+        self._ways: dict[Part, tuple[_Way, ...]] = {}
+
+    def read(self, text: str) -> Parts:
+        """The parts of the present version."""
+        parts = parts_of(text, self._known)
+        self._known = {placed.part.lines: placed.part for placed in parts}
+        return parts
+
+    def inspect(self, parts: Parts) -> tuple[Diagnostic, ...]:
+        """Everything that is wrong with them."""
+        environment = Environment()
+        found = [one for placed in parts for one in placed.found(placed.part.diagnostics)]
+        found += repeated(parts)
+        for placed in parts:
+            if isinstance(placed.part.node, Section):
+                found += placed.found(defined(environment, (placed.part.node,)))
+        programs = {program.key: placed for placed, program in programs_of(parts)}
+        for placed, inspected in self._analysed(environment, programs):
+            found += placed.found(inspected.analysis.diagnostics)
+            found += placed.found(inspected.unreachable)
+        found += self._out_of_reach(environment, tuple(programs_of(programs.values())))
+        return tuple(sorted(found, key=lambda one: (one.span.line, one.span.column)))
+
+    # --- analysis ---
+
+    def _analysed(
+        self, environment: Environment, programs: Mapping[str, Placed]
+    ) -> tuple[tuple[Placed, _Inspected], ...]:
+        trees = {program.key: program for _, program in programs_of(programs.values())}
+        memory, before = _Memory(environment.kinds(), trees), self._inspected
+        self._inspected = {}
+        for key, placed in programs.items():
+            one = before.get(placed.part)
+            if one is None or one.basis != memory.basis(one.analysis):
+                one = memory.inspected(trees[key])
+            self._inspected[placed.part] = one
+        return tuple((placed, self._inspected[placed.part]) for placed in programs.values())
+
+    # --- reach ---
+
+    def _out_of_reach(
+        self, environment: Environment, programs: tuple[tuple[Placed, Program], ...]
+    ) -> Iterator[Diagnostic]:
+        """A warning at each motion to a location of the file that no instruction changes."""
+        self._ways = {placed.part: self._ways.get(placed.part) or _ways(program) for placed, program in programs}
+        if any(_CHANGES_FRAMES in ways for ways in self._ways.values()):
+            return
+        changed = frozenset[str]().union(*(names_given_by(program) for _, program in programs))
+        places = _Places(environment, self._engine)
+        for placed, program in programs:
+            own = changed | {parameter.key for parameter in program.parameters}
+            ways = (way for way in self._ways[placed.part] if way.target.key not in own)
+            yield from placed.found(one for way in ways if (one := _unreached(way, places)) is not None)
+
+
+@dataclass(frozen=True)
+class _Memory:
+    """The variables and programs that a file brings."""
+
+    kinds: Mapping[str, Kind]
+    programs: Mapping[str, Program]
+
+    def inspected(self, program: Program) -> _Inspected:
+        analysis = analyze(program, self.kinds, self.programs)
+        reachable = unreachable(program, analysis.blocks, analysis.labels) if analysis.executable else ()
+        return _Inspected(self.basis(analysis), analysis, reachable)
+
+    def basis(self, analysis: Analysis) -> _Basis:
+        """What the findings in a program depend on, besides its text."""
+        called = tuple(self._signature(key) for key in sorted(analysis.calls))
+        names = tuple(self.programs) if None in called else ()
+        elsewhere = self._given_elsewhere(analysis.program) if analysis.needs else frozenset[str]()
+        missing = analysis.needs - elsewhere
+        return self.kinds, called, names, analysis.needs & elsewhere, elsewhere if missing else None
+
+    def _signature(self, key: str) -> tuple[object, ...] | None:
+        program = self.programs.get(key)
+        if program is None:
+            return None
+        return program.name, tuple((one.sigil, one.name) for one in program.parameters)
+
+    def _given_elsewhere(self, program: Program) -> frozenset[str]:
+        others = (names_given_by(other) for other in self.programs.values() if other is not program)
+        return frozenset[str]().union(*others)
 
 
 # --- reach -----------------------------------------------------------------------------------------------------
 
 
-def _out_of_reach(session: Session, analyses: list[Analysis]) -> Iterator[Diagnostic]:
-    """A warning at each motion to a location of the file that no instruction changes."""
-    programs = [analysis.program for analysis in analyses]
-    if any(_changes_frames(program) for program in programs):
-        return
-    changed = frozenset[str]().union(*map(names_given_by, programs))
-    places = _Places(session)
-    for program in programs:
-        own = changed | {parameter.key for parameter in program.parameters}
-        for step in program.steps:
-            if isinstance(step.statement, ast.Instruction):
-                yield from _unreached(step.statement, own, places)
+@dataclass(frozen=True)
+class _Way:
+    """A motion to a location: `distance` is how far in front of it the motion ends [m]."""
+
+    target: ast.Variable
+    distance: float
 
 
-def _changes_frames(program: ast.Program) -> bool:
-    return any(
-        isinstance(step.statement, ast.Instruction) and step.statement.word in CHANGING_FRAMES for step in program.steps
-    )
+_CHANGES_FRAMES = _Way(ast.Variable("", "", None, ast.Span(0, 0, 0)), 0.0)  # a TOOL or a BASE
 
 
-def _unreached(statement: ast.Instruction, changed: frozenset[str], places: _Places) -> Iterator[Diagnostic]:
+def _ways(program: Program) -> tuple[_Way, ...]:
+    """The motions of a program to locations with a name."""
+    statements = (step.statement for step in program.steps)
+    return tuple(way for one in statements if isinstance(one, ast.Instruction) if (way := _way(one)) is not None)
+
+
+def _way(statement: ast.Instruction) -> _Way | None:
+    if statement.word in CHANGING_FRAMES:
+        return _CHANGES_FRAMES
     target = statement.arguments[0] if statement.arguments else None
     distance = _distance(statement)
-    if distance is None or not isinstance(target, ast.Variable) or target.key in changed:
-        return
-    refusal = places.refusal(target, distance)
-    if refusal is not None:
-        detail = f"{target.sigil}{target.name}: {refusal.detail}"
-        yield Diagnostic(Severity.WARNING, refusal.code, _text(refusal), detail, refusal.hint, target.span)
+    return _Way(target, distance) if distance is not None and isinstance(target, ast.Variable) else None
+
+
+def _unreached(way: _Way, places: _Places) -> Diagnostic | None:
+    target = way.target
+    refusal = places.refusal(target, way.distance)
+    if refusal is None:
+        return None
+    detail = f"{target.sigil}{target.name}: {refusal.detail}"
+    return Diagnostic(Severity.WARNING, refusal.code, _text(refusal), detail, refusal.hint, target.span)
 
 
 def _text(refusal: MotionError) -> str:
@@ -105,12 +192,13 @@ def _distance(statement: ast.Instruction) -> float | None:
 class _Places:
     """The locations that the file defines, and the arm that is to reach them."""
 
-    session: Session
+    environment: Environment
+    engine: Engine
 
     def refusal(self, target: ast.Variable, distance: float) -> MotionError | None:
         """Why no configuration of the arm reaches a place; None where one does, or where it has no value."""
         place = self._value(target)
-        engine = self.session.engine
+        engine = self.engine
         try:
             if isinstance(place, Transform):
                 self._try(engine, compose(place, translation(0.0, 0.0, -distance)))
@@ -130,7 +218,7 @@ class _Places:
             return None
         whole = tuple(map(round, numbers))
         index = None if not whole else whole[0] if len(whole) == 1 else whole
-        reference = self.session.environment.reference(target.sigil + target.name, index)
+        reference = self.environment.reference(target.sigil + target.name, index)
         if not reference.defined():
             return None
         value = reference.value()

@@ -33,8 +33,8 @@ from vrs_cli.errors import (
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.driver import ROBOT_PROGRAM, Outcome, RunResult
 from vrs_cli.interfaces.jogging import jog
+from vrs_cli.interfaces.next_motion import said_for_next_motion
 from vrs_cli.interfaces.operands import real as _real
-from vrs_cli.interfaces.operands import value as _value
 from vrs_cli.interfaces.plotting import plotted, selected
 from vrs_cli.interfaces.realtime import clock, clock_report
 from vrs_cli.interfaces.replies import (
@@ -72,20 +72,24 @@ from vrs_cli.interfaces.replies import (
     Whereabouts,
     WhereaboutsTable,
 )
+from vrs_cli.interfaces.session import Dialogue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.language.analyzer import is_reserved
 from vrs_cli.language.ast import (
+    NAME_LENGTH,
     BadLine,
     Call,
     Expression,
     Instruction,
     Kind,
+    Number,
     Program,
     Variable,
     Word,
 )
 from vrs_cli.language.effects import PROCESS_CONTROL, checked_task
-from vrs_cli.language.environment import INPUTS, INTERNAL, OUTPUTS, Index, Reference, StoredProgram, key_of
+from vrs_cli.language.environment import INPUTS, INTERNAL, OUTPUTS, Index, Reference, StoredProgram, key_of, subscript
 from vrs_cli.language.values import (
     Value,
     kind_of_value,
@@ -107,23 +111,6 @@ Handler = Callable[["Session", Instruction], Iterable[Reply]]
 
 
 @runtime_checkable
-class Dialogue(Protocol):
-    """A terminal with somebody at it, who can be asked and may watch a program run. A pipe is none."""
-
-    def change(self, question: str) -> str | None:
-        """An answer; None when the question is left (Ctrl-C)."""
-
-    def begin_progress(self) -> None:
-        """A program starts."""
-
-    def progress(self, clock: float) -> None:
-        """It has come to that time of the robot's clock [s]."""
-
-    def end_progress(self) -> None:
-        """It has ended."""
-
-
-@runtime_checkable
 class Watched(Protocol):
     """A terminal where somebody may watch how a long file is read."""
 
@@ -138,6 +125,19 @@ class Watched(Protocol):
 
 
 # --- operands ------------------------------------------------------------------------------------------------------
+
+
+def _sight(session: Session, expression: Expression) -> Callable[[], Value]:
+    """Looks at an expression as the program that has stopped sees it."""
+    from vrs_cli.language.runtime import Sight
+
+    sight = Sight(session.environment, session.robot, expression)
+    return lambda: sight.value(_own(session))
+
+
+def _own(session: Session) -> Mapping[str, Reference]:
+    """What the program that has stopped has for itself: its arguments, and the variables of AUTO and LOCAL."""
+    return {} if session.task is None else session.task.own
 
 
 def _argument(it: Instruction, index: int) -> Expression | None:
@@ -226,6 +226,42 @@ def _point(session: Session, it: Instruction) -> Iterator[Reply]:
     yield from _defined(session, it)
 
 
+def _teach(session: Session, it: Instruction) -> Iterator[Reply]:
+    """HERE without a question, under the next name of a series: there is no pendant whose button records."""
+    expression = _argument(it, 0)
+    if not isinstance(expression, Variable):
+        raise IllegalValue(_shown(expression) if expression else "TEACH", "the name of a location, as TEACH part")
+    name = next_in_series(session, expression)
+    session.do(replace(it, word="HERE", arguments=(name,)))
+    reference = _defined_by(session, replace(it, arguments=(name,)))
+    yield _one_location(reference.name, cast("Transform | Joints", reference.value()))
+
+
+def next_in_series(session: Session, first: Variable) -> Variable:
+    """The name itself while it has no value, then the next one: part, part1, part2; row[3], row[4].
+
+    Raises InvalidName for a name that cannot be counted up.
+    """
+    from vrs_cli.language.runtime import definable
+
+    environment, name = session.environment, first
+    while definable(environment, session.robot, name).reference.defined():
+        name = _counted_up(session, name)
+    return name
+
+
+def _counted_up(session: Session, name: Variable) -> Variable:
+    if name.indexes:
+        *others, last = name.indexes
+        following = _real(session, last) + 1.0
+        return replace(name, indexes=(*others, Number(following, plain(following), last.span)))
+    letters = name.name.rstrip("0123456789")
+    longer = f"{letters}{int(name.name[len(letters) :] or 0) + 1}"
+    if len(longer) > NAME_LENGTH:
+        raise InvalidName(f"{name.sigil}{longer}", f"at most {NAME_LENGTH} characters; TEACH a shorter name")
+    return replace(name, name=longer)
+
+
 def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
     """Show a location, and where somebody is there, ask for changes until an empty line."""
     reference = _defined_by(session, it)
@@ -242,7 +278,8 @@ def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
         if answer is None:
             yield Message(f"{reference.name} is left as it was")
             return
-        if not answer.strip():
+        answer = answer.partition(";")[0].strip()
+        if not answer:
             reference.assign(value)
             return
         try:
@@ -320,7 +357,7 @@ def _rows(session: Session, it: Instruction, kinds: tuple[Kind, ...], otherwise:
         for kind in kinds:
             yield from session.environment.variables(kind)
     for expression in asked:
-        for name, value in _elements(session, expression) or ((_shown(expression), _value(session, expression)),):
+        for name, value in _elements(session, expression) or ((_shown(expression), _sight(session, expression)()),):
             if kind_of_value(value) not in kinds:
                 raise TypeMismatch(f"{name} is a {kind_of_value(value).value}", otherwise)
             yield name, value
@@ -330,8 +367,22 @@ def _elements(session: Session, expression: Expression) -> tuple[tuple[str, Valu
     """What a name alone stands for: the simple variable and all elements of the array of that name."""
     if not isinstance(expression, Variable) or expression.indexes:
         return ()
+    if expression.key in _own(session):
+        return tuple(_own_elements(session, expression, _own(session)[expression.key]))
     rows = (row for kind in Kind for row in session.environment.variables(kind))
     return tuple(row for row in rows if key_of(row.name.partition("[")[0]) == expression.key)
+
+
+def _own_elements(session: Session, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:
+    """The same of a variable of the program that has stopped. Raises UndefinedValue where there is none."""
+    program, name = session.task.program if session.task is not None else "", asked.sigil + asked.name
+    if reference.key is not None:
+        yield f"{name} ({program})", reference.value()
+        return
+    for cells in (reference.cells, reference.locations):
+        indexes = [index for index in cells if not isinstance(index, str)]
+        for index in sorted(indexes, key=lambda index: index if isinstance(index, tuple) else (index,)):
+            yield f"{name}[{subscript(index)}] ({program})", cells[index]
 
 
 # --- programs in memory --------------------------------------------------------------------------------------------
@@ -386,6 +437,8 @@ def copied(session: Session, it: Instruction) -> StoredProgram:
     new, old = _text(it.arguments[0]), session.environment.program(_text(it.value))
     if key_of(new) in session.environment.programs:
         raise ProgramExists(new, f"DELETEP {new} deletes it")
+    if is_reserved(new):
+        raise InvalidName(f"{new.upper()} is a word of the language", "a program has a name of its own")
     program = replace(old.program, name=new)
     session.environment.store(replace(old.analysis, program=program), "\n".join(old.lines))
     return old
@@ -509,7 +562,8 @@ def _load(session: Session, it: Instruction) -> Iterator[Reply]:
 
 
 def load(session: Session, named: Path) -> Iterator[Reply]:
-    """Programs that are there already stay as they are, and are named; variables are overwritten.
+    """Programs that are there already are replaced where the user agrees, else they stay as they are; variables are
+    overwritten. Where no program was run yet, EXECUTE alone runs the first of the file.
 
     Raises NonexistentFile, FileError, FileDamaged.
     """
@@ -527,13 +581,19 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
     if diagnostics:
         yield report(diagnostics, text, str(path))
     brought = [stored for key, stored in programs.items() if before.get(key) is not stored]
-    for stored in brought:
-        if stored.program.key in before:
-            programs[stored.program.key] = before[stored.program.key]
-            session.layout = session.layout.with_part(stored.program.key, layout.parts.get(stored.program.key, ()))
-            yield Message(str(ProgramExists(stored.name, f"DELETEP {stored.name}, then LOAD again")), Tone.ERROR)
-    names = [_loaded(stored) for stored in brought if stored.program.key not in before]
-    yield Message(f"{path} loaded" + (f": {_listed(names)}" if names else ""))
+    old = [stored for stored in brought if stored.program.key in before and not may_replace(session, stored.name)]
+    for stored in old:
+        programs[stored.program.key] = before[stored.program.key]
+        session.layout = session.layout.with_part(stored.program.key, layout.parts.get(stored.program.key, ()))
+        if not isinstance(session.terminal, Dialogue):
+            hint = "DELETEP deletes it, DISABLE INTERACTIVE lets it be replaced"
+            yield Message(str(ProgramExists(stored.name, hint)), Tone.ERROR)
+    new = [stored for stored in brought if stored not in old]
+    if session.last_program is None and new:
+        session.last_program = new[0].name
+    names = [_loaded(stored, replaced=stored.program.key in before) for stored in new]
+    stay = f"; {_listed(stored.name for stored in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
+    yield Message(f"{path} loaded" + (f": {_listed(names)}" if names else "") + stay)
 
 
 def _load_trajectory(session: Session, path: Path) -> Iterator[Reply]:
@@ -570,8 +630,16 @@ def _recording(session: Session, path: Path) -> Recording:
         terminal.end_progress()
 
 
-def _loaded(stored: StoredProgram) -> str:
-    return stored.name if stored.analysis.executable else f"{stored.name} (not executable)"
+def _loaded(stored: StoredProgram, *, replaced: bool) -> str:
+    marks = ["replaced"] * replaced + ["not executable"] * (not stored.analysis.executable)
+    return f"{stored.name} ({_listed(marks)})" if marks else stored.name
+
+
+def may_replace(session: Session, program: str) -> bool:
+    """Whether a program of that name may be put in memory: none is there, or the user lets it go."""
+    if key_of(program) in session.environment.programs and session.engine.parameters.switch("INTERACTIVE"):
+        return session.terminal.confirm(f"Program {program} exists. Replace it (Y/N)?")
+    return True
 
 
 def _store(extension: str, *parts: str) -> Handler:
@@ -837,7 +905,7 @@ def _bpt(session: Session, it: Instruction) -> Iterator[Reply]:
         if abs(step) > last:
             raise IllegalValue(f"step {abs(step)}", f"{stored.name} has the steps 1 to {last}")
         if step > 0:
-            debugging.breakpoints.add((key, step))
+            debugging.breakpoints.add((key, _breakable(stored, step)))
         else:
             gone = {point for point in debugging.breakpoints if point[0] == key and step in (0, -point[1])}
             debugging.breakpoints -= gone
@@ -847,19 +915,23 @@ def _bpt(session: Session, it: Instruction) -> Iterator[Reply]:
         yield Message("No breakpoints")
 
 
+def _breakable(stored: StoredProgram, step: int) -> int:
+    """The step itself, or the first behind it at which something is done. Raises IllegalValue, ProgramNotExecutable."""
+    found = stored.compiled.stand(step - 1)
+    if found is None:
+        raise IllegalValue(f"step {step}", f"nothing is done there or after it in {stored.name}")
+    return found + 1
+
+
 def _watch(session: Session, it: Instruction) -> Iterator[Reply]:
     from vrs_cli.interfaces.debugging import Watch
-    from vrs_cli.language.compiler import compile_expression
-    from vrs_cli.language.environment import Context
 
     watches, expression = session.driver.debugging.watches, _argument(it, 0)
     if expression is None:
         watches.clear()
         yield Message("Nothing is watched")
         return
-    evaluate = compile_expression(expression, session.environment.kinds())
-    context = Context(session.environment, session.robot)
-    watch = Watch(_shown(expression), lambda: evaluate(context), _value_text)
+    watch = Watch(_shown(expression), _sight(session, expression), _value_text)
     watch.changed()
     watches.append(watch)
     yield Message(f"Programs stop when {watch.text} changes")
@@ -874,15 +946,7 @@ def _value_text(value: Value) -> str:
 
 def _run(session: Session, run: Callable[[Callable[[float], None] | None], RunResult]) -> Iterator[Reply]:
     """Run, with progress where somebody watches; how it ended, and what became of other tasks."""
-    terminal = session.terminal
-    if not isinstance(terminal, Dialogue):
-        result = run(None)
-    else:
-        terminal.begin_progress()
-        try:
-            result = run(terminal.progress)
-        finally:
-            terminal.end_progress()
+    result = session.watched(run)
     for one in result.beside:
         fault = one.fault
         yield ProgramStopped(
@@ -958,6 +1022,10 @@ def _as_instruction(session: Session, it: Instruction) -> Iterator[Reply]:
     yield from ()
 
 
+def _calibrate(_session: Session, _it: Instruction) -> Iterator[Reply]:
+    yield Message("A virtual robot is calibrated")
+
+
 def _switch(session: Session, it: Instruction) -> Iterator[Reply]:
     if it.value is not None:
         session.do(it)
@@ -1010,6 +1078,7 @@ def _status_of(session: Session, number: int) -> Reply:
         clock=engine.now,
         end=engine.end,
         configuration=engine.arm.configuration(engine.position().joints),
+        next_motion=said_for_next_motion(engine),
     )
 
 
@@ -1199,6 +1268,7 @@ MONITOR: Mapping[str, Handler] = {
     "WHERE": _where,
     "HERE": _here,
     "POINT": _point,
+    "TEACH": _teach,
     "TOOL": _tool,
     "BASE": _base,
     "LISTL": _listl,
@@ -1211,10 +1281,13 @@ MONITOR: Mapping[str, Handler] = {
     "DELETE": _delete,
     "DELETEP": _deletep,
     "DELETEL": _delete_variables(Kind.LOCATION, Kind.PRECISION),
+    "DPOINT": _delete_variables(Kind.LOCATION, Kind.PRECISION),
     "DELETER": _delete_variables(Kind.REAL),
     "DELETES": _delete_variables(Kind.STRING),
     "ZERO": _zero,
     "LOAD": _load,
+    "LOADP": _load,
+    "LOADL": _load,
     "STORE": _store(".v2", "PROGRAMS", "LOCATIONS", "REALS", "STRINGS"),
     "STOREP": _store(".pg", "PROGRAMS"),
     "STOREL": _store(".lc", "LOCATIONS"),
@@ -1224,6 +1297,7 @@ MONITOR: Mapping[str, Handler] = {
     "SEE": _see,
     "FLIST": _flist,
     "FDIRECTORY": _fdirectory,
+    "LISTF": _fdirectory,
     "FDELETE": _fdelete,
     "FCOPY": _fcopy,
     "FRENAME": _frename,
@@ -1251,6 +1325,8 @@ MONITOR: Mapping[str, Handler] = {
     "SPEED": _speed,
     "SIGNAL": _signal,
     "RESET": _as_instruction,
+    "CALIBRATE": _calibrate,
+    "SELECT": _as_instruction,
     "ENABLE": _as_instruction,
     "DISABLE": _as_instruction,
     "SWITCH": _switch,

@@ -200,7 +200,10 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class StatusReport:
-    """STATUS. Speeds in percent, times in seconds; `progress` is None when nothing was run yet."""
+    """STATUS. Speeds in percent, times in seconds; `progress` is None when nothing was run yet.
+
+    `next_motion`: what was said for the next motion alone, in the words of the language.
+    """
 
     robot: str
     progress: Progress | None
@@ -210,6 +213,7 @@ class StatusReport:
     clock: float
     end: float
     configuration: Configuration
+    next_motion: tuple[str, ...] = ()
 
 
 # --- settings and the system ---------------------------------------------------------------------------------------

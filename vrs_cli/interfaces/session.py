@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from weakref import finalize
 
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
@@ -58,12 +59,30 @@ class Terminal(Console, Protocol):
         """Are you sure (Y/N)? Where nobody can answer, the answer is no."""
 
 
+@runtime_checkable
+class Dialogue(Protocol):
+    """A terminal with somebody at it, who can be asked and may watch a program run. A pipe is none."""
+
+    def change(self, question: str) -> str | None:
+        """An answer; None when the question is left (Ctrl-C)."""
+
+    def begin_progress(self) -> None:
+        """A program starts."""
+
+    def progress(self, clock: float) -> None:
+        """It has come to that time of the robot's clock [s]."""
+
+    def end_progress(self) -> None:
+        """It has ended."""
+
+
 class Session:
     """One robot, its programs and variables, one clock.
 
     `driver` runs its tasks. `task` is the robot program that runs or ran last, `last_program` its name,
     `last_statement` what a bare DO repeats.
     `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before.
+    `folder`: where programs have their files; `close` sees to it that all of what they wrote is in these.
     """
 
     def __init__(
@@ -74,6 +93,7 @@ class Session:
         start: Joints | None = None,
         clock: Clock | None = None,
         bounds: Bounds = A_DAY,
+        folder: Path = Path(),
     ) -> None:
         self.terminal = terminal
         self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
@@ -81,7 +101,8 @@ class Session:
         self.environment = Environment()
         self.robot = Readings(self.engine)
         self.bounds = bounds
-        self.driver = Driver(self.engine, terminal, self.environment, self.robot)
+        self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder)
+        self._closing = finalize(self, self.driver.devices.disk.close_all)
         self.engine.postponed.append(self._postponed)
         self.last_program: str | None = None
         self.last_statement: Statement | None = None
@@ -89,11 +110,16 @@ class Session:
         self.last_edited: str | None = None
         self.layout = Layout()
         self.command_files: list[Path] = []  # those that are carried out, the innermost last
+        self.interrupted = False  # by Ctrl-C: what was to come after the present line does not
 
     @property
     def task(self) -> Task | None:
         track = self.driver.tasks.get(ROBOT_PROGRAM)
         return None if track is None else track.task
+
+    def close(self) -> None:
+        """The end of the session: the files of programs are closed. It comes by itself when a process ends."""
+        self._closing()
 
     # --- programs ---
 
@@ -109,7 +135,7 @@ class Session:
         for part in file.parts:
             if isinstance(part, Program):
                 self.check_free(part.name)
-        refused = self._define(part for part in file.parts if isinstance(part, Section))
+        refused = defined(self.environment, (part for part in file.parts if isinstance(part, Section)))
         self.layout = self.layout.with_file(file)
         return tuple(diagnostics) + refused + self._store(file, text)
 
@@ -126,19 +152,10 @@ class Session:
         diagnostics: list[Diagnostic] = []
         for program in programs.values():
             analysis = analyze(program, known, everything)
-            self.environment.store(analysis, text)
+            stored = self.environment.store(analysis, text)
             diagnostics += analysis.diagnostics
+            diagnostics += () if self.robot.switch("VPLUS") else stored.beyond_val2
         return tuple(diagnostics)
-
-    def _define(self, sections: Iterable[Section]) -> tuple[Diagnostic, ...]:
-        """Give the variables their values; those that cannot be."""
-        refused: list[Diagnostic] = []
-        for entry in chain.from_iterable(section.entries for section in sections):
-            try:
-                self.environment.define(entry)
-            except VrsError as wrong:
-                refused.append(error(type(wrong), entry.span, wrong.detail, wrong.hint))
-        return tuple(refused)
 
     # --- running ---
 
@@ -225,6 +242,7 @@ class Session:
         stored = self.environment.program(name)
         if not stored.analysis.executable:
             raise ProgramNotExecutable(stored.name, _why_not(stored))
+        stored.check_lineage(vplus=self.robot.switch("VPLUS"))
         return stored
 
     def _nothing_runs(self) -> None:
@@ -263,6 +281,17 @@ class Session:
         track.stepping = stepping
         return self._run(track, self.bounds, progress)
 
+    def watched(self, run: Callable[[Callable[[float], None] | None], RunResult]) -> RunResult:
+        """Run, with progress where somebody watches."""
+        terminal = self.terminal
+        if not isinstance(terminal, Dialogue):
+            return run(None)
+        terminal.begin_progress()
+        try:
+            return run(terminal.progress)
+        finally:
+            terminal.end_progress()
+
     def settle(self, until: float | None = None, *, asking: bool = True) -> None:
         """Let the other tasks see what has changed; do all that has become due in real time, or is `until` then.
 
@@ -281,17 +310,19 @@ class Session:
             what = f"{fault.message} [task {one.number}]"
             self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
 
-    def interrupt(self) -> None:
-        """Stop the program that runs before its next step; nothing when none does. Safe in a signal handler."""
+    def interrupt(self) -> bool:
+        """Stop the program that runs before its next step; False when none does. Safe in a signal handler."""
         if self.running:
+            self.interrupted = True
             self.driver.interrupt()
+        return self.running
 
     def abort(self) -> None:
         """ABORT at the prompt: brake now and drop what is scheduled; a stopped program cannot go on by itself."""
         self.interrupt()
         self.engine.stop()
         if not self.engine.realtime:
-            self.engine.wait_for_rest()
+            self.settle(self.engine.end)
 
     # --- the prompt ---
 
@@ -336,8 +367,10 @@ class Session:
     def _check(self, statement: Statement, line: str) -> Iterator[Reply]:
         """Raises LineRefused for the first error; warnings are answered."""
         from vrs_cli.language.analyzer import check_line
+        from vrs_cli.language.lineage import beyond_val2
 
         found = check_line(statement, self.environment.kinds())
+        found += () if self.robot.switch("VPLUS") else tuple(beyond_val2(statement, at_prompt=True))
         for diagnostic in found:
             if diagnostic.severity is Severity.ERROR:
                 raise LineRefused(diagnostic)
@@ -358,21 +391,34 @@ class Session:
         self.do(statement)
 
     def do(self, statement: Statement) -> None:
-        """One instruction now, as a program of one step. Raises VrsError where it cannot be done."""
+        """One instruction now, as a program of one step. Raises VrsError where it cannot be done, KeyboardInterrupt
+        where it was stopped.
+        """
         self.last_statement = statement
         task = statement_task(self.environment, self.robot, statement)
         self._nothing_runs()
         track = self.driver.start(PROMPT_LINE, task)
         try:
-            result = self.driver.run(track, self.bounds)
+            result = self.watched(lambda progress: self.driver.run(track, self.bounds, progress))
         finally:
             del self.driver.tasks[PROMPT_LINE]
         self.settle()
         self._tell(result.beside)
+        if result.outcome is Outcome.ABORTED:
+            raise KeyboardInterrupt
         if track.error is not None:
             raise track.error
-        if track.outcome is Outcome.ABORTED:
-            self.terminal.show(Message(Outcome.ABORTED.value))
+
+
+def defined(environment: Environment, sections: Iterable[Section]) -> tuple[Diagnostic, ...]:
+    """Give the variables of a file their values; what is wrong with those that cannot be."""
+    refused: list[Diagnostic] = []
+    for entry in chain.from_iterable(section.entries for section in sections):
+        try:
+            environment.define(entry)
+        except VrsError as wrong:
+            refused.append(error(type(wrong), entry.span, wrong.detail, wrong.hint))
+    return tuple(refused)
 
 
 def _why_not(stored: StoredProgram) -> str:

@@ -138,7 +138,18 @@ def load_robot(name_or_path: str | Path) -> RobotModel:
             f"no robot is called {text!r}",
             f"there is {', '.join(robot_names())}; or give a path that ends in .toml",
         )
-    return _read_file(Path(text))
+    return _with_known_geometry(_read_file(Path(text)), text)
+
+
+def _with_known_geometry(model: RobotModel, path: str) -> RobotModel:
+    """The model itself. Raises FileDamaged, naming the file, for links that no arm of ours has."""
+    from vrs_cli.kinematics.arm import arm_for
+
+    try:
+        arm_for(model)
+    except FileDamaged as unknown:
+        raise FileDamaged(f"{path}: {unknown.detail}", unknown.hint) from None
+    return model
 
 
 def robot_names() -> tuple[str, ...]:

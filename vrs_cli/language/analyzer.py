@@ -6,7 +6,7 @@ of the tables.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -17,13 +17,16 @@ from vrs_cli.errors import (
     IllegalAssignment,
     InvalidName,
     NotAvailable,
+    OldMeaning,
     UndefinedName,
     UndefinedValue,
 )
 from vrs_cli.language import ast
 from vrs_cli.language.ast import NAME_LENGTH, Expression, Kind, Program, ProgramHeader, Span, Statement
+from vrs_cli.language.channels import channel
+from vrs_cli.language.declarations import Declarations, Own, own_variables
 from vrs_cli.language.diagnostics import Diagnostic, Severity, did_you_mean
-from vrs_cli.language.instructions import INSTRUCTIONS, LOOP_JUMPS
+from vrs_cli.language.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.kinds import Expressions
 from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.names import (
@@ -41,7 +44,22 @@ from vrs_cli.language.names import (
 from vrs_cli.language.structure import Block, BlockKind, structure_of
 from vrs_cli.language.words import Argument, Shape, State, Word
 
-__all__ = ["Analysis", "Block", "BlockKind", "analyze", "check_line", "is_reserved", "names_given_by"]
+MOST_HINTS = 30  # names that are compared with all others: a file without its locations has hundreds that it lacks
+
+__all__ = [
+    "DEFINING",
+    "Analysis",
+    "Block",
+    "BlockKind",
+    "analyze",
+    "argument_at",
+    "check_line",
+    "is_reserved",
+    "names_given_by",
+]
+
+
+_IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS  # instructions that make no sense at the prompt
 
 
 @dataclass(frozen=True)
@@ -49,7 +67,8 @@ class Analysis:
     """A program with what its text decides.
 
     `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included.
-    `labels`: step index of each label.
+    `labels`: step index of each label. `needs`: the keys of names that other programs must give a value, `calls`: those
+    of the programs that are called: what else in memory the findings depend on. `own`: the variables of AUTO and LOCAL.
     """
 
     program: Program
@@ -57,6 +76,9 @@ class Analysis:
     blocks: tuple[Block, ...]
     labels: Mapping[int, int]
     diagnostics: tuple[Diagnostic, ...]
+    needs: frozenset[str] = frozenset()
+    calls: frozenset[str] = frozenset()
+    own: tuple[Own, ...] = ()
 
     @property
     def executable(self) -> bool:
@@ -75,14 +97,16 @@ def analyze(
     structure = structure_of(program)
     findings = Findings()
     steps = _Steps(findings, known or {}, program, programs or {})
-    steps.header(program.parameters)
+    steps.header(program)
     for index, step in enumerate(program.steps):
         if step.statement is not None:
             steps.statement(index + 1, step.statement)
     steps.finish()
     found = (*structure.diagnostics, *findings.diagnostics)
     ordered = sorted(found, key=lambda one: (one.span.line, one.span.column))
-    return Analysis(program, steps.names.decided(), structure.blocks, structure.labels, tuple(ordered))
+    kinds, needs = steps.names.decided(), frozenset(one.key for one in steps.names.without_value())
+    called, own = frozenset(steps.called), own_variables(program)
+    return Analysis(program, kinds, structure.blocks, structure.labels, tuple(ordered), needs, called, own)
 
 
 def check_line(
@@ -92,7 +116,7 @@ def check_line(
     findings = Findings()
     steps = _Steps(findings, known or {})
     if isinstance(line, ProgramHeader):
-        steps.header(line.parameters)
+        steps.header(line)
     elif in_program:
         steps.statement(1, line)
     else:
@@ -112,15 +136,21 @@ class _Steps:
     ) -> None:
         parameters = {variable.key for variable in program.parameters} if program is not None else set()
         self.names = Names(findings, known, parameters, at_prompt=program is None)
+        self.called: set[str] = set()
         self._findings = findings
         self._expressions = Expressions(self.names, findings)
+        self._declarations = Declarations(self.names, findings, program)
         self._program = program
         self._programs = programs
 
     # --- lines ---
 
-    def header(self, parameters: Sequence[ast.Variable]) -> None:
-        """The parameters of a program."""
+    def header(self, heading: Program | ProgramHeader) -> None:
+        """The name and the parameters of a program."""
+        if is_reserved(heading.name):
+            detail, hint = f"{heading.name.upper()} is a word of the language", "a program has a name of its own"
+            self._findings.fault(InvalidName, heading.span, detail, hint)
+        parameters = heading.parameters
         keys = [parameter.key for parameter in parameters]
         for place, parameter in enumerate(parameters):
             self.names.check(parameter)
@@ -134,6 +164,11 @@ class _Steps:
     def statement(self, step: int, statement: Statement) -> None:
         """A step of a program."""
         self.names.step = step
+        if isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS:
+            self._count(statement, INSTRUCTIONS[statement.word])
+            self._declarations.check(statement)
+            return
+        self._declarations.other()
         check = _STATEMENTS.get(type(statement))
         if check is not None:
             check(self, statement)
@@ -141,7 +176,7 @@ class _Steps:
     def command(self, statement: Statement) -> None:
         """A line of the prompt."""
         inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
-        if isinstance(inner, ast.Instruction) and not (inner is not statement and inner.word in LOOP_JUMPS):
+        if isinstance(inner, ast.Instruction) and not (inner is not statement and inner.word in _IN_PROGRAMS):
             table = COMMANDS if inner is statement and inner.word in COMMANDS else INSTRUCTIONS
             self._instruction(inner, table)
         elif isinstance(inner, ast.Assignment):
@@ -157,11 +192,12 @@ class _Steps:
             return
         elsewhere = frozenset[str]().union(*(_given_in(_Same(program)) for program in self._others()))
         keys = self.names.all_keys() | elsewhere
-        for variable in unknown:
-            if variable.key not in elsewhere:
-                alike = (key for key in keys if key[0] == variable.key[0] or not (variable.sigil or key[0] in "#$"))
-                detail = f"{variable.sigil}{variable.name} is given a value nowhere"
-                self._findings.warn(UndefinedValue, variable.span, detail, did_you_mean(variable.key, alike))
+        nowhere = (one for one in unknown if one.key not in elsewhere or self.names.is_own(one))
+        for number, variable in enumerate(nowhere):
+            alike = (key for key in keys if key[0] == variable.key[0] or not (variable.sigil or key[0] in "#$"))
+            detail = f"{variable.sigil}{variable.name} is given a value nowhere"
+            hint = did_you_mean(variable.key, alike) if number < MOST_HINTS else ""
+            self._findings.warn(UndefinedValue, variable.span, detail, hint)
 
     def _others(self) -> Iterable[Program]:
         own = self._program.key if self._program is not None else ""
@@ -173,8 +209,8 @@ class _Steps:
         target, value = statement.target, statement.value
         self._expressions.reference(target)
         name = target.sigil + target.name
-        if target.indexes == ():
-            self._findings.fault(IllegalAssignment, target.span, f"{name}[] is a whole array", "assign its elements")
+        if target.many:
+            self._findings.fault(IllegalAssignment, target.span, f"{name}[] is an array", "assign its elements")
         if target.sigil == "#" or (not target.sigil and self._expressions.kind_of(value) in PLACE):
             self._findings.fault(
                 IllegalAssignment, target.span, "a location is assigned by SET", f"SET {name.lower()} = ..."
@@ -206,19 +242,27 @@ class _Steps:
     def _program_instruction(self, statement: ast.Instruction) -> None:
         self._instruction(statement, INSTRUCTIONS)
 
+    def _wait(self, statement: ast.Instruction) -> None:
+        """WAIT 3 waits for a signal, as in VAL: as a condition a number would make no sense."""
+        asked = statement.arguments[0] if statement.arguments else None
+        number = None if asked is None else channel(asked)
+        if asked is not None and number is not None:
+            hint = "DELAY n lets n seconds pass"
+            self._findings.warn(OldMeaning, asked.span, f"it is taken as WAIT SIG({number})", hint)
+
     # --- instructions and monitor commands ---
 
     def _instruction(self, statement: ast.Instruction, table: Mapping[str, Word]) -> None:
         row = table.get(statement.word)
         if row is None:
             self._findings.fault(CannotInterpret, statement.span, f"{statement.word} is no instruction")
-        elif row.state is State.PLANNED:
-            self._findings.fault(NotAvailable, statement.span, f"{row.name} is {row.state.value}", row.note)
         elif row.state is State.REFUSED:
             self._findings.fault(NotAvailable, statement.span, f"{row.name}: {row.summary}", row.note)
         else:
             self._count(statement, row)
             self._operands(statement, row)
+            if row.name == "WAIT":
+                self._wait(statement)
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
         """Whether every argument that is needed is there, and none too many."""
@@ -229,7 +273,7 @@ class _Steps:
             if not argument.optional and (place >= len(given) or given[place] is None):
                 self._findings.fault(CannotInterpret, end, f"{row.name}: {argument.name} is missing", hint)
                 break
-        if len(given) > len(row.arguments) and _argument_at(row, len(given) - 1) is None:
+        if len(given) > len(row.arguments) and argument_at(row, len(given) - 1) is None:
             extra = given[len(row.arguments)]
             span = extra.span if extra is not None else end
             self._findings.fault(CannotInterpret, span, f"{row.name}: too many arguments", hint)
@@ -244,13 +288,15 @@ class _Steps:
             if stamp is not None:
                 self._expressions.value(stamp, REAL)
         for place, expression in enumerate(statement.arguments):
-            argument = _argument_at(row, place)
+            argument = argument_at(row, place)
             if expression is not None and argument is not None:
                 self._argument(expression, argument)
 
     def _argument(self, expression: Expression, argument: Argument) -> None:
         if argument.shape is Shape.PROGRAM:
             self._called(expression)
+        elif argument.shape is Shape.PROGRAM_TEXT:
+            self._called_by_text(expression)
         else:
             self._expressions.argument(expression, argument.shape)
 
@@ -263,19 +309,30 @@ class _Steps:
         if not isinstance(expression, ast.Call):
             self._findings.fault(InvalidName, expression.span, "a program name is wanted here")
             return
-        for argument in expression.arguments:
+        self._passed(expression.arguments)
+        self._check_call(expression)
+
+    def _called_by_text(self, expression: Expression) -> None:
+        """The program that a string names, of which nothing is known."""
+        text = expression.text if isinstance(expression, ast.Applied) else expression
+        self._expressions.value(text, STRING)
+        if isinstance(expression, ast.Applied):
+            self._passed(expression.arguments)
+
+    def _passed(self, arguments: Iterable[Expression | None]) -> None:
+        for argument in arguments:
             if isinstance(argument, ast.Variable) and not argument.grouped:
                 self._expressions.reference(argument)
                 self.names.given.add(argument.key)
             elif argument is not None:
                 self._expressions.value(argument, ANY_KIND)
-        self._check_call(expression)
 
     def _check_call(self, call: ast.Call) -> None:
         """The number and sorts of the arguments, where the program is known."""
         if self._program is None or self._programs is None:
             return
         key = call.name.lower()[:NAME_LENGTH]
+        self.called.add(key)
         target = self._program if key == self._program.key else self._programs.get(key)
         if target is None:
             names = (program.name for program in self._programs.values())
@@ -311,7 +368,7 @@ _STATEMENTS: Mapping[type, Callable[[_Steps, Any], None]] = {
 }
 
 
-def _argument_at(row: Word, place: int) -> Argument | None:
+def argument_at(row: Word, place: int) -> Argument | None:
     """The row's argument of that place; those beyond belong to a repeated one, or to a repeated value."""
     if place < len(row.arguments):
         return row.arguments[place]
@@ -341,7 +398,8 @@ def names_given_by(program: Program) -> frozenset[str]:
 @lru_cache(maxsize=1024)
 def _given_in(same: _Same) -> frozenset[str]:
     """The keys of all variables that a program gives a value to."""
-    return frozenset(key for step in same.program.steps for key in _given_by(step.statement))
+    own = {own.key for own in own_variables(same.program)}
+    return frozenset(key for step in same.program.steps for key in _given_by(step.statement)) - own
 
 
 def _given_by(statement: Statement | None) -> Iterator[str]:
@@ -349,22 +407,23 @@ def _given_by(statement: Statement | None) -> Iterator[str]:
         yield statement.target.key
     elif isinstance(statement, ast.For):
         yield statement.variable.key
-    elif isinstance(statement, ast.Instruction):
+    elif isinstance(statement, ast.Instruction) and statement.word not in DECLARATIONS:
         row = INSTRUCTIONS.get(statement.word)
         for place, expression in enumerate(statement.arguments):
-            argument = _argument_at(row, place) if row is not None else None
+            argument = argument_at(row, place) if row is not None else None
             if argument is not None and expression is not None:
                 yield from _given_at(expression, argument.shape)
 
 
 def _given_at(expression: Expression, shape: Shape) -> Iterator[str]:
-    if shape is Shape.PROGRAM and isinstance(expression, ast.Call):
+    if shape in _CALLED and isinstance(expression, ast.Call | ast.Applied):
         yield from (argument.key for argument in expression.arguments if isinstance(argument, ast.Variable))
-    elif shape in _DEFINING:
+    elif shape in DEFINING:
         if isinstance(expression, ast.Binary):
             expression = expression.right
         if isinstance(expression, ast.Variable):
             yield expression.key
 
 
-_DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE})
+_CALLED = frozenset({Shape.PROGRAM, Shape.PROGRAM_TEXT})
+DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE, Shape.UNIT})

@@ -7,7 +7,8 @@ typed; two names are the same when their first 15 characters agree without regar
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 
 NAME_LENGTH = 15  # characters of a name that count (V+ User's Guide p.99)
@@ -56,7 +57,8 @@ class Variable:
     """`name`, `#name`, `$name`, `name[i]`, `name[i,j]`; `name[]` (the whole array) has `indexes == ()`.
 
     `sigil` is "", "#" or "$". A bare name is a real or a transformation: the analyzer decides from its use.
-    `grouped`: it stands in parentheses, so that CALL passes a copy.
+    `grouped`: it stands in parentheses, so that CALL passes a copy. `rest`: indexes that are left out after the others,
+    less the one of `name[]`: 1 in `name[i,]` (a row of an array) and `name[,]`, 2 in `name[i,,]`.
     """
 
     name: str
@@ -64,11 +66,17 @@ class Variable:
     indexes: tuple[Expression, ...] | None
     span: Span
     grouped: bool = False
+    rest: int = 0
 
     @property
     def key(self) -> str:
         """The name under which the variable is stored: sigil, lower case, first 15 characters."""
         return self.sigil + self.name.lower()[:NAME_LENGTH]
+
+    @property
+    def many(self) -> bool:
+        """Whether it is an array, or a part of one, and no element."""
+        return self.indexes == () or self.rest > 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +120,15 @@ class Call:
 
 
 @dataclass(frozen=True, slots=True)
+class Applied:
+    """The argument of CALLS: a string that names a program, with that program's arguments: `$name[i](a, 5)`."""
+
+    text: Variable
+    arguments: tuple[Expression | None, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class Format:
     """A format code of TYPE and $ENCODE: `/F6.2` is code "F", width 6, decimals 2."""
 
@@ -129,7 +146,7 @@ class Word:
     span: Span
 
 
-Expression = Number | Text | Variable | Unary | Binary | Call | Format | Word
+Expression = Number | Text | Variable | Unary | Binary | Call | Applied | Format | Word
 
 
 # --- statements ------------------------------------------------------------------------------------------------
@@ -146,12 +163,14 @@ class Assignment:
 
 @dataclass(frozen=True, slots=True)
 class Modifiers:
-    """What may follow the arguments: `AT t` or `IN dt` (our time stamps), `ALWAYS`, and a unit (MMPS, IPS, MONITOR)."""
+    """What may follow the arguments: `AT t` or `IN dt` (our time stamps), `ALWAYS`, and a unit (MMPS, IPS, MONITOR);
+    and what may stand before them: the `sort` of the variables of a declaration (REAL, DOUBLE, LOC)."""
 
     at: Expression | None = None
     within: Expression | None = None  # IN dt, relative to now
     always: bool = False
     unit: str | None = None
+    sort: str | None = None
 
 
 NO_MODIFIERS = Modifiers()
@@ -188,9 +207,12 @@ class Goto:
 
 @dataclass(frozen=True, slots=True)
 class IfGoto:
+    """`IF condition GOTO label`, or (`then`) VAL's `IF a EQ b THEN label`, whose condition is a relation."""
+
     condition: Expression
     label: int
     span: Span
+    then: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -361,3 +383,14 @@ class File:
     """A program file in its order; a bad line is one that stands outside programs and sections."""
 
     parts: tuple[Program | Section | Comment | BadLine, ...]
+
+
+def nodes(tree: object) -> Iterator[object]:
+    """A tree, or a tuple of trees, node by node, from its root."""
+    yield tree
+    if isinstance(tree, tuple):
+        for child in tree:
+            yield from nodes(child)
+    elif is_dataclass(tree):
+        for field in fields(tree):
+            yield from nodes(getattr(tree, field.name))

@@ -16,8 +16,9 @@ from vrs_cli.language import ast
 from vrs_cli.language.ast import Expression, Span
 from vrs_cli.language.diagnostics import LineRefused, error
 from vrs_cli.language.functions import FUNCTIONS, WITH_BY
+from vrs_cli.language.instructions import INSTRUCTIONS
 from vrs_cli.language.lexer import LABEL_HIGH, Token
-from vrs_cli.language.precedence import ORDER, Grouping
+from vrs_cli.language.precedence import ORDER, RELATIONS, Grouping
 from vrs_cli.language.words import Argument, Shape, Word
 
 Children = list[Any]  # tokens, nodes and lists of them, as the rule has them
@@ -132,6 +133,14 @@ def _to_program(expression: Expression) -> Expression:
     return expression
 
 
+def _to_applied(expression: Expression) -> Expression:
+    """`$name(a)` looks like a function."""
+    if isinstance(expression, ast.Call) and expression.name[0] == "$" and expression.name not in FUNCTIONS:
+        text = ast.Variable(expression.name[1:], "$", None, expression.span)
+        return ast.Applied(text, expression.arguments, expression.span)
+    return expression
+
+
 def _to_variable(expression: Expression) -> Expression:
     """Where a name is defined, also that of a constant is one."""
     if isinstance(expression, ast.Call) and not expression.parenthesised:
@@ -147,6 +156,7 @@ _SHAPED: Mapping[Shape, Callable[[Expression], Expression]] = {
     Shape.WORD: _to_word,
     Shape.BRANCH: _to_word,
     Shape.PROGRAM: _to_program,
+    Shape.PROGRAM_TEXT: _to_applied,
     Shape.VARIABLE: _to_variable,
     Shape.REAL_VARIABLE: _to_variable,
     Shape.LOCATION_VARIABLE: _to_variable,
@@ -196,10 +206,14 @@ class _Given:
         self.within: Expression | None = None
         self.always = False
         self.unit: str | None = None
+        self.sort: str | None = None
         self.task: Expression | None = None
 
     def refuse(self, token: Token) -> LineRefused:
         hint = f"the form is {self.row.form}"
+        instruction = INSTRUCTIONS.get(self.row.name, self.row)
+        if _SORTS.get(token.type) in instruction.modifiers - self.row.modifiers:
+            hint = f"DO {self.row.name} takes it: {instruction.form}"
         return LineRefused(error(CannotInterpret, token.span, f"{self.row.name} takes no {token.value} here", hint))
 
     def equals(self, sign: Token) -> None:
@@ -217,6 +231,15 @@ class _Given:
             hint = f"the form is {self.row.form}"
             raise LineRefused(error(CannotInterpret, beyond.span, f"{self.row.name}: too many values", hint))
 
+    def group(self, items: list[Expression | None]) -> None:
+        """What stands in parentheses: as many places as the table has, so that those after them keep theirs."""
+        most = self.row.grouped
+        beyond = next((item for item in items[most:] if item is not None), None)
+        if beyond is not None:
+            hint = f"the form is {self.row.form}"
+            raise LineRefused(error(CannotInterpret, beyond.span, f"{self.row.name}: too many in parentheses", hint))
+        self.arguments += (*items[:most], *(None,) * (most - len(items)))
+
     def modifier(self, token: Token, expression: Expression | None) -> None:
         sort = _SORTS[token.type]
         if sort not in self.row.modifiers or self._has(sort):
@@ -224,7 +247,7 @@ class _Given:
         _KEEP[token.type](self, token, expression)
 
     def _has(self, sort: str) -> bool:
-        held = {"AT": self.at or self.within, "ALWAYS": self.always or None, "UNIT": self.unit}
+        held = {"AT": self.at or self.within, "ALWAYS": self.always or None, "UNIT": self.unit, "SORT": self.sort}
         return held[sort] is not None
 
     def lead(self, token: Token, expression: Expression) -> None:
@@ -243,6 +266,9 @@ class _Given:
 
     def _unit(self, token: Token, _expression: Expression | None) -> None:
         self.unit = token.value
+
+    def _sort(self, token: Token, _expression: Expression | None) -> None:
+        self.sort = token.value
 
     def placed(self) -> tuple[Expression | None, ...]:
         """All arguments in the order of the table: those in order, those with a leading word, a repeated value."""
@@ -269,17 +295,18 @@ class _Given:
         return _shaped(self.value, (row.value,))[0]
 
     def modifiers(self) -> ast.Modifiers:
-        if self.at is None and self.within is None and self.unit is None and not self.always:
+        if (self.at or self.within or self.unit or self.sort) is None and not self.always:
             return ast.NO_MODIFIERS
-        return ast.Modifiers(self.at, self.within, self.always, self.unit)
+        return ast.Modifiers(self.at, self.within, self.always, self.unit, self.sort)
 
 
-_SORTS = {"AT": "AT", "IN": "AT", "ALWAYS": "ALWAYS", "UNIT": "UNIT"}
+_SORTS = {"AT": "AT", "IN": "AT", "ALWAYS": "ALWAYS", "UNIT": "UNIT", "SORT": "SORT"}
 _KEEP: Mapping[str, Callable[[_Given, Token, Expression | None], None]] = {
     "AT": _Given._at,
     "IN": _Given._within,
     "ALWAYS": _Given._always,
     "UNIT": _Given._unit,
+    "SORT": _Given._sort,
 }
 
 
@@ -342,6 +369,13 @@ class Builder:
 
     def if_then(self, children: Children) -> ast.If:
         return ast.If(children[1], _all(children))
+
+    def if_then_label(self, children: Children) -> ast.IfGoto:
+        condition = children[1]
+        if not isinstance(condition, ast.Binary) or condition.grouped or condition.operator not in RELATIONS:
+            hint = "write IF condition GOTO label"
+            raise LineRefused(error(IllegalExpression, condition.span, "IF ... THEN label compares two values", hint))
+        return ast.IfGoto(condition, _label(children[3]), _all(children), then=True)
 
     def else_(self, children: Children) -> ast.Else:
         return ast.Else(_all(children))
@@ -433,10 +467,15 @@ class Builder:
 
     def element(self, children: Children) -> ast.Variable:
         indexes = tuple(child for child in children if type(child) is not Token)
-        if len(indexes) > INDEXES:
-            at = indexes[INDEXES].span
+        commas = sum(_is(child, "COMMA") for child in children)
+        if max(len(indexes), commas + 1) > INDEXES:
+            at = indexes[INDEXES].span if len(indexes) > INDEXES else children[-1].span
             raise LineRefused(error(IllegalExpression, at, "too many indexes", f"an array has up to {INDEXES}"))
-        return _variable(children[0], indexes, _all(children))
+        rest = commas - max(len(indexes) - 1, 0)
+        return replace(_variable(children[0], indexes, _all(children)), rest=rest)
+
+    def applied(self, children: Children) -> ast.Applied:
+        return ast.Applied(children[0], tuple(_listed(children[2:-1])), _all(children))
 
     def call(self, children: Children) -> ast.Call:
         name: Token = children[0]
@@ -499,7 +538,7 @@ def _give_group(given: _Given, children: Children) -> Any:
     if given.row.tasked:
         given.task = children[1][1][0]
     else:
-        given.items(_listed(children[1][1]))
+        given.group(_listed(children[1][1]))
     return children[-1]
 
 

@@ -31,6 +31,8 @@ from vrs_cli.language import ast
 from vrs_cli.language import python_tree as tree
 from vrs_cli.language.analyzer import Analysis
 from vrs_cli.language.ast import Kind
+from vrs_cli.language.channels import channel, signals_on
+from vrs_cli.language.collector import collector_paused
 from vrs_cli.language.effects import HANDLERS, Definable, Yielded
 from vrs_cli.language.environment import Context, Reference
 from vrs_cli.language.expressions import CELLS, Array, Expressions, Place
@@ -80,9 +82,8 @@ class _ProgramCompiler(Expressions):
     """The operations of one program as the body of its Python function."""
 
     def __init__(self, analysis: Analysis, lowered: Lowered) -> None:
-        parameters = {variable.key: number for number, variable in enumerate(analysis.program.parameters)}
-        super().__init__(analysis.kinds, parameters)
-        declared = analysis.program.parameters
+        declared = (*analysis.program.parameters, *(own.variable for own in analysis.own))
+        super().__init__(analysis.kinds, {variable.key: number for number, variable in enumerate(declared)})
         self.array_parameters.update(variable.key for variable in declared if variable.indexes is not None)
         self._lowered = lowered
         self._jumps = _Jumps({})
@@ -139,9 +140,8 @@ class _ProgramCompiler(Expressions):
         return [py.While(tree.constant(True), statements, [])] if inner else statements
 
     def _operation(self, place: int, op: Op) -> list[py.stmt]:
-        silent = isinstance(op, Mark | Finish) or (isinstance(op, Jump) and not op.counted)
         statements = _OPERATIONS[type(op)](self, op)
-        return statements if silent else [tree.yield_(tree.constant(place)), *statements]
+        return statements if _silent(op) else [tree.yield_(tree.constant(place)), *statements]
 
     def _mark(self, _op: Mark) -> list[py.stmt]:
         return [py.Pass()]
@@ -155,7 +155,8 @@ class _ProgramCompiler(Expressions):
     def _branch(self, op: Branch) -> list[py.stmt]:
         truth = self.truth(op.condition)
         test = truth if op.when else py.UnaryOp(py.Not(), truth)
-        return [py.If(test, self._jumps.to(op.target), [])]
+        first = [] if op.first is None else self._done(op.first)
+        return [*first, py.If(test, self._jumps.to(op.target), [])]
 
     # loops and cases
 
@@ -213,9 +214,13 @@ class _ProgramCompiler(Expressions):
     def _perform(self, op: Perform) -> list[py.stmt]:
         if isinstance(op.statement, ast.Assignment):
             return self._assignment(op.statement)
-        special = _SPECIAL.get(op.statement.word)
-        statements = special(self, op.statement) if special else self._instruction(op.statement)
-        if INSTRUCTIONS[op.statement.word].breaks:
+        return self._done(op.statement)
+
+    def _done(self, statement: ast.Instruction) -> list[py.stmt]:
+        """An instruction, with the BREAK that the table says of it."""
+        special = _SPECIAL.get(statement.word)
+        statements = special(self, statement) if special else self._instruction(statement)
+        if INSTRUCTIONS[statement.word].breaks:
             statements.insert(0, tree.yield_(tree.name("BREAK")))
         return statements
 
@@ -261,15 +266,15 @@ class _ProgramCompiler(Expressions):
         value: py.expr = tree.constant(None)
         if statement.value is not None and word.value is not None:
             value = self.operand(statement.value, word.value)
-        operands = tree.call(
-            "Operands",
-            tree.constant(statement_text(statement)),
-            tree.tuple_of(arguments),
-            value,
-            self._stamp(statement.modifiers),
-            tree.constant(statement.modifiers.always),
-            tree.constant(statement.modifiers.unit),
-        )
+        given: list[py.expr] = [tree.constant(statement_text(statement)), tree.tuple_of(arguments)]
+        if statement.value is not None or statement.modifiers != ast.NO_MODIFIERS:
+            given += (
+                value,
+                self._stamp(statement.modifiers),
+                tree.constant(statement.modifiers.always),
+                tree.constant(statement.modifiers.unit),
+            )
+        operands = tree.call("Operands", *given)
         return [py.Expr(py.YieldFrom(tree.call(self._handler(statement.word), tree.name("X"), operands)))]
 
     def _handler(self, word: str) -> str:
@@ -280,7 +285,7 @@ class _ProgramCompiler(Expressions):
         return name
 
     def _operand(self, word: str, expression: ast.Expression | None, row: Argument) -> py.expr:
-        if word == "PROMPT" and isinstance(expression, ast.Variable):
+        if isinstance(expression, ast.Variable) and (word == "PROMPT" or row.shape is Shape.UNIT):
             return self.reference(expression)
         if row.shape is Shape.PROGRAM and expression is not None:
             return self._program_called(expression)
@@ -295,7 +300,8 @@ class _ProgramCompiler(Expressions):
     def _wait(self, statement: ast.Instruction) -> list[py.stmt]:
         if not statement.arguments or statement.arguments[0] is None:
             return [tree.yield_(tree.call("Wait", tree.name("at_once"), tree.constant(1)))]
-        condition = self._closed(self.truth(statement.arguments[0]))
+        asked = statement.arguments[0]
+        condition = self._closed(self.truth(asked if channel(asked) is None else signals_on((asked,), asked.span)))
         return [tree.yield_(tree.call("Wait", tree.call("guarded", condition)))]
 
     def _closed(self, expression: py.expr) -> py.Lambda:
@@ -309,6 +315,15 @@ class _ProgramCompiler(Expressions):
         program = statement.arguments[0]
         assert program is not None
         return [tree.yield_(self._program_called(program))]
+
+    def _call_by_text(self, statement: ast.Instruction) -> list[py.stmt]:
+        """The program that a string names."""
+        called = statement.arguments[0]
+        assert called is not None
+        text, given = (called.text, called.arguments) if isinstance(called, ast.Applied) else (called, ())
+        name = tree.method(self.checked(text, Kind.STRING), "strip")
+        arguments = tree.tuple_of(map(self.argument_of_call, given))
+        return [tree.yield_(tree.call("CallProgram", name, arguments))]
 
     def _program_called(self, program: ast.Expression) -> py.expr:
         given = program.arguments if isinstance(program, ast.Call) else ()
@@ -343,6 +358,8 @@ _SPECIAL: dict[str, Callable[[_ProgramCompiler, ast.Instruction], list[py.stmt]]
     "BREAK": lambda _compiler, _statement: [],  # the table says that it breaks
     "WAIT": _ProgramCompiler._wait,
     "CALL": _ProgramCompiler._call_program,
+    "GOSUB": _ProgramCompiler._call_program,
+    "CALLS": _ProgramCompiler._call_by_text,
 }
 
 
@@ -372,10 +389,11 @@ class Compiled:
     @cached_property
     def everywhere(self) -> _Variant:
         """The variant that can be entered at every operation."""
-        return _ProgramCompiler(self.analysis, self.lowered).variant(everywhere=True)
+        with collector_paused():
+            return _ProgramCompiler(self.analysis, self.lowered).variant(everywhere=True)
 
     def start(self, context: Context, arguments: Sequence[Reference], slots: list[object], op: int = 0) -> Steps:
-        """An activation, from an operation on; one argument for each parameter.
+        """An activation, from an operation on; one argument for each parameter, and the variables of the program's own.
 
         `slots`: `fresh_slots()` to begin with; when the activation has ended in any way they hold what it kept.
         """
@@ -397,6 +415,16 @@ class Compiled:
         """The operation at which a step (from 0; one more for the end) is entered."""
         return self.lowered.entries[step]
 
+    def stand(self, step: int) -> int | None:
+        """The first step from `step` on (from 0) before which the program can stand: one at which something is done."""
+        steps = (op.step for op in self.lowered.ops if op.step >= step and not _silent(op))
+        return min(steps, default=None)
+
+
+def _silent(op: Op) -> bool:
+    """Whether an operation is no step to the driver."""
+    return isinstance(op, Mark | Finish) or (isinstance(op, Jump) and not op.counted)
+
 
 def compile_program(analysis: Analysis) -> Compiled:
     """Raises ProgramNotExecutable for a program with errors."""
@@ -405,34 +433,40 @@ def compile_program(analysis: Analysis) -> Compiled:
     try:
         lowered = lower(analysis)
         compiler = _ProgramCompiler(analysis, lowered)
-        variant = compiler.variant(everywhere=False)
+        with collector_paused():
+            variant = compiler.variant(everywhere=False)
     except RecursionError:
         raise ProgramNotExecutable(analysis.program.name, "an expression is nested too deeply") from None
     return Compiled(analysis, lowered, compiler.spelling, frozenset(compiler.array_parameters), variant)
 
 
-def _with_context(compiler: Expressions, value: py.expr) -> Callable[[Context], Any]:
-    """A function of the context alone."""
-    names = ["X", *CELLS.values(), *compiler.arrays.values()]
+def _with_context(compiler: Expressions, value: py.expr) -> Callable[..., Any]:
+    """A function of the context, and of a reference for each of the compiler's parameters."""
+    bound = [f"{letter}{number}" for number in range(len(compiler.parameters)) for letter in "pqk"]
+    names = ["X", *CELLS.values(), *bound, *compiler.arrays.values()]
     function = tree.made(
         py.FunctionDef("value", tree.parameters(names), [py.Return(value)], [], None), compiler.namespace
     )
     arrays = tuple(compiler.arrays)
 
-    def evaluate(context: Context) -> Any:
+    def evaluate(context: Context, *references: Reference) -> Any:
         cells = context.environment.cells
+        given = (part for reference in references for part in reference)
         simple, elements = (cells(kind) for kind in CELLS), (cells(array.kind, array.key) for array in arrays)
         try:
-            return function(context, *simple, *elements)
+            return function(context, *simple, *given, *elements)
         except ArithmeticError as error:
             raise overflow(error) from None
 
     return evaluate
 
 
-def compile_expression(expression: ast.Expression, kinds: Mapping[str, Kind]) -> Callable[[Context], Value]:
-    """One expression at the prompt. `kinds`: those of the bare names that have a value."""
-    compiler = Expressions(kinds)
+def compile_expression(
+    expression: ast.Expression, kinds: Mapping[str, Kind], own: Sequence[str] = ()
+) -> Callable[..., Value]:
+    """One expression at the prompt. `kinds`: those of the bare names that have a value. `own`: the keys of variables
+    for which the function takes references."""
+    compiler = Expressions(kinds, {key: number for number, key in enumerate(own)})
     if isinstance(expression, ast.Variable):
         return _with_context(compiler, compiler.read(expression))
     return _with_context(compiler, compiler.checked(expression))

@@ -11,9 +11,10 @@ from vrs_cli.errors import (
     ProgramError,
 )
 from vrs_cli.language.ast import Span
-from vrs_cli.language.diagnostics import Diagnostic, error
-from vrs_cli.language.instructions import CONTROL
+from vrs_cli.language.diagnostics import Diagnostic, did_you_mean, error
+from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
 from vrs_cli.language.lexer import Token
+from vrs_cli.language.words import MODIFIER_WORDS
 
 _PAIRS = {"RPAR": "LPAR", "RSQB": "LSQB"}
 _OPENING = {"LPAR": ")", "LGROUP": ")", "LSQB": "]"}
@@ -26,7 +27,6 @@ _MISSING_LINK: Mapping[str, tuple[str, ...]] = {
     "FOR": ("TO",),
     "CASE": ("OF",),
 }
-_RELATIONS_OF_VAL = {"EQ": "==", "NE": "<>", "GT": ">", "GE": ">=", "LT": "<", "LE": "<="}
 _CONDITIONS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
 
 
@@ -134,7 +134,7 @@ class _Complaint:
         if head is None or head.type not in _MISSING_LINK or head is self._last:
             return None
         links = _MISSING_LINK[head.type]
-        relation = _RELATIONS_OF_VAL.get(self._token_text().upper())
+        relation = RELATIONS_OF_VAL.get(self._token_text().upper())
         if relation is not None:
             return self._say(IllegalExpression, self._shown(), f"write {relation}")
         if any(one.type in links for one in self._before) or self._type in _VALUES:
@@ -156,9 +156,19 @@ class _Complaint:
             return self._say(CannotInterpret, f"{self._before[-2].value} takes no {last.text.upper()}", "", last)
         if self._head is not None and self._head.type == "FOR" and not any(one.type == "EQUAL" for one in self._before):
             return self._say(CannotInterpret, "= is missing", f"the form is {CONTROL['FOR'].form}")
-        relation = _RELATIONS_OF_VAL.get(self._token_text().upper())
-        hint = f"write {relation}" if relation else f"an operator or a comma is missing before {self._token_text()}"
+        relation = RELATIONS_OF_VAL.get(self._token_text().upper())
+        hint = f"write {relation}" if relation else self._meant_modifier()
+        hint = hint or f"an operator or a comma is missing before {self._token_text()}"
         return self._say(IllegalExpression, self._shown(), hint)
+
+    def _meant_modifier(self) -> str:
+        """Whether a word after the arguments is nearly one that may follow them: SPEED 30 ALWYS."""
+        row = self._head.row if self._head is not None else None
+        if row is None or self._type != "NAME":
+            return ""
+        modifiers = row.modifiers | INSTRUCTIONS.get(row.name, row).modifiers
+        words = [*row.leads, *(word for name in sorted(modifiers) for word in MODIFIER_WORDS.get(name, ()))]
+        return did_you_mean(self._token_text(), words)
 
     def _other(self) -> tuple[str, str]:
         head, last = self._head, self._last

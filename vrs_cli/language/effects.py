@@ -41,7 +41,14 @@ from vrs_cli.engine.commands import (
     Target,
     ToolOffsetTarget,
 )
-from vrs_cli.errors import IllegalJoint, IllegalValue, TypeMismatch
+from vrs_cli.errors import (
+    IllegalJoint,
+    IllegalValue,
+    InvalidNumber,
+    TypeMismatch,
+    UnitNotAttached,
+    VrsError,
+)
 from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
@@ -52,9 +59,28 @@ from vrs_cli.kinematics.transform import (
     rotation_z,
     translation,
 )
-from vrs_cli.language.ast import Kind
+from vrs_cli.language.ast import Format, Kind, Span
 from vrs_cli.language.environment import Context, Reference
+from vrs_cli.language.operations import frame, pack, shift
 from vrs_cli.language.reactions import DEFAULT, Reaction, checked_priority, checked_signal
+from vrs_cli.language.units import (
+    CHOOSE,
+    ROBOT,
+    Access,
+    AttachUnit,
+    CloseFile,
+    DeleteFile,
+    DetachUnit,
+    OpenFile,
+    ReadRecord,
+    RecordRefused,
+    UnitEffect,
+    WriteRecord,
+    checked_device,
+    checked_disk,
+    checked_mode,
+    checked_unit,
+)
 from vrs_cli.language.values import (
     TypeItem,
     Value,
@@ -65,6 +91,7 @@ from vrs_cli.language.values import (
     numbers_of,
     plain,
     read_number,
+    storable,
     whole,
 )
 
@@ -134,7 +161,9 @@ class CallProgram:
 
 @dataclass(frozen=True, slots=True)
 class Return:
-    """RETURN, or the end of a program; the task does it by itself."""
+    """RETURN, or the end of a program; the task does it by itself. `steps`: how many after the call are left out."""
+
+    steps: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,6 +278,7 @@ Effect = (
     | ControlTask
     | AttachRobot
     | DetachRobot
+    | UnitEffect
 )
 Yielded = Request | Effect
 Answers = Generator[Yielded, str | None, None]
@@ -341,6 +371,7 @@ class Operands:
 Handler = Callable[[Context, Operands], Iterable[Yielded]]
 
 NOTHING: tuple[Yielded, ...] = ()
+NOWHERE = Span(0, 0, 0)
 
 # --- motions -----------------------------------------------------------------------------------------------------
 
@@ -403,6 +434,11 @@ def _named(name: str) -> Handler:
 
 def _align(_context: Context, it: Operands) -> Iterable[Yielded]:
     return (Move(AlignedTarget(), True, stamp=it.stamp, text=it.text),)
+
+
+def _draw(context: Context, it: Operands) -> Iterable[Yielded]:
+    target = shift(context.robot.destination(), *(it.real_or(index, 0.0) for index in range(3)))
+    return (Move(PoseTarget(target), True, stamp=it.stamp, text=it.text),)
 
 
 def _delay(_context: Context, it: Operands) -> Iterable[Yielded]:
@@ -490,9 +526,35 @@ def _set(_context: Context, it: Operands) -> Iterable[Yielded]:
     return NOTHING
 
 
+def _set_inverse(_context: Context, it: Operands) -> Iterable[Yielded]:
+    it.definable(0).define(inverse(cast(Transform, it.value)))
+    return NOTHING
+
+
+def _set_frame(_context: Context, it: Operands) -> Iterable[Yielded]:
+    origin, on_x, on_y = (it.transform(index) for index in (1, 2, 3))
+    it.definable(0).define(frame(origin, on_x, on_y, origin))
+    return NOTHING
+
+
+def _shift(_context: Context, it: Operands) -> Iterable[Yielded]:
+    """The last name of a compound is moved in the frame of those before it, as the numbers of it are."""
+    reference = it.definable(0).reference
+    T = reference.value()
+    if not isinstance(T, Transform):
+        raise TypeMismatch(f"{reference.name} is a {kind_of_value(T).value}", "a transformation is wanted")
+    reference.assign(shift(T, *(it.real_or(index, 0.0) for index in (1, 2, 3))))
+    return NOTHING
+
+
 def _here(context: Context, it: Operands) -> Iterable[Yielded]:
     target = it.definable(0)
     target.define(context.robot.joints() if target.precision else context.robot.here())
+    return NOTHING
+
+
+def _set_integer(_context: Context, it: Operands) -> Iterable[Yielded]:
+    cast(Reference, it.get(0)).assign(float(int(cast(float, it.value))))
     return NOTHING
 
 
@@ -503,6 +565,11 @@ def _decompose(_context: Context, it: Operands) -> Iterable[Yielded]:
         raise TypeMismatch(first.name, "DECOMPOSE wants an element of an array with one index: a[1]")
     for offset, number in enumerate(numbers_of(cast("Transform | Joints", it.value))):
         first._replace(key=(first.key or 0) + offset).assign(number)
+    return NOTHING
+
+
+def _pack(_context: Context, it: Operands) -> Iterable[Yielded]:
+    pack(cast(Reference, it.get(0)), it.real(1), it.real(2), cast(str, it.value))
     return NOTHING
 
 
@@ -541,6 +608,10 @@ def _timer(context: Context, it: Operands) -> Iterable[Yielded]:
 def _type(_context: Context, it: Operands) -> Iterable[Yielded]:
     items = [cast(TypeItem, item) for item in it.arguments if item is not None]
     return (Type(*encode(items)),)
+
+
+def _type_integer(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (Type(*encode([Format("I", 0, None, NOWHERE), it.real(0)])),)
 
 
 _BETWEEN = re.compile(r"\s*,\s*|\s+")
@@ -588,7 +659,112 @@ def _prompt(_context: Context, it: Operands) -> Answers:
         target.assign(value)
 
 
+# --- units and files ----------------------------------------------------------------------------------------------
+
+
+def _attach(_context: Context, it: Operands) -> Answers:
+    """The robot where no unit is named. Mode 4: the system chooses one, and tells its number in the variable."""
+    asked, device = it.get(0), cast("str | None", it.get(2))
+    if checked_mode(it.real_or(1, 0.0)) & CHOOSE:
+        yield from _attach_any(asked, device)
+        return
+    unit = whole(_number_of(asked))
+    if device is not None:
+        checked_device(device, unit)
+    yield AttachRobot() if unit == ROBOT else AttachUnit(checked_unit(unit))
+
+
+def _attach_any(asked: Operand, device: str | None) -> Answers:
+    checked_device(device or "DISK", None)
+    if not isinstance(asked, Reference):
+        raise IllegalValue("ATTACH mode 4", "it wants a variable for the number: ATTACH (lun, 4)")
+    answer = yield AttachUnit(None)
+    if answer is None:
+        raise UnitNotAttached("no unit is free", "DETACH one")
+    asked.assign(float(answer))
+
+
+def _number_of(unit: Operand) -> float:
+    """A unit that is a number, a variable, or left out (the robot)."""
+    value = unit.value() if isinstance(unit, Reference) else unit
+    return float(ROBOT) if value is None else cast(float, value)
+
+
+def _detach(_context: Context, it: Operands) -> Iterable[Yielded]:
+    unit = whole(it.real_or(0, float(ROBOT)))
+    return (Break(), DetachRobot()) if unit == ROBOT else (DetachUnit(checked_unit(unit)),)
+
+
+def _open(access: Access) -> Handler:
+    def open_file(_context: Context, it: Operands) -> Iterable[Yielded]:
+        return (OpenFile(checked_disk(it.real(0), access.value), cast(str, it.get(1)), access),)
+
+    return open_file
+
+
+def _close(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (CloseFile(checked_disk(it.real(0), "FCLOSE")),)
+
+
+def _delete_file(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (DeleteFile(checked_disk(it.real(0), "FDELETE"), cast(str, it.get(1))),)
+
+
+def _write(_context: Context, it: Operands) -> Iterable[Yielded]:
+    items = [cast(TypeItem, item) for item in it.arguments[1:] if item is not None]
+    return (WriteRecord(checked_unit(it.real(0)), *encode(items)),)
+
+
+def _read(_context: Context, it: Operands) -> Answers:
+    """One record, whose values go to the variables: all of them, or none and the unit says why."""
+    unit = checked_unit(it.real(0))
+    line = yield ReadRecord(unit)
+    if line is None:
+        return
+    targets = [item for item in it.arguments[1:] if isinstance(item, Reference)]
+    try:
+        values = _record(line, [target.cells.kind for target in targets])
+    except VrsError as refused:
+        yield RecordRefused(unit, refused.code)
+        return
+    for target, value in zip(targets, values, strict=True):
+        target.assign(value)
+
+
+def _record(line: str, kinds: list[Kind]) -> list[Value]:
+    """A value for each variable; what is left of the line is passed over, but a string that comes last takes it all.
+
+    Raises InvalidNumber where a number is missing or is none, IllegalValue for a string that cannot be stored.
+    """
+    if kinds == [Kind.STRING]:
+        return [storable(line)]
+    takes_rest = bool(kinds) and kinds[-1] is Kind.STRING
+    fields = _BETWEEN.split(line.strip(), maxsplit=len(kinds) - 1 if takes_rest else 0)
+    fields += [""] * (len(kinds) - len(fields))
+    return [_field(field, kind) for field, kind in zip(fields, kinds, strict=False)]
+
+
+def _field(text: str, kind: Kind) -> Value:
+    if kind is Kind.STRING:
+        return storable(text)
+    number = read_number(text)
+    if number is None:
+        raise InvalidNumber(repr(text))
+    return number
+
+
 # --- switches, parameters and the flow ---------------------------------------------------------------------------
+
+
+def _nothing(_context: Context, _it: Operands) -> Iterable[Yielded]:
+    return NOTHING
+
+
+def _select(_context: Context, it: Operands) -> Iterable[Yielded]:
+    device, number = cast(str, it.get(0)), cast(float, it.value)
+    if not "ROBOT".startswith(device) or whole(number) != 1:
+        raise IllegalValue(f"SELECT {device} = {plain(number)}", "there is one robot: SELECT ROBOT = 1")
+    return NOTHING
 
 
 def _switches(on: bool) -> Handler:
@@ -644,6 +820,7 @@ def _run_signal(context: Context, it: Operands) -> Iterable[Yielded]:
 
 # --- tasks -----------------------------------------------------------------------------------------------------------
 
+MOST_STEPS = 9999  # that RETURN n leaves out
 LAST_TASK = 27  # V+ Language User's Guide: tasks 0 to 27
 PROCESS_CONTROL = 1  # the task that the PC commands of VAL-II mean
 
@@ -673,16 +850,8 @@ def _control(control: Control) -> Handler:
     return act
 
 
-def _robot_unit(effect: Effect) -> Handler:
-    """ATTACH and DETACH: unit 0, or none, is the robot."""
-
-    def act(_context: Context, it: Operands) -> Iterable[Yielded]:
-        unit = whole(it.real_or(0, 0.0))
-        if unit:
-            raise IllegalValue(f"logical unit {unit}", "0 is the robot; there are no other devices")
-        return (effect,)
-
-    return act
+def _return(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (Return(integer_between(it.real_or(0, 0.0), 0, MOST_STEPS, "a number of steps of")),)
 
 
 def _wait_event(_context: Context, it: Operands) -> Iterable[Yielded]:
@@ -703,18 +872,9 @@ def _flow(effect: Effect | Request) -> Handler:
     return flow
 
 
-def _call_by_name(_context: Context, it: Operands) -> Iterable[Yielded]:
-    """CALLS: the program that a string names."""
-    return (CallProgram(cast(str, it.get(0)).strip(), ()),)
-
-
-def _nothing(_context: Context, _it: Operands) -> Iterable[Yielded]:
-    return NOTHING
-
-
 # --- the table ---------------------------------------------------------------------------------------------------
 
-_MODES = {
+MODE_WORDS = {
     "COARSE": (Mode.COARSE, True),
     "FINE": (Mode.COARSE, False),
     "NULL": (Mode.NULLING, True),
@@ -744,6 +904,16 @@ HANDLERS: Mapping[str, Handler] = {
     "DEPARTS": _depart(straight=True),
     "DRIVE": _drive,
     "READY": _named("ready"),
+    "GO": _move(straight=False),
+    "DRAW": _draw,
+    "SHIFT": _shift,
+    "INVERSE": _set_inverse,
+    "FRAME": _set_frame,
+    "SETI": _set_integer,
+    "TYPEI": _type_integer,
+    "GRASP": _hand(0.0, immediate=True),
+    "CALIBRATE": _nothing,
+    "SELECT": _select,
     "NEST": _named("nest"),
     "ALIGN": _align,
     "DELAY": _delay,
@@ -751,7 +921,7 @@ HANDLERS: Mapping[str, Handler] = {
     "SPEED": _speed,
     "DURATION": _duration,
     "ACCEL": _acceleration,
-    **{word: _mode(mode, on) for word, (mode, on) in _MODES.items()},
+    **{word: _mode(mode, on) for word, (mode, on) in MODE_WORDS.items()},
     **{word: _configuration(flag) for word, flag in _CONFIGURATIONS.items()},
     **{word: _hand(opening, immediate=False) for word, opening in _HANDS.items()},
     **{f"{word}I": _hand(opening, immediate=True) for word, opening in _HANDS.items()},
@@ -765,15 +935,14 @@ HANDLERS: Mapping[str, Handler] = {
     "RESET": _reset,
     "BITS": _bits,
     "TIMER": _timer,
+    "PACK": _pack,
     "TYPE": _type,
     "PROMPT": _prompt,
     "ENABLE": _switches(on=True),
     "DISABLE": _switches(on=False),
     "SWITCH": _switch,
     "PARAMETER": _parameter,
-    "CALLS": _call_by_name,
-    "GLOBAL": _nothing,
-    "RETURN": _flow(Return()),
+    "RETURN": _return,
     "STOP": _flow(Stop()),
     "PAUSE": _flow(Pause()),
     "HALT": _flow(Halt()),
@@ -788,8 +957,13 @@ HANDLERS: Mapping[str, Handler] = {
     "EXECUTE": _start(None),
     "PCEXECUTE": _start(PROCESS_CONTROL),
     **{control.value: _control(control) for control in Control},
-    "ATTACH": _robot_unit(AttachRobot()),
-    "DETACH": _robot_unit(DetachRobot()),
+    "ATTACH": _attach,
+    "DETACH": _detach,
+    **{access.value: _open(access) for access in Access},
+    "FCLOSE": _close,
+    "FDELETE": _delete_file,
+    "READ": _read,
+    "WRITE": _write,
     "WAIT.EVENT": _wait_event,
     "SET.EVENT": _set_event,
 }

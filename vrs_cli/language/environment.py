@@ -1,20 +1,29 @@
 """What programs share and keep between runs: variables, programs, signals, timers, the random numbers.
 
-Every variable of the language is global. The four kinds live in four stores of `Cells`, plain dictionaries for the
-speed of compiled programs, which read and write them directly. Two rules hold at all times: a bare name is a real
-or a transformation, never both, and a cell that is not there is undefined, so that reading it says so by itself.
+Every variable of the language is global, unless a program declares it its own. The four kinds live in four stores of
+`Cells`, plain dictionaries for the speed of compiled programs, which read and write them directly. Two rules hold at
+all times: a bare name is a real or a transformation, never both, and a cell that is not there is undefined, so that
+reading it says so by itself.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
 from random import Random
 from typing import TYPE_CHECKING, NamedTuple, NoReturn, Protocol
 
-from vrs_cli.errors import IllegalArrayIndex, IllegalSignal, TypeMismatch, UndefinedName, UndefinedValue
+from vrs_cli.errors import (
+    IllegalArrayIndex,
+    IllegalSignal,
+    ProgramNotExecutable,
+    TypeMismatch,
+    UndefinedName,
+    UndefinedValue,
+    UnitNotAttached,
+)
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.ast import NAME_LENGTH, Entry, Kind, Number, Program
@@ -32,6 +41,7 @@ from vrs_cli.language.values import (
 if TYPE_CHECKING:
     from vrs_cli.language.analyzer import Analysis
     from vrs_cli.language.compiler import Compiled
+    from vrs_cli.language.diagnostics import Diagnostic
 
 Index = int | tuple[int, ...]
 
@@ -63,15 +73,24 @@ class Cells(dict[str | Index, Value]):
     """Values of one kind: all simple variables of that kind by key, or the elements of one `array` by index.
 
     Reading what is not there raises UndefinedValue, TypeMismatch or IllegalArrayIndex. `omitted` names the
-    parameter whose argument a CALL left out, in the cells made to stand for it.
+    parameter whose argument a CALL left out, in the cells made to stand for it. `own`: they belong to a program, and
+    `others` are those of the other kind that a bare name of that program can have.
     """
 
-    __slots__ = ("array", "environment", "kind", "omitted")
+    __slots__ = ("array", "environment", "kind", "omitted", "others", "own")
 
     def __init__(
-        self, environment: Environment, kind: Kind, array: str | None = None, omitted: str | None = None
+        self,
+        environment: Environment,
+        kind: Kind,
+        array: str | None = None,
+        omitted: str | None = None,
+        *,
+        own: bool = False,
     ) -> None:
         super().__init__()
+        self.own = own
+        self.others: Cells | None = None
         self.environment = environment
         self.kind = kind
         self.array = array
@@ -84,10 +103,16 @@ class Cells(dict[str | Index, Value]):
             lowest = min(key) if isinstance(key, tuple) else key
             if isinstance(lowest, int) and lowest < 0:
                 raise IllegalArrayIndex(self.name(key), "indexes begin at 0")
-        other = OTHER_KIND.get(self.kind)
-        if other is not None and key in self.environment.cells(other, self.array):
+        if self._is_other(key):
             raise self.clash(key)
         raise UndefinedValue(self.name(key), self._hint(key))
+
+    def _is_other(self, key: str | Index) -> bool:
+        """Whether the name has a value of the other kind that it can have."""
+        if self.own:
+            return self.others is not None and key in self.others
+        other = OTHER_KIND.get(self.kind)
+        return other is not None and key in self.environment.cells(other, self.array)
 
     def name(self, key: str | Index) -> str:
         """The variable as a listing shows it: `part`, `#safe`, `row[3]`."""
@@ -117,6 +142,43 @@ class Cells(dict[str | Index, Value]):
             return ""
         spelling = self.environment.spelling
         return closest(key, {str(name): spelling.get(str(name), str(name)) for name in self})
+
+
+class Part(Cells):
+    """A part of an array: the elements whose indexes begin with `before`, under the indexes that follow."""
+
+    __slots__ = ("_before", "_whole")
+
+    def __init__(self, whole_array: Cells, before: tuple[int, ...]) -> None:
+        super().__init__(whole_array.environment, whole_array.kind, whole_array.array, whole_array.omitted)
+        self._whole, self._before = whole_array, before
+
+    def _index(self, key: str | Index) -> str | Index:
+        return key if isinstance(key, str) else self._before + (key if isinstance(key, tuple) else (key,))
+
+    def __getitem__(self, key: str | Index) -> Value:
+        return self._whole[self._index(key)]
+
+    def __setitem__(self, key: str | Index, value: Value) -> None:
+        self._whole[self._index(key)] = value
+
+    def __contains__(self, key: object) -> bool:
+        return isinstance(key, str | int | tuple) and self._index(key) in self._whole
+
+    def __iter__(self) -> Iterator[str | Index]:
+        size = len(self._before)
+        for index in list(self._whole):
+            if isinstance(index, tuple) and len(index) > size and index[:size] == self._before:
+                yield index[size] if len(index) == size + 1 else index[size:]
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def name(self, key: str | Index) -> str:
+        """The element as the whole array names it."""
+        if isinstance(key, str):
+            return self._whole.name(self._before).replace("]", ",]")
+        return self._whole.name(self._index(key))
 
 
 class Reference(NamedTuple):
@@ -159,10 +221,35 @@ class Reference(NamedTuple):
             raise IllegalArrayIndex(self.name, "indexes begin at 0")
         mine[key] = storable(value) if isinstance(value, str) else value
 
+    def row(self, *indexes: float) -> Reference:
+        """Of a whole array, the part whose indexes begin with these: `a[i,]`. Raises IllegalArrayIndex."""
+        before = tuple(map(whole, indexes))
+        if min(before) < 0:
+            raise IllegalArrayIndex(self.cells.name(before), "indexes begin at 0")
+        locations = self.locations if self.locations is NO_CELLS else Part(self.locations, before)
+        return Reference(Part(self.cells, before), locations, None)
+
     def _cell(self) -> str | Index:
         if self.key is None:
             raise IllegalArrayIndex(self.name, "one element is wanted, not the whole array")
         return self.key
+
+
+def own_references(
+    environment: Environment, names: Sequence[tuple[str, bool]], *, spelled: Mapping[str, str]
+) -> tuple[Reference, ...]:
+    """Variables of a program's own, each without a value. `names`: keys, and whether they are arrays."""
+    made: list[Reference] = []
+    for key, is_array in names:
+        environment.spell(key, spelled.get(key, key))
+        array = key if is_array else None
+        kind = SIGIL_KINDS.get(key[:1], Kind.REAL)
+        cells, locations = Cells(environment, kind, array, own=True), NO_CELLS
+        if kind is Kind.REAL:
+            locations = Cells(environment, Kind.LOCATION, array, own=True)
+            cells.others, locations.others = locations, cells
+        made.append(Reference(cells, locations, None if is_array else key))
+    return tuple(made)
 
 
 class Variable(NamedTuple):
@@ -300,6 +387,38 @@ class StoredProgram:
             self.environment.spell(key, name)
         return compiled
 
+    @cached_property
+    def beyond_val2(self) -> tuple[Diagnostic, ...]:
+        """What of it V+ alone has."""
+        from vrs_cli.language.lineage import program_beyond_val2
+
+        return tuple(program_beyond_val2(self.program))
+
+    def check_lineage(self, *, vplus: bool) -> None:
+        """Raises ProgramNotExecutable for a program with anything of V+ while the switch VPLUS is off."""
+        if not vplus and self.beyond_val2:
+            first = self.beyond_val2[0]
+            lines = [step.span.line for step in self.program.steps]
+            raise ProgramNotExecutable(
+                f"{self.name}, step {lines.index(first.span.line) + 1}: {first.detail}", first.hint
+            )
+
+    def own(self) -> tuple[Reference, ...]:
+        """The variables that an activation has beside its arguments: those of AUTO, new, and those of LOCAL."""
+        declared = self.analysis.own
+        if not declared:
+            return ()
+        names = [(one.key, one.array) for one in declared if one.automatic]
+        fresh = iter(own_references(self.environment, names, spelled=self.compiled.spelling))
+        kept = iter(self._local)
+        return tuple(next(fresh) if one.automatic else next(kept) for one in declared)
+
+    @cached_property
+    def _local(self) -> tuple[Reference, ...]:
+        """The variables of LOCAL, which keep their values between calls."""
+        names = [(one.key, one.array) for one in self.analysis.own if not one.automatic]
+        return own_references(self.environment, names, spelled=self.compiled.spelling)
+
     def source(self, step: int) -> str:
         """The text of a step (counted from 0) as it was read, or in canonical form where it was not."""
         line = self.program.steps[step].span.line
@@ -352,6 +471,60 @@ class Robot(Protocol):
         """0 where the place can be reached, otherwise the reasons as bits."""
 
 
+class System(Protocol):
+    """What a program may ask of the system that runs it; always for the task that asks."""
+
+    def task(self) -> int:
+        """Its number; -1 for a line of the prompt."""
+
+    def priority(self) -> int: ...
+    def run_state(self, task: int) -> int:
+        """What a task does (`operations.RUN_STATES`)."""
+
+    def program_status(self, name: str) -> int:
+        """What a program does (`STATUS` in the table of functions)."""
+
+    def identity(self, component: int) -> float:
+        """Raises IllegalValue for a component that there is not."""
+
+    def unit_status(self, unit: int) -> int:
+        """Of the last operation on a logical unit: 1, or a code."""
+
+    def record_length(self, unit: int) -> int:
+        """Characters of the last record of a logical unit."""
+
+    def character(self, unit: int, wait: bool) -> int:
+        """The code of the next character of a logical unit, or of what went wrong."""
+
+
+class _Alone:
+    """The system of a program that runs by itself: one task, and no devices."""
+
+    def task(self) -> int:
+        return 0
+
+    def priority(self) -> int:
+        return 0
+
+    def run_state(self, task: int) -> int:  # noqa: ARG002 (of the protocol, as are those below)
+        return 0
+
+    def program_status(self, name: str) -> int:  # noqa: ARG002
+        return 0
+
+    def identity(self, component: int) -> float:  # noqa: ARG002
+        return 0.0
+
+    def unit_status(self, unit: int) -> int:  # noqa: ARG002
+        return UnitNotAttached.code
+
+    def record_length(self, unit: int) -> int:  # noqa: ARG002
+        return 0
+
+    def character(self, unit: int, wait: bool) -> int:  # noqa: ARG002
+        return UnitNotAttached.code
+
+
 @dataclass(frozen=True, slots=True)
 class Context:
     """What functions and instructions work on."""
@@ -368,7 +541,10 @@ class Context:
 
 
 class Environment:
-    """Variables, programs, signals and timers of one robot. The same `seed` gives the same random numbers."""
+    """Variables, programs, signals and timers of one robot. The same `seed` gives the same random numbers.
+
+    `system` is who runs the programs.
+    """
 
     def __init__(self, seed: int = 0) -> None:
         self.spelling: dict[str, str] = {}
@@ -377,6 +553,7 @@ class Environment:
         self.timers = Timers()
         self.random = Random(seed)
         self.last_error = 0
+        self.system: System = _Alone()
         self._simple = {kind: Cells(self, kind) for kind in Kind}
         self._arrays: dict[Kind, dict[str, Cells]] = {kind: {} for kind in Kind}
 

@@ -128,7 +128,7 @@ class Expressions:
         if variable.indexes is None:
             number = self.parameters.get(variable.key)
             return tree.constant(variable.key) if number is None else tree.name(f"k{number}")
-        if not variable.indexes:
+        if variable.many:
             return None
         indexes = [self._index(index) for index in variable.indexes]
         return indexes[0] if len(indexes) == 1 else tree.tuple_of(indexes)
@@ -154,7 +154,10 @@ class Expressions:
         cells = self._cells(variable, kind or Kind.REAL)
         locations = "NO_CELLS" if kind else self._cells(variable, Kind.LOCATION)
         key = self._key(variable) or tree.constant(None)
-        return tree.call("Reference", tree.name(cells), tree.name(locations), key)
+        reference = tree.call("Reference", tree.name(cells), tree.name(locations), key)
+        if variable.many and variable.indexes:
+            return tree.method(reference, "row", *map(self.value, variable.indexes))
+        return reference
 
     # values
 

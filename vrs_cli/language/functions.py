@@ -16,6 +16,7 @@ from vrs_cli import __version__
 from vrs_cli.kinematics.transform import IDENTITY, inverse, normalised, rotation_x, rotation_y, rotation_z
 from vrs_cli.language.ast import Kind
 from vrs_cli.language.operations import (
+    about_task,
     arc_tangent,
     bit_mask,
     bits_of,
@@ -28,12 +29,15 @@ from vrs_cli.language.operations import (
     encoded,
     fraction,
     frame,
+    free,
     from_bcd,
     identical,
     integer_part,
+    io_status,
     last_index,
     message,
     middle,
+    next_character,
     numeric,
     outside,
     packer,
@@ -54,6 +58,7 @@ from vrs_cli.language.operations import (
     trans,
     truncate,
     truth,
+    unpacked,
     unpacker,
     value_of,
 )
@@ -65,7 +70,7 @@ from vrs_cli.language.words import Argument, Shape, State
 class Function:
     """A row of the table. `constant`: written without parentheses (`PI`, `HERE`).
 
-    `evaluate` is None for what is only recognised (`state`).
+    `evaluate` is None for what is only recognised (`state`), and `note` says why.
     """
 
     name: str
@@ -78,6 +83,7 @@ class Function:
     constant: bool = False
     contextual: bool = False
     state: State = State.SUPPORTED
+    note: str = ""
 
     @property
     def form(self) -> str:
@@ -116,7 +122,7 @@ def _location(name: str, optional: bool = False) -> Argument:
 
 _X = (_real("x"),)
 _ANGLE = (_real("degrees"),)
-_TASK = (_real("task"), _real("select", optional=True))
+_TASK = (_real("task"), _real("select", optional=True))  # of ERROR
 _MORE = (_real("a"), _real("b", optional=True, repeated=True))
 _JOINTS = tuple(_real(f"j{number}", optional=True) for number in range(1, 7))
 _AT = _real("first", optional=True)
@@ -135,8 +141,8 @@ _ARITHMETIC = (
         "ATAN2", (_real("y"), _real("x")), Kind.REAL,
         "the angle in degrees, -180 to 180, whose tangent is y/x", "ATAN2(1, -1)", "2 +", arc_tangent,
     ),
-    Function("MAX", _MORE, Kind.REAL, "the largest of its arguments", "MAX(a, b, 10)", "2 +", lambda *x: max(x)),
-    Function("MIN", _MORE, Kind.REAL, "the smallest of its arguments", "MIN(a, b)", "2 +", lambda *x: min(x)),
+    Function("MAX", _MORE, Kind.REAL, "the largest of its arguments", "MAX(x, y, 10)", "2 +", lambda *x: max(x)),
+    Function("MIN", _MORE, Kind.REAL, "the smallest of its arguments", "MIN(x, y)", "2 +", lambda *x: min(x)),
     Function(
         "RANDOM", (), Kind.REAL, "a random number from 0 up to 1; every run begins with the same one",
         "x = 10*RANDOM", "2 +", lambda context: context.environment.random.random(),
@@ -233,7 +239,7 @@ _LOCATIONS = (
         lambda context: context.robot.destination(), constant=True, contextual=True,
     ),
     Function(
-        "TOOL", (), Kind.LOCATION, "the tool transformation", "SET t = TOOL", "2 +",
+        "TOOL", (), Kind.LOCATION, "the tool transformation", "SET grip = TOOL", "2 +",
         lambda context: context.robot.tool(), constant=True, contextual=True,
     ),
     Function(
@@ -264,7 +270,7 @@ _SIGNALS = (
     ),
     Function(
         "BITS", (_real("first"), _real("count", optional=True)), Kind.REAL,
-        "signals as a binary number, the first one its lowest bit", "part = BITS(1001, 4)", "2 +",
+        "signals as a binary number, the first one its lowest bit", "count = BITS(1001, 4)", "2 +",
         bits_of, contextual=True,
     ),
     Function(
@@ -387,28 +393,76 @@ _STRINGS = (
 )  # fmt: skip
 
 
-def _planned(name: str, arguments: tuple[Argument, ...], summary: str, result: Kind = Kind.REAL) -> Function:
-    return Function(name, arguments, result, summary, f"{name}", "+", None, state=State.PLANNED)
+_TASKS = (
+    Function(
+        "STATUS", (_string("$program"),), Kind.REAL,
+        "what a program does: 1 it runs, 2 it has stopped and can go on, 0 neither, -1 it is not in memory, "
+        "-2 it has mistakes", 'STATUS("pick")', "+",
+        lambda context, name: float(context.environment.system.program_status(name)), contextual=True,
+    ),
+    Function(
+        "TASK", (_real("select", optional=True), _real("task", optional=True)), Kind.REAL,
+        "0: the number of this task; 1: what a task does (0 nothing yet, 1 completed, 2 stopped by an error, "
+        "3 aborted, 4 it runs, 5 paused)", "TASK(1, 2)", "+", about_task, contextual=True,
+    ),
+    Function(
+        "PRIORITY", (), Kind.REAL, "the priority of the program, as LOCK or a reaction has set it", "LOCK PRIORITY+1",
+        "+", lambda context: float(context.environment.system.priority()), constant=True, contextual=True,
+    ),
+    Function("FREE", (_real("which"),), Kind.REAL, "0: the percentage of memory that is free: 100, it does not run out",
+             "FREE(0)", "+", free),
+    Function(
+        "ID", (_real("component"),), Kind.REAL,
+        "1: the model number of the robot, 2: its serial number (0), 3: the version of the system", "ID(1)", "+",
+        lambda context, component: context.environment.system.identity(whole(component)), contextual=True,
+    ),
+)  # fmt: skip
+
+_UNITS = (
+    Function(
+        "IOSTAT", (_real("unit"), _real("mode", optional=True)), Kind.REAL,
+        "the status of a logical unit: 1, or the (negative) code of what went wrong last; "
+        "mode 2: the characters of its last record", "IF IOSTAT(lun) < 0 THEN", "+", io_status, contextual=True,
+    ),
+    Function(
+        "GETC", (_real("unit"), _real("mode", optional=True)), Kind.REAL,
+        "the code of the next character of a unit, or the (negative) code of what went wrong; mode 1: do not wait "
+        "for one", "char = GETC(lun)", "+", next_character, contextual=True,
+    ),
+    Function("$DEFAULT", (), Kind.STRING, "the folder from which names of files begin: that of the run", "$DEFAULT()",
+             "+", lambda: "./"),
+    Function(
+        "$UNPACK", (Argument("$element", Shape.STRING_VARIABLE), _real("first"), _real("count")), Kind.STRING,
+        "characters of an array whose elements, of 128 each, are taken for one string", "$UNPACK($a[0], 120, 20)",
+        "+", unpacked,
+    ),
+)  # fmt: skip
 
 
-_LATER = (
-    _planned("STATUS", (_string("$program"),), "what a program is doing"),
-    _planned("TASK", _TASK, "about the tasks that run"),
-    _planned("PRIORITY", (), "the priority of the program"),
-    _planned("FREE", (_real("which"),), "how much memory is free"),
-    _planned("ID", _TASK, "numbers of the controller's parts"),
-    _planned("IOSTAT", (_real("unit"), _real("mode", optional=True)), "the outcome of the last input or output"),
-    _planned("GETC", (_real("unit"), _real("mode", optional=True)), "one character read from a unit"),
-    _planned("DEVICE", (_real("type"), _real("unit", optional=True)), "about a device"),
-    _planned("KEYMODE", (_real("key"), _real("mode", optional=True)), "how a pendant key behaves"),
-    _planned("PENDANT", (_real("key"),), "the state of the pendant"),
-    _planned("LATCH", (_real("select", optional=True),), "where the robot was when a signal came", Kind.LOCATION),
-    _planned("$UNPACK", (_string("$array"), _real("first"), _real("count")), "part of a string array", Kind.STRING),
-    _planned("$DEFAULT", (), "the default disk and folder", Kind.STRING),
-)
+def _refused(name: str, summary: str, note: str, result: Kind = Kind.REAL) -> Function:
+    return Function(
+        name,
+        (_real("number", optional=True),),
+        result,
+        summary,
+        f"{name}(1)",
+        "+",
+        None,
+        state=State.REFUSED,
+        note=note,
+    )
+
+
+_REFUSED = (
+    _refused("DEVICE", "the state of a camera or another device", "there are no such devices at this robot"),
+    _refused("KEYMODE", "the behaviour of pendant keys", "there is no pendant; PROMPT asks at the terminal"),
+    _refused("PENDANT", "the keys of the pendant", "there is no pendant; PROMPT and GETC(4) read the terminal"),
+    _refused("LATCH", "where the robot was when a signal came", "no latch is wired; REACTI and HERE come close",
+             Kind.LOCATION),
+)  # fmt: skip
 
 FUNCTIONS: Mapping[str, Function] = {
     function.name: function
-    for group in (_ARITHMETIC, _LOCATIONS, _SIGNALS, _SYSTEM, _STRINGS, _LATER)
+    for group in (_ARITHMETIC, _LOCATIONS, _SIGNALS, _SYSTEM, _STRINGS, _TASKS, _UNITS, _REFUSED)
     for function in group
 }

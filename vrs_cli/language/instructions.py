@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from vrs_cli.language.words import Argument, Route, Shape, State, Word, by_name
 
@@ -21,6 +22,7 @@ PROGRAM = Argument("program", Shape.PROGRAM)
 LABEL = Argument("label", Shape.LABEL)
 TEXT = Argument("$text", Shape.STRING)
 UNIT = Argument("unit", Shape.GROUP)
+DEVICE = Argument("$device", Shape.STRING, optional=True)
 TASK = real("task", optional=True)
 ITEMS = Argument("item", Shape.ITEM, optional=True, repeated=True)
 SWITCHES = Argument("switch", Shape.SWITCH, repeated=True)
@@ -46,21 +48,14 @@ def _flag(name: str, summary: str) -> Word:
     return Word(name, (), Route.PARAMETER, summary, name, "1 2 +", note="it stays until the opposite is asked for")
 
 
+def _declaration(name: str, summary: str, example: str, note: str = "") -> Word:
+    variables = (Argument("variable", Shape.VARIABLE, repeated=True),)
+    return Word(name, variables, Route.PROGRAM, summary, example, "+", modifiers=frozenset({"SORT"}), note=note)
+
+
 def _hand(name: str, summary: str, breaks: bool = False) -> Word:
     width = () if name.startswith("RELAX") else (real("width", optional=True),)
     return Word(name, width, Route.PARAMETER, summary, name, "1 2 +", breaks=breaks)
-
-
-def _planned(
-    name: str,
-    arguments: tuple[Argument, ...],
-    summary: str,
-    where: str = "+",
-    value: Argument | None = None,
-    route: Route = Route.PROGRAM,
-    note: str = "",
-) -> Word:
-    return Word(name, arguments, route, summary, name, where, value, state=State.PLANNED, note=note)
 
 
 def _refused(name: str, summary: str, where: str, note: str) -> Word:
@@ -89,9 +84,34 @@ _MOTIONS = (
     ),
     _motion("READY", (), "motion to the ready position, arm straight up", "READY"),
     _motion("NEST", (), "fold the arm to its parking position", "NEST", "1 2"),
+    _motion("GO", (PLACE,), "motion to a location in VAL", "GO part", "1", "MOVE is the same"),
+    _motion(
+        "DRAW",
+        (real("dx", True), real("dy", True), real("dz", True)),
+        "straight motion along the axes of the world by so many mm, in VAL",
+        "DRAW 0, 0, 50",
+        "1",
+        "MOVES SHIFT(DEST BY dx, dy, dz) is the same",
+    ),
     Word("ALIGN", (), Route.MOTION, "turn the tool so that its Z lies along the nearest world axis", "ALIGN", "1 2 +"),
     Word("DELAY", (real("seconds"),), Route.MOTION, "no motion for so many seconds", "DELAY 0.5", "1 2 +"),
     Word("BREAK", (), Route.MOTION, "wait until the robot has come to rest", "BREAK", "1 2 +", breaks=True),
+)
+
+_DEVICE = Argument("ROBOT", Shape.SWITCH)
+_CALIBRATED = "nothing is done: a virtual robot is calibrated"
+CALIBRATE = Word(
+    "CALIBRATE", (), Route.PARAMETER, "find the zero of the joints", "CALIBRATE", "1 2 +", note=_CALIBRATED
+)
+SELECT = Word(
+    "SELECT",
+    (_DEVICE,),
+    Route.PARAMETER,
+    "choose a robot",
+    "SELECT ROBOT = 1",
+    "+",
+    value=real("number"),
+    note="there is one, number 1",
 )
 
 _SETTINGS = (
@@ -163,6 +183,8 @@ _SETTINGS = (
         "1 2 +",
         breaks=True,
     ),
+    CALIBRATE,
+    SELECT,
     Word("ENABLE", (SWITCHES,), Route.PARAMETER, "turn switches on", "ENABLE CP", "2 +"),
     Word("DISABLE", (SWITCHES,), Route.PARAMETER, "turn switches off", "DISABLE MESSAGES", "2 +"),
     Word(
@@ -186,6 +208,39 @@ _SETTINGS = (
 )
 
 _POSITIONS = (
+    Word(
+        "SHIFT",
+        (DEFINED, Argument("dx", Shape.REAL, True, lead="BY"), real("dy", True), real("dz", True)),
+        Route.POSITION,
+        "move a location along the axes of the world by so many mm, in VAL",
+        "SHIFT part BY 5, -5, 10",
+        "1",
+        note="SET part = SHIFT(part BY dx, dy, dz) is the same",
+    ),
+    Word(
+        "INVERSE",
+        (DEFINED,),
+        Route.POSITION,
+        "define a location as the inverse of another, in VAL",
+        "INVERSE b = a",
+        "1",
+        value=LOCATION,
+        note="SET b = INVERSE(a) is the same",
+    ),
+    Word(
+        "FRAME",
+        (
+            DEFINED,
+            Argument("origin", Shape.LOCATION, lead="="),
+            Argument("x", Shape.LOCATION),
+            Argument("y", Shape.LOCATION),
+        ),
+        Route.POSITION,
+        "define a frame by its origin, a location on its X axis and one on its +Y side, in VAL",
+        "FRAME pallet = a, b, c",
+        "1",
+        note="SET pallet = FRAME(a, b, c, a) is the same",
+    ),
     Word(
         "SET",
         (DEFINED,),
@@ -219,6 +274,25 @@ _POSITIONS = (
 _INPUT_OUTPUT = (
     Word("TYPE", (ITEMS,), Route.PROGRAM, "print numbers and texts", 'TYPE "x =", /F8.2, x', "1 2 +"),
     Word(
+        "TYPEI",
+        (real("value"),),
+        Route.PROGRAM,
+        "print an integer, in VAL",
+        "TYPEI count",
+        "1",
+        note="TYPE is its like",
+    ),
+    Word(
+        "SETI",
+        (Argument("variable", Shape.REAL_VARIABLE),),
+        Route.PROGRAM,
+        "assign an integer, cut toward 0, in VAL",
+        "SETI count = count+1",
+        "1",
+        value=real("value"),
+        note="count = INT(value) is the same",
+    ),
+    Word(
         "PROMPT",
         (
             Argument("$text", Shape.STRING, optional=True),
@@ -243,7 +317,7 @@ _INPUT_OUTPUT = (
         (real("first"), real("count", optional=True)),
         Route.PROGRAM,
         "set signals to the bits of a number",
-        "BITS 1, 4 = part",
+        "BITS 1, 4 = count",
         "2 +",
         value=real("value"),
     ),
@@ -254,6 +328,16 @@ _INPUT_OUTPUT = (
         "hold the program until a condition is true; bare: for one tick",
         "WAIT SIG(1001)",
         "1 2 +",
+        note="WAIT 3, a number, is VAL's: the input 3, which is SIG(1003)",
+    ),
+    Word(
+        "PACK",
+        (Argument("$element", Shape.STRING_VARIABLE), real("first"), real("count")),
+        Route.PROGRAM,
+        "put characters into an array whose elements, of 128 each, are taken for one string",
+        "PACK $a[0], 120, 20 = $text",
+        "+",
+        value=Argument("$text", Shape.STRING),
     ),
     Word(
         "TIMER",
@@ -266,35 +350,75 @@ _INPUT_OUTPUT = (
     ),
 )
 
+_SIGNAL = Argument("signal", Shape.SIGNALS)
+_CHANNEL = _SIGNAL
+
 _FLOW = (
     Word("CALL", (PROGRAM,), Route.PROGRAM, "carry out another program", "CALL pick(part, 50)", "2 +"),
-    Word("RETURN", (), Route.PROGRAM, "go back to the program that called this one", "RETURN", "1 2 +"),
+    Word(
+        "GOSUB",
+        (PROGRAM,),
+        Route.PROGRAM,
+        "carry out another program, in VAL",
+        "GOSUB pick",
+        "1",
+        note="CALL is the same",
+    ),
+    Word(
+        "IFSIG",
+        (
+            _CHANNEL,
+            *(replace(_CHANNEL, optional=True),) * 3,
+            Argument("label", Shape.LABEL, lead="THEN"),
+        ),
+        Route.PROGRAM,
+        "go on at a label where these signals are on (off for negative numbers), in VAL",
+        "IFSIG 1, -2 THEN 10",
+        "1",
+        note="the numbers 1 to 512 are inputs, so IF SIG(1001, -1002) GOTO 10 is the same",
+    ),
+    Word(
+        "GRASP",
+        (real("width"), LABEL),
+        Route.PROGRAM,
+        "come to rest, close the hand, and go on at a label where its fingers are nearer than a width [mm]",
+        "GRASP 20, 10",
+        "1 2",
+        breaks=True,
+        note="PARAMETER GRASP.WIDTH says what is in the hand: 0, an empty hand, at the start",
+    ),
+    Word(
+        "RETURN",
+        (real("steps", optional=True),),
+        Route.PROGRAM,
+        "go back to the program that called this one",
+        "RETURN",
+        "1 2 +",
+        note="RETURN n, of VAL, leaves out the n steps after the call",
+    ),
     Word("EXIT", (LOOPS,), Route.PROGRAM, "leave the loop, or so many loops from the inside", "EXIT", "+"),
     Word("NEXT", (LOOPS,), Route.PROGRAM, "begin the next pass of the loop, or of an outer one", "NEXT 2", "+"),
     Word(
         "CALLS",
-        (TEXT,),
+        (Argument("$name(arguments)", Shape.PROGRAM_TEXT),),
         Route.PROGRAM,
         "carry out the program that a string names",
-        "CALLS $name",
+        "CALLS $name(part, 50)",
         "+",
-        note="without arguments; CALL passes some",
     ),
-    Word(
+    _declaration("AUTO", "variables of one call of the program: each call has its own", "AUTO REAL i, row[]"),
+    _declaration("LOCAL", "variables of the program, which keep their values between calls", "LOCAL count, $name"),
+    _declaration(
         "GLOBAL",
-        (Argument("variable", Shape.VARIABLE, repeated=True),),
-        Route.PROGRAM,
         "say that variables belong to all programs",
-        "GLOBAL count, $name",
-        "+",
-        note="every variable does, so it changes nothing",
+        "GLOBAL LOC part, pallet[]",
+        "every variable that is not declared does, so it changes nothing",
     ),
     Word("STOP", (), Route.PROGRAM, "end this cycle of the main program", "STOP", "1 2 +", breaks=True),
     Word("PAUSE", (), Route.PROGRAM, "stop so that PROCEED goes on", "PAUSE", "1 2 +", breaks=True),
     Word("HALT", (), Route.PROGRAM, "stop for good", "HALT", "1 2 +", breaks=True),
 )
 
-_SIGNAL = Argument("signal", Shape.SIGNALS)
 _PRIORITY = real("priority", optional=True)
 
 _REACTIONS = (
@@ -343,6 +467,10 @@ def _task_word(name: str, summary: str, example: str) -> Word:
     return Word(name, (TASK,), Route.PROGRAM, summary, example, "+")
 
 
+def _file(name: str, summary: str) -> Word:
+    return Word(name, (UNIT, Argument("$file", Shape.STRING)), Route.PROGRAM, summary, f'{name} (lun) "log.txt"', "+")
+
+
 _TASKS = (
     Word(
         "EXECUTE",
@@ -376,83 +504,74 @@ _TASKS = (
     Word("SET.EVENT", (real("task"),), Route.PROGRAM, "set the event of a task", "SET.EVENT 2", "+"),
     Word(
         "ATTACH",
-        (Argument("unit", Shape.GROUP, optional=True),),
+        (Argument("unit", Shape.UNIT, optional=True), Argument("mode", Shape.GROUP, optional=True), DEVICE),
         Route.PROGRAM,
-        "take the robot (unit 0), as soon as no other task has it",
-        "ATTACH (0)",
+        "take the robot (unit 0), as soon as no other task has it, the disk (5 to 8, 17 to 19) or the terminal (4)",
+        'ATTACH (lun, 4) "DISK"',
         "+",
+        note="mode 4 chooses a unit of the disk",
     ),
     Word(
         "DETACH",
         (Argument("unit", Shape.GROUP, optional=True),),
         Route.PROGRAM,
-        "come to rest, then let the robot go",
-        "DETACH (0)",
+        "come to rest and let the robot go; or close the file of a unit, and let that go",
+        "DETACH (lun)",
         "+",
-        breaks=True,
     ),
 )
 
-_PLANNED = (
-    _planned("GRASP", (real("width"), LABEL), "close the hand and check its opening", "1 2"),
-    _planned(
-        "ALTER",
-        (UNIT, real("dx"), real("dy", True), real("dz", True), real("rx", True), real("ry", True), real("rz", True)),
-        "change the path while it is driven",
-        "2 +",
-        route=Route.MOTION,
-    ),
-    _planned("ALTON", (UNIT, real("mode", True)), "begin to change the path", "2 +", route=Route.MOTION),
-    _planned("ALTOFF", (), "end the changing of the path", "2 +", route=Route.MOTION),
-    _planned("NOALTER", (), "end the changing of the path", "2", route=Route.MOTION),
-    _planned(
-        "CALIBRATE", (), "find the zero of the joints", "+", route=Route.POSITION, note="a virtual robot is calibrated"
-    ),
-    _planned(
-        "AUTO",
-        (Argument("variable", Shape.VARIABLE, repeated=True),),
-        "variables of one call",
+_FILES = (
+    _file("FOPENR", "open a file to read"),
+    _file("FOPENW", "open a new file to write"),
+    _file("FOPENA", "open a file to write at its end, a new one where there is none"),
+    Word("FCLOSE", (UNIT,), Route.PROGRAM, "close a file", "FCLOSE (lun)", "+"),
+    _file("FDELETE", "delete a file"),
+    Word(
+        "READ",
+        (UNIT, Argument("variable", Shape.VARIABLE, repeated=True)),
+        Route.PROGRAM,
+        "read a line of a file, or of the terminal, into variables",
+        "READ (lun) x, y, $name",
         "+",
-        note="every variable is global",
     ),
-    _planned(
-        "LOCAL",
-        (Argument("variable", Shape.VARIABLE, repeated=True),),
-        "variables of one program",
+    Word(
+        "WRITE",
+        (UNIT, ITEMS),
+        Route.PROGRAM,
+        "write a line to a file, or to the terminal, as TYPE does",
+        'WRITE (lun) "x =", /F8.2, x',
         "+",
-        note="every variable is global",
     ),
-    _planned("SELECT", (Argument("device", Shape.WORD),), "choose a robot", "+", value=real("number")),
-    _planned("FOPENR", (UNIT, TEXT), "open a file to read", "+"),
-    _planned("FOPENW", (UNIT, TEXT), "open a file to write", "+"),
-    _planned("FOPENA", (UNIT, TEXT), "open a file to write at its end", "+"),
-    _planned("FCLOSE", (UNIT,), "close a file", "+"),
-    _planned("READ", (UNIT, Argument("variable", Shape.VARIABLE, repeated=True)), "read from a device", "+"),
-    _planned("WRITE", (UNIT, ITEMS), "write to a device", "+"),
-    _planned("MC", (Argument("command", Shape.INSTRUCTION),), "carry out a monitor command", "+"),
 )
+
+_NO_SENSOR = "there is no sensor line; a motion with AT or IN changes a motion under way"
 
 _REFUSED = (
     _refused("ELSEIF", "not a word of VAL-II", "", "write ELSE, and IF ... THEN on the next line"),
     _refused("ENDIF", "not a word of VAL-II", "", "every block ends in END"),
-    _refused("GO", "motion to a location in VAL", "1", "use MOVE"),
-    _refused("DRAW", "straight motion by a distance in VAL", "1", "use MOVES SHIFT(DEST BY dx, dy, dz)"),
+    _refused("DOUBLE", "not a word by itself", "", "write AUTO DOUBLE x, or LOCAL, or GLOBAL"),
     Word("REMARK", (), Route.PROGRAM, "a comment in VAL", "REMARK pick the part", "1"),
-    _refused("GOSUB", "call of a program in VAL", "1", "use CALL"),
-    _refused("IFSIG", "branch on signals in VAL", "1", "use IF SIG(n, ...) GOTO label"),
-    _refused("SETI", "assignment in VAL", "1", "use name = value"),
-    _refused("TYPEI", "print an integer in VAL", "1", "use TYPE"),
-    _refused("SHIFT", "shift of a location in VAL", "1", "use SET a = SHIFT(a BY dx, dy, dz)"),
-    _refused("INVERSE", "inverse of a location in VAL", "1", "use SET a = INVERSE(b)"),
-    _refused("FRAME", "frame of locations in VAL", "1", "use SET a = FRAME(b, c, d, e)"),
+    _refused("ALTER", "change of the path by a sensor", "2 +", _NO_SENSOR),
+    _refused("ALTON", "change of the path by a sensor", "2 +", _NO_SENSOR),
+    _refused("ALTOFF", "change of the path by a sensor", "2 +", _NO_SENSOR),
+    _refused("NOALTER", "change of the path by a sensor", "2", _NO_SENSOR),
+    _refused("MC", "a monitor command in a program", "+", "a file that COMMANDS carries out has monitor commands"),
+    _refused("KEYMODE", "how a key of the pendant behaves", "+", "there is no pendant; PROMPT asks at the terminal"),
+    _refused("VPICTURE", "take a picture", "+", "there is no camera at this robot"),
+    _refused("VLOCATE", "find a part in a picture", "+", "there is no camera at this robot"),
     _refused("DEFBELT", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
     _refused("SETBELT", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
     _refused("WINDOW", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
+    _refused("FOPEND", "reading of a disk directory", "+", "FDIRECTORY at the prompt lists a folder"),
+    _refused("FSEEK", "records of a file by number", "+", "READ and WRITE go from line to line"),
+    _refused("FEMPTY", "emptying of buffers", "+", "FCLOSE writes all there is"),
+    _refused("FCMND", "disk commands from programs", "+", "FDELETE deletes; FRENAME is typed at the prompt"),
     _refused("ESTOP", "power off at once", "+", "use HALT"),
 )
 
 INSTRUCTIONS: Mapping[str, Word] = by_name(
-    (*_MOTIONS, *_SETTINGS, *_POSITIONS, *_INPUT_OUTPUT, *_FLOW, *_REACTIONS, *_TASKS, *_PLANNED, *_REFUSED)
+    (*_MOTIONS, *_SETTINGS, *_POSITIONS, *_INPUT_OUTPUT, *_FLOW, *_REACTIONS, *_TASKS, *_FILES, *_REFUSED)
 )
 
 
@@ -480,7 +599,7 @@ CONTROL: Mapping[str, Word] = by_name(
         _control(
             "FOR", (_COUNTED,), "a loop that counts", "FOR i = 1 TO 10 STEP 2", "TO last [STEP step]", real("first")
         ),
-        _control("CASE", (real("number"),), "chooses among VALUE parts", "CASE part OF", "OF"),
+        _control("CASE", (real("number"),), "chooses among VALUE parts", "CASE count OF", "OF"),
         _control("VALUE", (real("number", repeated=True),), "a part of CASE", "VALUE 1, 2:", ":"),
         _control("ANY", (), "the part of CASE for every other value", "ANY"),
         _control("END", (), "the end of IF, WHILE, FOR and CASE", "END"),
@@ -490,6 +609,8 @@ CONTROL: Mapping[str, Word] = by_name(
 
 PROGRAM_WORDS: Mapping[str, Word] = {**CONTROL, **INSTRUCTIONS}
 
+DECLARATIONS = frozenset({"AUTO", "LOCAL", "GLOBAL"})  # nothing is done: they say whose variables are
+RELATIONS_OF_VAL = {"EQ": "==", "NE": "<>", "GT": ">", "GE": ">=", "LT": "<", "LE": "<="}  # of IF a EQ b THEN label
 LOOP_JUMPS = frozenset({"EXIT", "NEXT"})  # jumps that the enclosing loops decide
 
 CONNECTIVES = frozenset({"THEN", "TO", "STEP", "OF", "BY", "ALWAYS", "MMPS", "IPS"})

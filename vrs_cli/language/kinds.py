@@ -81,6 +81,13 @@ class Expressions:
     def _real_variable(self, expression: Expression) -> None:
         self._define(expression, REAL)
 
+    def _unit(self, expression: Expression) -> None:
+        """A number; ATTACH may choose one, and put it in a variable."""
+        if isinstance(expression, ast.Variable):
+            self._define(expression, REAL)
+        else:
+            self.value(expression, REAL)
+
     def _string_variable(self, expression: Expression) -> None:
         self._define(expression, STRING)
 
@@ -148,8 +155,8 @@ class Expressions:
         self._names.check(variable)
         for index in variable.indexes or ():
             self._checked(index, REAL)
-        if variable.indexes == ():
-            detail = f"{variable.name}[] is a whole array"
+        if variable.many:
+            detail = f"{variable.name}[] is an array"
             self._findings.fault(IllegalExpression, variable.span, detail, "give an index")
         return self._names.read(variable, wanted)
 
@@ -162,6 +169,9 @@ class Expressions:
     def _format(self, expression: ast.Format) -> None:
         hint = "format codes are items of TYPE and $ENCODE"
         self._findings.fault(IllegalExpression, expression.span, f"/{expression.code} is no value", hint)
+
+    def _applied(self, expression: ast.Applied) -> None:
+        self._findings.fault(IllegalExpression, expression.span, "a value with arguments", "CALLS $name(a, b) has them")
 
     def _raw(self, expression: ast.Word) -> None:
         self._findings.fault(IllegalExpression, expression.span, f"{expression.text} is no value")
@@ -210,8 +220,8 @@ class Expressions:
             self._unknown_function(call)
             return None
         if function.state is not State.SUPPORTED:
-            detail = f"{function.name} is {function.state.value}"
-            self._findings.fault(NotAvailable, call.span, detail, function.summary)
+            detail = f"{function.name}: {function.summary}"
+            self._findings.fault(NotAvailable, call.span, detail, function.note)
             return function.result
         self._count(call, function.arguments, f"the form is {function.form}")
         for place, expression in enumerate(call.arguments):
@@ -220,7 +230,8 @@ class Expressions:
         return function.result
 
     def _unknown_function(self, call: ast.Call) -> None:
-        hint = did_you_mean(call.name, FUNCTIONS)
+        usable = (name for name, row in FUNCTIONS.items() if row.state is State.SUPPORTED)
+        hint = did_you_mean(call.name, usable)
         if not hint and len(call.arguments) == 1:
             hint = f"an element of an array is {call.name}[index]"
         self._findings.fault(UnknownKeyword, call.span, f"there is no function {call.name}", hint)
@@ -274,12 +285,14 @@ _KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {
     ast.Unary: Expressions._unary,
     ast.Binary: Expressions._binary,
     ast.Call: Expressions._call,
+    ast.Applied: Expressions._applied,
     ast.Format: Expressions._format,
     ast.Word: Expressions._raw,
 }
 
 _SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
     Shape.ITEM: Expressions._item,
+    Shape.UNIT: Expressions._unit,
     Shape.VARIABLE: Expressions._read_into,
     Shape.REAL_VARIABLE: Expressions._real_variable,
     Shape.STRING_VARIABLE: Expressions._string_variable,

@@ -20,9 +20,9 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.ast import Span
 from vrs_cli.language.diagnostics import LineRefused, did_you_mean, error
-from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, PROGRAM_WORDS
+from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, PROGRAM_WORDS, RELATIONS_OF_VAL
 from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.words import State, Word, abbreviated
+from vrs_cli.language.words import State, Word, abbreviated, usable
 
 LABEL_HIGH = 65535
 LONGEST = 400  # tokens of a line; a VAL-II line holds far fewer
@@ -73,11 +73,14 @@ _CLOSING = frozenset({"RPAR", "RSQB"})
 _BLANKS = re.compile(r"[ \t]*")
 _WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
 _GLUED = re.compile(r"[\w.^']+")
+_VAL_IF = re.compile(rf"\b({'|'.join(RELATIONS_OF_VAL)})\b.*\bTHEN[ \t]+\d+[ \t]*$", re.IGNORECASE)
 _TASK = re.compile(r"\s*(\d+)(?=\s*[A-Za-z])")
 _LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
+_SORT = re.compile(r"[ \t]*(REAL|DOUBLE|LOC)(?=[ \t]+[#$A-Z])", re.IGNORECASE)
 _ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
 _ELEMENT = re.compile(r"\(.*\)[ \t]*=(?!=)")
 _RAW = re.compile(r'"[^"]*"|[^\s;,="]+')
+_RELATION = re.compile(r"[=<>]{1,2}")
 _ENTRY_NUMBER = re.compile(r"[ \t]*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?)(?![\w.])")
 
 
@@ -134,6 +137,7 @@ class _Scan:
         self._text = text.rstrip()
         self._line = line
         self._at = at
+        self._val_if = False  # IF a EQ b THEN label
 
     # --- the parts of a line ---
 
@@ -232,7 +236,7 @@ class _Scan:
         if _ELEMENT.match(rest):
             return f"an element of an array is {word}[index]"
         at_prompt = COMMANDS in tables
-        near = did_you_mean(word, (*COMMANDS, *INSTRUCTIONS) if at_prompt else PROGRAM_WORDS)
+        near = did_you_mean(word, usable(COMMANDS, INSTRUCTIONS) if at_prompt else usable(PROGRAM_WORDS))
         if near or (rest and rest[0] != "("):
             return near
         return (
@@ -248,6 +252,7 @@ class _Scan:
             self.statement()
         elif row is CONTROL.get(row.name):
             self._add(row.name, row.name, *word.span())
+            self._val_if = row.name == "IF" and _VAL_IF.search(_before_comment(self._text[self._at :])) is not None
             self._rest(None)
             self._mark_colon(row)
         else:
@@ -258,7 +263,7 @@ class _Scan:
         if row.state is not State.SUPPORTED:
             self._refused_rest()
         elif row.raw:
-            self._raw_words()
+            self._raw_words(row)
         else:
             self._rest(row)
 
@@ -279,9 +284,11 @@ class _Scan:
             self._at = end
         self._rest(None)
 
-    def _raw_words(self) -> None:
+    def _raw_words(self, row: Word) -> None:
+        """Words as they stand; where no value follows, a relation is one too (HELP ==)."""
         while not self._over():
-            raw = _RAW.match(self._text, self._at)
+            relation = _RELATION.match(self._text, self._at) if row.value is None else None
+            raw = relation or _RAW.match(self._text, self._at)
             if raw is None:
                 self._token(None)
             else:
@@ -296,6 +303,8 @@ class _Scan:
             self._group(row)
         if row is not None and row.tasked:
             self._task()
+        if row is not None and "SORT" in row.modifiers:
+            self._sort()
         operand = False
         while self._at < len(self._text):
             operand = self._token(row, operand)
@@ -312,6 +321,13 @@ class _Scan:
             self._add("NUMBER", match[1], start, end)
             self._add("RPAR", ")", end, end)
             self._at = end
+
+    def _sort(self) -> None:
+        """The sort of variables in AUTO REAL x: a word with a name after it."""
+        match = _SORT.match(self._text, self._at)
+        if match is not None:
+            self._add("SORT", match[1].upper(), *match.span(1))
+            self._at = match.end()
 
     def _group(self, row: Word) -> None:
         """The parenthesis of READ (lun) $s, after which a value may begin."""
@@ -338,6 +354,9 @@ class _Scan:
         if word in _INFIXES or word in _PREFIXES:
             self._add("INFIX" if word in _INFIXES else "PREFIX", word, start, end)
             return False
+        if self._val_if and operand and word in RELATIONS_OF_VAL:
+            self._add("INFIX", RELATIONS_OF_VAL[word], start, end)
+            return False
         link = self._link(row, operand, word)
         self._add(link or "NAME", word if link else text, start, end)
         return link is None or link in ("ALWAYS", "UNIT")
@@ -350,7 +369,9 @@ class _Scan:
                 return None
             link = _LINKS.get(word, "")
             return "LEAD" if word in row.leads else link if _MODIFIERS.get(link) in row.modifiers else None
-        return "LEAD" if row is not None and word in row.leads else _LINKS.get(word)
+        if row is not None and (word in row.leads or word == row.comma):
+            return "LEAD" if word in row.leads else "COMMA"
+        return "THEN_LABEL" if self._val_if and word == "THEN" else _LINKS.get(word)
 
     def _number(self, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
         glued = _GLUED.match(self._text, end)
@@ -420,8 +441,9 @@ class _Scan:
 def _symbol(kind: str) -> Callable[[_Scan, Word | None, bool, str, int, int], bool]:
     closes = kind in _CLOSING
 
-    def read(scan: _Scan, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
-        scan._add(kind, text, start, end)
+    def read(scan: _Scan, row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
+        comma = row is not None and row.comma == text
+        scan._add("COMMA" if comma else kind, text, start, end)
         return closes
 
     return read

@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 
 from vrs_cli.language import ast
 from vrs_cli.language.analyzer import Analysis, Block, BlockKind
-from vrs_cli.language.instructions import LOOP_JUMPS
-from vrs_cli.language.structure import LOOPS, loops_of
+from vrs_cli.language.channels import signals_on
+from vrs_cli.language.instructions import DECLARATIONS, LOOP_JUMPS
+from vrs_cli.language.structure import LOOPS, label_of, loops_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +35,13 @@ class Jump:
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """Go to the target where the condition is `when`; otherwise on."""
+    """Go to the target where the condition is `when`; otherwise on. `first`: what is done before."""
 
     step: int
     condition: ast.Expression
     when: bool
     target: int
+    first: ast.Instruction | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +153,10 @@ class _Lowering:
             lowering(self, number, statement)
         elif isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
             self._leave_loop(number, statement)
+        elif isinstance(statement, ast.Instruction) and statement.word in _BRANCHES:
+            self._branch(number, statement)
+        elif isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS:
+            self._ops.append(Mark(number))
         elif isinstance(statement, ast.Assignment | ast.Instruction):
             self._ops.append(Perform(number, statement))
         else:
@@ -168,6 +174,12 @@ class _Lowering:
 
     def _if_goto(self, number: int, statement: ast.IfGoto) -> None:
         self._ops.append(Branch(number, statement.condition, True, self._labels[statement.label]))
+
+    def _branch(self, number: int, statement: ast.Instruction) -> None:
+        label = label_of(statement)
+        assert label is not None
+        condition, first = _BRANCHES[statement.word](statement)
+        self._ops.append(Branch(number, condition, True, self._labels[label], first))
 
     def _if(self, number: int, statement: ast.If) -> None:
         block = self._openers[number]
@@ -220,6 +232,24 @@ class _Lowering:
             return ForNext(number, opener, self._slots[block.opener], block.opener + 1)
         return Mark(number)
 
+
+def _if_signals(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction | None]:
+    """IFSIG: all of these signals are on."""
+    return signals_on(statement.arguments[:-1], statement.span), None
+
+
+def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction | None]:
+    """GRASP: the hand closes, and its fingers are nearer than the width."""
+    width, span = statement.arguments[0], statement.span
+    assert width is not None
+    gap = ast.Call("PARAMETER", (ast.Word("GRASP.WIDTH", span),), span, True)
+    return ast.Binary("<", gap, width, span), statement
+
+
+_BRANCHES: dict[str, Callable[[ast.Instruction], tuple[ast.Expression, ast.Instruction | None]]] = {
+    "IFSIG": _if_signals,
+    "GRASP": _grasp,
+}
 
 _LOWERINGS: dict[type, Callable[..., None]] = {
     ast.Goto: _Lowering._goto,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from vrs_cli.language.instructions import DEFINED, INSTRUCTIONS, SIGNALS, SWITCHES, real
+from vrs_cli.language.instructions import CALIBRATE, DEFINED, INSTRUCTIONS, SELECT, SIGNALS, SWITCHES, real
 from vrs_cli.language.words import Argument, Route, Shape, State, Word, by_name
 
 FILE = Argument("file", Shape.FILE)
@@ -31,17 +31,6 @@ def _word(
     return Word(name, arguments, route, summary, example, where, value, note=note)
 
 
-def _planned(
-    name: str,
-    arguments: tuple[Argument, ...],
-    summary: str,
-    where: str = "+",
-    value: Argument | None = None,
-    note: str = "",
-) -> Word:
-    return Word(name, arguments, Route.PROGRAM, summary, name, where, value, state=State.PLANNED, note=note)
-
-
 def _refused(name: str, summary: str, where: str, note: str) -> Word:
     return Word(name, (), Route.PROGRAM, summary, name, where, state=State.REFUSED, note=note)
 
@@ -66,6 +55,13 @@ _POSITIONS = (
         (DEFINED,),
         "define a location as the present position, then correct it",
         "HERE part",
+        route=Route.POSITION,
+    ),
+    _word(
+        "TEACH",
+        (DEFINED,),
+        "record the present position under a name, then under the name with rising numbers: part, part1, part2",
+        "TEACH part",
         route=Route.POSITION,
     ),
     Word(
@@ -138,6 +134,14 @@ _PROGRAMS = (
         "DELETEL part, #safe",
         "2 +",
     ),
+    _word(
+        "DPOINT",
+        (Argument("location", Shape.LOCATION_VARIABLE, repeated=True),),
+        "delete locations, in VAL",
+        "DPOINT part",
+        "1",
+        note="DELETEL is the same",
+    ),
     _word("DELETER", (Argument("real", Shape.REAL_VARIABLE, repeated=True),), "delete reals", "DELETER count", "2 +"),
     _word(
         "DELETES",
@@ -156,6 +160,8 @@ _FILES = (
         "read programs and variables from a file; of a trajectory (.vrst), make a branch to go on with",
         "LOAD pick.v2",
     ),
+    _word("LOADP", (FILE,), "read programs from a file, in VAL", "LOADP pick.pg", "1", note="LOAD is the same"),
+    _word("LOADL", (FILE,), "read locations from a file, in VAL", "LOADL cell.lc", "1", note="LOAD is the same"),
     _word(
         "STORE",
         (FILE,),
@@ -182,6 +188,14 @@ _EDITORS_AND_DISK = (
         "the files of a folder, or those that a pattern names",
         "FDIRECTORY *.v2",
         "2 +",
+    ),
+    _word(
+        "LISTF",
+        (Argument("folder", Shape.FILE, optional=True),),
+        "the files of a folder, in VAL",
+        "LISTF",
+        "1",
+        note="FDIRECTORY is the same",
     ),
     _word("FDELETE", (FILE,), "delete a disk file", "FDELETE old.v2", "2 +"),
     _word("FRENAME", (NEW_FILE,), "rename a disk file", "FRENAME new.v2 = old.v2", "2 +", value=OLD_FILE),
@@ -247,6 +261,8 @@ _EXECUTION = (
 _SYSTEM = (
     INSTRUCTIONS["TOOL"],
     INSTRUCTIONS["BASE"],
+    CALIBRATE,
+    SELECT,
     _word("ENABLE", (SWITCHES,), "turn switches on", "ENABLE CP", "2 +", Route.PARAMETER),
     _word("DISABLE", (SWITCHES,), "turn switches off", "DISABLE CP", "2 +", Route.PARAMETER),
     _word(
@@ -331,32 +347,24 @@ _OURS = (
     _word("QUIT", (), "leave the shell", "QUIT", ""),
 )
 
-_LATER = (
-    _planned("TEACH", (DEFINED,), "record locations from the pendant", "1 2 +", note="use HERE"),
-    _planned("CD", (Argument("folder", Shape.FILE, optional=True),), "the folder of files"),
-    _planned("DEFAULT", (), "the folder of files", value=Argument("folder", Shape.FILE)),
-    _planned("DEBUG", (Argument("program", Shape.PROGRAM, optional=True),), "the debugger"),
-    _planned("PANIC", (), "stop at once"),
-    _planned("CALIBRATE", (), "find the zero of the joints", "1 2 +", note="a virtual robot is calibrated"),
-    _planned("MODULE", (Argument("module", Shape.WORD),), "groups of programs"),
-    _planned("MDIRECTORY", (), "groups of programs"),
-    _planned("STOREM", (FILE,), "write a module to a file", value=Argument("module", Shape.WORD)),
-    _planned("DELETEM", (Argument("module", Shape.WORD),), "delete a module"),
-    _planned("NET", (), "the network"),
-)
+_MODULES = "programs that belong together go to a file of their own: STORE file = program, ..."
 
 _REFUSED = (
-    _refused("DPOINT", "delete a location in VAL", "1", "use DELETEL"),
-    _refused("LOADP", "load programs in VAL", "1", "use LOAD"),
-    _refused("LOADL", "load locations in VAL", "1", "use LOAD"),
-    _refused("LISTF", "the disk directory in VAL", "1", "use the files of your system"),
-    _refused("ERASE", "erase a disk in VAL", "1", "use the files of your system"),
+    _refused("CD", "the folder of files", "+", "start vrs in the folder, or write it before the name of a file"),
+    _refused("DEFAULT", "the folder of files", "+", "start vrs in the folder, or write it before the name of a file"),
+    _refused("DEBUG", "the debugger", "+", "use BPT, WATCH, SSTEP and XSTEP"),
+    _refused("PANIC", "stop at once", "+", "use ABORT"),
+    _refused("MODULE", "a group of programs", "+", _MODULES),
+    _refused("MDIRECTORY", "the groups of programs", "+", _MODULES),
+    _refused("STOREM", "write a group of programs to a file", "+", _MODULES),
+    _refused("DELETEM", "delete a group of programs", "+", "use DELETE program, ..."),
+    _refused("NET", "the network", "+", "there is no network at this robot"),
+    _refused("ERASE", "erase a disk in VAL", "1", "use FDELETE"),
     _refused("COMPRESS", "tidy a disk in VAL", "1", "there is no disk to tidy"),
     _refused("INIT", "prepare a disk in VAL", "1", "there is no disk to prepare"),
     _refused("FORMAT", "prepare a disk", "2 +", "there is no disk to prepare"),
     _refused("ESTOP", "power off at once", "+", "use ABORT"),
     _refused("STACK", "the size of the stack", "+", "the stack grows as needed"),
-    _refused("SELECT", "choose a robot", "+", "there is one robot"),
     _refused("SRV.RESET", "reset the servos", "+", "there are no servos"),
     _refused("PASSTHRU", "talk to a serial line", "+", "there is no serial line"),
     _refused("PING", "test the network", "+", "use the tools of your system"),
@@ -365,5 +373,5 @@ _REFUSED = (
 )
 
 COMMANDS: Mapping[str, Word] = by_name(
-    (*_POSITIONS, *_STATE, *_PROGRAMS, *_FILES, *_EDITORS_AND_DISK, *_EXECUTION, *_SYSTEM, *_OURS, *_LATER, *_REFUSED)
+    (*_POSITIONS, *_STATE, *_PROGRAMS, *_FILES, *_EDITORS_AND_DISK, *_EXECUTION, *_SYSTEM, *_OURS, *_REFUSED)
 )

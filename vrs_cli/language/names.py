@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple
 
-from vrs_cli.errors import InvalidName, TypeMismatch, VrsError
+from vrs_cli.errors import IllegalArrayIndex, InvalidName, TypeMismatch, VrsError
 from vrs_cli.language import ast
 from vrs_cli.language.ast import NAME_LENGTH, Expression, Kind, Span
 from vrs_cli.language.diagnostics import Diagnostic, error, warning
@@ -96,6 +96,8 @@ class Names:
         self._at_prompt = at_prompt
         self._kinds: dict[str, _Decided] = {}
         self._spellings: dict[str, str] = {}
+        self._declared: dict[str, ast.Variable] = {}
+        self._own: set[str] = set()
         self._read: dict[str, ast.Variable] = {}
 
     def decided(self) -> Mapping[str, Kind]:
@@ -107,8 +109,21 @@ class Names:
         return [
             variable
             for key, variable in self._read.items()
-            if key not in self.given and key not in self._known and key not in self._parameters
+            if key not in self.given and (key not in self._known or key in self._own) and key not in self._parameters
         ]
+
+    def is_own(self, variable: ast.Variable) -> bool:
+        """Whether AUTO or LOCAL has declared it."""
+        return variable.key in self._own
+
+    def declare(self, variable: ast.Variable, kind: Kind | None, *, own: bool) -> None:
+        """AUTO, LOCAL (`own`) or GLOBAL; `kind`: of a bare name whose sort is said."""
+        if own:
+            self._own.add(variable.key)
+            self._declared[variable.key] = variable
+        self.check(variable)
+        if kind is not None:
+            self._kinds[variable.key] = _Decided(kind, self.step)
 
     def all_keys(self) -> set[str]:
         """The keys of all names that have a value or are given one."""
@@ -121,6 +136,18 @@ class Names:
             self._findings.fault(InvalidName, variable.span, f"{word} is a word of the language", _form_of(word))
         if len(variable.name) > NAME_LENGTH:
             self._check_length(variable)
+        if self._declared:
+            self._check_declared(variable)
+
+    def _check_declared(self, variable: ast.Variable) -> None:
+        """An array that AUTO or LOCAL declares is used as one, anything else is not."""
+        declared = self._declared.get(variable.key, variable)
+        if (declared.indexes is None) is not (variable.indexes is None):
+            name = variable.sigil + variable.name
+            detail, hint = f"{name} is declared as an array", f"give an index: {name}[1]"
+            if declared.indexes is None:
+                detail, hint = f"{name} is not declared as an array", f"declare {name}[]"
+            self._findings.fault(IllegalArrayIndex, variable.span, detail, hint)
 
     def _check_length(self, variable: ast.Variable) -> None:
         name = variable.name.lower()
@@ -172,7 +199,7 @@ class Names:
     def _compare(self, variable: ast.Variable, kind: Kind) -> None:
         """Whether a variable of that name, but of the other kind, has a value now."""
         now = self._known.get(variable.key, kind)
-        if now is not kind and variable.key not in self._parameters:
+        if now is not kind and variable.key not in self._parameters and variable.key not in self._own:
             detail = f"{variable.name} is used as {_ARTICLES[kind]}, and has the value of {_ARTICLES[now]} now"
             self._findings.warn(TypeMismatch, variable.span, detail)
 

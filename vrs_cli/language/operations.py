@@ -14,11 +14,12 @@ from math import cos, radians, sin, sqrt
 from operator import or_
 
 from vrs_cli import errors
-from vrs_cli.errors import ArithmeticOverflow, IllegalValue, NegativeSquareRoot, VrsError
+from vrs_cli.errors import ArithmeticOverflow, IllegalValue, NegativeSquareRoot, TypeMismatch, VrsError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, from_oat, position, translation
 from vrs_cli.kinematics.transform import distance as metres_between
 from vrs_cli.language.environment import Context, Reference
+from vrs_cli.language.units import NO_WAIT, checked_unit
 from vrs_cli.language.values import (
     FALSE,
     INTEGER_HIGH,
@@ -289,7 +290,81 @@ def unpacker(code: str) -> Callable[[str, float | None], float]:
     return unpack
 
 
+PIECE = 128  # characters of an element of an array that PACK and $UNPACK take for one long string
+
+
+def unpacked(array: Reference, first: float, count: float) -> str:
+    """So many characters from the first one on (counted from 1 in the element named), over elements of 128 each."""
+    start, size = whole(first) - 1, integer_between(count, 0, PIECE, "a number of characters of")
+    if start < 0:
+        raise IllegalValue(f"character {whole(first)} of an array", "characters count from 1")
+    pieces = [element(array, start // PIECE + k) for k in (0, 1)]
+    text = "".join(str(piece.value()).ljust(PIECE, "\0") if piece.defined() else "" for piece in pieces)
+    return text[start % PIECE : start % PIECE + size].rstrip("\0")
+
+
+def pack(array: Reference, first: float, count: float, text: str) -> None:
+    """Put so many characters of a text (zero characters where it is shorter) where `unpacked` finds them."""
+    start, size = whole(first) - 1, integer_between(count, 0, PIECE, "a number of characters of")
+    if start < 0:
+        raise IllegalValue(f"character {whole(first)} of an array", "characters count from 1")
+    pieces = [element(array, start // PIECE + k) for k in (0, 1)]
+    old = "".join((str(piece.value()) if piece.defined() else "").ljust(PIECE, "\0") for piece in pieces)
+    at = start % PIECE
+    new = old[:at] + text[:size].ljust(size, "\0") + old[at + size :]
+    for piece, part in zip(pieces, (new[:PIECE], new[PIECE:]), strict=True):
+        if piece.defined() or part.rstrip("\0"):
+            piece.assign(part.rstrip("\0"))
+
+
+def element(first: Reference, offset: int) -> Reference:
+    """The element of an array so many places behind one. Raises TypeMismatch for a simple variable."""
+    if not isinstance(first.key, int):
+        raise TypeMismatch(first.name, "an element of an array with one index is wanted: $a[1]")
+    return first._replace(key=first.key + offset)
+
+
 # --- the system --------------------------------------------------------------------------------------------------
+
+# What TASK(1, n) says a task does (V+ Language Reference names these states; the numbers are ours but for 0 and 1).
+IDLE, COMPLETED, FAILED, ABORTED, EXECUTING, PAUSED = range(6)
+
+
+def about_task(context: Context, select: float | None, task: float | None) -> float:
+    """TASK: 0 the number of this task, 1 what a task does."""
+    which = whole(_or(select, 0.0))
+    own = context.environment.system.task()
+    if which == 0:
+        return float(own)
+    if which == 1:
+        return float(context.environment.system.run_state(own if task is None else whole(task)))
+    raise IllegalValue(f"TASK({which})", "0 the number of this task, 1 what a task does")
+
+
+def free(which: float) -> float:
+    """The memory of a virtual controller does not run out."""
+    if whole(which) == 0:
+        return 100.0
+    raise IllegalValue(f"FREE({plain(which)})", "0 the percentage of memory that is free")
+
+
+def io_status(context: Context, unit: float, mode: float | None) -> float:
+    """IOSTAT: 0, 1 and 3 the status of the last operation, which is complete; 2 the length of the last record."""
+    system, which = context.environment.system, integer_between(_or(mode, 0.0), 0, 3, "IOSTAT mode")
+    number = checked_unit(unit)
+    return float(system.record_length(number) if which == RECORD_LENGTH else system.unit_status(number))
+
+
+RECORD_LENGTH = 2  # mode of IOSTAT
+
+
+def next_character(context: Context, unit: float, mode: float | None) -> float:
+    """GETC."""
+    wait = not whole(_or(mode, 0.0)) & NO_WAIT
+    return float(context.environment.system.character(checked_unit(unit), wait))
+
+
+# --- the system-----------------------------------------------------------------------------------------------
 
 # Messages that are no errors (V+ Language Reference, system messages).
 MESSAGES = {1: "Success", 3: "Program completed", 8: "(HALTED)", 9: "(PAUSED)"}
@@ -327,8 +402,9 @@ def numeric(value: float | str) -> float:
 
 
 def last_index(array: Reference) -> float:
-    indexes = [i for cells in (array.cells, array.locations) for i in cells if isinstance(i, int)]
-    return float(max(indexes, default=-1))
+    """Of an array with several dimensions, the highest first index."""
+    indexes = [i for cells in (array.cells, array.locations) for i in cells if not isinstance(i, str)]
+    return float(max((i[0] if isinstance(i, tuple) else i for i in indexes), default=-1))
 
 
 def test_and_set(variable: Reference, new: float) -> float:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -35,6 +35,13 @@ def parse_file(text: str) -> tuple[ast.File, tuple[Diagnostic, ...]]:
     A bad line of a program is kept as BadLine. Line ends may be LF, CR LF or CR.
     """
     return FileReader(_parser()).read(text)
+
+
+def parse_part(text: str) -> tuple[ast.File, tuple[Diagnostic, ...]]:
+    """As `parse_file`, for the versions of a text that is being changed: lines that were read before at the same place
+    are not read again.
+    """
+    return FileReader(_remembering()).read(text)
 
 
 def parse_step(text: str, line: int = 1) -> Step:
@@ -121,9 +128,36 @@ class LineParser:
             raise LineRefused(complaint(tokens, cast("Token | None", token), start)) from None
 
 
+class _Remembering:
+    """A parser that remembers the steps it has read, and what was wrong with them."""
+
+    def __init__(self, parser: LineParser) -> None:
+        self.header, self.entry = parser.header, parser.entry
+        self._read = lru_cache(maxsize=50_000)(partial(_step_or_refusal, parser))
+
+    def step(self, text: str, line: int) -> Step:
+        """Raises LineRefused."""
+        read = self._read(text, line)
+        if isinstance(read, LineRefused):
+            raise read
+        return read
+
+
+def _step_or_refusal(parser: LineParser, text: str, line: int) -> Step | LineRefused:
+    try:
+        return parser.step(text, line)
+    except LineRefused as refused:
+        return LineRefused(refused.diagnostic)
+
+
 @cache
 def _parser() -> LineParser:
     return LineParser()
+
+
+@cache
+def _remembering() -> _Remembering:
+    return _Remembering(_parser())
 
 
 class _Ready(LarkLexer):

@@ -13,7 +13,7 @@ from vrs_cli.language import ast
 from vrs_cli.language.ast import Expression, File, Program, Section, Statement, Step
 from vrs_cli.language.builder import text_omitted
 from vrs_cli.language.functions import FUNCTIONS, WITH_BY
-from vrs_cli.language.instructions import INSTRUCTIONS
+from vrs_cli.language.instructions import INSTRUCTIONS, RELATIONS_OF_VAL
 from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.precedence import ORDER
 from vrs_cli.language.words import Shape, State, Word
@@ -159,6 +159,18 @@ def _do_instruction(statement: ast.DoInstruction) -> str:
     return "DO" if statement.statement is None else f"DO {statement_text(statement.statement)}"
 
 
+def _if_goto(statement: ast.IfGoto) -> str:
+    condition = statement.condition
+    if not statement.then or not isinstance(condition, ast.Binary):
+        return f"IF {expression_text(condition)} GOTO {statement.label}"
+    rank = ORDER.infix[condition.operator]
+    left, right = _operand(condition.left, rank, left=True), _operand(condition.right, rank, left=False)
+    return f"IF {left} {_WORDS_OF_VAL[condition.operator]} {right} THEN {statement.label}"
+
+
+_WORDS_OF_VAL = {sign: word for word, sign in RELATIONS_OF_VAL.items()}
+
+
 def _for(statement: ast.For) -> str:
     variable, first, last = map(expression_text, (statement.variable, statement.first, statement.last))
     step = "" if statement.step is None else f" STEP {expression_text(statement.step)}"
@@ -171,7 +183,8 @@ def _value(statement: ast.Value) -> str:
 
 def _instruction(statement: ast.Instruction) -> str:
     row = _row_of(statement)
-    parts = [statement.word, *_argument_parts(statement, row), *_modifier_parts(statement.modifiers)]
+    sort = statement.modifiers.sort or ""
+    parts = [statement.word, sort, *_argument_parts(statement, row), *_modifier_parts(statement.modifiers)]
     return " ".join(part for part in parts if part)
 
 
@@ -202,12 +215,18 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
         task = arguments.pop()
         yield "" if task is None else expression_text(task)
     arguments = [_capital(given, _shape_at(row, place)) for place, given in enumerate(arguments)]
+    if row.comma:
+        yield expression_text(arguments[0]) if arguments and arguments[0] is not None else ""
+        yield f"{row.comma} {_list_text(arguments[1:])}" if len(arguments) > 1 else ""
+        return
     plain = sum(not argument.lead for argument in row.arguments)
     own = arguments if row.value is None or not row.value.repeated else arguments[:plain]
     grouped = own[: row.grouped]
+    while grouped and grouped[-1] is None:
+        grouped.pop()
     if grouped:
         yield f"({_list_text(grouped)})"
-    yield _list_text(own[row.grouped :] if not row.leads else own[:plain])
+    yield _list_text(own[row.grouped :] if not row.leads else _trimmed(own[:plain]))
     if row.leads:
         for argument, given in zip(row.arguments[plain:], own[plain:], strict=False):
             if given is not None:
@@ -248,6 +267,12 @@ def _modifier_parts(modifiers: ast.Modifiers) -> Iterator[str]:
         yield f"IN {expression_text(modifiers.within)}"
 
 
+def _trimmed(items: list[Expression | None]) -> list[Expression | None]:
+    while items and items[-1] is None:
+        items = items[:-1]
+    return items
+
+
 def _list_text(items: Sequence[Expression | None]) -> str:
     """Items with a comma and a blank between them; omitted ones leave their commas."""
     text = ""
@@ -262,7 +287,7 @@ _STATEMENTS: Mapping[type, Callable[[Any], str]] = {
     ast.Instruction: _instruction,
     ast.DoInstruction: _do_instruction,
     ast.Goto: lambda statement: f"GOTO {statement.label}",
-    ast.IfGoto: lambda statement: f"IF {expression_text(statement.condition)} GOTO {statement.label}",
+    ast.IfGoto: _if_goto,
     ast.If: lambda statement: f"IF {expression_text(statement.condition)} THEN",
     ast.Else: lambda _: "ELSE",
     ast.While: lambda statement: f"WHILE {expression_text(statement.condition)} DO",
@@ -287,7 +312,7 @@ def expression_text(expression: Expression) -> str:
 def _variable(variable: ast.Variable) -> str:
     name = variable.sigil + variable.name.lower()
     if variable.indexes is not None:
-        name += f"[{','.join(map(expression_text, variable.indexes))}]"
+        name += f"[{','.join(map(expression_text, variable.indexes))}{',' * variable.rest}]"
     return f"({name})" if variable.grouped else name
 
 
@@ -344,6 +369,10 @@ def _call(call: ast.Call) -> str:
     return f"{name}({_list_text(call.arguments)})"
 
 
+def _applied(applied: ast.Applied) -> str:
+    return f"{expression_text(applied.text)}({_list_text(applied.arguments)})"
+
+
 def _format(item: ast.Format) -> str:
     decimals = "" if item.decimals is None else f".{item.decimals}"
     return f"/{item.code}{'' if item.width is None else item.width}{decimals}"
@@ -360,6 +389,7 @@ _EXPRESSIONS: Mapping[type, Callable[[Any], str]] = {
     ast.Unary: _unary,
     ast.Binary: _binary,
     ast.Call: _call,
+    ast.Applied: _applied,
     ast.Format: _format,
     ast.Word: _word,
 }

@@ -4,15 +4,34 @@ from __future__ import annotations
 
 import ast as py
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, cast
+from functools import lru_cache
+from typing import Any, TypeVar, cast
+
+_Leaf = TypeVar("_Leaf", py.Name, py.Constant)
 
 
+_LINE, _COLUMN = 1, 0  # there is no source to point at, but Python's compiler asks for a place
+_LOAD = py.Load()
+_BRANCHES = (py.expr, py.stmt, py.arguments, py.arg, py.excepthandler)
+
+
+@lru_cache(maxsize=1024)  # a tree may hold one leaf in many places, and nothing changes it
 def name(identifier: str) -> py.Name:
-    return py.Name(identifier, py.Load())
+    return _leaf(py.Name(identifier, _LOAD))
 
 
 def constant(value: float | str | bool | None) -> py.Constant:
-    return py.Constant(value)
+    return _shared(value) if value is None or isinstance(value, str | bool) else _leaf(py.Constant(value))
+
+
+@lru_cache(maxsize=1024)
+def _shared(value: str | bool | None) -> py.Constant:
+    return _leaf(py.Constant(value))
+
+
+def _leaf(node: _Leaf) -> _Leaf:
+    node.lineno, node.col_offset = _LINE, _COLUMN
+    return node
 
 
 def call(function: py.expr | str, *arguments: py.expr) -> py.Call:
@@ -20,15 +39,15 @@ def call(function: py.expr | str, *arguments: py.expr) -> py.Call:
 
 
 def method(owner: py.expr, attribute: str, *arguments: py.expr) -> py.Call:
-    return py.Call(py.Attribute(owner, attribute, py.Load()), list(arguments), [])
+    return py.Call(py.Attribute(owner, attribute, _LOAD), list(arguments), [])
 
 
 def item(owner: str, key: py.expr) -> py.Subscript:
-    return py.Subscript(name(owner), key, py.Load())
+    return py.Subscript(name(owner), key, _LOAD)
 
 
 def tuple_of(items: Iterable[py.expr]) -> py.Tuple:
-    return py.Tuple(list(items), py.Load())
+    return py.Tuple(list(items), _LOAD)
 
 
 def compare(left: py.expr, operator: py.cmpop, right: py.expr) -> py.Compare:
@@ -47,9 +66,26 @@ def parameters(names: Sequence[str], defaults: bool = False) -> py.arguments:
 
 def made(function: py.FunctionDef, namespace: dict[str, object]) -> Callable[..., Any]:
     """The Python function of a tree."""
-    module = py.fix_missing_locations(py.Module([function], []))
+    _place(function)
+    module = py.Module([function], [])
     exec(compile(module, "<program>", "exec"), namespace)
     return cast("Callable[..., Any]", namespace[function.name])
+
+
+def _place(root: py.AST) -> None:
+    """Give every node a place; leaves have it from the beginning."""
+    waiting: list[Any] = [root]
+    while waiting:
+        node = waiting.pop()
+        held = node.__dict__
+        if "lineno" in held:
+            continue
+        for value in held.values():
+            if value.__class__ is list:
+                waiting += value
+            elif isinstance(value, _BRANCHES):
+                waiting.append(value)
+        node.lineno, node.col_offset = _LINE, _COLUMN
 
 
 def yield_(value: py.expr) -> py.Expr:

@@ -9,7 +9,7 @@ from vrs_cli.errors import UnreachableCode
 from vrs_cli.language import ast
 from vrs_cli.language.ast import Program, Statement
 from vrs_cli.language.diagnostics import Diagnostic, warning
-from vrs_cli.language.structure import Block, BlockKind
+from vrs_cli.language.structure import Block, BlockKind, label_of
 
 LEAVING = frozenset({"RETURN", "STOP", "HALT", "RETURNE"})  # instructions that the next step never follows
 LOOP_WORDS = frozenset({"EXIT", "NEXT"})  # they may lead to the end of any loop round them
@@ -111,11 +111,10 @@ def _reached(flow: _Flow) -> set[int]:
 
 def _next(flow: _Flow, jumps: Mapping[int, tuple[int, ...]], index: int) -> Iterator[int]:
     statement = flow.program.steps[index].statement
-    if isinstance(statement, ast.Goto):
-        yield flow.labels[statement.label]
-    elif isinstance(statement, ast.IfGoto):
-        yield from (flow.labels[statement.label], index + 1)
-    elif index in jumps:
+    label = None if statement is None else label_of(statement)
+    if label is not None:
+        yield flow.labels[label]
+    if index in jumps:
         yield from jumps[index]
     elif not _leaves(statement):
         yield index + 1

@@ -16,9 +16,10 @@ steps. A driver that sees one `due` while the task waits may call `react`: the s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from inspect import GEN_CLOSED, getgeneratorstate
 from itertools import islice
 from typing import Any, cast
 
@@ -73,7 +74,8 @@ from vrs_cli.language.environment import (
 )
 from vrs_cli.language.reactions import OF_ERRORS, Reaction, Reactions
 from vrs_cli.language.support import by_value, overflow
-from vrs_cli.language.values import Value
+from vrs_cli.language.units import UnitEffect
+from vrs_cli.language.values import Value, kind_of_value
 
 STACK_LIMIT = 10_000  # programs that have called one another
 MOST_CYCLES = 32767
@@ -135,7 +137,9 @@ class Budget:
 
 
 Beside = WaitEvent | SetEvent | RunSignal | StartTask | ControlTask | AttachRobot | DetachRobot
-Event = Request | Type | Prompt | Wait | Beside | CycleBegins | Completed | Paused | Halted | Failed | Budget
+Event = (
+    Request | Type | Prompt | Wait | Beside | UnitEffect | CycleBegins | Completed | Paused | Halted | Failed | Budget
+)
 
 _BUDGET = Budget()
 
@@ -178,20 +182,28 @@ class _Frame:
     __slots__ = ("_arguments", "_context", "_slots", "between", "interruption", "op", "program", "reached", "steps")
 
     def __init__(self, context: Context, program: StoredProgram, arguments: Sequence[Reference], step: int = 0) -> None:
+        program.check_lineage(vplus=context.robot.switch("VPLUS"))
         compiled = program.compiled
         self.program = program
         self.op = compiled.entry(step)
         self._context = context
-        self._arguments = arguments
+        self._arguments = (*arguments, *program.own())
         self._slots = compiled.fresh_slots()
         self.between, self.reached = True, False
         self.interruption: _Interruption | None = None
-        self.steps: Steps = compiled.start(context, arguments, self._slots, self.op)
+        self.steps: Steps = compiled.start(context, self._arguments, self._slots, self.op)
 
     @property
     def step(self) -> int:
         """The present step, from 0."""
         return self.program.compiled.step_of(self.op)
+
+    @property
+    def own(self) -> Mapping[str, Reference]:
+        """Its arguments and its own variables, by key."""
+        analysis = self.program.analysis
+        keys = [variable.key for variable in analysis.program.parameters] + [one.key for one in analysis.own]
+        return dict(zip(keys, self._arguments, strict=True))
 
     def enter(self, op: int) -> None:
         """Go on from another operation."""
@@ -199,9 +211,10 @@ class _Frame:
         self.op, self.between, self.reached = op, True, False
         self.steps = self.program.compiled.start(self._context, self._arguments, self._slots, op)
 
-    def skip(self) -> None:
-        """Go on with the next step."""
-        self.enter(self.program.compiled.entry(self.step + 1))
+    def skip(self, more: int = 0) -> None:
+        """Go on with the next step, or so many steps after that."""
+        end = len(self.program.program.steps)
+        self.enter(self.program.compiled.entry(min(self.step + 1 + more, end)))
 
 
 # --- arguments ---------------------------------------------------------------------------------------------------
@@ -338,7 +351,12 @@ class Task:
     @property
     def ended(self) -> bool:
         """Whether it cannot go on."""
-        return self.state in (TaskState.COMPLETED, TaskState.HALTED)
+        return self.broken or self.state in (TaskState.COMPLETED, TaskState.HALTED)
+
+    @property
+    def broken(self) -> bool:
+        """Whether an exception from outside (Ctrl-C) ended it in the middle of a step."""
+        return getgeneratorstate(self._life) == GEN_CLOSED
 
     @property
     def between(self) -> bool:
@@ -359,6 +377,11 @@ class Task:
     def stack(self) -> tuple[tuple[str, int], ...]:
         """Programs and their steps (from 1), the main program first."""
         return tuple((frame.program.name, frame.step + 1) for frame in self._frames)
+
+    @property
+    def own(self) -> Mapping[str, Reference]:
+        """What the program on top has for itself, by key: its arguments, and the variables of AUTO and LOCAL."""
+        return self._frames[-1].own if self._frames else {}
 
     def uses(self, program: str) -> bool:
         """Whether a program is on the stack, so that it cannot be changed."""
@@ -382,14 +405,35 @@ class Task:
         while self.cycles < 0 or self.cycles_done < self.cycles:
             self._begin()
             yield from self._say(CycleBegins(self.cycles_done + 1, CYCLE_SETTINGS))
-            halted = yield from self._cycle()
+            halted = yield from self._whole_cycle()
             if halted is not None:
                 return halted
-            yield from self._say(Break())
             self.cycles_done += 1
             self._frames.clear()
         self.state = TaskState.COMPLETED
         return Completed(self.cycles_done)
+
+    def _whole_cycle(self) -> Generator[Event, None, Halted | None]:
+        """To the end of the main program, where the robot comes to rest; what is to be reacted to by then is."""
+        while True:
+            halted = yield from self._cycle()
+            if halted is not None:
+                return halted
+            self._leave_called()
+            if self.reactions.due is None:
+                yield from self._say(Break())
+            if self.reactions.due is None:
+                return None
+            main = self._frames[0]
+            main.enter(main.program.compiled.entry(len(main.program.program.steps)))
+
+    def _leave_called(self) -> None:
+        """After a STOP in a program that was called, or in a reaction."""
+        interruptions = (frame.interruption for frame in self._frames[1:])
+        outermost = next((one for one in interruptions if one is not None), None)
+        if outermost is not None:
+            self.reactions.priority = outermost.priority
+        del self._frames[1:]
 
     def _begin(self) -> None:
         arguments = bind(self._context.environment, self._main, self._arguments)
@@ -434,7 +478,7 @@ class Task:
                 return None
             own = _OWN.get(type(event))
             if returns:
-                yield from self._return(skips=isinstance(event, ReturnFromError))
+                yield from self._return(cast("Return | ReturnFromError", event))
             elif own is not None:
                 own(self.reactions, event)
             elif isinstance(event, Halt):
@@ -446,12 +490,15 @@ class Task:
             elif not isinstance(event, _Between):
                 yield from self._say(cast(Event, event))
 
-    def _return(self, skips: bool) -> Generator[Event, None, None]:
-        """The program on top returns; after a reaction what it interrupted goes on. `skips`: RETURNE."""
+    def _return(self, event: Return | ReturnFromError) -> Generator[Event, None, None]:
+        """The program on top returns; after a reaction what it interrupted goes on."""
         interruption = self._frames.pop().interruption
-        if interruption is None:
-            return
         below = self._frames[-1]
+        skips = isinstance(event, ReturnFromError)
+        if interruption is None:
+            if isinstance(event, Return) and event.steps:
+                below.skip(event.steps)
+            return
         self.reactions.priority = interruption.priority
         if interruption.failed:
             below.enter(below.op)
@@ -620,10 +667,35 @@ def execute_statement(
             return
 
 
+class Sight:
+    """An expression at the prompt that is looked at again and again, compiled once for each kind its names have."""
+
+    def __init__(self, environment: Environment, robot: Robot, expression: ast.Expression) -> None:
+        self._context = Context(environment, robot)
+        self._expression = expression
+        variables = (node for node in ast.nodes(expression) if isinstance(node, Variable))
+        self._keys = tuple(dict.fromkeys(variable.key for variable in variables))
+        self._compiled: dict[tuple[object, ...], Callable[..., Value]] = {}
+
+    def value(self, own: Mapping[str, Reference]) -> Value:
+        """Its value now, of whichever kind it is. `own`: variables that a program has for itself, which come before
+        those of the same names that belong to all. Raises VrsError."""
+        used = {key: own[key] for key in self._keys if key in own}
+        kinds = {key: kind for key in self._keys if (kind := self._kind(key, used.get(key))) is not None}
+        sorts = (*used, None, *kinds.items())
+        if sorts not in self._compiled:
+            self._compiled[sorts] = compile_expression(self._expression, kinds, tuple(used))
+        return self._compiled[sorts](self._context, *used.values())
+
+    def _kind(self, key: str, own: Reference | None) -> Kind | None:
+        if own is None:
+            return self._context.environment.kind_of(key)
+        return kind_of_value(own.value()) if own.key is not None and own.defined() else None
+
+
 def evaluate(environment: Environment, robot: Robot, expression: ast.Expression) -> Value:
     """The value of an expression at the prompt, of whichever kind it is. Raises VrsError."""
-    value: Value = compile_expression(expression, environment.kinds())(Context(environment, robot))
-    return value
+    return Sight(environment, robot, expression).value({})
 
 
 def arguments_of(

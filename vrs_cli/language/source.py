@@ -26,7 +26,7 @@ _DIRECTIVE = re.compile(r"[ \t]*(\.[A-Za-z][\w.]*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")
 _BINARY = re.compile(r"[\x00-\x06\x0e-\x19\x1c-\x1f]")
 _STEP_NUMBER = re.compile(r"[ \t]*([0-9]+)(?![\w.])[ \t]*")
-_GOTO = re.compile(r"\bGOTO[ \t]+([0-9]+)", re.IGNORECASE)
+_GOTO = re.compile(r"\b(?:GOTO|THEN|GRASP\b[^;]*,)[ \t]*([0-9]+)", re.IGNORECASE)
 _DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
 
 
@@ -234,7 +234,7 @@ def _without_trailing_blanks(lines: list[Line]) -> list[Line]:
 def step_numbers(lines: Sequence[Line]) -> bool:
     """Whether the lines of a program carry the step numbers of a listing: 1, 2, 3, ..., on every line.
 
-    Numbers that a GOTO of the program names are labels.
+    Numbers that a GOTO of the program names are labels, or a THEN or a GRASP of VAL.
     """
     rest: list[str] = []
     for line in lines:

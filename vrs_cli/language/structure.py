@@ -11,7 +11,8 @@ from vrs_cli.errors import ControlStructure, DuplicateLabel, UndefinedLabel
 from vrs_cli.language import ast
 from vrs_cli.language.ast import Program, Span, Statement
 from vrs_cli.language.diagnostics import Diagnostic, error, warning
-from vrs_cli.language.instructions import LOOP_JUMPS
+from vrs_cli.language.instructions import INSTRUCTIONS, LOOP_JUMPS
+from vrs_cli.language.words import Shape
 
 
 class BlockKind(Enum):
@@ -22,6 +23,11 @@ class BlockKind(Enum):
     CASE = "CASE"
 
 
+LABELLED: Mapping[str, int] = {
+    row.name: len(row.arguments)
+    for row in INSTRUCTIONS.values()
+    if row.arguments and row.arguments[-1].shape is Shape.LABEL
+}  # instructions that may go to the label which is their last argument, and how many they have
 LOOPS = frozenset({BlockKind.WHILE, BlockKind.DO, BlockKind.FOR})
 
 
@@ -75,10 +81,20 @@ def _missing_labels(program: Program, labels: Mapping[int, int]) -> tuple[Diagno
     known = ", ".join(str(label) for label in sorted(labels)[:8])
     hint = f"the labels are {known}" if known else "a label is a number before a statement"
     return tuple(
-        error(UndefinedLabel, statement.span, str(statement.label), hint)
+        error(UndefinedLabel, step.statement.span, str(label), hint)
         for step in program.steps
-        if isinstance(statement := step.statement, ast.Goto | ast.IfGoto) and statement.label not in labels
+        if step.statement is not None and (label := label_of(step.statement)) is not None and label not in labels
     )
+
+
+def label_of(statement: Statement) -> int | None:
+    """The label that a statement may go to: GOTO, IF ... GOTO, and the instructions with one (IFSIG, GRASP)."""
+    if isinstance(statement, ast.Goto | ast.IfGoto):
+        return statement.label
+    if not isinstance(statement, ast.Instruction) or statement.word not in LABELLED:
+        return None
+    last = statement.arguments[-1] if len(statement.arguments) >= LABELLED[statement.word] else None
+    return int(last.value) if isinstance(last, ast.Number) else None
 
 
 @dataclass

@@ -6,7 +6,7 @@ A row says what a word takes, so that parsing, checking, help, completion and co
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 
@@ -23,6 +23,7 @@ class Shape(Enum):
     LOCATION_VARIABLE = "location to define"
     STRING_VARIABLE = "string variable"
     PROGRAM = "program"
+    PROGRAM_TEXT = "string that names a program, and its arguments"
     LABEL = "label"
     SIGNALS = "signal number"
     ITEM = "real, string or format code"
@@ -34,10 +35,13 @@ class Shape(Enum):
     WORD = "word"
     INSTRUCTION = "instruction"
     GROUP = "number in parentheses"
+    UNIT = "logical unit in parentheses, or a variable for its number"
     TASK = "task number, before the others and without a comma"
 
 
+COMMAS = frozenset({"BY", "="})  # leads that stand for a comma
 RAW_SHAPES = frozenset({Shape.FILE, Shape.WORD})  # read as they stand, up to a blank, a comma or an equals sign
+GROUPED = frozenset({Shape.GROUP, Shape.UNIT})  # these stand in one pair of parentheses before the others
 
 
 class Route(Enum):
@@ -50,16 +54,18 @@ class Route(Enum):
 
 
 class State(Enum):
-    """How far a word is carried out. PLANNED and REFUSED words are known, and refused by name."""
+    """Whether a word is carried out. REFUSED words are known, and refused by name with the reason."""
 
     SUPPORTED = "supported"
-    PLANNED = "not available yet"
     REFUSED = "not available"
 
 
 @dataclass(frozen=True)
 class Argument:
-    """A place in the form of a word. `lead`: the word before it (`STEP dt`); it then needs no comma."""
+    """A place in the form of a word. `lead`: the word before it (`STEP dt`); it then needs no comma.
+
+    The leads BY and = stand where other words have a comma, so that more arguments may follow them.
+    """
 
     name: str
     shape: Shape
@@ -93,7 +99,8 @@ class Word:
     @property
     def form(self) -> str:
         """`APPRO location, distance [AT t | IN dt]`."""
-        parts = (self.name, _arguments_form(self.arguments), *self._tail())
+        sort = "[REAL | DOUBLE | LOC]" if "SORT" in self.modifiers else ""
+        parts = (self.name, sort, _arguments_form(self.arguments), *self._tail())
         return " ".join(part for part in parts if part).replace(" :", ":")
 
     @property
@@ -115,7 +122,12 @@ class Word:
 
     @property
     def leads(self) -> frozenset[str]:
-        return frozenset(argument.lead for argument in self.arguments if argument.lead)
+        return frozenset(argument.lead for argument in self.arguments if argument.lead) - COMMAS
+
+    @property
+    def comma(self) -> str:
+        """BY or = where that stands for the first comma, or nothing."""
+        return next((argument.lead for argument in self.arguments if argument.lead in COMMAS), "")
 
     @property
     def raw(self) -> bool:
@@ -125,7 +137,7 @@ class Word:
     @property
     def grouped(self) -> int:
         """How many of its arguments stand in parentheses before the others."""
-        return sum(argument.shape is Shape.GROUP for argument in self.arguments)
+        return sum(argument.shape in GROUPED for argument in self.arguments)
 
     @property
     def tasked(self) -> bool:
@@ -141,17 +153,25 @@ _MODIFIER_FORMS = (("UNIT", "[MMPS | IPS | MONITOR]"), ("ALWAYS", "[ALWAYS]"), (
 
 
 def _argument_form(argument: Argument) -> str:
-    name = f"({argument.name})" if argument.shape is Shape.GROUP else argument.name
-    shown = f"{argument.lead} {name}".strip()
+    shown = f"{argument.lead} {argument.name}".strip()
     return f"{shown}, ..." if argument.repeated else shown
 
 
 def _arguments_form(arguments: tuple[Argument, ...]) -> str:
-    form = "".join(f"[{argument.name}] " for argument in arguments if argument.shape is Shape.TASK)
-    arguments = tuple(argument for argument in arguments if argument.shape is not Shape.TASK)
+    task = "".join(f"[{argument.name}] " for argument in arguments if argument.shape is Shape.TASK)
+    group = tuple(argument for argument in arguments if argument.shape in GROUPED)
+    others = tuple(argument for argument in arguments if argument.shape not in {*GROUPED, Shape.TASK})
+    in_front = f"({_list_form(group)})" if group else ""
+    if group and group[0].optional:
+        in_front = f"[({_list_form((replace(group[0], optional=False), *group[1:]))})]"
+    return task + " ".join(part for part in (in_front, _list_form(others)) if part)
+
+
+def _list_form(arguments: tuple[Argument, ...]) -> str:
+    form = ""
     for number, argument in enumerate(arguments):
         shown = _argument_form(argument)
-        before = "" if not number else " " if argument.lead or _after_group(arguments, number) else ", "
+        before = "" if not number else " " if argument.lead else ", "
         if not argument.optional:
             form += before + shown
         elif before == ", ":
@@ -161,13 +181,21 @@ def _arguments_form(arguments: tuple[Argument, ...]) -> str:
     return form
 
 
-def _after_group(arguments: tuple[Argument, ...], number: int) -> bool:
-    return arguments[number - 1].shape is Shape.GROUP and arguments[number].shape is not Shape.GROUP
+MODIFIER_WORDS: Mapping[str, tuple[str, ...]] = {
+    "AT": ("AT", "IN"),
+    "ALWAYS": ("ALWAYS",),
+    "UNIT": ("MMPS", "IPS", "MONITOR"),
+}
 
 
 def by_name(words: Iterable[Word]) -> Mapping[str, Word]:
     """A table of rows, each under its name."""
     return {word.name: word for word in words}
+
+
+def usable(*tables: Mapping[str, Word]) -> Iterable[str]:
+    """The names of the rows that are carried out: what a hint may propose."""
+    return (name for table in tables for name, row in table.items() if row.state is State.SUPPORTED)
 
 
 def abbreviated(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:

@@ -6,39 +6,46 @@ Lines and columns count from 1, as everywhere in the language (`Span`); the serv
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from enum import Enum
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
-from vrs_cli.errors import UsageError
+from vrs_cli.errors import InvalidName, UsageError
 from vrs_cli.interfaces.help import page
-from vrs_cli.interfaces.inspection import inspect
+from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language import ast
+from vrs_cli.language.analyzer import DEFINING, argument_at, is_reserved
 from vrs_cli.language.ast import NAME_LENGTH, Kind, Program, Section, Span, Statement
-from vrs_cli.language.diagnostics import Diagnostic, Severity
+from vrs_cli.language.diagnostics import Diagnostic
+from vrs_cli.language.formatting import formatted
 from vrs_cli.language.instructions import INSTRUCTIONS
-from vrs_cli.language.parser import parse_file
-from vrs_cli.language.printer import print_file, statement_text
-from vrs_cli.language.source import END, PROGRAM, SECTIONS, lines_of
+from vrs_cli.language.lexer import LABEL_HIGH
+from vrs_cli.language.parts import Part, Placed, programs_of
+from vrs_cli.language.printer import statement_text
+from vrs_cli.language.source import PROGRAM, SECTIONS
+from vrs_cli.language.structure import structure_of
 from vrs_cli.language.words import Shape
+from vrs_cli.lsp.occurrences import (
+    Occurrence,
+    SymbolKind,
+    blanked,
+    heading_span,
+    key_of_name,
+    label_span,
+    locals_of,
+    occurrences,
+)
+from vrs_cli.lsp.signature import Signature, signature
 from vrs_cli.repl.complete import Names, Suggestion, suggestions
 
 _WORD = re.compile(r"[#$]?[A-Za-z][\w.]*|\d+")
 _GOTO = re.compile(r"\bGOTO\s+\d*$", re.IGNORECASE)
-_LABEL = re.compile(r"\s*(\d+)(?![\w.])")
-_QUOTED_OR_COMMENT = re.compile(r'"[^"]*"?|;.*')
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.]*")
 _KINDS = {"#": Kind.PRECISION, "$": Kind.STRING}
 _SECTION_KINDS = {".LOCATIONS": Kind.LOCATION, ".REALS": Kind.REAL, ".STRINGS": Kind.STRING}
-
-
-class SymbolKind(Enum):
-    PROGRAM = "program"
-    SECTION = "section"
-    LABEL = "label"
-    VARIABLE = "variable"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,71 +68,110 @@ class Meaning:
     span: Span
 
 
-@dataclass(frozen=True)
-class _Part:
-    """A program or a section with the lines from its heading to its `.END`."""
-
-    node: Program | Section
-    first: int
-    last: int
-
-
 class Document:
-    """A text, read once. `model`: the robot whose reach is checked."""
+    """A text, read once. `model`: the robot whose reach is checked; `inspector`: who has read the version before it."""
 
-    def __init__(self, text: str, model: RobotModel) -> None:
+    def __init__(self, text: str, model: RobotModel, inspector: Inspector | None = None) -> None:
         self.text = text
-        self._model = model
-        self._source = lines_of(text)
-        self.lines = [line.text for line in self._source]
+        self._inspector = inspector or Inspector(model)
+        self._parts = self._inspector.read(text)
+        self.lines = [line for placed in self._parts for line in placed.part.lines]
 
     # --- what is wrong ---
 
     @cached_property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """What `vrs check` finds."""
-        return inspect(self.text, self._model)
+        return self._inspector.inspect(self._parts)
 
     def formatted(self) -> str | None:
-        """The canonical text; None where lines cannot be read: nothing of them may be lost."""
-        file, found = self._read
-        return None if any(one.severity is Severity.ERROR for one in found) else print_file(file)
+        """The canonical text; None where lines cannot be read or blocks have no end."""
+        text = formatted(self.text)
+        return text if isinstance(text, str) else None
 
     # --- what is where ---
 
-    @cached_property
-    def _read(self) -> tuple[ast.File, tuple[Diagnostic, ...]]:
-        return parse_file(self.text)
+    def _programs(self) -> Iterator[tuple[Placed, Program]]:
+        return programs_of(self._parts)
 
-    @cached_property
-    def _parts(self) -> tuple[_Part, ...]:
-        nodes = [part for part in self._read[0].parts if isinstance(part, Program | Section)]
-        return tuple(_Part(node, node.span.line, self._last_line(node.span.line)) for node in nodes)
+    def _sections(self) -> Iterator[tuple[Placed, Section]]:
+        return ((placed, node) for placed in self._parts if isinstance(node := placed.part.node, Section))
 
-    def _last_line(self, first: int) -> int:
-        """The `.END` of a part; the line before the next heading, or the last one, where that is missing."""
-        for index in range(first, len(self._source)):
-            directive = self._source[index].directive
-            if directive == END:
-                return index + 1
-            if directive == PROGRAM or directive in SECTIONS:
-                return index
-        return len(self._source)
-
-    def _programs(self) -> Iterator[Program]:
-        return (part.node for part in self._parts if isinstance(part.node, Program))
-
-    def _sections(self) -> Iterator[Section]:
-        return (part.node for part in self._parts if isinstance(part.node, Section))
+    def _at(self, line: int) -> Placed | None:
+        """The part of a line, up to its `.END`."""
+        return next((one for one in self._parts if one.above < line <= one.above + one.part.last), None)
 
     def _program_at(self, line: int) -> Program | None:
-        nodes = (part.node for part in self._parts if part.first <= line <= part.last)
-        return next((node for node in nodes if isinstance(node, Program)), None)
+        placed = self._at(line)
+        return placed.part.node if placed is not None and isinstance(placed.part.node, Program) else None
 
     @cached_property
     def symbols(self) -> tuple[Symbol, ...]:
         """Programs with their labels, sections with their variables."""
-        return tuple(_symbol(part, self.lines) for part in self._parts)
+        return tuple(_symbol(placed, placed.part.node) for placed in self._parts if placed.part.node is not None)
+
+    @cached_property
+    def folds(self) -> tuple[tuple[int, int], ...]:
+        """First and last line of what can be folded: programs, sections, and the branches of blocks."""
+        found: list[tuple[int, int]] = []
+        for placed in self._parts:
+            if placed.part.node is not None:
+                found += ((placed.above + first, placed.above + last) for first, last in _folds(placed.part))
+        return tuple(sorted(found))
+
+    # --- names and where they stand ---
+
+    def occurrence(self, line: int, column: int) -> Occurrence | None:
+        """The name at or right before a place; its span is one of the file."""
+        placed = self._at(line)
+        if placed is None:
+            return None
+        at = line - placed.above
+        for one in self._occurrences(placed.part):
+            if one.span.line == at and one.span.column <= column <= one.span.end:
+                return replace(one, span=placed.span(one.span))
+        return None
+
+    def references(self, line: int, column: int) -> tuple[Span, ...]:
+        """All places of the name there: a label's and a local variable's in its program, others in the whole file."""
+        asked, here = self.occurrence(line, column), self._at(line)
+        if asked is None or here is None:
+            return ()
+        return tuple(
+            placed.span(one.span)
+            for placed in self._scope(asked, here)
+            for one in self._occurrences(placed.part)
+            if (one.kind, one.key) == (asked.kind, asked.key)
+        )
+
+    def renamed(self, line: int, column: int, name: str) -> tuple[str, tuple[Span, ...]]:
+        """The new name as it is written, and where. Raises UsageError, InvalidName."""
+        asked, here = self.occurrence(line, column), self._at(line)
+        if asked is None or here is None:
+            raise UsageError("there is nothing to rename", "programs, labels and variables have names")
+        new = new_name(asked, name)
+        key = key_of_name(new)
+        taken = (one for placed in self._scope(asked, here) for one in self._occurrences(placed.part))
+        if key != asked.key and any((one.kind, one.key) == (asked.kind, key) for one in taken):
+            raise UsageError(f"{new} is there already", "another name")
+        return new, self.references(line, column)
+
+    def _scope(self, asked: Occurrence, here: Placed) -> tuple[Placed, ...]:
+        """The parts in which the name means the same."""
+        if asked.kind is SymbolKind.LABEL or asked.key in locals_of(here.part):
+            return (here,)
+        if asked.kind is SymbolKind.PROGRAM:
+            return self._parts
+        return tuple(placed for placed in self._parts if asked.key not in locals_of(placed.part))
+
+    def _occurrences(self, part: Part) -> tuple[Occurrence, ...]:
+        if part not in self._found:
+            self._found[part] = occurrences(part)
+        return self._found[part]
+
+    @cached_property
+    def _found(self) -> dict[Part, tuple[Occurrence, ...]]:
+        return {}
 
     # --- what could come next ---
 
@@ -135,9 +181,16 @@ class Document:
         program = self._program_at(line)
         if program is None:
             return _headings(before)
-        if _GOTO.search(_blanked(before)):
+        if _GOTO.search(blanked(before)):
             return list(_labels(program, before))
         return suggestions(before, self._names, in_program=True)
+
+    def signature(self, line: int, column: int) -> Signature | None:
+        """What is being typed takes which arguments; None outside of programs."""
+        if self._program_at(line) is None:
+            return None
+        before = self.lines[line - 1][: column - 1]
+        return signature(before, {program.key: program for _, program in self._programs()})
 
     @cached_property
     def _names(self) -> Names:
@@ -145,7 +198,7 @@ class Document:
         for kind, name, note in self._defined():
             variables[kind].setdefault(name, note)
         return Names(
-            programs={program.name: _signature(program) for program in self._programs()},
+            programs={program.name: _signature(program) for _, program in self._programs()},
             variables=variables,
             switches={row.name: row.summary for row in SWITCHES.values()},
             parameters={row.name: row.summary for row in PARAMETERS.values()},
@@ -153,11 +206,11 @@ class Document:
 
     def _defined(self) -> Iterator[tuple[Kind, str, str]]:
         """Every name that the file gives a value, with its kind and where."""
-        for section in self._sections():
+        for _, section in self._sections():
             for entry in section.entries:
                 kind = _KINDS.get(entry.variable.sigil, _SECTION_KINDS[section.name])
                 yield kind, entry.variable.sigil + entry.variable.name, section.name
-        for program in self._programs():
+        for _, program in self._programs():
             for variable, statement in _definitions(program):
                 kind = _KINDS.get(variable.sigil) or _bare_kind(statement)
                 yield kind, variable.sigil + variable.name, program.name
@@ -182,17 +235,17 @@ class Document:
             return None
         text, _ = word
         if text[0].isdigit():
-            return self._label(text, line, column)
-        if self._is_called(line, column):
-            program = self._program_named(text)
-            return None if program is None else self._heading(program)
+            return self._label(line, column)
+        asked = self.occurrence(line, column)
+        if asked is not None and asked.kind is SymbolKind.PROGRAM:
+            return self._called(text)
         return self._variable(text, line) or self._called(text)
 
     def _word(self, line: int, column: int) -> tuple[str, Span] | None:
         """The word at or right before a place, outside texts and comments."""
         if not 1 <= line <= len(self.lines):
             return None
-        for found in _WORD.finditer(_blanked(self.lines[line - 1])):
+        for found in _WORD.finditer(blanked(self.lines[line - 1])):
             if found.start() < column <= found.end() + 1:
                 return found[0], Span(line, found.start() + 1, found.end() + 1)
         return None
@@ -202,84 +255,85 @@ class Document:
         if span is not None:
             shown = self.lines[span.line - 1].strip()
             return f"```val2\n{shown}\n```\n`{word}` is first given a value in line {span.line}"
-        program = self._program_named(word)
-        if program is None:
+        found = self._program_named(word)
+        if found is None:
             return ""
+        program = found[1]
         comment = f"\n\n{program.comment.strip()}" if program.comment else ""
         return f"```val2\n.PROGRAM {_signature(program)}\n```{comment}"
 
-    def _program_named(self, name: str) -> Program | None:
-        key = name.lower()[:NAME_LENGTH]
-        return next((program for program in self._programs() if program.key == key), None)
+    def _program_named(self, name: str) -> tuple[Placed, Program] | None:
+        key = key_of_name(name)
+        return next(((placed, program) for placed, program in self._programs() if program.key == key), None)
 
     def _called(self, name: str) -> Span | None:
-        program = self._program_named(name)
-        return None if program is None else self._heading(program)
+        found = self._program_named(name)
+        return None if found is None else found[0].span(heading_span(found[0].part, found[1].name))
 
-    def _heading(self, program: Program) -> Span:
-        return _name_span(program.span.line, program.name, self.lines)
-
-    def _is_called(self, line: int, column: int) -> bool:
-        """Whether a place is on the program that an instruction names."""
-        statement = self._statement(line)
-        row = INSTRUCTIONS.get(statement.word) if isinstance(statement, ast.Instruction) else None
-        if row is None or not isinstance(statement, ast.Instruction):
-            return False
-        pairs = zip(row.arguments, statement.arguments, strict=False)
-        programs = (given for argument, given in pairs if argument.shape is Shape.PROGRAM and given is not None)
-        return any(
-            given.span.column <= column <= given.span.column + len(getattr(given, "name", "")) for given in programs
-        )
-
-    def _statement(self, line: int) -> Statement | None:
-        program = self._program_at(line)
-        steps = program.steps if program is not None else ()
-        return next((step.statement for step in steps if step.span.line == line), None)
-
-    def _label(self, text: str, line: int, column: int) -> Span | None:
+    def _label(self, line: int, column: int) -> Span | None:
         """The step of the label that a GOTO names."""
-        program = self._program_at(line)
-        if program is None or not _GOTO.search(_blanked(self.lines[line - 1])[: column - 1].rstrip("0123456789") + " "):
+        placed, asked = self._at(line), self.occurrence(line, column)
+        if placed is None or asked is None or asked.kind is not SymbolKind.LABEL:
             return None
-        number = int(text)
-        return next((_label_span(step, self.lines) for step in program.steps if step.label == number), None)
+        steps = placed.part.node.steps if isinstance(placed.part.node, Program) else ()
+        labelled = (step for step in steps if str(step.label) == asked.key)
+        return next((placed.span(label_span(placed.part, step)) for step in labelled), None)
 
     def _variable(self, name: str, line: int) -> Span | None:
         """A parameter of the program round the place; a section's entry; the first assignment here, then elsewhere."""
         sigil = name[0] if name[0] in _KINDS else ""
-        key = sigil + name[len(sigil) :].lower()[:NAME_LENGTH]
-        here = self._program_at(line)
-        if here is not None:
-            for parameter in here.parameters:
+        key = sigil + key_of_name(name[len(sigil) :])
+        here = self._at(line)
+        if here is not None and isinstance(here.part.node, Program):
+            for parameter in here.part.node.parameters:
                 if parameter.key == key:
-                    return parameter.span
-        for section in self._sections():
+                    return here.span(parameter.span)
+        for placed, section in self._sections():
             for entry in section.entries:
                 if entry.variable.key == key:
-                    return entry.variable.span
-        programs = sorted(self._programs(), key=lambda program: program is not here)
-        found = (variable.span for program in programs for variable, _ in _definitions(program) if variable.key == key)
-        return next(found, None)
+                    return placed.span(entry.variable.span)
+        programs = sorted(self._programs(), key=lambda one: one[0] is not here)
+        return next(
+            (
+                placed.span(variable.span)
+                for placed, program in programs
+                for variable, _ in _definitions(program)
+                if variable.key == key
+            ),
+            None,
+        )
 
 
 # --- symbols -------------------------------------------------------------------------------------------------------
 
 
-def _symbol(part: _Part, lines: Sequence[str]) -> Symbol:
-    node = part.node
+def _symbol(placed: Placed, node: Program | Section) -> Symbol:
+    part, last = placed.part, placed.above + placed.part.last
     if isinstance(node, Section):
+        spans = ((entry, placed.span(entry.span)) for entry in node.entries)
         entries = tuple(
-            Symbol(_entry_name(entry.variable), SymbolKind.VARIABLE, entry.span, entry.span.line)
-            for entry in node.entries
+            Symbol(_entry_name(entry.variable), SymbolKind.VARIABLE, span, span.line) for entry, span in spans
         )
-        return Symbol(node.name, SymbolKind.SECTION, _name_span(part.first, node.name, lines), part.last, "", entries)
+        heading = placed.span(heading_span(part, node.name))
+        return Symbol(node.name, SymbolKind.SECTION, heading, last, "", entries)
+    labelled = ((step, placed.span(label_span(part, step))) for step in node.steps if step.label is not None)
     labels = tuple(
-        Symbol(str(step.label), SymbolKind.LABEL, _label_span(step, lines), step.span.line, _step_text(step))
-        for step in node.steps
-        if step.label is not None
+        Symbol(str(step.label), SymbolKind.LABEL, span, span.line, _step_text(step)) for step, span in labelled
     )
-    span = _name_span(part.first, node.name, lines)
-    return Symbol(node.name, SymbolKind.PROGRAM, span, part.last, _signature(node), labels)
+    heading = placed.span(heading_span(part, node.name))
+    return Symbol(node.name, SymbolKind.PROGRAM, heading, last, _signature(node), labels)
+
+
+def _folds(part: Part) -> Iterator[tuple[int, int]]:
+    """Lines of the part; the line that ends a block stays to be seen."""
+    if part.last > 2:
+        yield 1, part.last - 1
+    if isinstance(part.node, Program):
+        for block in structure_of(part.node).blocks:
+            marks = (block.opener, *block.middles, block.closer)
+            for first, after in pairwise(part.node.steps[mark].span.line for mark in marks):
+                if after - first > 1:
+                    yield first, after - 1
 
 
 def _entry_name(variable: ast.Variable) -> str:
@@ -291,29 +345,12 @@ def _step_text(step: ast.Step) -> str:
     return "" if step.statement is None else statement_text(step.statement)
 
 
-def _name_span(line: int, name: str, lines: Sequence[str]) -> Span:
-    """A name in its heading; the search begins behind the directive unless that is the name."""
-    text = lines[line - 1]
-    after = 0 if name.startswith(".") else len(PROGRAM) + text.upper().find(PROGRAM)
-    at = max(text.lower().find(name.lower(), after), 0)
-    return Span(line, at + 1, at + 1 + len(name))
-
-
-def _label_span(step: ast.Step, lines: Sequence[str]) -> Span:
-    text = lines[step.span.line - 1]
-    spans = [found.span() for found in re.finditer(r"\d+", text) if int(found[0]) == step.label]
-    start, end = spans[0] if spans else (0, 1)
-    return Span(step.span.line, start + 1, end + 1)
-
-
 def _signature(program: Program) -> str:
     parameters = ", ".join(f"{parameter.sigil}{parameter.name}" for parameter in program.parameters)
     return f"{program.name}({parameters})"
 
 
 # --- definitions ---------------------------------------------------------------------------------------------------
-
-_DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE})
 
 
 def _definitions(program: Program) -> Iterator[tuple[ast.Variable, Statement]]:
@@ -330,8 +367,9 @@ def _definitions(program: Program) -> Iterator[tuple[ast.Variable, Statement]]:
 
 def _defined_by(statement: ast.Instruction) -> Iterator[ast.Variable]:
     row = INSTRUCTIONS.get(statement.word)
-    for argument, given in zip(row.arguments if row is not None else (), statement.arguments, strict=False):
-        if argument.shape in _DEFINING:
+    for place, given in enumerate(statement.arguments):
+        argument = argument_at(row, place) if row is not None else None
+        if argument is not None and argument.shape in DEFINING:
             last = given.right if isinstance(given, ast.Binary) else given  # HERE a:b defines b
             if isinstance(last, ast.Variable):
                 yield last
@@ -347,9 +385,19 @@ def _bare_kind(statement: Statement) -> Kind:
 # --- texts ---------------------------------------------------------------------------------------------------------
 
 
-def _blanked(line: str) -> str:
-    """The line with blanks for texts and comments, every column where it was."""
-    return _QUOTED_OR_COMMENT.sub(lambda found: " " * len(found[0]), line)
+def new_name(asked: Occurrence, name: str) -> str:
+    """A name as it can stand in place of another. Raises InvalidName."""
+    if asked.kind is SymbolKind.LABEL:
+        if not name.isascii() or not name.isdigit() or int(name) > LABEL_HIGH:
+            raise InvalidName(name, f"a label is a number from 0 to {LABEL_HIGH}")
+        return str(int(name))
+    sigil = asked.key[0] if asked.key[0] in _KINDS else ""
+    bare = name.removeprefix(sigil)
+    if not _NAME.fullmatch(bare) or len(bare) > NAME_LENGTH:
+        raise InvalidName(name, f"a letter, then letters, digits, . and _; at most {NAME_LENGTH} characters")
+    if not sigil and is_reserved(bare):
+        raise InvalidName(name, f"{bare.upper()} is a word of the language")
+    return sigil + bare
 
 
 def _labels(program: Program, before: str) -> Iterator[Suggestion]:

@@ -11,16 +11,20 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from lsprotocol import types as lsp
+from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 
 from vrs_cli import __version__
+from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.ast import Span
 from vrs_cli.language.diagnostics import Diagnostic, Severity
-from vrs_cli.lsp.document import Document, Symbol, SymbolKind
+from vrs_cli.lsp.document import Document, Symbol
+from vrs_cli.lsp.occurrences import SymbolKind
 from vrs_cli.repl.complete import Suggestion
 
-PAUSE = 0.15  # [s] without a keystroke before a text is checked: no faster than one types
+PAUSE = 0.05  # [s] without a keystroke before a text is checked: a burst of keys is checked once
 
 _SEVERITIES: Mapping[Severity, lsp.DiagnosticSeverity] = {
     Severity.ERROR: lsp.DiagnosticSeverity.Error,
@@ -41,6 +45,7 @@ class Val2Server(LanguageServer):
         super().__init__("vrs", __version__)
         self._model = model
         self._read: dict[str, Document] = {}
+        self._inspectors: dict[str, Inspector] = {}
         self._waiting: dict[str, asyncio.TimerHandle] = {}
 
     def document(self, uri: str) -> Document:
@@ -48,7 +53,8 @@ class Val2Server(LanguageServer):
         source = self.workspace.get_text_document(uri).source
         known = self._read.get(uri)
         if known is None or known.text != source:
-            known = self._read[uri] = Document(source, self._model)
+            inspector = self._inspectors.setdefault(uri, Inspector(self._model))
+            known = self._read[uri] = Document(source, self._model, inspector)
         return known
 
     # --- places ---
@@ -102,6 +108,7 @@ class Val2Server(LanguageServer):
         """The editor has the text open no more."""
         self.forget(uri)
         self._read.pop(uri, None)
+        self._inspectors.pop(uri, None)
         self.publish(uri, [])
 
     def _diagnostic(self, uri: str, one: Diagnostic) -> lsp.Diagnostic:
@@ -128,6 +135,8 @@ def server(model: RobotModel) -> Val2Server:
         made.feature(name)(feature)
     triggers = lsp.CompletionOptions(trigger_characters=[" ", ".", "$", "#"])
     made.feature(lsp.TEXT_DOCUMENT_COMPLETION, triggers)(_completion)
+    made.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))(_rename)
+    made.feature(lsp.TEXT_DOCUMENT_SIGNATURE_HELP, lsp.SignatureHelpOptions([" ", ",", "("]))(_signature)
     return made
 
 
@@ -191,6 +200,50 @@ def _symbols(server: Val2Server, params: lsp.DocumentSymbolParams) -> Sequence[l
     return [server.symbol(uri, one) for one in server.document(uri).symbols]
 
 
+def _references(server: Val2Server, params: lsp.ReferenceParams) -> Sequence[lsp.Location]:
+    uri = params.text_document.uri
+    place = server.place(uri, params.position)
+    document = server.document(uri)
+    defined = None if params.context.include_declaration else document.definition(*place)
+    spans = (span for span in document.references(*place) if defined is None or not _same_place(span, defined))
+    return [lsp.Location(uri, server.range(uri, span)) for span in spans]
+
+
+def _same_place(span: Span, other: Span) -> bool:
+    return (span.line, span.column) == (other.line, other.column)
+
+
+def _prepare_rename(server: Val2Server, params: lsp.PrepareRenameParams) -> lsp.Range | None:
+    uri = params.text_document.uri
+    found = server.document(uri).occurrence(*server.place(uri, params.position))
+    return None if found is None else server.range(uri, found.span)
+
+
+def _rename(server: Val2Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
+    """Raises JsonRpcInvalidParams, whose message the editor shows, for a name that cannot be taken."""
+    uri = params.text_document.uri
+    try:
+        name, spans = server.document(uri).renamed(*server.place(uri, params.position), params.new_name)
+    except VrsError as refused:
+        raise JsonRpcInvalidParams(str(refused)) from None
+    return lsp.WorkspaceEdit({uri: [lsp.TextEdit(server.range(uri, span), name) for span in spans]})
+
+
+def _folding(server: Val2Server, params: lsp.FoldingRangeParams) -> Sequence[lsp.FoldingRange]:
+    folds = server.document(params.text_document.uri).folds
+    return [lsp.FoldingRange(first - 1, last - 1) for first, last in folds]
+
+
+def _signature(server: Val2Server, params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
+    uri = params.text_document.uri
+    found = server.document(uri).signature(*server.place(uri, params.position))
+    if found is None:
+        return None
+    parameters = [lsp.ParameterInformation(place) for place in found.arguments]
+    shown = lsp.SignatureInformation(found.form, found.summary, parameters)
+    return lsp.SignatureHelp([shown], active_signature=0, active_parameter=found.active)
+
+
 _FEATURES: Mapping[str, Callable[[Val2Server, Any], Any]] = {
     lsp.TEXT_DOCUMENT_DID_OPEN: _opened,
     lsp.TEXT_DOCUMENT_DID_CHANGE: _changed,
@@ -199,4 +252,7 @@ _FEATURES: Mapping[str, Callable[[Val2Server, Any], Any]] = {
     lsp.TEXT_DOCUMENT_DEFINITION: _definition,
     lsp.TEXT_DOCUMENT_FORMATTING: _formatting,
     lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: _symbols,
+    lsp.TEXT_DOCUMENT_REFERENCES: _references,
+    lsp.TEXT_DOCUMENT_PREPARE_RENAME: _prepare_rename,
+    lsp.TEXT_DOCUMENT_FOLDING_RANGE: _folding,
 }

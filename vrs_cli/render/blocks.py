@@ -31,13 +31,15 @@ def line(text: str = "", role: Role = Role.TEXT) -> Line:
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """`width`: at least so many characters. `fold`: long text goes on below itself (the last column of a grid only)."""
+    """`width`: at least so many characters. Where the grid is too wide, one column gives way: with `fold` its long text
+    goes on below itself, with `cut` it is cut."""
 
     heading: str
     role: Role = Role.TEXT
     right: bool = False
     width: int = 0
     fold: bool = False
+    cut: bool = False
 
 
 def number_column(heading: str, width: int = 10) -> Column:
@@ -59,9 +61,9 @@ class Grid:
     keys: int = 0
 
     def widths(self) -> tuple[int, ...]:
-        """The characters that each column needs."""
+        """The characters that each column needs; numbers of a tight grid keep a blank before them."""
         return tuple(
-            max(column.width, len(column.heading), *(len(row[i]) for row in self.rows), 0)
+            max(column.width, len(column.heading), *(self.tight * column.right + len(row[i]) for row in self.rows), 0)
             for i, column in enumerate(self.columns)
         )
 
@@ -89,8 +91,12 @@ def split(grid: Grid, width: int | None) -> tuple[Grid, ...]:
     widths = grid.widths()
     if width is None or sum(widths) + gap * (len(widths) - 1) <= width:
         return (grid,)
-    if grid.columns[-1].fold:
-        return (_folded(grid, max(width - sum(widths[:-1]) - gap * (len(widths) - 1), LEAST_FOLD)),)
+    for i, column in enumerate(grid.columns):
+        room = width - (sum(widths) - widths[i]) - gap * (len(widths) - 1)
+        if column.fold:
+            return (_folded(grid, i, max(room, LEAST_FOLD)),)
+        if column.cut and room >= LEAST_FOLD:
+            return (_shortened(grid, i, room),)
     parts: list[list[int]] = []
     keys = list(range(grid.keys))
     room = 0
@@ -103,14 +109,24 @@ def split(grid: Grid, width: int | None) -> tuple[Grid, ...]:
     return tuple(_columns(grid, part) for part in parts)
 
 
-def _folded(grid: Grid, room: int) -> Grid:
-    """The grid with its last column broken at blanks to fit into `room`."""
+def _folded(grid: Grid, i: int, room: int) -> Grid:
+    """The grid with its column `i` broken at blanks to fit into `room`."""
     rows: list[tuple[str, ...]] = []
-    for *cells, text in grid.rows:
-        first, *others = wrap(text, room) or [""]
-        rows.append((*cells, first))
-        rows += [(*("" for _ in cells), other) for other in others]
+    for cells in grid.rows:
+        first, *others = wrap(cells[i], room) or [""]
+        rows.append((*cells[:i], first, *cells[i + 1 :]))
+        rows += [tuple(other if k == i else "" for k in range(len(cells))) for other in others]
     return replace(grid, rows=tuple(rows))
+
+
+def _shortened(grid: Grid, i: int, room: int) -> Grid:
+    """The grid with its column `i` cut to fit into `room`."""
+    return replace(grid, rows=tuple((*cells[:i], shortened(cells[i], room), *cells[i + 1 :]) for cells in grid.rows))
+
+
+def shortened(text: str, room: int) -> str:
+    """A text that is too long ends in three dots."""
+    return text if len(text) <= room else f"{text[: room - 3]}..."
 
 
 def _columns(grid: Grid, chosen: list[int]) -> Grid:

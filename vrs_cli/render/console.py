@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vrs_cli.render.blocks import Block, Grid, Line, Page, grid_lines, split
+from vrs_cli.render.control import visible
 from vrs_cli.render.layout import blocks
 from vrs_cli.render.roles import Role, rich_style
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.replies import Reply
 
 ROWS = 200  # of a table that grows with time: more than anyone reads on a terminal
-RULES = 2  # characters that the rules add at each side of a column
+RULES = 1  # characters that the rules add between two columns
 
 
 class TerminalRenderer:
@@ -39,10 +40,6 @@ class TerminalRenderer:
             for renderable in _renderables(block, page):
                 self.console.print(renderable)
 
-    def write(self, text: str) -> None:
-        """Text as it is: what a program TYPEs."""
-        self.console.out(text, highlight=False, end="")
-
 
 def _renderables(block: Block, page: Page) -> Iterator[Text | Table]:
     if isinstance(block, Line):
@@ -58,15 +55,15 @@ def _renderables(block: Block, page: Page) -> Iterator[Text | Table]:
 
 def rich_text(line: Line) -> Text:
     """A line with its colours."""
-    return Text.assemble(*((text, rich_style(role)) for text, role in line.pieces))
+    return Text.assemble(*((visible(text), rich_style(role)) for text, role in line.pieces))
 
 
 def _table(grid: Grid) -> Table:
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, header_style=rich_style(Role.HEADING))
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style=rich_style(Role.HEADING))
     for column in grid.columns:
         table.add_column(
             column.heading, justify="right" if column.right else "left", style=rich_style(column.role), no_wrap=True
         )
     for row in grid.rows:
-        table.add_row(*map(Text, row))
+        table.add_row(*(Text(visible(cell)) for cell in row))
     return table

@@ -90,13 +90,13 @@ def _figures(headings: tuple[str, ...], values: tuple[float, ...]) -> Grid:
 
 def _whereabouts_table(reply: replies.WhereaboutsTable, _page: Page) -> Iterator[Block]:
     joints = len(reply.positions[0].joints) if reply.positions else 0
-    headings = ("t", *POSE, *(f"JT{i}" for i in range(1, joints + 1)), "Hand")
+    headings = ("t", *POSE, "Hand", *(f"JT{i}" for i in range(1, joints + 1)))
     rows = tuple(tuple(map(fixed, _row(position))) for position in reply.positions)
     yield Grid(tuple(number_column(heading) for heading in headings), rows, tight=True, keys=1)
 
 
 def _row(position: Position) -> tuple[float, ...]:
-    return (position.time, *numbers_of(position.T_world_tool), *numbers_of(position.joints), position.hand)
+    return (position.time, *numbers_of(position.T_world_tool), position.hand, *numbers_of(position.joints))
 
 
 def _locations(reply: replies.LocationTable, _page: Page) -> Iterator[Block]:
@@ -193,6 +193,7 @@ def _status(reply: replies.StatusReport, _page: Page) -> Iterator[Block]:
         ("Configuration", str(reply.configuration)),
         ("Monitor speed", f"{fixed(reply.monitor_speed, 0)} %"),
         ("Program speed", reply.program_speed),
+        *((("Next motion", ", ".join(reply.next_motion)),) if reply.next_motion else ()),
         ("Clock", seconds(reply.clock)),
         ("Timeline ends", seconds(reply.end)),
         *(_progress(reply.progress) if reply.progress else (("Program", "none was run yet"),)),
@@ -322,7 +323,7 @@ def _moving(timeline: Timeline) -> Iterator[Segment]:
 def _command_grid(commands: Iterable[CommandRecord]) -> Grid:
     columns = (
         Column("No.", Role.NUMBER, right=True, width=3),
-        Column("Command", Role.INSTRUCTION, width=NAME_COLUMN),
+        Column("Command", Role.INSTRUCTION, width=NAME_COLUMN, fold=True),
         *(Column(heading, Role.NUMBER, right=True, width=8) for heading in ("t_iss", "t_exec", "t_end")),
     )
     rows = tuple(
@@ -344,7 +345,7 @@ def _segment_grid(segments: Iterable[Segment]) -> Grid:
         *(Column(heading, Role.NUMBER, right=True, width=8) for heading in ("t_s", "t_f")),
         Column("Phase", width=10),
         Column("Space", width=8),
-        Column("Command", Role.INSTRUCTION),
+        Column("Command", Role.INSTRUCTION, cut=True),
     )
     rows = tuple(
         (

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 from vrs_cli.interfaces.jogging import AXIS_WORDS
@@ -52,6 +52,7 @@ _PREFIX = re.compile(r"[#$]?[A-Za-z][\w.]*$|[#$.]$|\.[A-Za-z]+$")
 _OPERAND_BEFORE = re.compile(r"([\w.]+|[\])\"])\s+$")
 _LABEL = re.compile(r"^\s*\d+\s+")
 _FIRST = re.compile(r"\s*(\.?[A-Za-z][\w.]*)")
+_GROUP = re.compile(r"\s*\([^()]*\)(?=\s)")
 _TARGET = re.compile(r"\s*(?:[#$]?[A-Za-z][\w.]*)\s*(?:\[[^\]]*\]\s*)?=(?!=)")
 _QUOTED = re.compile(r'"[^"]*"')
 _BY = re.compile(r"\bBY\b", re.IGNORECASE)
@@ -285,7 +286,15 @@ def _candidates(line: str, prefix: str, names: Names, in_program: bool) -> Candi
         return ()
     if word.name == "DO" and not in_program:
         return _candidates(rest.lstrip(), prefix, names, True)
-    return _inside(word, Place(rest, prefix), names)
+    return _inside(*_past_group(word, rest, prefix), names)
+
+
+def _past_group(word: Word, rest: str, prefix: str) -> tuple[Word, Place]:
+    """READ and its like behind their (closed) parenthesis: a word without one, and what follows."""
+    group = _GROUP.match(rest) if word.grouped else None
+    if group is None:
+        return word, Place(rest, prefix)
+    return replace(word, arguments=word.arguments[word.grouped :]), Place(rest[group.end() :], prefix)
 
 
 def _beginnings(names: Names, in_program: bool) -> Candidates:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import ProgramExists, VrsError
-from vrs_cli.interfaces.monitor import Dialogue, load, report
+from vrs_cli.interfaces.monitor import load, may_replace, report
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone
-from vrs_cli.language.environment import key_of
+from vrs_cli.interfaces.session import Dialogue
 from vrs_cli.repl.entry import Entry, closes_entry, opens_entry
 from vrs_cli.repl.mishap import internal_error
 
@@ -32,9 +32,12 @@ class Conversation:
     # --- lines ---
 
     def take(self, text: str) -> None:
-        """One line, or several that were pasted together."""
+        """One line, or several that were pasted together; Ctrl-C in one of them forgets those after it."""
+        self.session.interrupted = False
         for line in text.splitlines() or [""]:
             self._guarded(partial(self._line, line), line)
+            if self.session.interrupted:
+                break
         if self._refused and isinstance(self.session.terminal, Dialogue):
             self.entry, self._refused = None, False  # somebody is there, and knows that it was refused
 
@@ -46,7 +49,8 @@ class Conversation:
         except VrsError as error:
             terminal.show(refusal(error, line))
         except KeyboardInterrupt:
-            terminal.show(Message("interrupted"))
+            self.session.interrupted = True
+            terminal.show(Message("interrupted", Tone.ERROR))
         except BrokenPipeError:
             raise  # whoever read us has gone
         except Exception as error:
@@ -68,15 +72,9 @@ class Conversation:
         """`.PROGRAM`: the lines after it are its steps, also when it is refused (they are dropped then)."""
         self.entry, self._refused = Entry(header), True
         name = _named(header)
-        if name and not self._may_replace(name):
+        if name and not may_replace(self.session, name):
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
         self._refused = False
-
-    def _may_replace(self, name: str) -> bool:
-        session = self.session
-        if key_of(name) in session.environment.programs and session.engine.parameters.switch("INTERACTIVE"):
-            return session.terminal.confirm(f"Program {name} exists. Replace it (Y/N)?")
-        return True
 
     def _step(self, entry: Entry, line: str) -> None:
         if not closes_entry(line):
@@ -94,7 +92,8 @@ class Conversation:
         self.session.terminal.show(report(diagnostics, entry.text))
         for key, stored in self.session.environment.programs.items():
             if before.get(key) is not stored:
-                ready = "" if stored.analysis.executable else "; it cannot be executed yet"
+                ready = " (replaced)" if key in before else ""
+                ready += "" if stored.analysis.executable else "; it cannot be executed yet"
                 steps = len(stored.program.steps)
                 self.session.terminal.show(
                     Message(f"Program {stored.name}: {steps} step{'s' if steps != 1 else ''}{ready}")

@@ -7,11 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import os
-import signal
-import threading
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from types import FrameType
 from typing import TYPE_CHECKING
 
 from prompt_toolkit import PromptSession
@@ -29,6 +25,7 @@ from prompt_toolkit.validation import ValidationError, Validator
 from vrs_cli import __version__
 from vrs_cli.repl.backstage import Backstage
 from vrs_cli.repl.history import history_path, open_history
+from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.toolbar import toolbar
 
@@ -88,12 +85,9 @@ class Workplace:
         parser.parse_prompt("WHERE")
 
     def interrupt(self) -> bool:
-        """Stop the program that runs; False when none does."""
-        session = self.conversation.session
-        if session.running:
-            session.interrupt()
-            return True
-        return False
+        """Ctrl-C: stop the program that runs; False when none does."""
+        self.terminal.echoed = True
+        return self.conversation.session.interrupt()
 
     def keep_up(self) -> None:
         """Let the robot do what has become due while nobody was looking."""
@@ -216,7 +210,7 @@ class Shell:
             if work.recorded is not None:
                 work.terminal.show(work.recorded)
         if self.file is not None:
-            with stoppable(self.backstage.wait()):
+            with stoppable(self.backstage.wait().interrupt):
                 self.backstage.wait().conversation.load(self.file)
         while self._unhurt_round():
             pass
@@ -239,7 +233,7 @@ class Shell:
         except EOFError:
             return self._leave_entry()
         work = self.backstage.wait()
-        with stoppable(work):
+        with stoppable(work.interrupt):
             work.conversation.take(line)
         return not work.terminal.leaving
 
@@ -311,27 +305,6 @@ def key_bindings() -> KeyBindings:
         event.app.exit(exception=EOFError, style="class:exiting")
 
     return bindings
-
-
-@contextmanager
-def stoppable(work: Workplace) -> Iterator[None]:
-    """While a line is carried out, Ctrl-C stops the program that runs; a second one stops whatever does not."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    pressed = False
-
-    def stop(_signal: int, _frame: FrameType | None) -> None:
-        nonlocal pressed
-        if pressed or not work.interrupt():
-            raise KeyboardInterrupt
-        pressed = True
-
-    before = signal.signal(signal.SIGINT, stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def run(

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TextIO
 
 from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.repl.conversation import Conversation
+from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.recorder import Recorder
 from vrs_cli.repl.terminal import PlainTerminal
 
 OK, FAILED = 0, 1
+BYTE_ORDER_MARK = "\ufeff"
 
 
 def run(
@@ -25,20 +27,29 @@ def run(
 ) -> int:
     """Carry out the lines of `source`. Returns 1 when any of them could not be, 0 otherwise.
 
-    A wrong line does not stop the lines after it; EXIT does, and so does Ctrl-C.
+    A wrong line does not stop the lines after it; EXIT does, and so does Ctrl-C. Raises KeyboardInterrupt for a Ctrl-C
+    while the next line is waited for.
     """
-    lines = iter(source)
+    lines = _unmarked(source)
     terminal = PlainTerminal(sink, lines)
     session = Session(terminal, model, clock=clock)
     conversation = Conversation(session)
     if recorder is not None:
         terminal.show(recorder.begin(session.engine))
     if file is not None:
-        conversation.load(file)
+        with stoppable(session.interrupt):
+            conversation.load(file)
     for line in lines:
-        conversation.take(line.rstrip("\r\n"))
+        with stoppable(session.interrupt):
+            conversation.take(line.rstrip("\r\n"))
         sink.flush()
-        if terminal.leaving:
+        if terminal.leaving or session.interrupted:
             break
     conversation.leave_entry("the input ended: ")
-    return FAILED if terminal.failed else OK
+    return FAILED if terminal.failed or session.interrupted else OK
+
+
+def _unmarked(source: Iterable[str]) -> Iterator[str]:
+    """The lines without the byte order mark that some systems put before the first."""
+    for number, line in enumerate(source):
+        yield line if number else line.removeprefix(BYTE_ORDER_MARK)

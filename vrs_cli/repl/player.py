@@ -19,7 +19,7 @@ from vrs_cli.render.text import plain_text
 from vrs_cli.trajectory.timeline import Timeline
 
 REFRESH = 0.04  # [s]
-BAR = 40  # characters
+BAR = 30  # characters
 SKIP, FAR_SKIP = 1.0, 10.0  # [s]
 
 
@@ -32,10 +32,10 @@ class Action(NamedTuple):
 
 
 ACTIONS: tuple[Action, ...] = (
-    Action(("space", "p"), "space play/pause", lambda p, wall: p.toggled(wall)),
+    Action(("space", "p"), "space pause", lambda p, wall: p.toggled(wall)),
     Action(("left",), "left/right 1 s", lambda p, wall: p.skipped(-SKIP, wall)),
     Action(("right",), "", lambda p, wall: p.skipped(SKIP, wall)),
-    Action(("pageup",), "page up/down 10 s", lambda p, wall: p.skipped(-FAR_SKIP, wall)),
+    Action(("pageup",), "pgup/pgdn 10 s", lambda p, wall: p.skipped(-FAR_SKIP, wall)),
     Action(("pagedown",), "", lambda p, wall: p.skipped(FAR_SKIP, wall)),
     Action(("home", "r"), "r rewind", lambda p, wall: p.sought(p.start, wall)),
     Action(("end", "e"), "e end", lambda p, wall: p.sought(p.end, wall)),
@@ -60,7 +60,7 @@ class Player:
         position = position_at(self.arm, self.timeline, self.playback.at(wall))
         where = plain_text(Whereabouts(position))
         doing = position.motion.text if position.moving else "at rest"
-        keys = "   ".join(action.shown for action in ACTIONS if action.shown)
+        keys = "  ".join(action.shown for action in ACTIONS if action.shown)
         return f"{self._bar(wall)}\n{doing}\n{where}{keys}"
 
     def _bar(self, wall: float) -> str:

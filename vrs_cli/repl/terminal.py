@@ -7,9 +7,10 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, TextIO
 
-from vrs_cli.errors import FileError, UsageError
+from vrs_cli.errors import EndOfInput, UsageError
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.replies import Reply, is_error
+from vrs_cli.render.control import for_stream, visible
 from vrs_cli.render.layout import replay_summary
 from vrs_cli.render.text import plain_text
 
@@ -38,19 +39,22 @@ class PlainTerminal:
     def show(self, reply: Reply) -> None:
         self.failed = self.failed or is_error(reply)
         self.leaving = self.leaving or isinstance(reply, replies.Farewell)
-        self.stream.write(plain_text(reply))
+        self._write(plain_text(reply))
 
     def type(self, text: str, newline: bool) -> None:
-        self.stream.write(text + ("\n" if newline else ""))
+        self._write(text + ("\n" if newline else ""))
+
+    def _write(self, text: str) -> None:
+        self.stream.write(for_stream(text, self.stream))
 
     def ask(self, prompt: str) -> str:
-        """The next line of the input. Raises FileError at its end."""
+        """The next line of the input. Raises EndOfInput."""
         if prompt:
-            self.stream.write(prompt)
+            self._write(prompt)
         try:
             answer = next(self.lines).rstrip("\r\n")
         except StopIteration:
-            raise FileError(f"the input ended where PROMPT {prompt} wants an answer", "give it one more line") from None
+            raise EndOfInput(f"PROMPT {prompt!r} has nothing more to read", "give the input one more line") from None
         if prompt:
             self.stream.write("\n")
         return answer
@@ -81,6 +85,7 @@ class ShellTerminal:
         self._since: float | None = None
         self._refreshed = 0.0
         self._progress_shown = False
+        self.echoed = False  # the terminal has shown ^C where the next answer begins
 
     @property
     def stream(self) -> TextIO:
@@ -105,7 +110,7 @@ class ShellTerminal:
 
     def type(self, text: str, newline: bool) -> None:
         self._clear_progress()
-        self.stream.write(text + ("\n" if newline else ""))
+        self.stream.write(visible(text) + ("\n" if newline else ""))
         self.stream.flush()
 
     def ask(self, prompt: str) -> str:
@@ -126,9 +131,12 @@ class ShellTerminal:
             return None
 
     def confirm(self, question: str) -> bool:
+        """Asked until the answer is one: a line of a paste is none. An empty line and Ctrl-C are no."""
         self._clear_progress()
-        answer = self.change(question)
-        return (answer or "").strip().upper() in ("Y", "YES")
+        while True:
+            answer = (self.change(question) or "").partition(";")[0].strip().upper()
+            if answer in ("Y", "YES", "N", "NO", ""):
+                return answer.startswith("Y")
 
     def see(self, draft: ScreenDraft) -> Iterable[Reply]:
         """SEE: the program fills the screen until the user leaves. Raises UsageError for a terminal that cannot."""
@@ -181,9 +189,9 @@ class ShellTerminal:
         self._since = None
 
     def _clear_progress(self) -> None:
-        if self._progress_shown:
+        if self._progress_shown or self.echoed:
             self.stream.write(CLEAR_LINE)
-            self._progress_shown = False
+            self._progress_shown = self.echoed = False
 
 
 def latest(reply: Reply) -> str:

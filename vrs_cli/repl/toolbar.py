@@ -28,10 +28,12 @@ def toolbar(session: Session | None, last: str, width: int) -> str:
 
 def _message(last: str, room: int) -> str:
     """The message, cut where it is too long; nothing where hardly any of it would be seen."""
+    from vrs_cli.render.blocks import shortened
+
     room -= len(GAP)
     if not last or room < min(len(last), LEAST_MESSAGE):
         return ""
-    return GAP + (last if len(last) <= room else f"{last[: room - 3]}...")
+    return GAP + shortened(last, room)
 
 
 def _pace(engine: Engine) -> tuple[str, ...]:

@@ -1,0 +1,235 @@
+"""The files of running programs: whole or not there, in their folder, and a status for every operation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrs_cli.errors import (
+    EndOfInput,
+    FileError,
+    FileExists,
+    FileNotOpened,
+    FileOpened,
+    FileOutside,
+    NonexistentFile,
+    UnitNotAttached,
+)
+from vrs_cli.files.disk import Disk
+from vrs_cli.language.units import DISKS, SUCCESS, Access
+
+MAIN, OTHER = 0, 2
+UNIT = 5
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Disk:
+    disk = Disk(tmp_path)
+    disk.attach(MAIN, UNIT)
+    return disk
+
+
+def opened(disk: Disk, name: str, access: Access) -> int:
+    disk.open(MAIN, UNIT, name, access)
+    return disk.status(MAIN, UNIT)
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+# --- whole or not there ---
+
+
+@pytest.mark.parametrize("access", [Access.WRITE, Access.APPEND])
+def test_nothing_is_seen_of_a_file_before_it_is_closed(disk: Disk, tmp_path: Path, access: Access) -> None:
+    opened(disk, "log.txt", access)
+    disk.write(MAIN, UNIT, "one\n")
+    assert not (tmp_path / "log.txt").exists()
+    disk.close(MAIN, UNIT)
+    assert (tmp_path / "log.txt").read_text() == "one\n"
+    assert names(tmp_path) == ["log.txt"]
+
+
+def test_what_was_there_stays_as_it_is_until_then(disk: Disk, tmp_path: Path) -> None:
+    (tmp_path / "log.txt").write_text("before\n")
+    opened(disk, "log.txt", Access.APPEND)
+    disk.write(MAIN, UNIT, "after\n")
+    assert (tmp_path / "log.txt").read_text() == "before\n"
+    disk.release(MAIN)
+    assert (tmp_path / "log.txt").read_text() == "before\nafter\n"
+
+
+def test_a_task_that_stops_has_what_it_wrote_and_may_go_on(disk: Disk, tmp_path: Path) -> None:
+    opened(disk, "log.txt", Access.WRITE)
+    disk.write(MAIN, UNIT, "one\n")
+    disk.rest(MAIN)
+    assert (tmp_path / "log.txt").read_text() == "one\n"
+    disk.write(MAIN, UNIT, "two\n")
+    disk.rest(MAIN)
+    assert (tmp_path / "log.txt").read_text() == "one\ntwo\n"
+    disk.write(MAIN, UNIT, "three\n")
+    disk.close_all()
+    assert (tmp_path / "log.txt").read_text() == "one\ntwo\nthree\n"
+    assert names(tmp_path) == ["log.txt"]
+
+
+def test_a_reader_is_not_disturbed_by_what_comes_later(disk: Disk, tmp_path: Path) -> None:
+    (tmp_path / "data.txt").write_text("1\n2\n")
+    opened(disk, "data.txt", Access.READ)
+    assert disk.read(MAIN, UNIT) == "1"
+    (tmp_path / "data.txt").write_text("9\n9\n9\n")
+    assert [disk.read(MAIN, UNIT), disk.read(MAIN, UNIT)] == ["2", None]
+
+
+# --- status ---
+
+
+def test_the_end_of_a_file(disk: Disk, tmp_path: Path) -> None:
+    (tmp_path / "data.txt").write_bytes(b"one\r\n\nthree")
+    assert opened(disk, "data.txt", Access.READ) == SUCCESS
+    assert [disk.read(MAIN, UNIT) for _ in range(5)] == ["one", "", "three", None, None]
+    assert disk.status(MAIN, UNIT) == EndOfInput.code == -504
+    assert disk.length(MAIN, UNIT) == 0
+
+
+def test_status_of_what_cannot_be_opened(disk: Disk, tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "there.txt").write_text("x")
+    assert opened(disk, "none.txt", Access.READ) == NonexistentFile.code
+    assert opened(disk, "there.txt", Access.WRITE) == FileExists.code
+    assert opened(disk, "folder", Access.READ) == FileError.code
+    assert opened(disk, "folder", Access.APPEND) == FileError.code
+    assert opened(disk, "no folder/a.txt", Access.WRITE) == NonexistentFile.code
+    assert opened(disk, "folder/a.txt", Access.WRITE) == SUCCESS
+    assert opened(disk, "b.txt", Access.WRITE) == FileOpened.code
+    assert names(tmp_path) == ["folder", "there.txt"]
+
+
+def test_a_file_is_either_read_or_written(disk: Disk, tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("x\n")
+    opened(disk, "a.txt", Access.READ)
+    disk.write(MAIN, UNIT, "no")
+    assert disk.status(MAIN, UNIT) == FileError.code
+    disk.close(MAIN, UNIT)
+    assert disk.status(MAIN, UNIT) == SUCCESS
+    disk.close(MAIN, UNIT)
+    assert disk.status(MAIN, UNIT) == FileNotOpened.code
+    opened(disk, "a.txt", Access.APPEND)
+    assert disk.read(MAIN, UNIT) is None
+    assert disk.character(MAIN, UNIT) == FileError.code
+
+
+def test_an_operation_that_goes_well_clears_the_status(disk: Disk) -> None:
+    assert opened(disk, "none.txt", Access.READ) == NonexistentFile.code
+    assert opened(disk, "new.txt", Access.WRITE) == SUCCESS
+
+
+# --- units ---
+
+
+def test_a_unit_has_to_be_attached(disk: Disk) -> None:
+    for act in (
+        lambda: disk.open(MAIN, 6, "a.txt", Access.READ),
+        lambda: disk.read(MAIN, 6),
+        lambda: disk.write(MAIN, 6, "x"),
+        lambda: disk.close(MAIN, 6),
+        lambda: disk.delete(MAIN, 6, "a.txt"),
+        lambda: disk.detach(MAIN, 6),
+        lambda: disk.read(OTHER, UNIT),
+    ):
+        with pytest.raises(UnitNotAttached):
+            act()
+
+
+def test_units_are_given_out_in_order(disk: Disk) -> None:
+    given = []
+    for _ in DISKS[1:]:
+        given.append(disk.free(MAIN))
+        disk.attach(MAIN, given[-1])
+    assert given == [6, 7, 8, 17, 18, 19]
+    with pytest.raises(UnitNotAttached):
+        disk.free(MAIN)
+    assert disk.free(OTHER) == UNIT
+    disk.release(MAIN)
+    assert disk.free(MAIN) == UNIT
+
+
+# --- the folder ---
+
+
+@pytest.mark.parametrize("name", ["../a", "/etc/passwd", "a/../../b", "", "  ", ".", "C:\\a", "a:b", "a\\b", "x\0y"])
+@pytest.mark.parametrize("access", Access)
+def test_names_cannot_leave_the_folder(tmp_path: Path, name: str, access: Access) -> None:
+    inside = tmp_path / "inside"
+    inside.mkdir()
+    disk = Disk(inside)
+    disk.attach(MAIN, UNIT)
+    with pytest.raises(FileOutside):
+        disk.open(MAIN, UNIT, name, access)
+    with pytest.raises(FileOutside):
+        disk.delete(MAIN, UNIT, name)
+    assert names(tmp_path) == ["inside"]
+
+
+def test_links_cannot_leave_the_folder(tmp_path: Path) -> None:
+    inside, secret = tmp_path / "inside", tmp_path / "secret.txt"
+    inside.mkdir()
+    secret.write_text("secret")
+    (inside / "link.txt").symlink_to(secret)
+    (inside / "up").symlink_to(tmp_path)
+    (inside / "own.txt").symlink_to(inside / "real.txt")
+    disk = Disk(inside)
+    disk.attach(MAIN, UNIT)
+    for name in ("link.txt", "up/secret.txt", "up/new.txt"):
+        for access in Access:
+            with pytest.raises(FileOutside):
+                disk.open(MAIN, UNIT, name, access)
+        with pytest.raises(FileOutside):
+            disk.delete(MAIN, UNIT, name)
+    assert opened(disk, "own.txt", Access.WRITE) == SUCCESS
+    disk.release(MAIN)
+    assert (inside / "real.txt").exists()
+    assert secret.read_text() == "secret"
+
+
+def test_a_pipe_is_no_file(tmp_path: Path) -> None:
+    import os
+
+    os.mkfifo(tmp_path / "pipe")
+    disk = Disk(tmp_path)
+    disk.attach(MAIN, UNIT)
+    assert opened(disk, "pipe", Access.READ) == FileError.code
+
+
+# --- laws ---
+
+LINES = st.lists(st.text(st.characters(codec="utf-8", exclude_characters="\n\r\ufeff"), max_size=20), max_size=8)
+
+
+@given(LINES)
+def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, lines: list[str]) -> None:
+    disk = Disk(tmp_path_factory.mktemp("disk"))
+    disk.attach(MAIN, UNIT)
+    opened(disk, "a.txt", Access.WRITE)
+    for line in lines:
+        disk.write(MAIN, UNIT, f"{line}\n")
+    disk.close(MAIN, UNIT)
+    opened(disk, "a.txt", Access.READ)
+    assert [disk.read(MAIN, UNIT) for _ in lines] == lines
+    assert disk.read(MAIN, UNIT) is None
+
+
+@given(st.binary(max_size=60))
+def test_any_bytes_can_be_read(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
+    folder = tmp_path_factory.mktemp("disk")
+    (folder / "a.bin").write_bytes(content)
+    disk = Disk(folder)
+    disk.attach(MAIN, UNIT)
+    opened(disk, "a.bin", Access.READ)
+    while disk.character(MAIN, UNIT) >= 0:
+        pass
+    assert disk.character(MAIN, UNIT) == EndOfInput.code

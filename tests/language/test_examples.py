@@ -1,0 +1,170 @@
+"""The examples of the tables do what they say: each of a supported instruction, function and operator is run."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.interfaces.driver import Bounds, Outcome
+from vrs_cli.interfaces.session import Session
+from vrs_cli.language import ast
+from vrs_cli.language.diagnostics import LineRefused, Severity
+from vrs_cli.language.functions import FUNCTIONS, Function
+from vrs_cli.language.instructions import CONTROL, DECLARATIONS, INSTRUCTIONS
+from vrs_cli.language.operators import LINKS, OPERATORS, Operator
+from vrs_cli.language.parser import parse_step
+from vrs_cli.language.words import State, Word
+
+SURROUNDINGS = """
+.PROGRAM prepare()
+    SET a = TRANS(400, 300, -100, 90, 90, 0)
+    SET b = TRANS(450, 300, -100, 90, 90, 0)
+    SET c = TRANS(400, 350, -100, 90, 90, 0)
+    SET part = TRANS(300, 450, -100, 90, 90, 0)
+    SET p = part
+    SET corner = TRANS(10, 20, 0, 90, 90, 0)
+    SET pallet = TRANS(300, 400, -100)
+    SET grip = TRANS(0, 0, 20)
+    SET gripper = TRANS(0, 0, 50)
+    SET #safe = #PPOINT(0, -90, 90, 0, 0, 0)
+    x = 3
+    y = 4
+    r = 5
+    n = 5
+    i = 1
+    j = 1
+    t = 0
+    count = 2
+    busy = 0
+    row[0] = 7
+    $a = "part"
+    $b = "place"
+    $s = "abcdefgh"
+    $line = "pick, place"
+    $name = "pick"
+    $text = "a text"
+    MOVE part
+    SIGNAL 2001
+.END
+.PROGRAM pick(where, height)
+    z = 1
+.END
+.PROGRAM watch(where)
+    WAIT SIG(2002)
+.END
+.PROGRAM guard.open()
+.END
+.PROGRAM stopped()
+.END
+.PROGRAM mend()
+.END
+.PROGRAM fails()
+    TYPE nowhere.given
+    WAIT SIG(2002)
+.END
+"""
+
+ATTACHED = ['ATTACH (lun, 4) "DISK"']
+WRITTEN = [*ATTACHED, 'FOPENW (lun) "log.txt"', 'WRITE (lun) "1 2 three"', "FCLOSE (lun)"]
+OPENED = [*WRITTEN, 'FOPENR (lun) "log.txt"']
+BEFORE = {  # what an example needs to have happened
+    "DETACH": ATTACHED,
+    "FOPENW": ATTACHED,
+    "FOPENA": WRITTEN,
+    "FOPENR": WRITTEN,
+    "FDELETE": WRITTEN,
+    "FCLOSE": OPENED,
+    "WRITE": [*ATTACHED, 'FOPENW (lun) "log.txt"'],
+    "READ": OPENED,
+    "GETC": OPENED,
+    "IOSTAT": OPENED,
+    "$UNPACK": ["PACK $a[0], 120, 20 = $text"],
+    "ABORT": ["EXECUTE 2 watch(part)"],
+    "KILL": ["EXECUTE 2 watch(part)", "WAIT", "ABORT 2", "WAIT"],
+    "CYCLE.END": ["EXECUTE 2 watch(part)"],
+    "PROCEED": ["EXECUTE 2 watch(part)", "WAIT", "ABORT 2", "WAIT"],
+    "RETRY": ["EXECUTE 2 fails", "WAIT"],
+    "SET.EVENT": ["EXECUTE 2 watch(part)"],
+}
+CLOSED_BY = {ast.If: "END", ast.While: "END", ast.Case: "END", ast.For: "END", ast.Do: "UNTIL TRUE"}
+PAUSES = {"PAUSE": Outcome.PAUSED, "HALT": Outcome.HALTED}
+ELSEWHERE = {"REMARK"}  # a comment
+
+
+CALLED = re.compile(r"[#$]?[A-Z0-9.]+\(")
+
+
+def lines_of(example: str) -> list[str]:
+    """An example as lines of a program: an expression is typed, a block is closed."""
+    try:
+        statement = parse_step(example).statement
+    except LineRefused:
+        statement = None
+    if statement is None or CALLED.match(example):
+        return [f"TYPE {example}"]
+    closer = CLOSED_BY.get(type(statement))
+    return [example] if closer is None else ["x = 0", example, closer]
+
+
+def run(lines: list[str], name: str = "") -> Session:
+    """The lines in two loops, with a label after them; a declaration at the top."""
+    lines = [*BEFORE.get(name, ()), *lines]
+    top, inside = (lines, []) if name in DECLARATIONS else ([], lines)
+    body = [*top, "FOR o.o = 1 TO 1", "FOR i.i = 1 TO 1", *inside, "END", "END", "10 z = 2"]
+    session = Session(RecordingTerminal(["5"]), bounds=Bounds(max_time=100.0))
+    text = "\n".join((".PROGRAM example()", *body, ".END", SURROUNDINGS))
+    wrong = [one for one in session.load_text(text) if one.severity is Severity.ERROR]
+    assert not wrong, wrong
+    session.execute("prepare")
+    session.environment.signals.write(1001, inputs=True)
+    result = session.execute("example")
+    assert result.fault is None, result.fault
+    assert result.outcome is PAUSES.get(name, Outcome.COMPLETED)
+    return session
+
+
+SUPPORTED = [row for row in INSTRUCTIONS.values() if row.state is State.SUPPORTED and row.name not in ELSEWHERE]
+
+
+@pytest.mark.parametrize("row", SUPPORTED, ids=lambda row: row.name)
+def test_the_example_of_an_instruction_runs(row: Word) -> None:
+    run(lines_of(row.example), row.name)
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+USABLE = [row for row in FUNCTIONS.values() if row.state is State.SUPPORTED and row.name not in ELSEWHERE]
+
+
+@pytest.mark.parametrize("row", USABLE, ids=lambda row: row.name)
+def test_the_example_of_a_function_runs(row: Function) -> None:
+    run(lines_of(row.example), row.name)
+
+
+@pytest.mark.parametrize("row", [*OPERATORS.values(), *LINKS.values()], ids=lambda row: row.name)
+def test_the_example_of_an_operator_runs(row: Operator) -> None:
+    assert row.name in row.example
+    run(lines_of(row.example))
+
+
+AROUND = {  # what a word stands between
+    "ELSE": ("IF x > 2 THEN", "END"),
+    "UNTIL": ("DO",),
+    "VALUE": ("CASE x OF", "END"),
+    "ANY": ("CASE x OF", "END"),
+    "END": ("IF x > 2 THEN",),
+    "WHILE": ("x = 0", "END"),
+    "DO": ("x = 0", "UNTIL TRUE"),
+}
+
+
+@pytest.mark.parametrize("row", CONTROL.values(), ids=lambda row: row.name)
+def test_the_example_of_a_control_word_runs(row: Word) -> None:
+    before, *after = AROUND.get(row.name, ("",))
+    run([before, row.example, *after] if row.name in AROUND else lines_of(row.example))

@@ -1,0 +1,122 @@
+"""The logical units of running programs: the disk, and the terminal as one more unit to read and to write."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from vrs_cli.errors import EndOfInput, NoDataReceived
+from vrs_cli.files.disk import Disk
+from vrs_cli.language.units import (
+    SUCCESS,
+    TERMINAL,
+    AttachUnit,
+    CloseFile,
+    DeleteFile,
+    DetachUnit,
+    OpenFile,
+    ReadRecord,
+    RecordRefused,
+    UnitEffect,
+    WriteRecord,
+)
+
+END_OF_LINE = "\r"  # what GETC gives at the end of a line of the terminal, as its Return key does
+
+
+@dataclass(eq=False, slots=True)
+class Devices:
+    """`ask` reads a line of the terminal, `show` writes to it (text, whether the line ends)."""
+
+    disk: Disk
+    ask: Callable[[str], str]
+    show: Callable[[str, bool], None]
+    _status: int = SUCCESS
+    _length: int = 0
+    _typed: list[str] = field(default_factory=list)  # characters of a line that GETC has begun
+
+    def perform(self, task: int, effect: UnitEffect) -> str | None:
+        """Do what a task asks for; the answer to it. Raises UnitNotAttached, FileOutside."""
+        return _ACTS[type(effect)](self, task, effect)
+
+    def status(self, task: int, unit: int) -> int:
+        return self._status if unit == TERMINAL else self.disk.status(task, unit)
+
+    def length(self, task: int, unit: int) -> int:
+        return self._length if unit == TERMINAL else self.disk.length(task, unit)
+
+    def character(self, task: int, unit: int, wait: bool) -> int:
+        """The code of the next character, or of what went wrong. The terminal has whole lines."""
+        if unit != TERMINAL:
+            return self.disk.character(task, unit)
+        if not self._typed:
+            if not wait:
+                return NoDataReceived.code
+            line = self._line()
+            if line is None:
+                return self._status
+            self._typed = [*line, END_OF_LINE]
+        return ord(self._typed.pop(0))
+
+    # --- what is asked for ---
+
+    def _attach(self, task: int, effect: AttachUnit) -> str | None:
+        if effect.unit != TERMINAL:
+            unit = self.disk.free(task) if effect.unit is None else effect.unit
+            self.disk.attach(task, unit)
+            return str(unit)
+        self._status = SUCCESS
+        return None
+
+    def _detach(self, task: int, effect: DetachUnit) -> None:
+        if effect.unit != TERMINAL:
+            self.disk.detach(task, effect.unit)
+
+    def _open(self, task: int, effect: OpenFile) -> None:
+        self.disk.open(task, effect.unit, effect.name, effect.access)
+
+    def _close(self, task: int, effect: CloseFile) -> None:
+        self.disk.close(task, effect.unit)
+
+    def _delete(self, task: int, effect: DeleteFile) -> None:
+        self.disk.delete(task, effect.unit, effect.name)
+
+    def _read(self, task: int, effect: ReadRecord) -> str | None:
+        return self._line() if effect.unit == TERMINAL else self.disk.read(task, effect.unit)
+
+    def _write(self, task: int, effect: WriteRecord) -> None:
+        if effect.unit == TERMINAL:
+            self.show(effect.text, effect.newline)
+            self._status, self._length = SUCCESS, len(effect.text)
+        else:
+            self.disk.write(task, effect.unit, effect.text + ("\n" if effect.newline else ""))
+
+    def _refuse(self, task: int, effect: RecordRefused) -> None:
+        if effect.unit == TERMINAL:
+            self._status = effect.code
+        else:
+            self.disk.refuse(task, effect.unit, effect.code)
+
+    def _line(self) -> str | None:
+        """A line of the terminal; what GETC has left of one is passed over. None where there is no more."""
+        self._typed = []
+        try:
+            line = self.ask("")
+        except EndOfInput as error:
+            self._status, self._length = error.code, 0
+            return None
+        self._status, self._length = SUCCESS, len(line)
+        return line
+
+
+_ACTS: dict[type, Callable[[Devices, int, Any], str | None]] = {
+    AttachUnit: Devices._attach,
+    DetachUnit: Devices._detach,
+    OpenFile: Devices._open,
+    CloseFile: Devices._close,
+    DeleteFile: Devices._delete,
+    ReadRecord: Devices._read,
+    WriteRecord: Devices._write,
+    RecordRefused: Devices._refuse,
+}

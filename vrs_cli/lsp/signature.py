@@ -1,0 +1,89 @@
+"""What an instruction or a function takes, and which argument is being typed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from vrs_cli.language.ast import Program
+from vrs_cli.language.functions import FUNCTIONS
+from vrs_cli.language.instructions import INSTRUCTIONS
+from vrs_cli.lsp.occurrences import blanked, key_of_name
+
+_FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Za-z][\w.]*)\s")
+_BEFORE_PARENTHESIS = re.compile(r"([#$]?[A-Za-z][\w.]*)\s*$")
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """`form` with the places of its arguments (begin and end index), and the number of the one that is `active`."""
+
+    form: str
+    summary: str
+    arguments: tuple[tuple[int, int], ...]
+    active: int
+
+
+def signature(before: str, programs: Mapping[str, Program]) -> Signature | None:
+    """Of the innermost function or program call that is open at the end of the text, else of the instruction."""
+    text = blanked(before)
+    at = _open_parenthesis(text)
+    if at is not None:
+        found = _BEFORE_PARENTHESIS.search(text[:at])
+        return _called(found[1], text[at + 1 :], programs) if found else None
+    found = _FIRST.match(text)
+    row = INSTRUCTIONS.get(found[1].upper()) if found else None
+    if found is None or row is None or not row.arguments:
+        return None
+    names = (argument.name for argument in row.arguments)
+    return _signature(row.form, row.summary, names, text[found.end() :])
+
+
+def _called(name: str, rest: str, programs: Mapping[str, Program]) -> Signature | None:
+    row = FUNCTIONS.get(name.upper())
+    if row is not None:
+        return _signature(row.form, row.summary, (argument.name for argument in row.arguments), rest)
+    program = programs.get(key_of_name(name))
+    if program is None:
+        return None
+    names = [parameter.sigil + parameter.name for parameter in program.parameters]
+    summary = (program.comment or "").strip()
+    return _signature(f"{program.name}({', '.join(names)})", summary, names, rest)
+
+
+def _signature(form: str, summary: str, names: Iterable[str], rest: str) -> Signature | None:
+    arguments = tuple(_places(form, names))
+    if not arguments:
+        return None
+    return Signature(form, summary, arguments, min(_commas(rest), len(arguments) - 1))
+
+
+def _places(form: str, names: Iterable[str]) -> Iterator[tuple[int, int]]:
+    """Each name in the form, behind the word itself and the names before it."""
+    found = re.match(r"[#$]?[\w.]+", form)
+    at = found.end() if found else 0
+    for name in names:
+        begin = form.find(name, at)
+        if begin >= 0:
+            at = begin + len(name)
+            yield begin, at
+
+
+def _open_parenthesis(text: str) -> int | None:
+    """The index of the last parenthesis that is not closed."""
+    depth = 0
+    for at in range(len(text) - 1, -1, -1):
+        depth += (text[at] == ")") - (text[at] == "(")
+        if depth < 0:
+            return at
+    return None
+
+
+def _commas(text: str) -> int:
+    """Those outside of parentheses."""
+    depth = count = 0
+    for c in text:
+        depth += (c in "([") - (c in ")]")
+        count += c == "," and depth == 0
+    return count
