@@ -71,6 +71,13 @@ def test_a_session_is_recorded_and_goes_on_in_the_next(tmp_path: Path) -> None:
     assert (tmp_path / "j.vrst").read_bytes().count(b"\n") == 5
 
 
+def test_the_journal_of_a_session_is_not_overwritten_by_it(tmp_path: Path) -> None:
+    ended = fed("DISABLE INTERACTIVE\nREADY\nSAVE j\nSTORE j.vrst\nSAVE k\n", "--save", "j.vrst", folder=tmp_path)
+    assert ended.returncode == 1
+    assert ended.stdout.count("*File error* j.vrst holds all of this session already") == 1
+    assert (tmp_path / "j.vrst").read_bytes() == (tmp_path / "k.vrst").read_bytes()
+
+
 @pytest.mark.parametrize(
     ("arguments", "status", "told"),
     [

@@ -123,6 +123,15 @@ def test_names_are_told_and_refused(branches: Branches) -> None:
     assert len(branches.engine.records()) == 2
 
 
+def test_real_time_has_one_course_of_events(branches: Branches, monkeypatch: pytest.MonkeyPatch) -> None:
+    branches.make("trial")
+    monkeypatch.setattr(Engine, "realtime", True, raising=False)
+    for change in (branches.make, branches.change_over, branches.merge):
+        with pytest.raises(UsageError, match="time is real"):
+            change("other" if change == branches.make else "trial" if change == branches.merge else MAIN)
+    assert branches.present == "trial"
+
+
 # --- merging -------------------------------------------------------------------------------------------------
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tests.files.trajectories import puma
 from vrs_cli.engine.commands import JointOffsetTarget, JointTarget, Move, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import MotionError, UsageError
+from vrs_cli.errors import FileError, MotionError, UsageError
 from vrs_cli.files.continuing import keep_journal, line_of
 from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
@@ -80,6 +80,18 @@ def test_a_journal_goes_on_where_it_ended(tmp_path: Path) -> None:
     recording = read_trajectory(path)
     assert recording.timeline == second.timeline
     assert [delta.motion.number for delta in recording.deltas] == [1, 2, 2, 3]
+
+
+def test_a_journal_has_one_writer(tmp_path: Path) -> None:
+    pytest.importorskip("fcntl")
+    path = tmp_path / "j.vrst"
+    first = keep_journal(path, None, Engine(puma()))
+    before = path.read_bytes()
+    with pytest.raises(FileError, match="is being written by another vrs"):
+        keep_journal(path, read_trajectory(path), Engine(puma()))
+    assert path.read_bytes() == before
+    first.close()
+    keep_journal(path, read_trajectory(path), Engine(puma())).close()
 
 
 def test_a_file_of_another_robot_is_refused_and_left_alone(tmp_path: Path) -> None:

@@ -89,6 +89,7 @@ class Branches:
 
     def make(self, name: str) -> None:
         """A branch of what is there, and change over to it. Raises UsageError for a name that there is already."""
+        self._check_time()
         present = self._present
         fork = present.fork or Fork(self.engine.timeline, tuple(self.engine.history.done))
         self._add(_Branch(name, fork, self.engine.line()))
@@ -110,6 +111,7 @@ class Branches:
         branch = self._named(name)
         if branch is self._present:
             return
+        self._check_time()
         self._present.line = self.engine.line()
         self.engine.take(self._line(branch), heard=branch.fork is None)
         branch.line = None
@@ -128,6 +130,11 @@ class Branches:
             raise UsageError(f"{MAIN} cannot be deleted", "UNDO takes its commands back")
         return branch.name
 
+    def _check_time(self) -> None:
+        """Raises UsageError where the engine's clock keeps real time: what has happened is on all branches."""
+        if getattr(self.engine, "realtime", False):
+            raise UsageError("time is real here, and there is one course of events", "try it in a shell of its own")
+
     # --- merging ---
 
     def merge(self, name: str) -> int:
@@ -141,6 +148,7 @@ class Branches:
         branch = self._named(name)
         if branch.fork is None:
             raise UsageError(f"{MAIN} cannot be merged into itself", "MERGE branch")
+        self._check_time()
         line, main = self._line(branch), self._line(self._all[MAIN])
         common = _common(main.deltas, line.deltas)
         if common == len(main.deltas) and line.initial == main.initial:

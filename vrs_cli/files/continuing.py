@@ -7,10 +7,11 @@ from pathlib import Path
 from vrs_cli.engine.engine import Engine, Line
 from vrs_cli.errors import UsageError
 from vrs_cli.files.rebuild import history_of
-from vrs_cli.files.trajectory_file import Recording, TrajectoryWriter
+from vrs_cli.files.trajectory_file import Recording, TrajectoryWriter, collector_paused
 from vrs_cli.trajectory.timeline import Timeline
 
 
+@collector_paused()
 def line_of(path: str | Path, recording: Recording, engine: Engine) -> Line:
     """The course of events of a file, with the settings that the engine has; the clock is at the end of the timeline.
 

@@ -19,7 +19,7 @@ import msgspec
 
 from vrs_cli import __version__
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
-from vrs_cli.files.atomic import atomically, create_beside, reason, sync, writing
+from vrs_cli.files.atomic import atomically, claim, create_beside, reason, sync, writing
 from vrs_cli.files.rebuild import Rebuilding
 from vrs_cli.files.records import (
     FORMAT,
@@ -96,6 +96,7 @@ class TrajectoryWriter:
             beside = create_beside(target)
         try:
             with writing(target):
+                claim(beside.stream, target)
                 beside.stream.write(header)
                 beside.commit()
         except BaseException:
@@ -109,6 +110,7 @@ class TrajectoryWriter:
         writer, target = cls.__new__(cls), Path(path)
         with writing(target):
             stream = target.open("r+b")
+            claim(stream, target)
             stream.truncate(recording.size)
             stream.seek(recording.size - 1)
             if stream.read(1) != b"\n":
@@ -214,7 +216,7 @@ class Recording:
 
 
 @contextmanager
-def _collector_paused() -> Iterator[None]:
+def collector_paused() -> Iterator[None]:
     """A file is many values and no cycles: the garbage collector would walk them all again and again."""
     running = gc.isenabled()
     gc.disable()
@@ -225,7 +227,7 @@ def _collector_paused() -> Iterator[None]:
             gc.enable()
 
 
-@_collector_paused()
+@collector_paused()
 def read_trajectory(path: str | Path, progress: Callable[[float], None] | None = None) -> Recording:
     """Read a trajectory file. Raises NonexistentFile, FileError, or FileDamaged, which names the line.
 

@@ -20,6 +20,7 @@ from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.commands import SetMonitorSpeed
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, row_of
 from vrs_cli.errors import (
+    FileError,
     FileExists,
     IllegalValue,
     InvalidName,
@@ -668,7 +669,10 @@ def _with_extension(path: Path, extension: str) -> Path:
 
 
 def _may_write(session: Session, path: Path) -> None:
-    """Raises FileExists where the user does not want a file overwritten, or nobody can be asked."""
+    """Raises FileExists where the user does not want a file overwritten, or nobody can be asked, FileError for the
+    journal of this session."""
+    if session.journal is not None and path.exists() and session.journal.exists() and path.samefile(session.journal):
+        raise FileError(f"{path} holds all of this session already, and is being written", "name another file")
     if path.exists() and session.engine.parameters.switch("INTERACTIVE"):  # noqa: SIM102
         if not session.terminal.confirm(f"{path} exists. Overwrite it (Y/N)?"):
             raise FileExists(str(path), "answer Y or name another file; DISABLE INTERACTIVE overwrites")

@@ -109,6 +109,7 @@ class Session:
         self.editor: Editor | None = None
         self.last_edited: str | None = None
         self.layout = Layout()
+        self.journal: Path | None = None  # the file that all motions are written to as they are commanded
         self.command_files: list[Path] = []  # those that are carried out, the innermost last
         self.interrupted = False  # by Ctrl-C: what was to come after the present line does not
 

@@ -80,7 +80,7 @@ class Workplace:
         self.terminal: ShellTerminal = ShellTerminal(read, draw)
         session = Session(self.terminal, model or load_robot(DEFAULT_ROBOT), clock=clock)
         self.conversation: Conversation = Conversation(session)
-        self.recorded = None if recorder is None else recorder.begin(session.engine)
+        self.recorded = None if recorder is None else recorder.begin(session)
         self.terminal.interrupt = self.interrupt
         parser.parse_prompt("WHERE")
 

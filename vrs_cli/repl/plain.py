@@ -35,7 +35,7 @@ def run(
     session = Session(terminal, model, clock=clock)
     conversation = Conversation(session)
     if recorder is not None:
-        terminal.show(recorder.begin(session.engine))
+        terminal.show(recorder.begin(session))
     if file is not None:
         with stoppable(session.interrupt):
             conversation.load(file)

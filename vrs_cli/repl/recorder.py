@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vrs_cli.engine.engine import Engine
 from vrs_cli.files.atomic import check_writable
 from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.trajectory_file import Recording, read_trajectory
 from vrs_cli.interfaces.monitor import TORN
 from vrs_cli.interfaces.replies import Message
+from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.render.progress import reading
 
@@ -30,9 +30,11 @@ class Recorder:
         """The robot of the file that is there."""
         return None if self._recording is None else self._recording.model
 
-    def begin(self, engine: Engine) -> Message:
+    def begin(self, session: Session) -> Message:
         """Write from now on; what is said of it. Raises UsageError for a file of another robot, FileError."""
+        engine = session.engine
         keep_journal(self.path, self._recording, engine)
+        session.journal = Path(self.path)
         if self._recording is None:
             return Message(f"{self.path} is begun")
         commands = len(engine.history.done)

@@ -22,37 +22,46 @@ if TYPE_CHECKING:
     from vrs_cli.trajectory.leaf_table import LeafTable
 
 LEAF = 128  # segments in a full leaf
-FAN = 64  # children of a full branch
-SPARSE = 4  # a node that holds less than this part of a full one is put together with a neighbour that has room
+FAN = 32  # children of a full branch
+SPARSE = 4  # a node that holds less than this part of a full one is put together with a neighbour,
+MENDED = 2  # where both together hold at most this part of a full one
 
 
 @dataclass(slots=True)
 class Leaf:
     """Consecutive segments with the times they were made with, from `begin` to `end` [s]. Never changed once made.
 
-    `starts` stand side by side in memory: looking for a time touches few of its lines, and no segment. `table` holds
-    the same as arrays, once it was asked for.
+    They are those from `first` to before `last` of a row that other leaves may have a part of: what an edit leaves of a
+    leaf is not copied, nor even looked at (in a long timeline most of it is in no cache). `starts` stand side by side
+    in memory: looking for a time touches few of its lines, and no segment. `table` holds the same as arrays, once it
+    was asked for.
     """
 
     starts: array[float]
-    segments: tuple[Segment, ...]
+    row: tuple[Segment, ...]
+    first: int
+    last: int
     count: int
     begin: float
     end: float
     table: list[LeafTable] = field(default_factory=list, compare=False, repr=False)
     height = 0
 
+    @property
+    def segments(self) -> tuple[Segment, ...]:
+        return self.row[self.first : self.last]
+
 
 @dataclass(slots=True)
 class Branch:
     """Children in time order, each `offsets` later than it says [s]. `begins`: their starts, that included; `counts`:
-    segments before each, and in all. Never changed once made."""
+    segments before each, and in all. The numbers stand side by side in memory. Never changed once made."""
 
     height: int
-    offsets: tuple[float, ...]
+    offsets: array[float]
     nodes: tuple[Node, ...]
-    begins: tuple[float, ...]
-    counts: tuple[int, ...]
+    begins: array[float]
+    counts: array[int]
     count: int
     begin: float
     end: float
@@ -76,7 +85,13 @@ class Held(NamedTuple):
 
 def _leaf(segments: Sequence[Segment]) -> Leaf:
     starts = array("d", [segment.start for segment in segments])
-    return Leaf(starts, tuple(segments), len(segments), starts[0], segments[-1].finish)
+    return Leaf(starts, tuple(segments), 0, len(segments), len(segments), starts[0], segments[-1].finish)
+
+
+def _part(leaf: Leaf, first: int, last: int) -> Leaf:
+    """The segments of a leaf from `first` to before `last`."""
+    first, last = leaf.first + first, leaf.first + last
+    return Leaf(leaf.starts, leaf.row, first, last, last - first, leaf.starts[first], leaf.row[last - 1].finish)
 
 
 def _leaves_of(offset: float, segments: Sequence[Segment]) -> list[Held]:
@@ -86,9 +101,9 @@ def _leaves_of(offset: float, segments: Sequence[Segment]) -> list[Held]:
 
 def _branch(children: Sequence[Held]) -> Held:
     """A branch over nodes of one height."""
-    offsets, nodes = tuple([offset for offset, _ in children]), tuple([node for _, node in children])
-    begins = tuple([offset + node.begin for offset, node in children])
-    counts = (0, *accumulate([node.count for node in nodes]))
+    offsets, nodes = array("d", [offset for offset, _ in children]), tuple([node for _, node in children])
+    begins = array("d", [offset + node.begin for offset, node in children])
+    counts = array("q", accumulate([node.count for node in nodes], initial=0))
     last = nodes[-1]
     made = Branch(last.height + 1, offsets, nodes, begins, counts, counts[-1], begins[0], offsets[-1] + last.end)
     return Held(0.0, made)
@@ -158,17 +173,17 @@ def _patched(node: Branch, first: int, last: int, middle: list[Held], shift: flo
 
     What every edit does on every level: nothing is counted anew that stays.
     """
-    counts = tuple(accumulate([part.node.count for part in middle], initial=node.counts[first]))
-    more = counts[-1] - node.counts[last]
-    offsets, begins, later = node.offsets[last:], node.begins[last:], node.counts[last + 1 :]
+    counts = node.counts[:first] + array(
+        "q", accumulate([part.node.count for part in middle], initial=node.counts[first])
+    )
+    more, later = counts[-1] - node.counts[last], node.counts[last + 1 :]
+    after, begun = node.offsets[last:], node.begins[last:]
     if shift:
-        offsets, begins = tuple([t + shift for t in offsets]), tuple([t + shift for t in begins])
-    if more:
-        later = tuple([count + more for count in later])
-    offsets = (*node.offsets[:first], *[part.offset for part in middle], *offsets)
+        after, begun = array("d", [t + shift for t in after]), array("d", [t + shift for t in begun])
+    counts += array("q", [count + more for count in later]) if more else later
+    offsets = node.offsets[:first] + array("d", [part.offset for part in middle]) + after
+    begins = node.begins[:first] + array("d", [part.offset + part.node.begin for part in middle]) + begun
     nodes = (*node.nodes[:first], *[part.node for part in middle], *node.nodes[last:])
-    begins = (*node.begins[:first], *[part.offset + part.node.begin for part in middle], *begins)
-    counts = (*node.counts[:first], *counts, *later)
     return Branch(node.height, offsets, nodes, begins, counts, counts[-1], begins[0], offsets[-1] + nodes[-1].end)
 
 
@@ -184,15 +199,17 @@ def _children(node: Branch, first: int, last: int, shift: float = 0.0) -> list[H
 def _spliced_leaf(
     offset: float, leaf: Leaf, base: float, first: int, last: int, new: Sequence[Segment], shift: float
 ) -> list[Held]:
-    left, right = leaf.segments[:first], leaf.segments[last:]
-    if not left and not new:
-        return [Held(offset + shift, _leaf(right))] if right else []
-    away = -(base + offset)
-    made = (*left, *[segment.shifted(away) for segment in new])
-    few = not shift or len(right) * SPARSE <= LEAF  # more of them are shifted together, as a leaf of their own
-    if few and len(made) + len(right) <= LEAF:
-        return [Held(offset, _leaf((*made, *[segment.shifted(shift) for segment in right])))]
-    return _leaves_of(offset, made) + ([Held(offset + shift, _leaf(right))] if right else [])
+    """What is before and after new segments stays where it is; behind the last one they are put on."""
+    count = leaf.count
+    if first and last >= count and first + len(new) <= LEAF:
+        return [Held(offset, _leaf((*leaf.row[leaf.first : leaf.first + first], *_shifted(new, -(base + offset)))))]
+    parts = [Held(offset, _part(leaf, 0, first))] if first else []
+    parts += _leaves_of(offset, _shifted(new, -(base + offset)))
+    return [*parts, Held(offset + shift, _part(leaf, last, count))] if last < count else parts
+
+
+def _shifted(segments: Sequence[Segment], shift: float) -> Sequence[Segment]:
+    return [segment.shifted(shift) for segment in segments] if shift else segments
 
 
 def _mended(row: list[Held]) -> list[Held]:
@@ -215,10 +232,10 @@ def _is_sparse(node: Node) -> bool:
 def _together(left: Held, right: Held) -> list[Held]:
     """Two neighbours of one height as one node, if that can hold both."""
     if isinstance(left.node, Branch) and isinstance(right.node, Branch):
-        if len(left.node.nodes) + len(right.node.nodes) > FAN:
+        if (len(left.node.nodes) + len(right.node.nodes)) * MENDED > FAN:
             return [left, right]
         return [_branch([child for held in (left, right) for child in _shifted_children(held)])]
-    if left.node.count + right.node.count > LEAF:
+    if (left.node.count + right.node.count) * MENDED > LEAF:
         return [left, right]
     offset = max(left, right, key=lambda held: held.node.count).offset
     return [Held(offset, _leaf([*_moved(left, offset), *_moved(right, offset)]))]
@@ -232,8 +249,7 @@ def _shifted_children(held: Held) -> list[Held]:
 def _moved(held: Held, offset: float = 0.0) -> Sequence[Segment]:
     """The segments of a leaf, their times counted from `offset`."""
     assert isinstance(held.node, Leaf)
-    shift = held.offset - offset
-    return [segment.shifted(shift) for segment in held.node.segments] if shift else held.node.segments
+    return _shifted(held.node.segments, held.offset - offset)
 
 
 # --- reading -----------------------------------------------------------------------------------------------------
@@ -247,7 +263,7 @@ def index_at(held: Held, t: float) -> int:
         child = max(bisect_right(node.begins, t - offset) - 1, 0)
         before += node.counts[child]
         offset, node = offset + node.offsets[child], node.nodes[child]
-    return before + max(bisect_right(node.starts, t - offset) - 1, 0)
+    return before + max(bisect_right(node.starts, t - offset, node.first, node.last) - node.first - 1, 0)
 
 
 def segment(held: Held, index: int) -> Segment:
@@ -257,7 +273,7 @@ def segment(held: Held, index: int) -> Segment:
         child = bisect_right(node.counts, index) - 1
         index -= node.counts[child]
         offset, node = offset + node.offsets[child], node.nodes[child]
-    return node.segments[index].shifted(offset)
+    return node.row[node.first + index].shifted(offset)
 
 
 def leaves(held: Held, first: float, last: float) -> Iterator[Held]:

@@ -76,8 +76,8 @@ class Timeline:
             offset += node.offsets[place]
             node = node.nodes[place]
         leaf: Leaf = node  # type: ignore[assignment]  # what is no branch is a leaf
-        place = bisect_right(leaf.starts, t - offset) - 1
-        segment = leaf.segments[place if place > 0 else 0]
+        place, first = bisect_right(leaf.starts, t - offset, leaf.first, leaf.last) - 1, leaf.first
+        segment = leaf.row[place if place > first else first]
         since = t - (offset + segment.start)  # that sum is exact: whatever the offsets are, g is the same to the bit
         if since < 0.0:
             return segment, 0.0
