@@ -30,6 +30,7 @@ class Row(NamedTuple):
 SUBCOMMANDS: Mapping[str, Row] = {
     "shell": Row("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
     "run": Row("run", "FILE.v2 [PROGRAM]", "load a file and execute a program of it"),
+    "steer": Row("steer", "FILE.csv", "follow a stream of targets, from a file or another program"),
     "check": Row("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
     "fmt": Row("fmt", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
     "robots": Row("robots", "[NAME|FILE]", "the robots that there are, or all about one"),

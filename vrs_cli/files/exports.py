@@ -118,16 +118,23 @@ def _line(text: str) -> bytes:
 def write_json(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
     """A list with an object for every sample, as `vrs where --json` tells a position."""
     n = arm.model.joint_count
+    units = _joint_units(arm)
     before = "[\n  "
     for times in sample_times(timeline, rate):
         positions = positions_at(arm, timeline, times)
         for row, hand in zip(table(positions, arm.model.units).tolist(), positions.hand.tolist(), strict=True):
             t, *numbers = row
             joints, xyz, oat = numbers[:n], numbers[n : n + 3], numbers[n + 3 :]
-            one = {"time": t, "joints_deg": joints, "xyz_mm": xyz, "oat_deg": oat, "hand": hand}
+            one = {"time": t, "joints_deg": joints, **units, "xyz_mm": xyz, "oat_deg": oat, "hand": hand}
             stream.write(f"{before}{json.dumps(one)}".encode("ascii"))
             before = ",\n  "
     stream.write(b"\n]\n")
+
+
+def _joint_units(arm: RobotArm) -> dict[str, list[str]]:
+    """`joint_units`, where a joint slides."""
+    units = [arm.model.units.unit(joint) for joint in range(1, arm.model.joint_count + 1)]
+    return {"joint_units": units} if "mm" in units else {}
 
 
 # --- NumPy ---------------------------------------------------------------------------------------------------

@@ -33,12 +33,14 @@ from vrs_cli.errors import (
 )
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.driver import ROBOT_PROGRAM, Outcome, RunResult
+from vrs_cli.interfaces.jogging import jog
 from vrs_cli.interfaces.next_motion import said_for_next_motion
+from vrs_cli.interfaces.operands import real as _real
 from vrs_cli.interfaces.plotting import plotted, selected
+from vrs_cli.interfaces.realtime import clock, clock_report
 from vrs_cli.interfaces.replies import (
     BranchRow,
     BranchTable,
-    ClockReport,
     ComparisonTable,
     Diagnosed,
     DiagnosticsReport,
@@ -126,12 +128,6 @@ class Watched(Protocol):
 # --- operands ------------------------------------------------------------------------------------------------------
 
 
-def _value(session: Session, expression: Expression) -> Value:
-    from vrs_cli.language.runtime import evaluate
-
-    return evaluate(session.environment, session.robot, expression)
-
-
 def _sight(session: Session, expression: Expression) -> Callable[[], Value]:
     """Looks at an expression as the program that has stopped sees it."""
     from vrs_cli.language.runtime import Sight
@@ -143,13 +139,6 @@ def _sight(session: Session, expression: Expression) -> Callable[[], Value]:
 def _own(session: Session) -> Mapping[str, Reference]:
     """What the program that has stopped has for itself: its arguments, and the variables of AUTO and LOCAL."""
     return {} if session.task is None else session.task.own
-
-
-def _real(session: Session, expression: Expression) -> float:
-    value = _value(session, expression)
-    if not isinstance(value, float):
-        raise TypeMismatch(f"a {kind_of_value(value).value}", "a real is wanted here")
-    return value
 
 
 def _argument(it: Instruction, index: int) -> Expression | None:
@@ -1126,7 +1115,7 @@ def _io(session: Session, it: Instruction) -> Iterator[Reply]:
 
 
 def _time(session: Session, _it: Instruction) -> Iterator[Reply]:
-    yield ClockReport(session.engine.now)
+    yield clock_report(session)
 
 
 def _id(session: Session, _it: Instruction) -> Iterator[Reply]:
@@ -1351,9 +1340,11 @@ MONITOR: Mapping[str, Handler] = {
     "STATUS": _status,
     "IO": _io,
     "TIME": _time,
+    "CLOCK": clock,
     "ID": _id,
     "FREE": _free,
     "HELP": _help,
+    "JOG": jog,
     "UNDO": _undo,
     "REDO": _redo,
     "BRANCH": _branch,

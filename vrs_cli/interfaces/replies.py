@@ -257,9 +257,11 @@ class SettingTable:
 
 @dataclass(frozen=True, slots=True)
 class ClockReport:
-    """TIME: the robot clock [s]."""
+    """TIME, CLOCK: the robot clock [s], and in real time its rate."""
 
     clock: float
+    rate: float | None = None
+    paused: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -236,7 +236,8 @@ def _settings(reply: replies.SettingTable, _page: Page) -> Iterator[Block]:
 
 
 def _clock(reply: replies.ClockReport, _page: Page) -> Iterator[Block]:
-    yield line(f"Robot clock {seconds(reply.clock)}")
+    pace = "" if reply.rate is None else f", rate {reply.rate:g}"
+    yield line(f"Robot clock {seconds(reply.clock)}{pace}{', paused' if reply.paused else ''}")
 
 
 def _identification(reply: replies.Identification, _page: Page) -> Iterator[Block]:
