@@ -31,6 +31,7 @@ LIVES_IN = {
     "prompt_toolkit": {"repl"},
     "rich": {"render"},
     "msgspec": {"files"},
+    "mcap": {"files/mcap_log.py"},
     "matplotlib": {"render"},
     "pygments": {"highlight"},
     "pygls": {"lsp/server.py"},

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import subprocess
+import sys
 from math import degrees
 from pathlib import Path
 
@@ -55,6 +57,33 @@ def test_the_format_may_come_from_the_name(vrs: Vrs) -> None:
     assert vrs("export", "t.vrst", "-o", "a.csv").status == 0
     assert vrs("export", "t.vrst", "--to", "csv", "-o", "b").status == 0
     assert Path("a.csv").read_bytes() == Path("b").read_bytes()
+
+
+def test_a_log_needs_mcap(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrs_cli.files.mcap_log.find_spec", lambda _: None)
+    ended = vrs("export", "t.vrst", "-o", "a.mcap")
+    assert (ended.status, ended.err.count("\n")) == (2, 1)
+    assert "pip install vrs-cli[mcap]" in ended.err
+    assert not Path("a.mcap").exists()
+
+
+@pytest.mark.parametrize("form", ["json", "npz", "mcap", "ros"])
+def test_every_format_is_the_same_in_a_file_and_on_standard_output(vrs: Vrs, form: str) -> None:
+    if form == "mcap":
+        pytest.importorskip("mcap")
+    assert vrs("export", "t.vrst", "--to", form, "-o", "a", "--rate", 20).status == 0
+    command = [sys.executable, "-m", "vrs_cli", "export", "t.vrst", "--to", form, "--rate", "20"]
+    assert subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout == Path("a").read_bytes()
+
+
+def test_json_says_what_where_says(vrs: Vrs) -> None:
+    assert vrs("export", "t.vrst", "-o", "a.json", "--rate", 3).status == 0
+    rows = json.loads(Path("a.json").read_text())
+    told = json.loads(vrs("where", "t.vrst", "--json", "--at", *(row["time"] for row in rows)).out)
+    for row, one in zip(rows, told, strict=True):
+        for key in ("joints_deg", "xyz_mm", "oat_deg"):
+            assert row[key] == pytest.approx(one[key], abs=1e-9, rel=0.0)
+        assert (row["time"], row["hand"]) == (one["time"], one["hand"])
 
 
 def test_export_to_standard_output(vrs: Vrs) -> None:
@@ -123,8 +152,8 @@ def test_a_file_that_is_no_trajectory(
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["export", "--to", "mcap"], "unknown format mcap (known: csv)"),
-        (["export"], "which format? (give --to csv)"),
+        (["export", "--to", "bag"], "unknown format bag (known: csv, json, npz, mcap, ros)"),
+        (["export"], "which format? (give --to csv or json or npz or mcap or ros)"),
         (["export", "-o", "t.vrst", "--to", "csv"], "t.vrst is named twice"),
         (["export", "-o", "none/a.csv"], "*File error* none/a.csv cannot be written: no such file"),
         (["replay", "--csv", "a", "--plot", "a"], "a is named twice"),

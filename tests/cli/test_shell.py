@@ -39,3 +39,44 @@ def test_a_robot_that_is_not_there(tmp_path: Path) -> None:
     ended = fed("WHERE\n", "--robot", "none.toml", folder=tmp_path)
     assert (ended.returncode, ended.stdout) == (2, "")
     assert ended.stderr == "vrs: *Nonexistent file* none.toml\n"
+
+
+# --- a journal of the shell --------------------------------------------------------------------------------
+
+
+def test_a_session_is_recorded_and_goes_on_in_the_next(tmp_path: Path) -> None:
+    ended = fed("DRIVE 1, 60\nDRIVE 2, 10\nUNDO\n", "shell", "--save", "j.vrst", folder=tmp_path)
+    assert (ended.returncode, ended.stdout.splitlines()[0]) == (0, "j.vrst is begun")
+    with (tmp_path / "j.vrst").open("ab") as file:
+        file.write(b'{"version":3,"mot')
+    ended = fed("REDO\nTIMELINE\n", "--save", "j.vrst", folder=tmp_path)
+    assert ended.stdout.splitlines()[:3] == [
+        "its last line was not written to the end, and was left out",
+        "j.vrst goes on: 1 command, clock at 1.032 s",
+        "DRIVE 2, 10 is done again; the clock is at 1.503 s",
+    ]
+    assert (tmp_path / "j.vrst").read_bytes().count(b"\n") == 5
+
+
+def test_the_journal_of_a_session_is_not_overwritten_by_it(tmp_path: Path) -> None:
+    ended = fed("DISABLE INTERACTIVE\nREADY\nSAVE j\nSTORE j.vrst\nSAVE k\n", "--save", "j.vrst", folder=tmp_path)
+    assert ended.returncode == 1
+    assert ended.stdout.count("*File error* j.vrst holds all of this session already") == 1
+    assert (tmp_path / "j.vrst").read_bytes() == (tmp_path / "k.vrst").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "told"),
+    [
+        (("--save", "none/j.vrst"), 2, "there is no folder none"),
+        (("--save", "bad.vrst"), 1, "bad.vrst has no whole first line"),
+    ],
+)
+def test_a_file_that_cannot_be_written_on_is_refused_at_once(
+    tmp_path: Path, arguments: tuple[str, ...], status: int, told: str
+) -> None:
+    (tmp_path / "bad.vrst").write_bytes(b"x")
+    ended = fed("DRIVE 1, 60\n", *arguments, folder=tmp_path)
+    assert (ended.returncode, ended.stdout) == (status, "")
+    assert told in ended.stderr
+    assert (tmp_path / "bad.vrst").read_bytes() == b"x"

@@ -42,7 +42,9 @@ ANYTHING = "..."
 _FENCE = re.compile(r"^```(?P<language>\w*) ?(?P<argument>.*)$")
 _COMMAND = re.compile(r"^\$ (?P<typed>.*)$")
 # The lines that close a listing of LISTP begin with a dot too: `..PROGRAM name` is typed, `.PROGRAM name` is printed.
-_PROMPT = re.compile(r"^(?P<prompt>\.)(?!PROGRAM\b|END\b|LOCATIONS\b|REALS\b|STRINGS\b)(?P<typed>.*)$")
+_PROMPT = re.compile(
+    r"^(?P<prompt>(?:\([a-z][\w.]*\))?\.)(?!PROGRAM\b|END\b|LOCATIONS\b|REALS\b|STRINGS\b)(?P<typed>.*)$"
+)
 _STEP = re.compile(r"^(?P<prompt> *\d+\.\? )(?P<typed>.*)$")
 _SHELL_SYNTAX = re.compile(r"[|<>;&$`*]")
 
@@ -210,7 +212,7 @@ class Reader:
         """The page must show the prompt that a terminal shows, and the blanks that it puts before a step."""
         entry = self.conversation.entry
         shown = exchange.prompt + exchange.typed
-        before = (self.conversation.prompt or ".") + (entry.indent if entry else "")
+        before = (self.conversation.prompt or self.conversation.session.prompt) + (entry.indent if entry else "")
         if not shown.startswith(before):
             yield f"{block.where}: {shown!r}: the shell begins this line with {before!r}\n"
 

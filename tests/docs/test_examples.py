@@ -14,7 +14,7 @@ from tests.docs.examples import ROOT, PageFault, Reader, blocks, matches
 
 README = ROOT / "README.md"
 PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
-WITHOUT_EXAMPLES = {"editors.md", "trajectory-file.md", "words.md"}
+WITHOUT_EXAMPLES = {"editors.md", "words.md"}
 CI = ROOT / ".ci" / "run"
 
 _LINK = re.compile(r"\]\((?!https?:)([^)#]*)(#[^)]*)?\)")

@@ -30,6 +30,7 @@ from vrs_cli.engine.commands import (
     ToolOffsetTarget,
 )
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.history import WIDE
 from vrs_cli.errors import (
     IllegalJoint,
     IllegalValue,
@@ -42,6 +43,7 @@ from vrs_cli.errors import (
 from vrs_cli.kinematics.configuration import Arm, Wrist
 from vrs_cli.kinematics.model import load_robot
 from vrs_cli.kinematics.transform import distance, from_oat, translation
+from vrs_cli.trajectory.delta import Cause
 from vrs_cli.trajectory.motion import Start
 
 MODEL = load_robot("puma560")
@@ -341,6 +343,51 @@ def test_undo_takes_back_motion_and_clock(engine: Engine) -> None:
     engine.undo()
     with pytest.raises(UsageError, match="no motion to undo"):
         engine.undo()
+
+
+def test_redo_does_again_what_was_undone_with_its_clock(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False))
+    engine.perform(Move(B, straight=False))
+    whole, clock = engine.timeline, engine.now
+    engine.undo()
+    engine.undo()
+    engine.redo()
+    assert [record.number for record in engine.records()] == [1]
+    engine.redo()
+    assert engine.timeline == whole
+    assert engine.now == clock
+    assert [delta.cause for delta in engine.deltas[-2:]] == [Cause.REDO, Cause.REDO]
+    with pytest.raises(UsageError, match="no motion to redo"):
+        engine.redo()
+
+
+def test_a_new_command_ends_what_could_be_redone(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False))
+    engine.undo()
+    engine.perform(Move(B, straight=False))
+    with pytest.raises(UsageError, match="a new motion ends it"):
+        engine.redo()
+
+
+def test_a_command_that_is_refused_leaves_what_can_be_redone(engine: Engine) -> None:
+    engine.perform(Move(A, straight=False))
+    engine.undo()
+    with pytest.raises(IllegalValue):
+        engine.perform(Move(B, straight=False, stamp=Stamp(-1.0)))
+    engine.redo()
+    assert len(engine.records()) == 1
+
+
+def test_a_command_that_drops_a_long_tail_is_undone_too(engine: Engine) -> None:
+    for _ in range(WIDE):
+        engine.perform(Move(B, straight=False))
+        engine.perform(Move(A, straight=False))
+    before = engine.timeline
+    engine.perform(SetParameter("INSERT", "OFF"))
+    engine.perform(Move(B, straight=False, stamp=Stamp(0.1)))
+    assert len(engine.timeline) < 10
+    engine.undo()
+    assert engine.timeline == before
 
 
 def test_all_deltas_replayed_give_the_timeline(engine: Engine) -> None:

@@ -2,9 +2,13 @@ from __future__ import annotations
 
 import csv
 import io
-from math import degrees
+import json
+from itertools import pairwise
+from math import degrees, radians
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from tests.files.trajectories import initial, planned, puma
@@ -12,7 +16,8 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import FileError
 from vrs_cli.files.exports import CHUNK, EXPORTERS, export, sample_times, write_csv
 from vrs_cli.kinematics.arm import arm_for
-from vrs_cli.kinematics.transform import to_oat
+from vrs_cli.kinematics.transform import from_oat, to_oat
+from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline
 
 ARM = arm_for(puma())
@@ -69,6 +74,169 @@ def test_the_same_bytes_every_time() -> None:
 def test_there_is_no_minus_zero() -> None:
     timeline, _ = planned(15)
     assert not [cell for row in rows_of(timeline, 100.0) for cell in row if cell == "-0.000000000"]
+
+
+# --- NumPy --------------------------------------------------------------------------------------------------
+
+
+def npz_of(timeline: Timeline, rate: float) -> dict[str, np.ndarray]:
+    stream = io.BytesIO()
+    EXPORTERS["npz"].write(stream, ARM, timeline, rate)
+    stream.seek(0)
+    with np.load(stream, allow_pickle=False) as arrays:
+        return dict(arrays)
+
+
+def test_arrays_are_what_g_says_at_their_times() -> None:
+    timeline, _ = planned(15)
+    arrays = npz_of(timeline, 13.0)
+    times = np.concatenate(list(sample_times(timeline, 13.0)))
+    assert (arrays["times"] == times).all()
+    for row, t in enumerate(times):
+        position = position_at(ARM, timeline, t)
+        T = position.T_world_tool
+        for name, expected in (
+            ("joints", position.joints),
+            ("velocities", position.velocity),
+            ("accelerations", position.acceleration),
+            ("xyz", (T.px, T.py, T.pz)),
+            ("oat", to_oat(T)),
+            ("hand", position.hand),
+        ):
+            assert arrays[name][row] == pytest.approx(expected, abs=1e-9, rel=1e-9), name
+
+
+def test_the_segments_are_there_with_their_polynomials() -> None:
+    timeline, _ = planned(15)
+    arrays = npz_of(timeline, 1.0)
+    count = len(timeline)
+    assert {len(array) for name, array in arrays.items() if name.startswith("segment")} == {count}
+    assert arrays["segment_joints"].shape[:2] == (count, 6)
+    for row, segment in enumerate(timeline):
+        assert (arrays["segment_start"][row], arrays["segment_finish"][row]) == (segment.start, segment.finish)
+        assert arrays["segment_phase"][row] == segment.phase.value
+        assert (arrays["segment_command"][row], arrays["segment_text"][row]) == (
+            segment.motion.number,
+            segment.motion.text,
+        )
+        straight = isinstance(segment.path, CartesianPath)
+        assert arrays["segment_straight"][row] == straight
+        ours, other = arrays["segment_xyz" if straight else "segment_joints"][row], "xyz" if not straight else "joints"
+        assert np.isnan(arrays[f"segment_{other}"][row]).all()
+        polynomials = segment.path.position if straight else segment.path.coefficients
+        for got, a in zip(ours, polynomials, strict=True):
+            assert tuple(got[: len(a)]) == a
+            assert not got[len(a) :].any()
+
+
+# --- ROS 2 ---------------------------------------------------------------------------------------------------
+
+
+def test_a_joint_trajectory_has_every_boundary_and_every_sample() -> None:
+    timeline, _ = planned(12)
+    stream = io.BytesIO()
+    EXPORTERS["ros"].write(stream, ARM, timeline, 9.0)
+    told = json.loads(stream.getvalue())
+    assert set(told) == {"header", "joint_names", "points"}
+    assert told["joint_names"] == ["jt1", "jt2", "jt3", "jt4", "jt5", "jt6"]
+    stamps = [point["time_from_start"] for point in told["points"]]
+    ns = [stamp["sec"] * 10**9 + stamp["nanosec"] for stamp in stamps]
+    assert all(0 <= stamp["nanosec"] < 10**9 for stamp in stamps)
+    assert all(a < b for a, b in pairwise(ns))
+    edges = {edge for s in timeline for edge in (s.start, s.finish)}
+    samples = {t for times in sample_times(timeline, 9.0) for t in times.tolist()}
+    assert set(ns) == {round((t - timeline.start) * 10**9) for t in edges | samples}
+    for point, stamp in zip(told["points"], ns, strict=True):
+        t = min(edges | samples, key=lambda t: abs((t - timeline.start) * 1e9 - stamp))
+        position = position_at(ARM, timeline, t)
+        assert point["positions"] == pytest.approx(position.joints, abs=1e-9)
+        assert point["velocities"] == pytest.approx(position.velocity, abs=1e-9, rel=1e-9)
+        assert len(point["accelerations"]) == 6
+
+
+def test_a_robot_that_never_moved_is_one_point() -> None:
+    stream = io.BytesIO()
+    EXPORTERS["ros"].write(stream, ARM, Timeline([initial()]), 9.0)
+    assert len(json.loads(stream.getvalue())["points"]) == 1
+
+
+# --- MCAP ----------------------------------------------------------------------------------------------------
+
+
+def test_a_log_is_read_back_by_a_reader_of_ros() -> None:
+    reader = pytest.importorskip("mcap_ros2.reader")
+    timeline, _ = planned(10)
+    stream = io.BytesIO()
+    EXPORTERS["mcap"].write(stream, ARM, timeline, 20.0)
+    stream.seek(0)
+    found: dict[str, list] = {"/joint_states": [], "/tool": [], "/commands": []}
+    clock = 0
+    for message in reader.read_ros2_messages(stream):
+        assert message.log_time_ns >= clock
+        clock = message.log_time_ns
+        found[message.channel.topic].append((message.log_time_ns, message.ros_msg))
+    times = np.concatenate(list(sample_times(timeline, 20.0)))
+    assert len(found["/joint_states"]) == len(found["/tool"]) == len(times)
+    for t, (ns, state), (_, tool) in zip(times, found["/joint_states"], found["/tool"], strict=True):
+        position = position_at(ARM, timeline, t)
+        assert ns == round(t * 1e9) == state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
+        assert state.name == ["jt1", "jt2", "jt3", "jt4", "jt5", "jt6"]
+        assert state.position == pytest.approx(position.joints, abs=1e-9)
+        assert state.velocity == pytest.approx(position.velocity, abs=1e-9, rel=1e-9)
+        T, place, q = position.T_world_tool, tool.pose.position, tool.pose.orientation
+        assert (place.x, place.y, place.z) == pytest.approx((T.px, T.py, T.pz), abs=1e-9)
+        assert rotated(q) == pytest.approx([T[i] for i in (0, 1, 2, 4, 5, 6, 8, 9, 10)], abs=1e-9)
+    begun = [segment for before, segment in pairwise(timeline) if before.motion.number != segment.motion.number]
+    assert [(ns, log.msg) for ns, log in found["/commands"]] == [(round(s.start * 1e9), s.motion.text) for s in begun]
+
+
+def rotated(q) -> list[float]:
+    """A unit quaternion as a rotation, row by row."""
+    x, y, z, w = q.x, q.y, q.z, q.w
+    return [
+        1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),
+        2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),
+        2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y),
+    ]  # fmt: skip
+
+
+def test_a_log_has_an_index_and_names_its_robot() -> None:
+    reader = pytest.importorskip("mcap.reader")
+    stream = io.BytesIO()
+    EXPORTERS["mcap"].write(stream, ARM, planned(3)[0], 20.0)
+    stream.seek(0)
+    log = reader.make_reader(stream)
+    assert log.get_header().profile == "ros2"
+    summary = log.get_summary()
+    assert {channel.topic for channel in summary.channels.values()} == {"/joint_states", "/tool", "/commands"}
+    assert summary.statistics.message_start_time == 0
+    assert next(iter(log.iter_metadata())).metadata["name"] == "puma560"
+
+
+@pytest.mark.parametrize("angles", [(0, 0, 0), (180, 0, 0), (0, 180, 0), (0, 0, 180), (119, -170, 3), (90, 90, 90)])
+def test_a_quaternion_of_any_rotation(angles: tuple[float, float, float]) -> None:
+    pytest.importorskip("mcap")
+    from vrs_cli.files.mcap_log import quaternions
+
+    T = from_oat(0.0, 0.0, 0.0, *(radians(angle) for angle in angles))
+    R = np.array([[T[4 * i + j] for j in range(3)] for i in range(3)])
+    ((x, y, z, w),) = quaternions(R[None])
+    assert rotated(SimpleNamespace(x=x, y=y, z=z, w=w)) == pytest.approx(R.ravel(), abs=1e-12)
+    assert w >= 0.0
+
+
+# --- files ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", sorted(EXPORTERS))
+def test_the_same_bytes_every_time_in_every_format(name: str) -> None:
+    if name == "mcap":
+        pytest.importorskip("mcap")
+    timeline, _ = planned(5)
+    streams = [io.BytesIO(), io.BytesIO()]
+    for stream in streams:
+        EXPORTERS[name].write(stream, ARM, timeline, 77.0)
+    assert streams[0].getvalue() == streams[1].getvalue()
 
 
 def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:

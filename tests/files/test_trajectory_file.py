@@ -1,8 +1,12 @@
 from __future__ import annotations
 
+import errno
 import json
+import os
+from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
+from typing import BinaryIO
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -10,6 +14,7 @@ from hypothesis import strategies as st
 
 from tests.files.trajectories import JOINTS, appended, deltas, initial, planned, puma
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
+from vrs_cli.files import trajectory_file
 from vrs_cli.files.records import MotionRecord, Motions
 from vrs_cli.files.trajectory_file import (
     TrajectoryWriter,
@@ -124,6 +129,90 @@ def test_a_batch_journal_is_whole_when_it_is_closed(tmp_path: Path) -> None:
         for delta in changes:
             journal.append(delta)
     assert read_trajectory(path).deltas == changes
+
+
+def test_a_journal_that_is_continued_is_the_one_that_was_never_closed(tmp_path: Path) -> None:
+    changes = planned(8)[1]
+    whole, parts = tmp_path / "whole.vrst", tmp_path / "parts.vrst"
+    write_trajectory(whole, puma(), [initial()], changes)
+    write_trajectory(parts, puma(), [initial()], changes[:3])
+    for size in (5, len(changes)):
+        recording = read_trajectory(parts)
+        with TrajectoryWriter.continued(parts, recording) as journal:
+            for delta in changes[len(recording.deltas) : size]:
+                journal.append(delta)
+    assert parts.read_bytes() == whole.read_bytes()
+
+
+@pytest.mark.parametrize("tail", [b"", b'{"version":4,"moti', b"\x00\x00\x00"])
+def test_a_torn_tail_is_cut_off_before_a_journal_goes_on(saved: Path, tail: bytes) -> None:
+    whole = saved.read_bytes()
+    lines = whole.splitlines(keepends=True)
+    saved.write_bytes(b"".join(lines[:-1]) + tail)
+    recording = read_trajectory(saved)
+    assert recording.dropped_tail is bool(tail)
+    with TrajectoryWriter.continued(saved, recording) as journal:
+        journal.append(planned(6)[1][-1])
+    assert saved.read_bytes() == whole
+
+
+def test_a_last_line_that_lacks_only_its_end_is_kept(saved: Path) -> None:
+    whole = saved.read_bytes()
+    saved.write_bytes(whole[:-1])
+    recording = read_trajectory(saved)
+    TrajectoryWriter.continued(saved, recording).close()
+    assert saved.read_bytes() == whole
+
+
+def test_a_line_that_fails_is_written_with_the_next(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, changes = tmp_path / "t.vrst", planned(5)[1]
+    full = [False]
+
+    def sync_or_not(stream: BinaryIO) -> None:
+        stream.flush()
+        if full[0]:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(trajectory_file, "sync", sync_or_not)
+    with TrajectoryWriter(path, puma(), [initial()]) as journal:
+        journal.append(changes[0])
+        full[0] = True
+        for delta in changes[1:3]:
+            with pytest.raises(FileError, match="no space left"):
+                journal.append(delta)
+            assert read_trajectory(path).deltas == changes[:1]
+        full[0] = False
+        journal.append(changes[3])
+        assert read_trajectory(path).deltas == changes[:4]
+
+
+def test_ctrl_c_in_the_middle_of_a_line_leaves_it_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, changes, interrupt = tmp_path / "t.vrst", planned(4)[1], [False]
+
+    def sync_or_stop(stream: BinaryIO) -> None:
+        stream.flush()
+        if interrupt.pop():
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(trajectory_file, "sync", sync_or_stop)
+    journal = TrajectoryWriter(path, puma(), [initial()])
+    for delta, stopped in zip(changes, (False, True, False, True), strict=False):
+        interrupt[:] = [stopped]
+        with suppress(KeyboardInterrupt):
+            journal.append(delta)
+    interrupt[:] = [False, False]
+    journal.close()
+    assert read_trajectory(path).deltas == changes[:4]
+
+
+def test_progress_goes_from_nothing_to_all(tmp_path: Path) -> None:
+    path, shares = tmp_path / "t.vrst", list[float]()
+    write_trajectory(path, puma(), [initial()], appended(1200))
+    read_trajectory(path, shares.append)
+    assert len(shares) == 3
+    assert shares == sorted(shares)
+    assert 0.0 < shares[0] < 0.01
+    assert 0.8 < shares[-1] <= 1.0
 
 
 def test_a_failed_save_leaves_the_old_file(saved: Path) -> None:

@@ -398,10 +398,29 @@ def test_status_shows_what_is_said_for_the_next_motion() -> None:
     assert waiting(*said, "READY") == ()
 
 
-def test_load_says_which_file_it_cannot_be() -> None:
-    session = at(RecordingTerminal(), "READY", "SAVE demo")
-    with pytest.raises(UsageError, match=r"REPLAY demo\.vrst"):
-        session.perform("LOAD demo.vrst")
+def test_a_trajectory_is_loaded_as_a_branch() -> None:
+    session = at(RecordingTerminal(), "READY", "SAVE 2-demo", "DRIVE 1, 60", "LOAD 2-demo.vrst")
+    assert session.branches.present == "t2.demo"
+    assert [record.text for record in session.engine.records()] == ["READY"]
+    assert session.prompt == "(t2.demo)."
+
+
+def test_a_file_that_is_read_long_is_seen_to_be() -> None:
+    class Watcher(RecordingTerminal):
+        def begin_progress(self) -> None:
+            self.asked.append("begin")
+
+        def reading(self, path: str, share: float) -> None:
+            self.asked.append(f"{path} {share > 0.0}")
+
+        def end_progress(self) -> None:
+            self.asked.append("end")
+
+    watcher = Watcher()
+    session = at(watcher, "READY", "SAVE demo", "REPLAY demo")
+    assert watcher.asked == ["begin", "demo.vrst True", "end"]
+    session.perform("LOAD demo.vrst")
+    assert watcher.asked[3:] == watcher.asked[:3]
 
 
 def test_save_and_replay() -> None:

@@ -196,3 +196,10 @@ def test_parts_of_a_program() -> None:
 def test_bad_lines_are_kept() -> None:
     file, _ = parse_file(".PROGRAM a()\nMOVEE  b\n.END\nstray\n")
     assert print_file(file) == ".PROGRAM a()\n    MOVEE  b\n.END\nstray\n"
+
+
+@pytest.mark.parametrize("line", ["FDELETE a.v2", "FDELETE IF", "FLIST a.v2", "FCOPY new.v2 = old.v2"])
+def test_a_file_name_at_the_prompt_stays_as_it_was_typed(line: str) -> None:
+    statement = parse_prompt(line)
+    assert statement is not None
+    assert statement_text(statement) == line

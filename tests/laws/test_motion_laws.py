@@ -122,6 +122,31 @@ def test_undo_gives_back_the_timeline_to_the_bit(sequence: list[tuple[object, bo
         engine.undo()
 
 
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@given(steps, st.lists(st.integers(-3, 3), max_size=8))
+def test_redo_gives_back_the_timeline_and_the_clock_to_the_bit(
+    sequence: list[tuple[object, bool]], walk: list[int]
+) -> None:
+    engine, edits = performed(sequence)
+    states = [(before, step.clock) for (before, _, _), step in zip(edits, engine.history.done, strict=True)]
+    states.append((engine.timeline, engine.now))
+    place = len(states) - 1
+    for stride in walk:
+        for _ in range(abs(stride)):
+            if not 0 <= place + (1 if stride > 0 else -1) < len(states):
+                break
+            place += 1 if stride > 0 else -1
+            (engine.redo if stride > 0 else engine.undo)()
+        timeline, clock = states[place]
+        assert engine.timeline == timeline
+        assert repr(list(engine.timeline)) == repr(list(timeline))
+        assert engine.now == clock
+    replayed = engine.initial
+    for delta in engine.deltas:
+        replayed = replayed.apply(delta)
+    assert replayed == engine.timeline
+
+
 def test_a_line_out_of_a_motion_at_full_speed_asks_no_joint_for_too_much() -> None:
     engine = Engine(MODEL)
     turned = tuple(map(radians, (40.9, -102.4, -6.3, 124.3, -46.8, 48.3)))

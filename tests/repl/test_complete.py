@@ -18,6 +18,7 @@ NAMES = Names(
         Kind.STRING: {"$msg": '"hello"'},
     },
     switches={"CP": "continuous path", "POWER": "arm power"},
+    branches={"trial": "branch"},
     parameters={"HAND.TIME": "", "PROFILE": ""},
 )
 
@@ -47,6 +48,8 @@ EXACT = [
     ("ENABLE ", ["CP", "POWER"]),
     ("EN P", ["POWER"]),
     ("DISABLE CP, P", ["POWER"]),
+    ("MERGE ", ["trial"]),
+    ("COMPARE tr", ["trial"]),
     ("PARAMETER PRO", ["PROFILE"]),
     ("HELP MOVES", ["MOVEST"]),
     ("HELP HAND", ["HAND.TIME"]),
@@ -64,7 +67,7 @@ EXACT = [
     ("DO MOVE pa", ["part", "pallet[1]"]),
     ("DO DRI", ["DRIVE"]),
     (".", [".PROGRAM"]),
-    ("UNDO ", []),
+    ("TIMELINE ", []),
     ("READY ", ["AT", "IN"]),
     ('TYPE "MO', []),
     ("WHERE ; MO", []),
@@ -129,7 +132,8 @@ def test_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (tmp_path / name).touch()
     (tmp_path / "programs").mkdir()
     (tmp_path / "programs" / "weld.v2").touch()
-    assert words("LOAD ") == ["pick.v2", "points.lc", "programs/"]
+    assert words("LOAD ") == ["demo.vrst", "pick.v2", "points.lc", "programs/"]
+    assert words("FLIST ") == ["pick.v2", "points.lc", "programs/"]
     assert words("LOAD pi") == ["pick.v2"]
     assert words("LOAD programs/") == ["weld.v2"]
     assert words("REPLAY ") == ["demo.vrst", "programs/"]

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser
 from vrs_cli.cli.outputs import add_rate_option, check_distinct, write_table
 from vrs_cli.cli.recordings import read_recording
 from vrs_cli.files.rates import DEFAULT_RATE
 
+if TYPE_CHECKING:
+    from vrs_cli.files.exports import Exporter
+
 EPILOG = """\
+{formats}
+
 Columns of csv: t [s], jt1 ... jtn [deg; mm where a joint slides], x, y, z [mm], o, a, t_angle [deg].
 
   vrs export pick.vrst --to csv -o pick.csv --rate 50
   vrs export pick.vrst --to csv | head
+  vrs export day.vrst -o day.npz --rate 10
 """
 
 
@@ -23,11 +30,12 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     from vrs_cli.files.atomic import check_writable
     from vrs_cli.files.exports import EXPORTERS
 
-    options = _parser(prog, tuple(EXPORTERS)).parse(arguments)
+    options = _parser(prog, EXPORTERS).parse(arguments)
     form = _format(options.to, options.output)
     if options.output != STANDARD_STREAM:
         check_distinct((options.file, options.output))
         check_writable(options.output)
+    EXPORTERS[form].check()
     recording = read_recording(prog, options.file)
     from vrs_cli.kinematics.arm import arm_for
 
@@ -35,13 +43,14 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     return 0
 
 
-def _parser(prog: str, formats: Sequence[str]) -> Parser:
-    parser = Parser(prog, "Write a saved trajectory as a table for other programs.", EPILOG)
+def _parser(prog: str, formats: Mapping[str, Exporter]) -> Parser:
+    rows = "\n".join(f"  {one.name:5} {one.summary}" for one in formats.values())
+    parser = Parser(prog, "Write a saved trajectory in a format of other programs.", EPILOG.format(formats=rows))
     parser.add_argument("file", metavar="T.vrst", help="a saved trajectory")
     parser.add_argument(
         "--to",
         metavar="FORMAT",
-        help=f"{', '.join(formats)}; default: by the ending of OUT",
+        help="one of these; default: by the ending of OUT",
     )
     parser.add_argument(
         "-o", "--output", metavar="OUT", default=STANDARD_STREAM, help="the file to write; default: standard output"

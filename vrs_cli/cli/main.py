@@ -36,7 +36,7 @@ SUBCOMMANDS: Mapping[str, Row] = {
     "lsp": Row("lsp", "", "the language server, which editors start"),
     "where": Row("where", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
     "replay": Row("replay", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),
-    "export": Row("export", "T.vrst --to FORMAT", "write a saved trajectory as a table for other programs"),
+    "export": Row("export", "T.vrst --to FORMAT", "write a saved trajectory for other programs: csv, npz, mcap, ..."),
 }
 
 FILE_COMMANDS: Mapping[str, str] = {".v2": "run", ".pg": "run", ".vrst": "replay"}  # what a bare file is good for

@@ -19,10 +19,12 @@ Numbers = list[float]
 
 
 def read_recording(prog: str, path: str) -> Recording:
-    """The trajectory of a file; stderr hears of a torn last line. Raises FileError."""
+    """The trajectory of a file, with a bar on a terminal; stderr hears of a torn last line. Raises FileError."""
     from vrs_cli.files.trajectory_file import read_trajectory
+    from vrs_cli.render.progress import reading
 
-    recording = read_trajectory(path)
+    with reading(path) as progress:
+        recording = read_trajectory(path, progress)
     if recording.dropped_tail:
         print(f"{prog}: warning: the last line of {path} is incomplete and left out", file=sys.stderr)
     return recording

@@ -20,11 +20,14 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     options = _parser(prog).parse(arguments)
     from vrs_cli.repl.shell import main as shell
 
-    return shell(robot=options.robot, file=options.file)
+    return shell(robot=options.robot, file=options.file, save=options.save)
 
 
 def _parser(prog: str) -> Parser:
     parser = Parser(prog, "The interactive VAL-II shell of a virtual robot.", EPILOG)
     parser.add_argument("file", metavar="FILE.v2", nargs="?", help="a program file to load first")
+    parser.add_argument(
+        "--save", metavar="T.vrst", help="record every motion in a file; go on with it if it is there already"
+    )
     parser.add_argument("--robot", metavar="NAME|FILE", help="a robot's name (vrs robots), or its TOML or URDF file")
     return parser

@@ -5,7 +5,8 @@ Nothing runs here between two requests. Readers of a timeline keep the version t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
@@ -36,15 +37,15 @@ from vrs_cli.engine.commands import (
     Stamp,
     ToolOffsetTarget,
 )
+from vrs_cli.engine.history import CommandRecord, History, Step
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
 from vrs_cli.engine.planner import plan
-from vrs_cli.engine.position import Position, joints_at, position_at
+from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
 from vrs_cli.engine.targets import Situation, check_near, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
     NotAvailable,
     PowerOff,
-    UsageError,
 )
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.joints import Joints
@@ -52,7 +53,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.blend import rest
 from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.instant import LATEST, on_grid, shown
+from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
@@ -65,30 +66,23 @@ DeltaListener = Callable[[TimelineDelta, Timeline], None]
 
 
 @dataclass(frozen=True, slots=True)
-class CommandRecord:
-    """A motion command and what became of it: when its motion begins and ends on the present timeline [s].
+class Line:
+    """All that an engine has of one course of events: another may be taken up in its place, and this one again."""
 
-    `executed` is as commanded and `end` None for a motion that a later command has dropped.
-    """
-
-    number: int
-    text: str
-    issued: float
-    executed: float
-    end: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class _Done:
-    """What undo needs: the timeline before a delta, the delta, and the clock before."""
-
+    initial: Timeline
     timeline: Timeline
-    delta: TimelineDelta
+    deltas: tuple[TimelineDelta, ...]
+    history: History
+    number: int
     clock: float
+    parameters: Parameters
 
 
 class Engine:
-    """One robot: model, timeline, settings, clock. `deltas` are all changes of the timeline so far."""
+    """One robot: model, timeline, settings, clock. `deltas` are all changes of the timeline so far.
+
+    `heard`: listeners are told of each change; not of those that are only tried.
+    """
 
     def __init__(self, model: RobotModel, *, start: Joints | None = None, clock: Clock | None = None) -> None:
         self.model = model
@@ -96,6 +90,7 @@ class Engine:
         self.clock: Clock = clock or VirtualClock()
         self.parameters = Parameters()
         self.listeners: list[DeltaListener] = []
+        self.heard = True
         self.begin_timeline(model.poses["ready"] if start is None else start)
 
     def begin_timeline(self, joints: Joints) -> None:
@@ -104,7 +99,7 @@ class Engine:
         self.timeline = Timeline([rest(joints, 0.0, 0.0, initial)])
         self.initial = self.timeline
         self.deltas: list[TimelineDelta] = []
-        self._history: list[_Done] = []
+        self.history = History()
         self._number = 0
         self._issued: float | None = None
         self.clock.set(0.0)
@@ -126,12 +121,7 @@ class Engine:
 
     def destination(self, t: float | None = None) -> Position:
         """Where the motion that is under way at t (now) ends, or where the robot stands."""
-        timeline = self.timeline
-        index = timeline.index_at(self.now if t is None else t)
-        number = timeline[index].motion.number
-        while index + 1 < len(timeline) and timeline[index + 1].motion.number == number:
-            index += 1
-        return position_at(self.arm, timeline, timeline[index].finish)
+        return destination_at(self.arm, self.timeline, self.now if t is None else t)
 
     @property
     def frames(self) -> Frames:
@@ -140,12 +130,7 @@ class Engine:
 
     def records(self) -> tuple[CommandRecord, ...]:
         """All motion commands that are not undone, in the order in which they were issued."""
-        begins: dict[int, float] = {}
-        ends: dict[int, float] = {}
-        for segment in self.timeline:
-            begins.setdefault(segment.motion.number, segment.start)
-            ends[segment.motion.number] = segment.finish
-        return tuple(_record(done.delta, begins, ends) for done in self._history)
+        return self.history.records(self.timeline)
 
     # --- requests ---
 
@@ -339,25 +324,61 @@ class Engine:
             insert=insert,
             slowest=float(self.parameters.values["STRETCH"]),
         )
-        self._history.append(_Done(before, delta, self.now if self._issued is None else self._issued))
-        self._number = motion.number
+        self.commit(delta, self.now if self._issued is None else self._issued, insert)
+
+    def commit(self, delta: TimelineDelta, clock: float, insert: bool) -> None:
+        """A command that was planned for the present timeline takes place; `clock` is what UNDO goes back to."""
+        self.history.add(Step.of(self.timeline, delta, clock, insert))
+        self._number = delta.motion.number
         self._apply(delta)
+
+    def follow(self, deltas: Iterable[TimelineDelta]) -> None:
+        """Change the timeline as another course of events did from here on; listeners hear of it."""
+        for delta in deltas:
+            self._apply(delta)
 
     def _apply(self, delta: TimelineDelta) -> None:
         self.timeline = self.timeline.apply(delta)
         self.deltas.append(delta)
-        for listener in self.listeners:
+        for listener in self.listeners if self.heard else ():
             listener(delta, self.timeline)
 
     def undo(self) -> TimelineDelta:
         """Take the last motion command back; the clock is set to what it was. Raises UsageError when there is none."""
-        if not self._history:
-            raise UsageError("there is no motion to undo")
-        done = self._history.pop()
-        delta = replace(done.timeline.inverse(done.delta), version=self.timeline.version)
+        step = self.history.take_back(self.now)
+        delta = step.taking_back(self.timeline.version)
+        self.clock.set(step.clock)
         self._apply(delta)
-        self.clock.set(done.clock)
         return delta
+
+    def redo(self) -> TimelineDelta:
+        """Do again what `undo` took back last; timeline and clock are as before that. Raises UsageError."""
+        undone = self.history.do_again()
+        delta = undone.step.doing_again(self.timeline.version)
+        self.clock.set(undone.clock)
+        self._apply(delta)
+        return delta
+
+    # --- other courses of events ---
+
+    def line(self) -> Line:
+        """The present course of events, to be taken up again."""
+        return Line(
+            self.initial,
+            self.timeline,
+            tuple(self.deltas),
+            self.history.copy(),
+            self._number,
+            self.now,
+            deepcopy(self.parameters),
+        )
+
+    def take(self, line: Line, *, heard: bool) -> None:
+        """Take up a course of events where it was left; the robot is where it was then."""
+        self.initial, self.timeline, self.deltas = line.initial, line.timeline, list(line.deltas)
+        self.history, self._number = line.history.copy(), line.number
+        self.parameters, self.heard = deepcopy(line.parameters), heard
+        self.clock.set(line.clock)
 
     # --- settings ---
 
@@ -428,13 +449,6 @@ class Engine:
         frames = self.frames
         T_robot_flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
         return select(self.arm, self.parameters, T_robot_flange, self.position().joints)
-
-
-def _record(delta: TimelineDelta, begins: Mapping[int, float], ends: Mapping[int, float]) -> CommandRecord:
-    number = delta.motion.number
-    begin, end = begins.get(number, delta.executed), ends.get(number)
-    text, issued = delta.motion.text, shown(delta.issued)
-    return CommandRecord(number, text, issued, shown(begin), None if end is None else shown(end))
 
 
 _SETTERS: dict[type, Callable[[Engine, Any], None]] = {

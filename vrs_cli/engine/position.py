@@ -80,6 +80,15 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
     return Position(t, joints, velocity, acceleration, pose, segment.motion.hand, moving, segment.motion)
 
 
+def destination_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
+    """Where the motion that is under way at t [s] ends, or where the robot stands."""
+    index = timeline.index_at(t)
+    number = timeline[index].motion.number
+    while index + 1 < len(timeline) and timeline[index + 1].motion.number == number:
+        index += 1
+    return position_at(arm, timeline, timeline[index].finish)
+
+
 def world_pose(arm: RobotArm, motion: Motion, joints: Joints) -> Transform:
     """T_world_tool, with the BASE and TOOL of a motion."""
     frames = motion.frames
@@ -116,7 +125,7 @@ def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
     sorted_times = times if order is None else times[order]
     found = np.empty((len(times), arm.model.joint_count))
     for offset, table, rows in _leaves(timeline, sorted_times):
-        places, s = table.locate(sorted_times[rows] - offset)
+        places, s = table.locate(sorted_times[rows], offset)
         _joints(arm, table, places, s, found[rows])
     if order is None:
         return found
@@ -219,9 +228,9 @@ def _fill(arm: RobotArm, offset: float, table: LeafTable, rows: slice, out: Posi
 
     from vrs_cli.kinematics import transform_batch as batch
 
-    local = out.times[rows] - offset
-    places, s = table.locate(local)
-    moving = (local >= table.starts[places]) & (s < table.durations[places]) & ~table.resting[places]
+    times = out.times[rows]
+    places, s = table.locate(times, offset)
+    moving = (times >= table.starts[places] + offset) & (s < table.durations[places]) & ~table.resting[places]
     q, qd, qdd = out.joints[rows], out.velocity[rows], out.acceleration[rows]
     _joints(arm, table, places, s, q)
     qd[moving], qdd[moving] = table.rates(places[moving], s[moving])

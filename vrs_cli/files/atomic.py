@@ -91,6 +91,23 @@ def sync(stream: BinaryIO) -> None:
             raise
 
 
+def claim(stream: BinaryIO, path: Path) -> None:
+    """Nobody else may claim the file until the stream is closed. Raises FileError where somebody has.
+
+    Systems without such locks, and places that have none (devices, some network disks), let everybody write.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        return
+    try:
+        fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise FileError(f"{path} is being written by another vrs", "end that one, or name another file") from None
+    except OSError:
+        return
+
+
 def check_writable(path: str | Path) -> None:
     """Raise FileError now if the file could not be written later; nothing is left behind."""
     target = Path(path)

@@ -1,10 +1,12 @@
-"""Trajectories as tables for other programs. `EXPORTERS` lists the formats; each writes a stream in small pieces."""
+"""Trajectories in the formats of other programs. `EXPORTERS` lists them; each writes a stream in small pieces."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from io import BytesIO
 from math import ceil
 from typing import TYPE_CHECKING, BinaryIO
 
@@ -15,6 +17,8 @@ from vrs_cli.files.atomic import atomically
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.kinematics.transform_batch import to_oat_batch
+from vrs_cli.trajectory.polynomial import Polynomial
+from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
 if TYPE_CHECKING:
@@ -25,18 +29,27 @@ if TYPE_CHECKING:
 CHUNK = 4096  # rows that are in memory at a time
 DECIMALS = 9  # of degrees and millimetres
 STANDARD_OUTPUT = "-"
+NANOSECONDS = 1_000_000_000  # in a second
 
 TOOL_COLUMNS = ("x", "y", "z", "o", "a", "t_angle")
 
 
+def _nothing_missing() -> None:
+    """What most formats need is always there."""
+
+
 @dataclass(frozen=True, slots=True)
 class Exporter:
-    """A format: what `--to` calls it, the ending of its files, and who writes it (stream, arm, timeline, rate [Hz])."""
+    """A format: what `--to` calls it, the ending of its files, and who writes it (stream, arm, timeline, rate [Hz]).
+
+    `check` raises UsageError where a package is missing.
+    """
 
     name: str
     suffix: str
     summary: str
     write: Callable[[BinaryIO, RobotArm, Timeline, float], None]
+    check: Callable[[], None] = _nothing_missing
 
 
 def export(
@@ -59,6 +72,11 @@ def sample_times(timeline: Timeline, rate: float) -> Iterator[Floats]:
     yield np.array([end])
 
 
+def joint_names(arm: RobotArm) -> list[str]:
+    """jt1, jt2, ..."""
+    return [f"jt{i}" for i in range(1, arm.model.joint_count + 1)]
+
+
 # --- CSV -----------------------------------------------------------------------------------------------------
 
 
@@ -68,9 +86,9 @@ def write_csv(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
     Rows as `sample_times`. Times are written to their last bit, so that they name the same instant when they are read
     back.
     """
-    joints = arm.model.joint_count
-    stream.write(_line(",".join(("t", *(f"jt{i}" for i in range(1, joints + 1)), *TOOL_COLUMNS))))
-    form = ",".join(["%r"] + [f"%.{DECIMALS}f"] * (joints + len(TOOL_COLUMNS)))
+    columns = ("t", *joint_names(arm), *TOOL_COLUMNS)
+    stream.write(_line(",".join(columns)))
+    form = ",".join(["%r"] + [f"%.{DECIMALS}f"] * (len(columns) - 1))
     for times in sample_times(timeline, rate):
         rows = table(positions_at(arm, timeline, times), arm.model.units)
         stream.write(b"".join(_line(form % tuple(row)) for row in rows.tolist()))
@@ -94,7 +112,151 @@ def _line(text: str) -> bytes:
     return text.encode("ascii") + b"\n"
 
 
+# --- JSON ----------------------------------------------------------------------------------------------------
+
+
+def write_json(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+    """A list with an object for every sample, as `vrs where --json` tells a position."""
+    n, units = arm.model.joint_count, arm.model.units
+    said = {"joint_units": [units.unit(i) for i in range(1, n + 1)]}
+    kinds = said if "mm" in said["joint_units"] else {}
+    before = "[\n  "
+    for times in sample_times(timeline, rate):
+        positions = positions_at(arm, timeline, times)
+        for row, hand in zip(table(positions, units).tolist(), positions.hand.tolist(), strict=True):
+            t, *numbers = row
+            joints, xyz, oat = numbers[:n], numbers[n : n + 3], numbers[n + 3 :]
+            one = {"time": t, "joints_deg": joints, **kinds, "xyz_mm": xyz, "oat_deg": oat, "hand": hand}
+            stream.write(f"{before}{json.dumps(one)}".encode("ascii"))
+            before = ",\n  "
+    stream.write(b"\n]\n")
+
+
+# --- NumPy ---------------------------------------------------------------------------------------------------
+
+
+def write_npz(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+    """Arrays in metres, radians and seconds: N samples, and the M segments themselves with their polynomials."""
+    arrays = {**_samples(arm, timeline, rate), **_segments(arm.model.joint_count, list(timeline))}
+    whole = BytesIO()  # an archive is written otherwise where it cannot be gone back in: the same bytes everywhere
+    np.savez(whole, allow_pickle=False, **arrays)
+    stream.write(whole.getbuffer())
+
+
+def _samples(arm: RobotArm, timeline: Timeline, rate: float) -> dict[str, Floats]:
+    parts = [positions_at(arm, timeline, times) for times in sample_times(timeline, rate)]
+    T = np.concatenate([part.T_world_tool for part in parts])
+    return {
+        "times": np.concatenate([part.times for part in parts]),
+        "joints": np.concatenate([part.joints for part in parts]),
+        "velocities": np.concatenate([part.velocity for part in parts]),
+        "accelerations": np.concatenate([part.acceleration for part in parts]),
+        "xyz": T[:, :, 3].copy(),
+        "oat": to_oat_batch(T),
+        "hand": np.concatenate([part.hand for part in parts]),
+    }
+
+
+def _segments(joint_count: int, segments: list[Segment]) -> dict[str, NDArray[np.generic]]:
+    """(M,) each; polynomials by ascending powers of t - t_s, NaN for a segment that is not of that space."""
+    return {
+        "segment_start": np.array([segment.start for segment in segments]),
+        "segment_finish": np.array([segment.finish for segment in segments]),
+        "segment_phase": np.array([segment.phase.value for segment in segments]),
+        "segment_straight": np.array([isinstance(segment.path, CartesianPath) for segment in segments]),
+        "segment_command": np.array([segment.motion.number for segment in segments]),
+        "segment_text": np.array([segment.motion.text for segment in segments]),
+        "segment_joints": _polynomials([_of(JointPath, segment) for segment in segments], joint_count),
+        "segment_xyz": _polynomials([_of(CartesianPath, segment) for segment in segments], 3),
+    }
+
+
+def _of(space: type, segment: Segment) -> tuple[Polynomial, ...]:
+    """The polynomials of a segment of that space: one a joint, or x, y, z of the tool tip; none for another."""
+    path = segment.path
+    if not isinstance(path, space):
+        return ()
+    return path.coefficients if isinstance(path, JointPath) else path.position
+
+
+def _polynomials(rows: list[tuple[Polynomial, ...]], size: int) -> Floats:
+    """(M, size, k): polynomials of fewer coefficients are filled with zeros, those that are missing with NaN."""
+    longest = max((len(row[0]) for row in rows if row), default=1)
+    result = np.zeros((len(rows), size, longest))
+    for place, row in enumerate(rows):
+        if row:
+            result[place, :, : len(row[0])] = row
+        else:
+            result[place] = np.nan
+    return result
+
+
+# --- ROS 2 trajectory_msgs/JointTrajectory, as JSON ------------------------------------------------------------
+
+
+def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+    """One JointTrajectory: a point at each boundary of a segment and at each sample between. Radians and seconds."""
+    header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "world"}
+    names = json.dumps(joint_names(arm))
+    stream.write(f'{{\n"header": {json.dumps(header)},\n"joint_names": {names},\n"points": ['.encode("ascii"))
+    times = _times_with_boundaries(timeline, rate)
+    for first in range(0, len(times), CHUNK):
+        positions = positions_at(arm, timeline, times[first : first + CHUNK])
+        points = ",\n  ".join(_ros_points(positions, timeline.start))
+        stream.write(f"{',' if first else ''}\n  {points}".encode("ascii"))
+    stream.write(b"\n]\n}\n")
+
+
+def _ros_points(positions: Positions, start: float) -> Iterator[str]:
+    rows = zip(
+        nanoseconds(positions.times - start),
+        positions.joints.tolist(),
+        positions.velocity.tolist(),
+        positions.acceleration.tolist(),
+        strict=True,
+    )
+    for ns, joints, velocities, accelerations in rows:
+        sec, nanosec = divmod(ns, NANOSECONDS)
+        point = {"positions": joints, "velocities": velocities, "accelerations": accelerations, "effort": []}
+        yield json.dumps({**point, "time_from_start": {"sec": sec, "nanosec": nanosec}})
+
+
+def _times_with_boundaries(timeline: Timeline, rate: float) -> Floats:
+    """All samples and all boundaries of segments, none twice to the nanosecond [s]."""
+    edges = [edge for segment in timeline for edge in (segment.start, segment.finish)]
+    times = np.unique(np.concatenate((*sample_times(timeline, rate), np.array(edges))))
+    _, first = np.unique(np.round(times * NANOSECONDS), return_index=True)
+    chosen: Floats = times[first]
+    return chosen
+
+
+def nanoseconds(times: Floats) -> list[int]:
+    """(N,) [s] as whole nanoseconds."""
+    return [round(t * NANOSECONDS) for t in times.tolist()]
+
+
+# --- the formats -----------------------------------------------------------------------------------------------
+
+
+def _check_mcap() -> None:
+    from vrs_cli.files import mcap_log
+
+    mcap_log.check()
+
+
+def _write_mcap(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+    from vrs_cli.files import mcap_log
+
+    mcap_log.write_mcap(stream, arm, timeline, rate)
+
+
 EXPORTERS: Mapping[str, Exporter] = {
     exporter.name: exporter
-    for exporter in (Exporter("csv", ".csv", "a table of joints and tool positions, one row a sample", write_csv),)
+    for exporter in (
+        Exporter("csv", ".csv", "a table of joints and tool positions, one row a sample", write_csv),
+        Exporter("json", ".json", "a list of positions, one object a sample", write_json),
+        Exporter("npz", ".npz", "NumPy arrays of samples, and of the segments with their polynomials", write_npz),
+        Exporter("mcap", ".mcap", "messages of ROS 2 in a log for Foxglove and rosbag2", _write_mcap, _check_mcap),
+        Exporter("ros", ".json", "a JointTrajectory of ROS 2 as JSON, boundaries of segments included", write_ros),
+    )
 }

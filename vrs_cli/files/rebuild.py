@@ -6,8 +6,9 @@ from collections.abc import Iterable
 from dataclasses import replace
 from itertools import pairwise
 
+from vrs_cli.engine.history import History, Step
 from vrs_cli.files.records import RecordError
-from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -15,8 +16,8 @@ from vrs_cli.trajectory.timeline import Timeline
 class Rebuilding:
     """tau[k] while deltas are added.
 
-    Deltas that only append are put on together at the end of their run: a timeline copies its list of blocks at
-    every change, which a file of 100,000 motions would pay for.
+    Deltas that only append are put on together at the end of their run: what a single append makes anew along the
+    edge of the rope is made once for all of them.
     """
 
     def __init__(self, initial: Iterable[Segment]) -> None:
@@ -33,16 +34,24 @@ class Rebuilding:
         """Apply one delta. Raises RecordError when it cannot be the next."""
         if delta.version != self._version:
             raise RecordError(f"a delta of timeline version {delta.version}; version {self._version} is due here")
-        if delta.keep == self._count and not delta.drop and delta.cut >= self._last.finish:
+        if self.only_appends(delta):
             self._append(delta)
         else:
             self._edit(delta)
+
+    def only_appends(self, delta: TimelineDelta) -> bool:
+        return delta.keep == self._count and not delta.drop and delta.cut >= self._last.finish
 
     def timeline(self) -> Timeline:
         """tau after all deltas so far."""
         if self._run:
             self._put_on_run()
         return self._timeline
+
+    @property
+    def end(self) -> float:
+        """When the last segment finishes [s]."""
+        return self._last.finish
 
     def _append(self, delta: TimelineDelta) -> None:
         _check_order([self._last.finish, *_edges(delta.segments)])
@@ -76,6 +85,45 @@ class Rebuilding:
         _check_order(edges)
         self._timeline = timeline.apply(delta)
         self._take_stock()
+
+
+# --- what can be undone ------------------------------------------------------------------------------------------
+
+
+def history_of(initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> History:
+    """The commands that hold after a row of deltas, and those that were undone last, as if they had just been given.
+
+    A file does not tell the clock: UNDO goes back to the issue time of a command, REDO to the end of the timeline.
+    """
+    history, rebuilding = History(), Rebuilding(initial)
+    for delta in deltas:
+        if delta.cause is Cause.UNDO:
+            history.take_back(rebuilding.end)
+        elif delta.cause is Cause.REDO:
+            history.do_again()
+        else:
+            history.add(_step(rebuilding, delta))
+        rebuilding.add(delta)
+    return history
+
+
+def _step(rebuilding: Rebuilding, delta: TimelineDelta) -> Step:
+    """The timeline before is put together only for a delta that does more than append."""
+    if not rebuilding.only_appends(delta):
+        before = rebuilding.timeline()
+        return Step.of(before, delta, delta.issued, insert=not _overrides(before, delta))
+    back = replace(
+        delta, cause=Cause.UNDO, cut=rebuilding.end, drop=len(delta.segments), shift=0.0 - delta.shift, segments=()
+    )
+    return Step(delta, back, delta.issued)
+
+
+def _overrides(before: Timeline, delta: TimelineDelta) -> bool:
+    """Whether a command dropped motions that were scheduled after it."""
+    dropped = {before[index].motion.number for index in range(delta.keep, delta.keep + delta.drop)}
+    planned = {segment.motion.number for segment in delta.segments}
+    interrupted = before[delta.keep - 1].motion.number if delta.keep else 0
+    return bool(dropped - planned - {interrupted})
 
 
 def _edges(segments: Iterable[Segment]) -> list[float]:

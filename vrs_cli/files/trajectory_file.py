@@ -7,19 +7,19 @@ a line that was being written when the power failed is recognised when the file 
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
-from types import TracebackType
-from typing import Self
+from types import MappingProxyType, TracebackType
+from typing import BinaryIO, Self
 
 import msgspec
 
 from vrs_cli import __version__
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
-from vrs_cli.files.atomic import Beside, atomically, create_beside, reason, sync, writing
+from vrs_cli.files.atomic import atomically, claim, create_beside, reason, sync, writing
 from vrs_cli.files.rebuild import Rebuilding
 from vrs_cli.files.records import (
     FORMAT,
@@ -35,12 +35,14 @@ from vrs_cli.files.records import (
 )
 from vrs_cli.kinematics.model import RobotModel, from_dict, to_dict
 from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 
 EXTENSION = ".vrst"
 REPAIR = "what is before that line can be read when it and all after it are deleted"
 GUIDE = "a trajectory file is what SAVE or vrs run --save wrote"
+LINES_A_REPORT = 512  # of progress
 LONGEST_HEADER = 1 << 24  # bytes; a robot takes two thousand
 
 UNREADABLE = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
@@ -79,43 +81,88 @@ def _line(record: msgspec.Struct) -> bytes:
 class TrajectoryWriter:
     """A journal: the file holds every delta as soon as `append` returns.
 
-    The header replaces an older file at once. `durable=False` leaves the syncing to `close` (batch).
-    Every method raises FileError.
+    The header replaces an older file at once; `continued` goes on with one. `durable=False` leaves the syncing to
+    `close` (batch). When a line cannot be written, what there is of it is taken away, and the next call writes it
+    first: the file stays whole, and loses nothing once the disk has room again. Every method raises FileError.
     """
 
     def __init__(
         self, path: str | Path, model: RobotModel, initial: Iterable[Segment], *, durable: bool = True
     ) -> None:
-        self.path = Path(path)
-        self._durable = durable
-        self._motions = Motions()
-        with writing(self.path):
-            beside = create_beside(self.path)
+        motions = Motions()
+        header = encode_header(model, initial, motions)
+        target = Path(path)
+        with writing(target):
+            beside = create_beside(target)
         try:
-            self._begin(beside, encode_header(model, initial, self._motions))
+            with writing(target):
+                claim(beside.stream, target)
+                beside.stream.write(header)
+                beside.commit()
         except BaseException:
             beside.discard()
             raise
+        self._go_on(target, beside.stream, motions, durable)
 
-    def _begin(self, beside: Beside, header: bytes) -> None:
-        with writing(self.path):
-            beside.stream.write(header)
-            beside.commit()
-            self._stream = beside.stream
+    @classmethod
+    def continued(cls, path: str | Path, recording: Recording, *, durable: bool = True) -> Self:
+        """Go on with a file that was read as `recording`; a torn last line of it is cut off."""
+        writer, target = cls.__new__(cls), Path(path)
+        with writing(target):
+            stream = target.open("r+b")
+            claim(stream, target)
+            stream.truncate(recording.size)
+            stream.seek(recording.size - 1)
+            if stream.read(1) != b"\n":
+                stream.write(b"\n")
+            sync(stream)
+        writer._go_on(target, stream, Motions(recording.motions), durable)
+        return writer
+
+    def _go_on(self, path: Path, stream: BinaryIO, motions: Motions, durable: bool) -> None:
+        self.path, self._stream, self._motions, self._durable = path, stream, motions, durable
+        self._state = (
+            stream.tell() if stream.seekable() else 0,
+            b"",
+        )  # bytes in the file, and those that are to follow
 
     def append(self, delta: TimelineDelta) -> None:
         """Add one delta."""
-        line = encode_delta(delta, self._motions)
+        size, pending = self._state
+        self._state = (size, pending + encode_delta(delta, self._motions))
         with writing(self.path):
-            self._stream.write(line)
+            self._put()
+
+    def _put(self) -> None:
+        """Write what is pending: all of it or, when that fails or Ctrl-C comes between, nothing."""
+        size, data = self._state
+        try:
+            self._stream.write(data)
             if self._durable:
                 sync(self._stream)
+            self._state = (size + len(data), b"")  # at once: it is either written or pending
+        except BaseException:
+            self._take_away()
+            raise
+
+    def _take_away(self) -> None:
+        """The file as it was before what is pending; the stream forgets what it still held of it."""
+        if not self._stream.seekable():
+            return
+        handle = os.dup(self._stream.fileno())
+        with suppress(OSError):
+            self._stream.close()
+        os.ftruncate(handle, self._state[0])
+        os.lseek(handle, 0, os.SEEK_END)
+        self._stream = os.fdopen(handle, "wb")
 
     def close(self) -> None:
         """Everything is on the disk afterwards; closing twice is closing once."""
         if self._stream.closed:
             return
         with writing(self.path), self._stream:
+            if self._state[1]:
+                self._put()
             sync(self._stream)
 
     def __enter__(self) -> Self:
@@ -154,7 +201,8 @@ class Header:
 class Recording:
     """A trajectory file as read: `timeline` is tau after all `deltas`, `initial` the segments of tau[0].
 
-    `dropped_tail`: a last line that had not been written to its end was left out.
+    `dropped_tail`: a last line that had not been written to its end was left out. `size`: the bytes of all others;
+    `motions`: what they describe. Both are what writing on needs.
     """
 
     model: RobotModel
@@ -163,10 +211,12 @@ class Recording:
     initial: tuple[Segment, ...]
     header: Header
     dropped_tail: bool
+    size: int
+    motions: Mapping[int, Motion]
 
 
 @contextmanager
-def _collector_paused() -> Iterator[None]:
+def collector_paused() -> Iterator[None]:
     """A file is many values and no cycles: the garbage collector would walk them all again and again."""
     running = gc.isenabled()
     gc.disable()
@@ -177,24 +227,33 @@ def _collector_paused() -> Iterator[None]:
             gc.enable()
 
 
-@_collector_paused()
-def read_trajectory(path: str | Path) -> Recording:
-    """Read a trajectory file. Raises NonexistentFile, FileError, or FileDamaged, which names the line."""
+@collector_paused()
+def read_trajectory(path: str | Path, progress: Callable[[float], None] | None = None) -> Recording:
+    """Read a trajectory file. Raises NonexistentFile, FileError, or FileDamaged, which names the line.
+
+    `progress` is told how much of the file has been read, from 0 to 1.
+    """
     file = Path(path)
-    lines, dropped = _whole_lines(_read(file))
-    header, model, initial, motions = _header(file, lines)
-    deltas = tuple(_deltas(file, lines, motions, model.joint_count))
-    timeline = _rebuilt(file, initial, deltas)
-    return Recording(model, timeline, deltas, initial, header, dropped)
+    with _reading(file) as stream:
+        lines = _Lines(stream, progress)
+        header, model, initial, motions = _header(file, lines.first(file))
+        rebuilding, deltas = Rebuilding(initial), list[TimelineDelta]()
+        for number, line in enumerate(lines, 2):
+            try:
+                deltas.append(decode_delta(line, motions, model.joint_count))
+                rebuilding.add(deltas[-1])
+            except (*UNREADABLE, RecordError) as error:
+                raise _damaged(file, number, str(error)) from None
+    return Recording(
+        model, rebuilding.timeline(), tuple(deltas), initial, header, lines.torn, lines.whole, MappingProxyType(motions)
+    )
 
 
-def _read(path: Path) -> bytes:
+@contextmanager
+def _reading(path: Path) -> Iterator[BinaryIO]:
     try:
         with path.open("rb") as stream:
-            first = stream.readline(LONGEST_HEADER)
-            if len(first) == LONGEST_HEADER:
-                raise _no_header(path)
-            return first + stream.read()
+            yield stream
     except FileNotFoundError:
         raise NonexistentFile(str(path), GUIDE) from None
     except IsADirectoryError:
@@ -203,15 +262,34 @@ def _read(path: Path) -> bytes:
         raise FileError(f"{path} cannot be read: {reason(error)}", "check its permissions") from error
 
 
-def _whole_lines(data: bytes) -> tuple[list[bytes], bool]:
-    """The lines, and whether a last one was left out: it has no line end and is no whole record."""
-    lines = data.split(b"\n")
-    last = lines.pop()
-    if not last.strip():
-        return lines, False
-    if _is_whole(last):
-        return [*lines, last], False
-    return lines, bool(lines)
+class _Lines:
+    """The whole lines of a file. `whole`: their bytes so far. `torn`: a last one was left out, which has no line end
+    and is no whole record."""
+
+    def __init__(self, stream: BinaryIO, progress: Callable[[float], None] | None) -> None:
+        self._stream, self._progress = stream, progress
+        self._size = os.fstat(stream.fileno()).st_size or 1
+        self.whole, self.torn = 0, False
+
+    def first(self, path: Path) -> bytes:
+        """The header. Raises FileDamaged for a file of another kind, without reading all of it."""
+        line = self._stream.readline(LONGEST_HEADER)
+        if len(line) == LONGEST_HEADER:
+            raise _no_header(path)
+        if not line.endswith(b"\n") and not _is_whole(line):
+            raise FileDamaged(f"{path} has no whole first line", GUIDE)
+        self.whole = len(line)
+        return line
+
+    def __iter__(self) -> Iterator[bytes]:
+        for number, line in enumerate(self._stream):
+            if not line.endswith(b"\n") and not _is_whole(line):
+                self.torn = bool(line.strip())
+                return
+            self.whole += len(line)
+            yield line
+            if self._progress is not None and not number % LINES_A_REPORT:
+                self._progress(min(self.whole / self._size, 1.0))
 
 
 def _is_whole(line: bytes) -> bool:
@@ -222,8 +300,8 @@ def _is_whole(line: bytes) -> bool:
     return True
 
 
-def _header(path: Path, lines: Sequence[bytes]) -> tuple[Header, RobotModel, tuple[Segment, ...], Motions]:
-    record = _header_record(path, lines)
+def _header(path: Path, line: bytes) -> tuple[Header, RobotModel, tuple[Segment, ...], Motions]:
+    record = _header_record(path, line)
     model = from_dict(record.robot, f"{path}, line 1: robot")
     motions = Motions()
     try:
@@ -242,11 +320,9 @@ class _Marks(msgspec.Struct):
     vrs: str = ""
 
 
-def _header_record(path: Path, lines: Sequence[bytes]) -> HeaderRecord:
-    if not lines:
-        raise FileDamaged(f"{path} has no whole first line", GUIDE)
+def _header_record(path: Path, line: bytes) -> HeaderRecord:
     try:
-        marks = msgspec.json.decode(lines[0], type=_Marks)
+        marks = msgspec.json.decode(line, type=_Marks)
     except UNREADABLE:
         raise _no_header(path) from None
     if marks.vrst != FORMAT:
@@ -256,27 +332,9 @@ def _header_record(path: Path, lines: Sequence[bytes]) -> HeaderRecord:
             f"this vrs {__version__} reads version {FORMAT}",
         )
     try:
-        return _header_decoder.decode(lines[0])
+        return _header_decoder.decode(line)
     except UNREADABLE as error:
         raise _damaged(path, 1, str(error)) from None
-
-
-def _deltas(path: Path, lines: Sequence[bytes], motions: Motions, joint_count: int) -> Iterator[TimelineDelta]:
-    for number, line in enumerate(islice(lines, 1, None), 2):
-        try:
-            yield decode_delta(line, motions, joint_count)
-        except (*UNREADABLE, RecordError) as error:
-            raise _damaged(path, number, str(error)) from None
-
-
-def _rebuilt(path: Path, initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> Timeline:
-    rebuilding = Rebuilding(initial)
-    for number, delta in enumerate(deltas, 2):
-        try:
-            rebuilding.add(delta)
-        except RecordError as error:
-            raise _damaged(path, number, str(error)) from None
-    return rebuilding.timeline()
 
 
 def _no_header(path: Path) -> FileDamaged:

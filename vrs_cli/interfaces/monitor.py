@@ -6,17 +6,21 @@ A handler is a generator where it asks questions between its replies: each reply
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
 
 from vrs_cli import __version__
+from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.commands import SetMonitorSpeed
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, row_of
 from vrs_cli.errors import (
+    FileError,
     FileExists,
     IllegalValue,
     InvalidName,
@@ -28,11 +32,14 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.files.layout import Layout
-from vrs_cli.interfaces.driver import Outcome, RunResult
+from vrs_cli.interfaces.driver import ROBOT_PROGRAM, Outcome, RunResult
 from vrs_cli.interfaces.next_motion import said_for_next_motion
 from vrs_cli.interfaces.plotting import plotted, selected
 from vrs_cli.interfaces.replies import (
+    BranchRow,
+    BranchTable,
     ClockReport,
+    ComparisonTable,
     Diagnosed,
     DiagnosticsReport,
     Farewell,
@@ -95,10 +102,25 @@ from vrs_cli.language.values import (
 
 if TYPE_CHECKING:
     from vrs_cli.files.store import Part
+    from vrs_cli.files.trajectory_file import Recording
     from vrs_cli.interfaces.session import Session
     from vrs_cli.language.diagnostics import Diagnostic
 
 Handler = Callable[["Session", Instruction], Iterable[Reply]]
+
+
+@runtime_checkable
+class Watched(Protocol):
+    """A terminal where somebody may watch how a long file is read."""
+
+    def begin_progress(self) -> None:
+        """The file is opened."""
+
+    def reading(self, path: str, share: float) -> None:
+        """So much of it has been read, from 0 to 1."""
+
+    def end_progress(self) -> None:
+        """It has been read."""
 
 
 # --- operands ------------------------------------------------------------------------------------------------------
@@ -161,6 +183,7 @@ def _shown(expression: Expression) -> str:
 # --- where the robot is --------------------------------------------------------------------------------------------
 
 MOST_ROWS = 100_000
+TORN = "its last line was not written to the end, and was left out"
 DEFAULT_ROWS = 10
 
 
@@ -562,7 +585,8 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
 
     path = find_program_file(named)
     if path.suffix.lower() == EXTENSION:
-        raise UsageError(f"{path} is a trajectory file", f"REPLAY {path}")
+        yield from _load_trajectory(session, path)
+        return
     text = read_program_file(path)
     programs = session.environment.programs
     before, layout = dict(programs), session.layout
@@ -583,6 +607,40 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
     names = [_loaded(stored, replaced=stored.program.key in before) for stored in new]
     stay = f"; {_listed(stored.name for stored in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
     yield Message(f"{path} loaded" + (f": {_listed(names)}" if names else "") + stay)
+
+
+def _load_trajectory(session: Session, path: Path) -> Iterator[Reply]:
+    """A trajectory becomes a branch of its own: it can be gone on with, compared, and merged into main."""
+    from vrs_cli.files.continuing import line_of
+
+    branches = session.branches
+    name = re.sub(r"\W", ".", path.stem)
+    name = name if name[0].isalpha() else f"t{name}"
+    if name in branches:
+        raise UsageError(f"there is a branch {name} already", f"DELETEB {name}, then LOAD again; or rename the file")
+    _tasks_stand(session)
+    recording = _recording(session, path)
+    branches.add(name, line_of(path, recording, session.engine))
+    branches.change_over(name)
+    if recording.dropped_tail:
+        yield Message(TORN, Tone.WARNING)
+    commands = len(session.engine.history.done)
+    counted = f"{commands} command{'s' if commands != 1 else ''}"
+    yield Message(f"On {name}, a branch of {counted} from {path}; the clock is at {session.engine.now:.3f} s")
+
+
+def _recording(session: Session, path: Path) -> Recording:
+    """Read a trajectory file, with progress where somebody watches."""
+    from vrs_cli.files.trajectory_file import read_trajectory
+
+    terminal = session.terminal
+    if not isinstance(terminal, Watched):
+        return read_trajectory(path)
+    terminal.begin_progress()
+    try:
+        return read_trajectory(path, partial(terminal.reading, str(path)))
+    finally:
+        terminal.end_progress()
 
 
 def _loaded(stored: StoredProgram, *, replaced: bool) -> str:
@@ -623,7 +681,10 @@ def _with_extension(path: Path, extension: str) -> Path:
 
 
 def _may_write(session: Session, path: Path) -> None:
-    """Raises FileExists where the user does not want a file overwritten, or nobody can be asked."""
+    """Raises FileExists where the user does not want a file overwritten, or nobody can be asked, FileError for the
+    journal of this session."""
+    if session.journal is not None and path.exists() and session.journal.exists() and path.samefile(session.journal):
+        raise FileError(f"{path} holds all of this session already, and is being written", "name another file")
     if path.exists() and session.engine.parameters.switch("INTERACTIVE"):  # noqa: SIM102
         if not session.terminal.confirm(f"{path} exists. Overwrite it (Y/N)?"):
             raise FileExists(str(path), "answer Y or name another file; DISABLE INTERACTIVE overwrites")
@@ -640,12 +701,12 @@ def _save(session: Session, it: Instruction) -> Iterator[Reply]:
     yield Message(f"{path} saved: {commands} command{'s' if commands != 1 else ''}, {engine.end:.3f} s")
 
 
-def _replay(_session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.files.trajectory_file import EXTENSION, read_trajectory
+def _replay(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.trajectory_file import EXTENSION
 
     path = _path(it)
     path = path if path.exists() else _with_extension(path, EXTENSION)
-    recording = read_trajectory(path)
+    recording = _recording(session, path)
     yield Replay(path, recording.model, recording.timeline, len(recording.deltas), recording.dropped_tail)
 
 
@@ -1101,11 +1162,103 @@ def _help(_session: Session, it: Instruction) -> Iterator[Reply]:
 # --- the timeline --------------------------------------------------------------------------------------------------
 
 
-def _undo(session: Session, _it: Instruction) -> Iterator[Reply]:
+def _undo(session: Session, it: Instruction) -> Iterator[Reply]:
     engine = session.engine
-    records = engine.records()
-    engine.undo()
-    yield Message(f"{records[-1].text or 'the last motion'} is undone; the clock is at {engine.now:.3f} s")
+    texts = [step.delta.motion.text for step in reversed(engine.history.done)]
+    count = _steps_back(session, it, texts, "undo")
+    for _ in range(count):
+        engine.undo()
+    yield Message(f"{_counted(texts[:count], 'undone')}; the clock is at {engine.now:.3f} s")
+
+
+def _redo(session: Session, it: Instruction) -> Iterator[Reply]:
+    engine = session.engine
+    texts = [undone.step.delta.motion.text for undone in reversed(engine.history.undone)]
+    count = _steps_back(session, it, texts, "redo")
+    for _ in range(count):
+        engine.redo()
+    yield Message(f"{_counted(texts[:count], 'done again')}; the clock is at {engine.now:.3f} s")
+
+
+def _steps_back(session: Session, it: Instruction, texts: Sequence[str], what: str) -> int:
+    """How many commands UNDO or REDO is to take. Raises UsageError where there are not so many, IllegalValue."""
+    count = whole(_real_or(session, it, 0, 1.0))
+    if count < 1:
+        raise IllegalValue(f"{it.word} {count}", "at least one command")
+    if 1 < count > len(texts) > 0:
+        raise UsageError(f"there are not {count} motions to {what}", f"at most {it.word} {len(texts)}")
+    return count
+
+
+def _counted(texts: Sequence[str], what: str) -> str:
+    """`MOVE a is undone`, `3 commands are undone, the last of them MOVE a`."""
+    last = texts[-1] or "a motion"
+    return f"{last} is {what}" if len(texts) == 1 else f"{len(texts)} commands are {what}, up to {last}"
+
+
+def _branch(session: Session, it: Instruction) -> Iterator[Reply]:
+    branches, asked = session.branches, _argument(it, 0)
+    if asked is None:
+        yield BranchTable(tuple(_branch_row(session, name) for name in branches.names))
+        return
+    name = _text(asked)
+    if not name[:1].isalpha():
+        raise InvalidName(name, "a branch is named as a program is: BRANCH trial")
+    _tasks_stand(session)
+    if name in branches:
+        branches.change_over(name)
+        yield Message(f"On {branches.present}; the clock is at {session.engine.now:.3f} s")
+    else:
+        origin = branches.present
+        branches.make(name)
+        yield Message(f"On {name}, a new branch of {origin}; the clock is at {session.engine.now:.3f} s")
+
+
+def _branch_row(session: Session, name: str) -> BranchRow:
+    line = session.branches.line(name)
+    present = name == session.branches.present
+    return BranchRow(name, present, len(line.history.done), line.timeline.end, line.clock)
+
+
+def _tasks_stand(session: Session) -> None:
+    """Raises UsageError while a task waits for a time of the present branch."""
+    running = next((track for track in session.driver.tasks.values() if track.running), None)
+    if running is not None:
+        number = "" if running.number == ROBOT_PROGRAM else f" {running.number}"
+        raise UsageError(f"{running.task.program} is running", f"ABORT{number} stops it")
+
+
+def _compare(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.engine.comparison import compare
+
+    branches = session.branches
+    a, b = _argument(it, 0), _argument(it, 1)
+    first, second = MAIN if a is None else _text(a), branches.present if b is None else _text(b)
+    if first.lower() == second.lower():
+        raise UsageError(f"{first} is the same as {second}", "COMPARE a, b; BRANCH lists the branches")
+    comparison = compare(session.engine.arm, branches.line(first), branches.line(second))
+    yield ComparisonTable(branches.spelled(first), branches.spelled(second), comparison)
+
+
+def _merge(session: Session, it: Instruction) -> Iterator[Reply]:
+    asked = _argument(it, 0)
+    name = session.branches.spelled(session.branches.present if asked is None else _text(asked))
+    _tasks_stand(session)
+    again = session.branches.merge(name)
+    how = f", {again} command{'' if again == 1 else 's'} of it planned again" if again else ""
+    yield Message(f"{name} is merged into main{how}; the timeline ends at {session.engine.end:.3f} s")
+
+
+def _deleteb(session: Session, it: Instruction) -> Iterator[Reply]:
+    branches = session.branches
+    doomed = [branches.droppable(_text(argument)) for argument in it.arguments]
+    _tasks_stand(session)
+    refused = _refused(session, f"{_listed(doomed)} will be deleted.")
+    if refused:
+        yield refused
+        return
+    for name in doomed:
+        branches.drop(name)
 
 
 def _timeline(session: Session, _it: Instruction) -> Iterator[Reply]:
@@ -1202,6 +1355,11 @@ MONITOR: Mapping[str, Handler] = {
     "FREE": _free,
     "HELP": _help,
     "UNDO": _undo,
+    "REDO": _redo,
+    "BRANCH": _branch,
+    "COMPARE": _compare,
+    "MERGE": _merge,
+    "DELETEB": _deleteb,
     "TIMELINE": _timeline,
     "PLOT": _plot,
     "EXIT": _leave,

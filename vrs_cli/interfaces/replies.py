@@ -14,7 +14,8 @@ from vrs_cli.kinematics.joints import TURNING, JointUnits
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from vrs_cli.engine.engine import CommandRecord
+    from vrs_cli.engine.comparison import Comparison
+    from vrs_cli.engine.history import CommandRecord
     from vrs_cli.engine.position import Position
     from vrs_cli.kinematics.configuration import Configuration
     from vrs_cli.kinematics.joints import Joints
@@ -330,6 +331,33 @@ class TimelineTable:
 
 
 @dataclass(frozen=True, slots=True)
+class BranchRow:
+    """A branch: how many commands hold on it, when its timeline ends, and its clock [s]."""
+
+    name: str
+    present: bool
+    commands: int
+    end: float
+    clock: float
+
+
+@dataclass(frozen=True, slots=True)
+class BranchTable:
+    """BRANCH."""
+
+    rows: tuple[BranchRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ComparisonTable:
+    """COMPARE: two branches by name, and what is different."""
+
+    a: str
+    b: str
+    comparison: Comparison
+
+
+@dataclass(frozen=True, slots=True)
 class Curve:
     """One line of a plot: `mark` is the character that draws it where there are no colours."""
 
@@ -390,6 +418,8 @@ Reply = (
     | HelpOverview
     | HelpPage
     | TimelineTable
+    | BranchTable
+    | ComparisonTable
     | Plot
     | Replay
     | Farewell

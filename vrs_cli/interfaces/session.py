@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 from weakref import finalize
 
+from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import (
@@ -95,6 +96,7 @@ class Session:
     ) -> None:
         self.terminal = terminal
         self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
+        self.branches = Branches(self.engine)
         self.environment = Environment(units=self.engine.model.units)
         self.robot = Readings(self.engine)
         self.bounds = bounds
@@ -105,6 +107,7 @@ class Session:
         self.editor: Editor | None = None
         self.last_edited: str | None = None
         self.layout = Layout()
+        self.journal: Path | None = None  # the file that all motions are written to as they are commanded
         self.command_files: list[Path] = []  # those that are carried out, the innermost last
         self.interrupted = False  # by Ctrl-C: what was to come after the present line does not
 
@@ -307,6 +310,11 @@ class Session:
         self._tell(self.driver.rest())
 
     # --- the prompt ---
+
+    @property
+    def prompt(self) -> str:
+        """VAL's dot, after the name of the branch where one is tried."""
+        return "." if self.branches.on_main else f"({self.branches.present})."
 
     def perform(self, line: str) -> None:
         """One line of the prompt, or of the editor: parse it, check it, do it. Answers go to the terminal.

@@ -154,6 +154,7 @@ _SHAPED: Mapping[Shape, Callable[[Expression], Expression]] = {
     Shape.SWITCH: _to_word,
     Shape.PARAMETER_NAME: _to_word,
     Shape.WORD: _to_word,
+    Shape.BRANCH: _to_word,
     Shape.PROGRAM: _to_program,
     Shape.PROGRAM_TEXT: _to_applied,
     Shape.VARIABLE: _to_variable,

@@ -309,7 +309,7 @@ class Expressions:
 
 
 _VARIABLES = {Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE}
-_WORDS = {Shape.SWITCH, Shape.PARAMETER_NAME, Shape.WORD, Shape.FILE}
+_WORDS = {Shape.SWITCH, Shape.PARAMETER_NAME, Shape.WORD, Shape.BRANCH, Shape.FILE}
 _WANTED = {
     Shape.STRING: Kind.STRING,
     Shape.LOCATION: Kind.LOCATION,

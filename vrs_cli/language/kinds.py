@@ -300,6 +300,7 @@ _SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
     Shape.LABEL: Expressions._label,
     Shape.FILE: Expressions._word,
     Shape.WORD: Expressions._word,
+    Shape.BRANCH: Expressions._word,
     Shape.SWITCH: Expressions._word,
     Shape.PARAMETER_NAME: Expressions._word,
     Shape.SETTING: Expressions._setting,

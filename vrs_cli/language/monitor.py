@@ -154,7 +154,12 @@ _PROGRAMS = (
 )
 
 _FILES = (
-    _word("LOAD", (FILE,), "read programs and variables from a file", "LOAD pick.v2"),
+    _word(
+        "LOAD",
+        (FILE,),
+        "read programs and variables from a file; of a trajectory (.vrst), make a branch to go on with",
+        "LOAD pick.v2",
+    ),
     _word("LOADP", (FILE,), "read programs from a file, in VAL", "LOADP pick.pg", "1", note="LOAD is the same"),
     _word("LOADL", (FILE,), "read locations from a file, in VAL", "LOADL cell.lc", "1", note="LOAD is the same"),
     _word(
@@ -281,7 +286,35 @@ _SYSTEM = (
 )
 
 _OURS = (
-    _word("UNDO", (), "take the last motion command back", "UNDO", "", Route.MOTION),
+    _word(
+        "UNDO", (real("n", optional=True),), "take the last motion command back, or n of them", "UNDO", "", Route.MOTION
+    ),
+    _word("REDO", (real("n", optional=True),), "do again what UNDO took back, or n of that", "REDO", "", Route.MOTION),
+    _word(
+        "BRANCH",
+        (Argument("name", Shape.BRANCH, optional=True),),
+        "try another timeline: go to a branch, made of what is there if there is none; bare: list them, main first",
+        "BRANCH trial",
+        "",
+        Route.MOTION,
+    ),
+    _word(
+        "COMPARE",
+        (Argument("a", Shape.BRANCH, optional=True), Argument("b", Shape.BRANCH, optional=True)),
+        "two branches side by side: a, or main, and b, or the present one",
+        "COMPARE main, trial",
+        "",
+        Route.POSITION,
+    ),
+    _word(
+        "MERGE",
+        (Argument("name", Shape.BRANCH, optional=True),),
+        "make what a branch (the present one) has become the main timeline",
+        "MERGE trial",
+        "",
+        Route.MOTION,
+    ),
+    _word("DELETEB", (Argument("name", Shape.BRANCH, repeated=True),), "drop branches", "DELETEB trial", ""),
     _word("TIMELINE", (), "the segments of the trajectory", "TIMELINE", "", Route.POSITION),
     _word(
         "PLOT",

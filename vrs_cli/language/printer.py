@@ -198,6 +198,9 @@ def _row_of(statement: ast.Instruction) -> Word:
     ):
         return COMMANDS[statement.word]
     command = COMMANDS.get(statement.word)
+    first = statement.arguments[0] if statement.arguments else None
+    if command is not None and command.raw and command.state is State.SUPPORTED and isinstance(first, ast.Word):
+        return command  # FDELETE file, beside FDELETE (lun) $file of programs
     if row.state is State.SUPPORTED and command is not None and command.state is not State.SUPPORTED:
         unread = statement.arguments and all(isinstance(argument, ast.Word) for argument in statement.arguments)
         return command if unread and _shape_at(row, 0) is Shape.REAL else row

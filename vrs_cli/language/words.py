@@ -28,6 +28,7 @@ class Shape(Enum):
     SIGNALS = "signal number"
     ITEM = "real, string or format code"
     FILE = "file name"
+    BRANCH = "branch"
     SWITCH = "switch"
     PARAMETER_NAME = "parameter"
     SETTING = "real or word"

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from math import degrees
 from textwrap import wrap
 from typing import Any
 
-from vrs_cli.engine.engine import CommandRecord
+from vrs_cli.engine.comparison import Comparison, Extent, Pair
+from vrs_cli.engine.history import CommandRecord
 from vrs_cli.engine.position import Position, position_at
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.replies import Reply, Tone
@@ -358,6 +360,82 @@ def _segment_grid(segments: Iterable[Segment]) -> Grid:
     return Grid(columns, rows, boxed=True)
 
 
+def _branches(reply: replies.BranchTable, _page: Page) -> Iterator[Block]:
+    columns = (
+        Column("Branch", Role.NAME, width=NAME_COLUMN),
+        Column("Commands", Role.NUMBER, right=True),
+        *(Column(heading, Role.NUMBER, right=True, width=10) for heading in ("Ends", "Clock")),
+        Column("", Role.NOTE),
+    )
+    rows = tuple(
+        (row.name, str(row.commands), fixed(row.end), fixed(row.clock), "present" if row.present else "")
+        for row in reply.rows
+    )
+    yield Grid(columns, rows, boxed=True)
+
+
+def _comparison(reply: replies.ComparisonTable, page: Page) -> Iterator[Block]:
+    told = reply.comparison
+    columns = (
+        Column("", Role.NAME, width=NAME_COLUMN),
+        *(Column(heading, Role.NUMBER, right=True, width=10) for heading in (reply.a, reply.b, "Change")),
+        Column("", Role.NOTE),
+    )
+    yield Grid(columns, tuple(_measures(told.a, told.b)), boxed=True)
+    yield line()
+    yield from _latest(_fates(reply), "commands", page.rows)
+    yield line(_apart(told), Role.NOTE)
+
+
+def _measures(a: Extent, b: Extent) -> Iterator[tuple[str, ...]]:
+    for title, one, other, unit in (
+        ("Cycle time", a.duration, b.duration, "s"),
+        ("Tool path", a.tool_path * 1000.0, b.tool_path * 1000.0, "mm"),
+        ("Joint travel", degrees(a.joint_travel), degrees(b.joint_travel), "deg"),
+    ):
+        yield title, fixed(one), fixed(other), _change(other - one), unit
+    for title, few, many in (("Commands", a.commands, b.commands), ("Segments", a.segments, b.segments)):
+        yield title, str(few), str(many), f"{many - few:+d}" if many != few else "", ""
+
+
+def _fates(reply: replies.ComparisonTable) -> Grid:
+    """Each command with its times on both sides."""
+    headings = (reply.a, "to", reply.b, "to", "Change")
+    columns = (
+        Column("Command", Role.INSTRUCTION, width=NAME_COLUMN),
+        *(Column(heading, Role.NUMBER, right=True, width=8) for heading in headings),
+    )
+    return Grid(columns, tuple(map(_fate, reply.comparison.commands)), boxed=True)
+
+
+def _fate(pair: Pair) -> tuple[str, ...]:
+    text = next(record.text for record in (pair.a, pair.b) if record is not None)
+    ends = [record.end for record in (pair.a, pair.b) if record is not None and record.end is not None]
+    return (text, *_times(pair.a), *_times(pair.b), _change(ends[1] - ends[0]) if len(ends) == 2 else "")
+
+
+def _times(record: CommandRecord | None) -> tuple[str, str]:
+    if record is None:
+        return "-", "-"
+    return fixed(record.executed), "dropped" if record.end is None else fixed(record.end)
+
+
+def _change(difference: float) -> str:
+    """With its sign; nothing where there is none."""
+    text = fixed(difference)
+    return "" if not text.strip("0.") else text if difference < 0.0 else f"+{text}"
+
+
+def _apart(told: Comparison) -> str:
+    if told.since is None:
+        return "The robot does the same on both"
+    return (
+        f"The same until {seconds(told.since)}. At most {fixed(told.tool.distance * 1000.0)} mm apart, at "
+        f"{seconds(told.tool.time)}; joint {told.joints.joint} {fixed(degrees(told.joints.distance))} deg, at "
+        f"{seconds(told.joints.time)}"
+    )
+
+
 def _labelled(motion: Motion) -> str:
     return f"{motion.number} {motion.text}".rstrip() if motion.number else ""
 
@@ -428,6 +506,8 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.HelpOverview: _help_overview,
     replies.HelpPage: _help_page,
     replies.TimelineTable: _timeline,
+    replies.BranchTable: _branches,
+    replies.ComparisonTable: _comparison,
     replies.Plot: _plot,
     replies.Replay: _replay,
     replies.Farewell: _nothing,

@@ -17,11 +17,18 @@ PERIOD = 0.1  # [s] between two pictures
 class RunProgress:
     """Call it with the robot's time [s] as often as you like. `total`: the time at which the run is over at last.
 
-    `wall` tells real time. Nothing is shown unless stderr is a terminal. What is printed meanwhile needs `hide` first.
+    `told` puts the time, or what else is counted, into words; `wall` tells real time. Nothing is shown unless stderr is
+    a terminal. What is printed meanwhile needs `hide` first.
     """
 
-    def __init__(self, what: str, total: float | None = None, wall: Callable[[], float] = time.monotonic) -> None:
-        self._what, self._total, self._wall = what, total, wall
+    def __init__(
+        self,
+        what: str,
+        total: float | None = None,
+        wall: Callable[[], float] = time.monotonic,
+        told: Callable[[float], str] = lambda t: f"t = {t:.2f} s",
+    ) -> None:
+        self._what, self._total, self._wall, self._told = what, total, wall, told
         self._next = wall() + DELAY if sys.stderr.isatty() else float("inf")
         self._bar: Progress | None = None
         self._visible = False
@@ -47,12 +54,17 @@ class RunProgress:
     def _show(self, t: float) -> None:
         if self._bar is None:
             self._bar = _progress(self._what, self._total)
-        self._bar.update(self._bar.task_ids[0], completed=t, shown=f"t = {t:.2f} s")
+        self._bar.update(self._bar.task_ids[0], completed=t, shown=self._told(t))
         if self._visible:
             self._bar.refresh()
         else:
             self._bar.start()
             self._visible = True
+
+
+def reading(path: str) -> RunProgress:
+    """For a file: call it with the share that has been read, from 0 to 1."""
+    return RunProgress(f"reading {path}", 1.0, told=lambda share: f"{share:.0%}")
 
 
 def _progress(what: str, total: float | None) -> Progress:

@@ -31,12 +31,13 @@ class Suggestion:
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What is defined: programs and variables with a short note on each; `settings`: switches, parameters."""
+    """What is defined: programs and variables with a short note on each; `settings`: switches, parameters; branches."""
 
     programs: Mapping[str, str] = field(default_factory=dict)
     variables: Mapping[Kind, Mapping[str, str]] = field(default_factory=dict)
     switches: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
+    branches: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, *kinds: Kind) -> dict[str, str]:
         """The variables of some kinds."""
@@ -196,6 +197,7 @@ SHAPES: Mapping[Shape, Callable[[Names], Candidates]] = {
     Shape.ITEM: _items,
     Shape.SWITCH: lambda names: names.switches.items(),
     Shape.PARAMETER_NAME: lambda names: names.parameters.items(),
+    Shape.BRANCH: lambda names: names.branches.items(),
     Shape.INSTRUCTION: _instructions,
 }
 
@@ -355,8 +357,12 @@ def _argument(arguments: tuple[Argument, ...], index: int) -> Argument | None:
 
 # --- files ---------------------------------------------------------------------------------------------------------
 
-EXTENSIONS: Mapping[str, tuple[str, ...]] = {"SAVE": (".vrst",), "REPLAY": (".vrst",)}
 PROGRAM_EXTENSIONS = (".v2", ".pg", ".lc", ".rv", ".st")
+EXTENSIONS: Mapping[str, tuple[str, ...]] = {
+    "SAVE": (".vrst",),
+    "REPLAY": (".vrst",),
+    "LOAD": (*PROGRAM_EXTENSIONS, ".vrst"),
+}
 
 
 def _files(line: str) -> list[Suggestion]:

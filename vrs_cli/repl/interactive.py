@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from vrs_cli.language.diagnostics import Diagnostic
     from vrs_cli.render.console import TerminalRenderer
     from vrs_cli.repl.conversation import Conversation
+    from vrs_cli.repl.recorder import Recorder
     from vrs_cli.repl.terminal import ShellTerminal
 
 BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
@@ -49,7 +50,7 @@ STYLE = Style.from_dict(
 class Workplace:
     """What is made behind the first prompt: the conversation, on a terminal that can ask."""
 
-    def __init__(self, model: RobotModel | None, read: Callable[[str], str]) -> None:
+    def __init__(self, model: RobotModel | None, read: Callable[[str], str], recorder: Recorder | None = None) -> None:
         from vrs_cli.interfaces.session import Session
         from vrs_cli.kinematics.model import load_robot
         from vrs_cli.language import parser
@@ -69,6 +70,7 @@ class Workplace:
         self.terminal: ShellTerminal = ShellTerminal(read, draw)
         session = Session(self.terminal, model or load_robot(DEFAULT_ROBOT))
         self.conversation: Conversation = Conversation(session)
+        self.recorded = None if recorder is None else recorder.begin(session)
         self.terminal.interrupt = self.interrupt
         parser.parse_prompt("WHERE")
 
@@ -155,11 +157,13 @@ class LineValidator(Validator):
 class Shell:
     """The loop: read a line, carry it out. Wrong lines and Ctrl-C never end it."""
 
-    def __init__(self, model: RobotModel | None = None, file: str | None = None) -> None:
-        self.file = file
+    def __init__(
+        self, model: RobotModel | None = None, file: str | None = None, recorder: Recorder | None = None
+    ) -> None:
+        self.file, self.recorder = file, recorder
         history, self.note = open_history(history_path(os.environ))
         self._answers: PromptSession[str] | None = None
-        self.backstage = Backstage(lambda: Workplace(model, self._answer), self._redraw)
+        self.backstage = Backstage(lambda: Workplace(model, self._answer, recorder), self._redraw)
         self.prompts: PromptSession[str] = PromptSession(
             self._message,
             history=history,
@@ -180,6 +184,10 @@ class Shell:
         print(BANNER)
         if self.note:
             print(self.note)
+        if self.recorder is not None:
+            work = self.backstage.wait()
+            if work.recorded is not None:
+                work.terminal.show(work.recorded)
         if self.file is not None:
             with stoppable(self.backstage.wait().interrupt):
                 self.backstage.wait().conversation.load(self.file)
@@ -224,7 +232,8 @@ class Shell:
             return IDLE
         if work.conversation.in_program:
             return work.conversation.prompt
-        return RUNNING if work.conversation.session.running else IDLE
+        session = work.conversation.session
+        return RUNNING if session.running else session.prompt
 
     def _indent(self) -> str:
         work = self.backstage.ready
@@ -259,6 +268,6 @@ def key_bindings() -> KeyBindings:
     return bindings
 
 
-def run(model: RobotModel | None, file: str | None) -> int:
+def run(model: RobotModel | None, file: str | None, recorder: Recorder | None = None) -> int:
     """The interactive shell."""
-    return Shell(model, file).run()
+    return Shell(model, file, recorder).run()

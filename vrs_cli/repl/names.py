@@ -24,6 +24,7 @@ def names_of(session: Session) -> Names:
         programs={stored.name: count(len(stored.program.steps), "step") for stored in environment.programs.values()},
         variables={kind: _variables(session, kind) for kind in Kind},
         switches={row.name: row.summary for row in SWITCHES.values()},
+        branches=dict.fromkeys(session.branches.names, "branch"),
         parameters={row.name: row.summary for row in PARAMETERS.values()},
     )
 

@@ -9,13 +9,16 @@ from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.interrupt import stoppable
+from vrs_cli.repl.recorder import Recorder
 from vrs_cli.repl.terminal import PlainTerminal
 
 OK, FAILED = 0, 1
 BYTE_ORDER_MARK = "\ufeff"
 
 
-def run(model: RobotModel, file: str | None, source: Iterable[str], sink: TextIO) -> int:
+def run(
+    model: RobotModel, file: str | None, source: Iterable[str], sink: TextIO, recorder: Recorder | None = None
+) -> int:
     """Carry out the lines of `source`. Returns 1 when any of them could not be, 0 otherwise.
 
     A wrong line does not stop the lines after it; EXIT does, and so does Ctrl-C. Raises KeyboardInterrupt for a Ctrl-C
@@ -23,8 +26,10 @@ def run(model: RobotModel, file: str | None, source: Iterable[str], sink: TextIO
     """
     lines = _unmarked(source)
     terminal = PlainTerminal(sink, lines)
-    conversation = Conversation(Session(terminal, model))
-    session = conversation.session
+    session = Session(terminal, model)
+    conversation = Conversation(session)
+    if recorder is not None:
+        terminal.show(recorder.begin(session))
     if file is not None:
         with stoppable(session.interrupt):
             conversation.load(file)

@@ -7,22 +7,36 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.repl.recorder import Recorder
 
 DEFAULT_ROBOT = "puma560"
 
 
-def main(robot: str | None = None, file: str | None = None) -> int:
+def main(robot: str | None = None, file: str | None = None, save: str | None = None) -> int:
     """Run the shell until the user leaves; returns the exit status. Raises VrsError for a robot that is not there.
 
-    On a pipe the status is 1 when a line could not be carried out.
+    `save`: a trajectory file that is written on, or begun; without `robot` its robot is taken. On a pipe the status is
+    1 when a line could not be carried out.
     """
+    recorder, model = _recorder(save), None if robot is None else load(robot)
+    if recorder is not None and model is None:
+        model = recorder.model
     if sys.stdin.isatty() and sys.stdout.isatty():
         from vrs_cli.repl.interactive import run
 
-        return run(None if robot is None else load(robot), file)
+        return run(model, file, recorder)
     from vrs_cli.repl import plain
 
-    return plain.run(load(robot), file, sys.stdin, sys.stdout)
+    return plain.run(model or load(None), file, sys.stdin, sys.stdout, recorder)
+
+
+def _recorder(path: str | None) -> Recorder | None:
+    """What writes the file, which is read first if it is there. Raises FileError."""
+    if path is None:
+        return None
+    from vrs_cli.repl.recorder import Recorder
+
+    return Recorder(path)
 
 
 def load(robot: str | None) -> RobotModel:

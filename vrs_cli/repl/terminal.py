@@ -151,21 +151,29 @@ class ShellTerminal:
     # --- progress ---
 
     def begin_progress(self) -> None:
-        """A program starts."""
+        """A program starts, or a file is read that may be long."""
         self._since = self._clock()
 
     def progress(self, clock: float) -> None:
         """A running program has come to that time of the robot's clock [s]."""
+        self._report(f"running, t = {clock:.1f} s (Ctrl-C stops it)")
+
+    def reading(self, path: str, share: float) -> None:
+        """So much of a file has been read, from 0 to 1."""
+        self._report(f"reading {path}, {share:.0%} (Ctrl-C stops it)")
+
+    def _report(self, text: str) -> None:
+        """Show it in place of the last, not too often, and not before a while."""
         now = self._clock()
         if self._since is None or now - self._since < PATIENCE or now - self._refreshed < REFRESH:
             return
         self._refreshed = now
         self._progress_shown = True
-        self.stream.write(f"{CLEAR_LINE}running, t = {clock:.1f} s (Ctrl-C stops it)")
+        self.stream.write(f"{CLEAR_LINE}{text}")
         self.stream.flush()
 
     def end_progress(self) -> None:
-        """The program has ended."""
+        """It has ended."""
         self._clear_progress()
         self._since = None
 

@@ -16,6 +16,7 @@ from vrs_cli.trajectory.segment import Segment
 class Cause(Enum):
     COMMAND = "command"
     UNDO = "undo"
+    REDO = "redo"
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,13 +46,17 @@ class LeafTable:
     def any_straight(self) -> bool:
         return bool(self.straight.any())
 
-    def locate(self, local: Floats) -> tuple[Rows, Floats]:
-        """The segment in force at each time (N,), and how long it has been so [s], at most its duration."""
+    def locate(self, times: Floats, offset: float) -> tuple[Rows, Floats]:
+        """The segment in force at each time (N,), and how long it has been so [s], at most its duration.
+
+        Where its start is taken from the time, as here, the result does not depend on what the offset is.
+        """
         import numpy as np
 
-        places = self.starts.searchsorted(local, side="right") - 1
+        starts = self.starts + offset  # exact: both are on the time grid
+        places = starts.searchsorted(times, side="right") - 1
         np.maximum(places, 0, out=places)
-        s = local - self.starts.take(places)
+        s = times - starts.take(places)
         np.minimum(s, self.durations.take(places), out=s)
         return places, np.maximum(s, 0.0, out=s)
 

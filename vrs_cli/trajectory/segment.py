@@ -142,7 +142,9 @@ class Segment:
         return self.finish - self.start
 
     def shifted(self, shift: float) -> Segment:
-        return replace(self, start=self.start + shift, finish=self.finish + shift) if shift else self
+        if not shift:
+            return self
+        return Segment(self.start + shift, self.finish + shift, self.path, self.phase, self.motion)
 
     def truncated(self, finish: float) -> Segment:
         return replace(self, finish=finish)

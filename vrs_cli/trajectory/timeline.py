@@ -70,15 +70,15 @@ class Timeline:
     def locate(self, t: float) -> tuple[Segment, float]:
         """The segment in force at t as stored, and t - t_s limited to its duration (the robot stands still in gaps)."""
         offset, node = self._rope
-        local = t - offset
         while node.__class__ is Branch:  # not isinstance: g is read more often than anything else
-            place = bisect_right(node.begins, local) - 1
-            offset, node = node.children[place if place > 0 else 0]
-            local -= offset
+            place = bisect_right(node.begins, t - offset) - 1
+            place = place if place > 0 else 0
+            offset += node.offsets[place]
+            node = node.nodes[place]
         leaf: Leaf = node  # type: ignore[assignment]  # what is no branch is a leaf
-        place = bisect_right(leaf.starts, local) - 1
-        segment = leaf.segments[place if place > 0 else 0]
-        since = local - segment.start
+        place, first = bisect_right(leaf.starts, t - offset, leaf.first, leaf.last) - 1, leaf.first
+        segment = leaf.row[place if place > first else first]
+        since = t - (offset + segment.start)  # that sum is exact: whatever the offsets are, g is the same to the bit
         if since < 0.0:
             return segment, 0.0
         duration = segment.finish - segment.start
@@ -96,10 +96,11 @@ class Timeline:
         """tau[k+1]. Raises ValueError when the delta was made for another version or leaves nothing."""
         if delta.version != self.version:
             raise ValueError(f"a delta of version {delta.version} does not fit timeline version {self.version}")
-        head, others = rope.cut(self._rope, delta.keep)
-        _, tail = rope.cut(others, delta.drop)
-        new = rope.joined(_truncated(head, delta.cut), rope.rope_of(delta.segments))
-        made = rope.joined(new, tail and tail.shifted(delta.shift))
+        keep, new = delta.keep, delta.segments
+        last = rope.segment(self._rope, keep - 1) if keep else None
+        if last is not None and last.finish > delta.cut:
+            keep, new = keep - 1, (last.truncated(delta.cut), *new)
+        made = rope.spliced(self._rope, keep, delta.keep + delta.drop, new, delta.shift)
         if made is None:
             raise ValueError("the delta leaves a timeline without segments")
         timeline = Timeline.__new__(Timeline)
@@ -121,15 +122,6 @@ class Timeline:
             cut=self[kept_whole - 1].finish if kept_whole else self.start,
             keep=kept_whole,
             drop=delta.keep - kept_whole + len(delta.segments),
-            shift=-delta.shift,
+            shift=0.0 - delta.shift,  # not -0.0
             segments=tuple(self[index] for index in range(kept_whole, delta.keep + delta.drop)),
         )
-
-
-def _truncated(head: Held | None, t: float) -> Held | None:
-    """The rope with its last segment cut off at t, if it is longer."""
-    if head is None or head.offset + head.node.end <= t:
-        return head
-    before, last = rope.cut(head, head.node.count - 1)
-    assert last is not None
-    return rope.joined(before, rope.leaf_of([rope.segment(last, 0).truncated(t)]))

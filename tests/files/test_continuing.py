@@ -1,0 +1,119 @@
+"""A recorded trajectory is taken up as if its commands had just been given."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.files.trajectories import puma
+from vrs_cli.engine.commands import JointOffsetTarget, JointTarget, Move, SetParameter, Stamp
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import FileError, MotionError, UsageError
+from vrs_cli.files.continuing import keep_journal, line_of
+from vrs_cli.files.rebuild import history_of
+from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
+
+
+def drive(joint: int, degrees: float, at: float | None = None) -> Move:
+    stamp = None if at is None else Stamp(at)
+    return Move(JointOffsetTarget(joint, radians(degrees)), straight=False, stamp=stamp, text=f"DRIVE {joint}")
+
+
+moves = st.builds(drive, st.integers(1, 6), st.floats(-15.0, 15.0), st.none() | st.floats(0.0, 3.0))
+acts = st.lists(moves | st.sampled_from(["undo", "redo", "ON", "OFF"]), max_size=14)
+
+
+def acted(acts: list[Move | str]) -> Engine:
+    engine = Engine(puma())
+    for act in acts:
+        try:
+            if isinstance(act, Move):
+                engine.perform(act)
+            elif act in ("ON", "OFF"):
+                engine.perform(SetParameter("INSERT", act))
+            else:
+                (engine.undo if act == "undo" else engine.redo)()
+        except (MotionError, UsageError):
+            pass
+    return engine
+
+
+@settings(max_examples=80, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@given(acts)
+def test_what_can_be_undone_is_the_same_as_before_it_was_saved(tmp_path: Path, sequence: list[Move | str]) -> None:
+    engine, path = acted(sequence), tmp_path / "t.vrst"
+    write_trajectory(path, engine.model, engine.initial, engine.deltas)
+    again = Engine(puma())
+    again.take(line_of(path, read_trajectory(path), again), heard=True)
+    assert again.records() == engine.records()
+    assert again.now == again.end
+    for _ in range(len(engine.history.undone)):
+        engine.redo(), again.redo()
+        assert repr(list(again.timeline)) == repr(list(engine.timeline))
+    for _ in range(len(engine.history.done)):
+        engine.undo(), again.undo()
+        assert repr(list(again.timeline)) == repr(list(engine.timeline))
+
+
+def test_an_override_is_told_from_an_insertion() -> None:
+    engine = acted([drive(1, 20), drive(2, 10), drive(3, -10, at=0.1), "OFF", drive(4, 10, at=0.05), drive(5, 10)])
+    assert [step.insert for step in history_of(engine.initial, engine.deltas).done] == [True, True, True, False, True]
+
+
+def test_a_journal_goes_on_where_it_ended(tmp_path: Path) -> None:
+    path, first = tmp_path / "j.vrst", Engine(puma())
+    writer = keep_journal(path, None, first)
+    first.perform(drive(1, 60))
+    writer.close()
+    second = Engine(puma())
+    writer = keep_journal(path, read_trajectory(path), second)
+    assert second.now == first.end
+    second.perform(drive(2, 10))
+    second.undo()
+    second.perform(drive(3, 10))
+    writer.close()
+    recording = read_trajectory(path)
+    assert recording.timeline == second.timeline
+    assert [delta.motion.number for delta in recording.deltas] == [1, 2, 2, 3]
+
+
+def test_a_journal_has_one_writer(tmp_path: Path) -> None:
+    pytest.importorskip("fcntl")
+    path = tmp_path / "j.vrst"
+    first = keep_journal(path, None, Engine(puma()))
+    before = path.read_bytes()
+    with pytest.raises(FileError, match="is being written by another vrs"):
+        keep_journal(path, read_trajectory(path), Engine(puma()))
+    assert path.read_bytes() == before
+    first.close()
+    keep_journal(path, read_trajectory(path), Engine(puma())).close()
+
+
+def test_a_file_of_another_robot_is_refused_and_left_alone(tmp_path: Path) -> None:
+    path, engine = tmp_path / "j.vrst", Engine(puma())
+    for model, told in (
+        (replace(puma(), name="other"), "is of a other, this robot is a puma560"),
+        (replace(puma(), linear_speed=0.1), "is of a puma560 with other figures"),
+    ):
+        write_trajectory(path, model, engine.initial, ())
+        before = path.read_bytes()
+        with pytest.raises(UsageError, match=told):
+            keep_journal(path, read_trajectory(path), engine)
+        assert path.read_bytes() == before
+        assert engine.listeners == []
+
+
+def test_a_pose_that_is_not_ready_is_taken_up_too(tmp_path: Path) -> None:
+    path, engine = tmp_path / "j.vrst", Engine(puma(), start=(0.1, -1.0, 1.5, 0.0, 0.2, 0.0))
+    engine.perform(Move(JointTarget((0.0, -1.0, 1.5, 0.0, 0.2, 0.0)), straight=False))
+    write_trajectory(path, engine.model, engine.initial, engine.deltas)
+    again = Engine(puma())
+    writer = keep_journal(path, read_trajectory(path), again)
+    again.undo()
+    writer.close()
+    assert again.position().joints == engine.initial[0].path.joints(0.0)

@@ -1,0 +1,188 @@
+"""Two courses of events side by side: how long, how far, which commands, and how far apart the robot is at most."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import TYPE_CHECKING
+
+from vrs_cli.engine.engine import Line
+from vrs_cli.engine.history import CommandRecord, Step
+from vrs_cli.engine.position import Positions, positions_at
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.segment import Phase, Segment
+from vrs_cli.trajectory.timeline import Timeline
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+MOST_SAMPLES = 200_000  # of one timeline
+DENSEST, SPARSEST = 32, 2  # samples a segment
+CLOSER = 64  # samples between two others, to find the greatest distance exactly
+CLOSER_ROUNDS = 3
+NOISE = 1e-12  # [m, rad] what rounding makes of one distance
+
+Distance = Callable[[Positions, Positions], "Floats"]
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """`duration`: from the start of the timeline to its end [s]. `segments`: without s_0. `tool_path`: how far the tool
+    goes [m], `joint_travel`: how far all joints together turn [rad]."""
+
+    duration: float
+    commands: int
+    segments: int
+    tool_path: float
+    joint_travel: float
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """A command on both sides, or on one of them only."""
+
+    a: CommandRecord | None
+    b: CommandRecord | None
+
+
+@dataclass(frozen=True, slots=True)
+class Apart:
+    """The greatest distance and when it is reached [s]; `joint` (from 1) of joints, 0 of the tool."""
+
+    distance: float
+    time: float
+    joint: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """`since`: the first time at which the robot may be elsewhere [s], None where the two are the same throughout.
+
+    `tool` [m] and `joints` [rad] are the greatest distances at one time.
+    """
+
+    a: Extent
+    b: Extent
+    commands: tuple[Pair, ...]
+    since: float | None
+    tool: Apart
+    joints: Apart
+
+
+def compare(arm: RobotArm, a: Line, b: Line) -> Comparison:
+    """What is different between two courses of events of one robot."""
+    since = first_difference(a.timeline, b.timeline)
+    tool, joints = _apart(arm, a.timeline, b.timeline, since)
+    return Comparison(_extent(arm, a), _extent(arm, b), tuple(_pairs(a, b)), since, tool, joints)
+
+
+def first_difference(a: Timeline, b: Timeline) -> float | None:
+    """The first time at which two timelines may differ [s]; None where they are the same throughout."""
+    for one, other in zip_longest(a, b):
+        if one is None or other is None:
+            return float((one or other).start)
+        if _course(one) != _course(other):
+            same_way = _course(one)[:-1] == _course(other)[:-1]
+            return min(one.finish, other.finish) if same_way else min(one.start, other.start)
+    return None
+
+
+def _course(segment: Segment) -> tuple[object, ...]:
+    """What the robot does in a segment, whatever command asked for it; when it ends is last."""
+    return segment.start, segment.path, segment.motion.hand, segment.motion.frames, segment.finish
+
+
+# --- how far ---------------------------------------------------------------------------------------------------
+
+
+def _extent(arm: RobotArm, line: Line) -> Extent:
+    import numpy as np
+
+    timeline = line.timeline
+    here = positions_at(arm, timeline, _sampled(timeline))
+    return Extent(
+        duration=timeline.end - timeline.start,
+        commands=len(line.history.done),
+        segments=len(timeline) - 1,
+        tool_path=float(np.linalg.norm(np.diff(here.T_world_tool[:, :, 3], axis=0), axis=1).sum()),
+        joint_travel=float(np.abs(np.diff(here.joints, axis=0)).sum()),
+    )
+
+
+def _sampled(timeline: Timeline, since: float = 0.0) -> Floats:
+    """Times at all boundaries of moving segments and between them [s], in order."""
+    import numpy as np
+
+    moving = [(s.start, s.finish) for s in timeline if s.phase is not Phase.REST and s.finish >= since]
+    if not moving:
+        return np.array([timeline.start, timeline.end])
+    edges = np.array(moving)
+    count = int(min(max(MOST_SAMPLES // len(moving), SPARSEST), DENSEST))
+    shares = np.linspace(0.0, 1.0, count)
+    times = (edges[:, :1] + (edges[:, 1:] - edges[:, :1]) * shares).ravel()
+    return np.concatenate(([timeline.start], times, [timeline.end]))
+
+
+# --- how far apart ---------------------------------------------------------------------------------------------
+
+
+def _apart(arm: RobotArm, a: Timeline, b: Timeline, since: float | None) -> tuple[Apart, Apart]:
+    """The greatest distances of tool and joints."""
+    import numpy as np
+
+    if since is None:
+        return Apart(0.0, a.start), Apart(0.0, a.start)
+    times = np.unique(np.concatenate((_sampled(a, since), _sampled(b, since), [since])))
+    return _greatest(arm, a, b, times, _tool_distance), _greatest(arm, a, b, times, _joint_distance)
+
+
+def _greatest(arm: RobotArm, a: Timeline, b: Timeline, times: Floats, distance: Distance) -> Apart:
+    """At the sampled times first, then closer and closer around the greatest."""
+    import numpy as np
+
+    for _ in range(CLOSER_ROUNDS):
+        found = distance(positions_at(arm, a, times), positions_at(arm, b, times))
+        farthest = found.max(axis=1)
+        place = int(np.argmax(farthest >= farthest.max() - NOISE))  # the first time, where it stays so
+        best = Apart(float(found[place].max()), float(times[place]), int(np.argmax(found[place])) + 1)
+        near = times[max(place - 1, 0) : place + 2]
+        times = np.unique(np.concatenate((np.linspace(near[0], near[-1], CLOSER), [times[place]])))
+    return best if distance is _joint_distance else Apart(best.distance, best.time)
+
+
+def _tool_distance(a: Positions, b: Positions) -> Floats:
+    """(N, 1) [m]."""
+    import numpy as np
+
+    distance: Floats = np.linalg.norm(a.T_world_tool[:, :, 3] - b.T_world_tool[:, :, 3], axis=1)[:, None]
+    return distance
+
+
+def _joint_distance(a: Positions, b: Positions) -> Floats:
+    """(N, n) [rad]."""
+    import numpy as np
+
+    distance: Floats = np.abs(a.joints - b.joints)
+    return distance
+
+
+# --- the commands ----------------------------------------------------------------------------------------------
+
+
+def _pairs(a: Line, b: Line) -> Iterator[Pair]:
+    """Commands that both have once, in the order of a; then those of b alone."""
+    ours, theirs = a.history.records(a.timeline), b.history.records(b.timeline)
+    others = dict(zip(map(_identity, b.history.done), theirs, strict=True))
+    for step, record in zip(a.history.done, ours, strict=True):
+        yield Pair(record, others.pop(_identity(step), None))
+    yield from (Pair(None, record) for record in others.values())
+
+
+def _identity(step: Step) -> tuple[object, ...]:
+    """What tells that two steps are one command: a branch has the commands from before it began."""
+    motion = step.delta.motion
+    return motion.number, motion.text, motion.kind, motion.goal, motion.pose

@@ -1,0 +1,118 @@
+"""What can be taken back and done again: the motion commands of one robot, and the list of those that were undone.
+
+A step holds the delta that took place and the one that takes it back, not the timelines between them: a day of
+commands costs what its deltas cost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from vrs_cli.errors import UsageError
+from vrs_cli.trajectory.delta import Cause, TimelineDelta
+from vrs_cli.trajectory.instant import shown
+from vrs_cli.trajectory.timeline import Timeline
+
+WIDE = 64  # segments that a step drops: taking back a wider one is prepared when it is asked for
+
+
+@dataclass(frozen=True, slots=True)
+class CommandRecord:
+    """A motion command and what became of it: when its motion begins and ends on the present timeline [s].
+
+    `executed` is as commanded and `end` None for a motion that a later command has dropped.
+    """
+
+    number: int
+    text: str
+    issued: float
+    executed: float
+    end: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A command that took place: its delta, how it is taken back, the clock before it [s], and its policy.
+
+    `back` is the inverse of the delta, or the timeline before it where the inverse would be long.
+    """
+
+    delta: TimelineDelta
+    back: TimelineDelta | Timeline
+    clock: float
+    insert: bool = True
+
+    @staticmethod
+    def of(before: Timeline, delta: TimelineDelta, clock: float, insert: bool) -> Step:
+        return Step(delta, before if delta.drop > WIDE else before.inverse(delta), clock, insert)
+
+    def taking_back(self, version: int) -> TimelineDelta:
+        """The delta that undoes it, for the timeline of that version."""
+        back = self.back.inverse(self.delta) if isinstance(self.back, Timeline) else self.back
+        return replace(back, version=version)
+
+    def doing_again(self, version: int) -> TimelineDelta:
+        """The delta that redoes it, for the timeline of that version."""
+        return replace(self.delta, version=version, cause=Cause.REDO)
+
+
+@dataclass(frozen=True, slots=True)
+class Undone:
+    """A step that was taken back, and the clock before that [s]."""
+
+    step: Step
+    clock: float
+
+
+class History:
+    """`done`: the steps that hold, oldest first. `undone`: those that were taken back, the next to redo last."""
+
+    def __init__(self, done: Iterable[Step] = (), undone: Iterable[Undone] = ()) -> None:
+        self.done = list(done)
+        self.undone = list(undone)
+
+    def copy(self) -> History:
+        return History(self.done, self.undone)
+
+    def add(self, step: Step) -> None:
+        """A new command: what was undone before it cannot be done again."""
+        self.done.append(step)
+        self.undone.clear()
+
+    def take_back(self, clock: float) -> Step:
+        """The last step, which is to be undone at that clock. Raises UsageError when there is none."""
+        if not self.done:
+            raise UsageError("there is no motion to undo")
+        step = self.done.pop()
+        self.undone.append(Undone(step, clock))
+        return step
+
+    def do_again(self) -> Undone:
+        """The step that was taken back last. Raises UsageError when there is none."""
+        if not self.undone:
+            raise UsageError("there is no motion to redo", "REDO follows UNDO; a new motion ends it")
+        undone = self.undone.pop()
+        self.done.append(undone.step)
+        return undone
+
+    def records(self, timeline: Timeline) -> tuple[CommandRecord, ...]:
+        """All commands that hold, in the order in which they were issued."""
+        return records(timeline, self.done)
+
+
+def records(timeline: Timeline, steps: Sequence[Step]) -> tuple[CommandRecord, ...]:
+    """Steps as commands, with the times of their motions on a timeline."""
+    begins: dict[int, float] = {}
+    ends: dict[int, float] = {}
+    for segment in timeline:
+        begins.setdefault(segment.motion.number, segment.start)
+        ends[segment.motion.number] = segment.finish
+    return tuple(_record(step.delta, begins, ends) for step in steps)
+
+
+def _record(delta: TimelineDelta, begins: Mapping[int, float], ends: Mapping[int, float]) -> CommandRecord:
+    number = delta.motion.number
+    begin, end = begins.get(number, delta.executed), ends.get(number)
+    text, issued = delta.motion.text, shown(delta.issued)
+    return CommandRecord(number, text, issued, shown(begin), None if end is None else shown(end))

@@ -1,0 +1,52 @@
+"""Going on with a recorded trajectory: what an engine takes up, and the journal that it writes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vrs_cli.engine.engine import Engine, Line
+from vrs_cli.errors import UsageError
+from vrs_cli.files.rebuild import history_of
+from vrs_cli.files.trajectory_file import Recording, TrajectoryWriter, collector_paused
+from vrs_cli.trajectory.timeline import Timeline
+
+
+@collector_paused()
+def line_of(path: str | Path, recording: Recording, engine: Engine) -> Line:
+    """The course of events of a file, with the settings that the engine has; the clock is at the end of the timeline.
+
+    Raises UsageError where it is of another robot.
+    """
+    check_robot(path, recording, engine)
+    return Line(
+        initial=Timeline(recording.initial),
+        timeline=recording.timeline,
+        deltas=recording.deltas,
+        history=history_of(recording.initial, recording.deltas),
+        number=max((delta.motion.number for delta in recording.deltas), default=0),
+        clock=recording.timeline.end,
+        parameters=engine.parameters,
+    )
+
+
+def check_robot(path: str | Path, recording: Recording, engine: Engine) -> None:
+    """Raises UsageError where a file is of another robot than the engine's."""
+    theirs, ours = recording.model, engine.model
+    if theirs == ours:
+        return
+    if theirs.name != ours.name:
+        raise UsageError(f"{path} is of a {theirs.name}, this robot is a {ours.name}", "give --robot, or another file")
+    raise UsageError(f"{path} is of a {theirs.name} with other figures than this one", "REPLAY plays it")
+
+
+def keep_journal(path: str | Path, recording: Recording | None, engine: Engine) -> TrajectoryWriter:
+    """Write all that happens on main from now on to a file: a new one, or the one that was read as `recording`, which
+    the engine takes up. Each change is on the disk before its command is answered. Raises FileError, UsageError."""
+    if recording is None:
+        writer = TrajectoryWriter(path, engine.model, engine.initial)
+    else:
+        line = line_of(path, recording, engine)
+        writer = TrajectoryWriter.continued(path, recording)
+        engine.take(line, heard=True)
+    engine.listeners.append(lambda delta, _timeline: writer.append(delta))
+    return writer
