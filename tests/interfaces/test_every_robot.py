@@ -216,6 +216,15 @@ def test_the_trajectory_is_saved_read_and_exported(session: Session, tmp_path: P
     assert [float(x) for x in first.split(",")[1 : count + 1]] == pytest.approx(start, abs=1e-8)
 
 
+def test_branches_are_compared_in_the_units_of_the_joints() -> None:
+    session = Session(RecordingTerminal(), load_robot("cobra600"))
+    session.perform("BRANCH other")
+    session.perform("DRIVE 3, 60, 100")
+    said = told(session, "COMPARE")
+    assert "joint 3 60.000 mm" in said
+    assert "Joint travel           0.000       0.000" in said
+
+
 def test_inrange_has_bits_for_joints_beyond_the_sixth() -> None:
     session = Session(RecordingTerminal(), load_robot(URDF / "seven.urdf"))
     for joint, bit in ((1, 1), (6, 32), (7, 256)):

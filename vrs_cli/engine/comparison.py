@@ -104,12 +104,13 @@ def _extent(arm: RobotArm, line: Line) -> Extent:
 
     timeline = line.timeline
     here = positions_at(arm, timeline, _sampled(timeline))
+    turning = [not arm.model.units.slides(joint) for joint in range(1, arm.model.joint_count + 1)]
     return Extent(
         duration=timeline.end - timeline.start,
         commands=len(line.history.done),
         segments=len(timeline) - 1,
         tool_path=float(np.linalg.norm(np.diff(here.T_world_tool[:, :, 3], axis=0), axis=1).sum()),
-        joint_travel=float(np.abs(np.diff(here.joints, axis=0)).sum()),
+        joint_travel=float(np.abs(np.diff(here.joints[:, turning], axis=0)).sum()),
     )
 
 

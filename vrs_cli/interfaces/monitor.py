@@ -1226,7 +1226,7 @@ def _compare(session: Session, it: Instruction) -> Iterator[Reply]:
     if first.lower() == second.lower():
         raise UsageError(f"{first} is the same as {second}", "COMPARE a, b; BRANCH lists the branches")
     comparison = compare(session.engine.arm, branches.line(first), branches.line(second))
-    yield ComparisonTable(branches.spelled(first), branches.spelled(second), comparison)
+    yield ComparisonTable(branches.spelled(first), branches.spelled(second), comparison, session.environment.units)
 
 
 def _merge(session: Session, it: Instruction) -> Iterator[Reply]:

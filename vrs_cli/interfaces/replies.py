@@ -357,6 +357,7 @@ class ComparisonTable:
     a: str
     b: str
     comparison: Comparison
+    units: JointUnits = TURNING
 
 
 @dataclass(frozen=True, slots=True)

@@ -385,7 +385,7 @@ def _comparison(reply: replies.ComparisonTable, page: Page) -> Iterator[Block]:
     yield Grid(columns, tuple(_measures(told.a, told.b)), boxed=True)
     yield line()
     yield from _latest(_fates(reply), "commands", page.rows)
-    yield line(_apart(told), Role.NOTE)
+    yield line(_apart(told, reply.units), Role.NOTE)
 
 
 def _measures(a: Extent, b: Extent) -> Iterator[tuple[str, ...]]:
@@ -427,12 +427,14 @@ def _change(difference: float) -> str:
     return "" if not text.strip("0.") else text if difference < 0.0 else f"+{text}"
 
 
-def _apart(told: Comparison) -> str:
+def _apart(told: Comparison, units: JointUnits) -> str:
     if told.since is None:
         return "The robot does the same on both"
+    joint = told.joints.joint
+    moved = fixed(units.one_shown(joint, told.joints.distance))
     return (
         f"The same until {seconds(told.since)}. At most {fixed(told.tool.distance * 1000.0)} mm apart, at "
-        f"{seconds(told.tool.time)}; joint {told.joints.joint} {fixed(degrees(told.joints.distance))} deg, at "
+        f"{seconds(told.tool.time)}; joint {joint} {moved} {units.unit(joint)}, at "
         f"{seconds(told.joints.time)}"
     )
 
