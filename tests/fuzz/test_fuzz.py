@@ -26,3 +26,11 @@ def test_any_text(part: int) -> None:
 
 def test_a_seed_names_its_text() -> None:
     assert [text(Random(seed)) for seed in range(20)] == [text(Random(seed)) for seed in range(20)]
+
+
+@pytest.mark.parametrize(
+    "found",
+    [".PROGRAM p\nDETACH ,TATE(#q[0], DEFINED())\n.END\n", ".PROGRAM p\nFCLOSE , (5)\n.END\n"],
+)
+def test_what_was_found(found: str) -> None:
+    probe(found)

@@ -229,6 +229,9 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
         grouped.pop()
     if grouped:
         yield f"({_list_text(grouped)})"
+    elif row.grouped == len(row.arguments):
+        yield _list_text(own)  # what is too much keeps its comma: without it, it would be the group
+        return
     yield _list_text(own[row.grouped :] if not row.leads else _trimmed(own[:plain]))
     if row.leads:
         for argument, given in zip(row.arguments[plain:], own[plain:], strict=False):
