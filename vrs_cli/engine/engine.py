@@ -39,7 +39,7 @@ from vrs_cli.engine.commands import (
 )
 from vrs_cli.engine.history import CommandRecord, History, Step
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
-from vrs_cli.engine.planner import plan
+from vrs_cli.engine.planner import plan, rounding_begins, slowing_down
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
 from vrs_cli.engine.targets import Situation, check_near, resolve, select, unmet
 from vrs_cli.errors import (
@@ -53,8 +53,7 @@ from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.blend import rest
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.instant import LATEST, on_grid
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start
-from vrs_cli.trajectory.segment import Phase
+from vrs_cli.trajectory.motion import Frames, Kind, Motion, Profile, RelativeTarget, Start
 from vrs_cli.trajectory.timeline import Timeline
 
 SLOWEST = 1e-4  # fraction of nominal speed: slower is no motion
@@ -88,6 +87,7 @@ class Engine:
         self.arm: RobotArm = arm_for(model)
         self.clock: Clock = clock or VirtualClock()
         self.parameters = Parameters()
+        self.parameters.set_parameter("PROFILE", model.profile)
         self.listeners: list[DeltaListener] = []
         self.heard = True
         self.begin_timeline(model.poses["ready"] if start is None else start)
@@ -191,9 +191,9 @@ class Engine:
             return Start.AT, self._stamped(move.stamp)
         if now >= end:
             return Start.AFTER, now
-        last = self.timeline[len(self.timeline) - 1]
-        if program and last.phase is Phase.DECELERATE and self._may_blend(move):
-            return Start.BLEND, max(now, last.start)
+        slowing = slowing_down(self.timeline)
+        if program and slowing and self._may_blend(move):
+            return Start.BLEND, max(now, rounding_begins(self.arm, slowing, self._rounding))
         return Start.AFTER, end
 
     def _stamped(self, stamp: Stamp) -> float:
@@ -235,6 +235,8 @@ class Engine:
             frames=under_way.frames,
             text=move.text,
             relative=move.target if isinstance(move.target, RelativeTarget) else None,
+            profile=self._profile,
+            rounding=self._rounding if start is Start.BLEND else None,
         )
         return self._at_speed(motion, move)
 
@@ -260,6 +262,16 @@ class Engine:
         fraction = _fraction(tip / self.model.linear_speed)
         rotation = fraction if program.rotation is None else _fraction(monitor * program.rotation / FULL_SPEED)
         return replace(motion, speed=fraction, tip_speed=min(tip, self.model.linear_speed), rotation=rotation)
+
+    @property
+    def _profile(self) -> Profile:
+        return Profile[str(self.parameters.values["PROFILE"])]
+
+    @property
+    def _rounding(self) -> float | None:
+        """How near a corner the tip comes before it is rounded [m]; None: as near as it is when the arm slows down."""
+        value = self.parameters.values["ROUNDING"]
+        return None if isinstance(value, str) else value * MM
 
     # --- standing still ---
 
@@ -291,6 +303,7 @@ class Engine:
             hand=last.hand if hand is None else hand,
             frames=frames or last.frames,
             text=text,
+            profile=self._profile,
         )
         if not self.parameters.switch("DRY.RUN"):
             self._edit(motion, executed)
@@ -305,7 +318,15 @@ class Engine:
         now, self._issued = on_grid(self.now), None
         if now < self.end:
             last = self.timeline.locate(now)[0].motion
-            motion = Motion(self._number + 1, Kind.REST, Start.AT, hand=last.hand, frames=last.frames, text="BRAKE")
+            motion = Motion(
+                self._number + 1,
+                Kind.REST,
+                Start.AT,
+                hand=last.hand,
+                frames=last.frames,
+                text="BRAKE",
+                profile=self._profile,
+            )
             self._edit(motion, now, insert=False)
 
     # --- changing the timeline ---

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import degrees, sqrt
+from math import cbrt, degrees, sqrt
 from typing import NamedTuple
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, StraightLineSingular
@@ -31,6 +31,9 @@ MARGIN = 1.01  # velocities are taken so much higher than the samples show, for 
 SMALL_MARGIN = 1.0005
 ROUNDING = 1e-6  # a velocity that is this little above its limit is at it
 ACCELERATION_MARGIN = 1.025
+JERK_MARGIN = 1.1
+NEAR_LIMIT_OF_JERK = 0.7  # a mean jerk between two samples from which it is looked at more closely
+FINER_MARGIN = 1.4  # by which the finer look may find more
 NEAR_LIMIT = 0.9  # of an acceleration limit: the mean between two samples may hide a peak above it
 NEAR_PEAK = 0.95  # of the worst joint's part of its limit: the joints whose peaks between samples are looked for
 GOLDEN = 0.6180339887498949
@@ -47,22 +50,23 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """The greatest joint velocity and acceleration as parts of their limits; which joint asks most, and where."""
+    """The greatest joint velocity, acceleration and jerk as parts of their limits; which joint asks most, and where."""
 
     velocity: float = 0.0
     acceleration: float = 0.0
     joint: int = 0
     place: Transform | None = None
+    jerk: float = 0.0
 
     @property
     def slowing(self) -> float:
         """By how much time would have to be stretched for the joints to follow."""
-        return max(self.velocity, sqrt(self.acceleration))
+        return max(self.velocity, sqrt(self.acceleration), cbrt(self.jerk))
 
     def worse(self, other: Load) -> Load:
         worst = self if self.slowing >= other.slowing else other
         velocity, acceleration = max(self.velocity, other.velocity), max(self.acceleration, other.acceleration)
-        return Load(velocity, acceleration, worst.joint, worst.place)
+        return Load(velocity, acceleration, worst.joint, worst.place, max(self.jerk, other.jerk))
 
 
 class Follower:
@@ -253,6 +257,41 @@ class Follower:
             return self.arm.joint_velocity(sample.joints, (vx, vy, vz, wx, wy, wz), self.tool)
         except StraightLineSingular:
             return None
+
+    def jerk_load(self, path: CartesianPath, samples: list[Sample]) -> Load:
+        """The greatest joint jerk, from the changes of the joint accelerations; where one is near its limit, also from
+        those at times between samples.
+        """
+        rates = [(sample, rate) for sample in samples if (rate := self._acceleration(path, sample)) is not None]
+        load = Load()
+        for (a, before), (b, after) in pairwise(rates):
+            worst = self._jerk(path, a, before, b, after)
+            if worst.jerk > NEAR_LIMIT_OF_JERK and worst.jerk * FINER_MARGIN > load.jerk:
+                worst = self._jerk_between(path, a, before, b, after)
+            load = load.worse(worst)
+        return load
+
+    def _jerk_between(self, path: CartesianPath, a: Sample, before: Joints, b: Sample, after: Joints) -> Load:
+        """The same, at a quarter of the interval."""
+        row = [(a, before)]
+        for part in (0.25, 0.5, 0.75):
+            sample = self._sample(path, a.s + part * (b.s - a.s), a.joints)
+            rates = self._acceleration(path, sample)
+            if rates is not None:
+                row.append((sample, rates))
+        load = Load()
+        for (c, first), (d, then) in pairwise([*row, (b, after)]):
+            load = load.worse(self._jerk(path, c, first, d, then))
+        return load
+
+    def _jerk(self, path: CartesianPath, a: Sample, before: Joints, b: Sample, after: Joints) -> Load:
+        limits = self.arm.model.max_jerk
+        lasting = b.s - a.s
+        ratios = [
+            abs(w - v) / (lasting * limit) * JERK_MARGIN for v, w, limit in zip(before, after, limits, strict=True)
+        ]
+        worst = max(ratios)
+        return Load(0.0, 0.0, ratios.index(worst) + 1, path.pose(b.s) if worst > 1.0 else None, worst)
 
     def _velocity_load(self, path: CartesianPath, s: float, rows: list[tuple[float, float]]) -> Load:
         """The load of joint velocities, each taken higher by its margin."""

@@ -13,8 +13,10 @@ from vrs_cli.errors import MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration, Wrist
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.trajectory import smooth
 from vrs_cli.trajectory.blend import JointState, ToolLimits, ToolState, ToolStretch, straight_motion
-from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.motion import Motion, Profile
+from vrs_cli.trajectory.scurve import NoTimes
 from vrs_cli.trajectory.segment import CartesianPath, Segment, Turn
 
 WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP meet
@@ -65,6 +67,8 @@ def tool_limits(arm: RobotArm, motion: Motion) -> ToolLimits:
         model.linear_acceleration * motion.acceleration,
         model.angular_speed * (motion.speed if motion.rotation is None else motion.rotation),
         model.angular_acceleration * motion.acceleration,
+        model.linear_jerk,
+        model.angular_jerk,
     )
 
 
@@ -83,6 +87,7 @@ class _Line:
         self.state, self.joints, self.motion = state, joints, motion
         self.configuration, self.slowest = configuration, slowest
         self.limits, self.least = tool_limits(arm, motion), motion.duration
+        self.smoothly = motion.profile is Profile.SCURVE
         self.follower = Follower(arm, configuration, motion.frames.tool)
 
     def segments(self, start: float) -> tuple[Segment, ...]:
@@ -95,7 +100,7 @@ class _Line:
             if load.slowing <= 1.0 + ROUNDING:
                 return self._laid(stretches, seeds, start)
             by_velocity, by_acceleration = _eased(load.velocity), _eased(load.acceleration)
-            self.limits = self.limits.slowed(by_velocity, by_acceleration)
+            self.limits = self.limits.slowed(by_velocity, by_acceleration, _eased(load.jerk))
             self.least *= by_velocity
             slowed *= by_velocity
             if slowed > self.slowest:
@@ -111,14 +116,22 @@ class _Line:
                 raise _too_singular(load)
             factor = load.slowing * SPARE
             self.least *= factor
-            stretches = self._stretches(self.limits.slowed(factor, factor * factor))
+            stretches = self._stretches(self.limits.slowed(factor, factor * factor, factor * factor * factor))
             if len(stretches) != len(seeds):  # a cruise of next to no time has come or gone
                 seeds, _ = self._follow(stretches)
         return self._laid(stretches, seeds, start)
 
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
         assert self.motion.pose is not None
-        return straight_motion(self.state, self.motion.pose, limits, self.least)
+        if not self.smoothly:
+            return straight_motion(self.state, self.motion.pose, limits, self.least)
+        try:
+            return smooth.straight_motion(self.state, self.motion.pose, limits, self.least)
+        except NoTimes:
+            raise StraightLineSingular(
+                "the tool moves too fast to go over to the line within its limits",
+                "use MOVE, or let the arm come to rest first",
+            ) from None
 
     def _follow(self, stretches: list[ToolStretch]) -> tuple[list[Seeds], Load]:
         """The joints of each stretch, and the greatest load on a joint."""
@@ -130,6 +143,8 @@ class _Line:
             if started is None:
                 started = self._started(samples[0])
             load = load.worse(self.follower.load(path, samples, started))
+            if self.smoothly:
+                load = load.worse(self.follower.jerk_load(path, samples))
             seeds.append(seeds_of(samples))
             near = samples[-1].joints
         return seeds, load

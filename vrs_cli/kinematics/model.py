@@ -21,6 +21,7 @@ from vrs_cli.kinematics.joints import Joints
 
 ROBOTS = Path(__file__).parent / "robots"
 NEEDED_POSES = ("ready", "nest")
+PROFILES = ("LSPB", "SCURVE")  # the first is that of a robot that names none
 
 
 class Link(NamedTuple):
@@ -36,7 +37,7 @@ class RobotModel:
     """One robot. Joint by joint: limits [rad], velocity [rad/s], acceleration [rad/s2], jerk [rad/s3].
 
     The tool's linear [m/s, m/s2, m/s3] and angular [rad/s, rad/s2, rad/s3] figures are those of a straight
-    line at SPEED 100.
+    line at SPEED 100. `profile`: what PARAMETER PROFILE is at the start.
     """
 
     name: str
@@ -54,6 +55,7 @@ class RobotModel:
     angular_acceleration: float
     angular_jerk: float
     poses: Mapping[str, Joints] = field(hash=False)  # a dictionary has no hash; the rest tells models apart
+    profile: str = PROFILES[0]
 
     @property
     def joint_count(self) -> int:
@@ -94,6 +96,7 @@ TOOL_KEYS: Mapping[str, Quantity] = {
     "angular_jerk": Quantity("deg/s3", positive=True),
 }
 MODEL_KEYS = ("name", "title", "joints", "tool", "poses")
+MODEL_OPTIONS = ("profile",)
 ANGLE = Quantity("deg")
 HUGE = 1e9  # no length, angle or rate of a robot; keeps infinity and NaN out as well
 
@@ -117,6 +120,7 @@ def to_dict(model: RobotModel) -> dict[str, Any]:
         ],
         "tool": {key: getattr(model, key) for key in TOOL_KEYS},
         "poses": {name: list(q) for name, q in model.poses.items()},
+        **({} if model.profile == PROFILES[0] else {"profile": model.profile}),
     }
 
 
@@ -186,7 +190,7 @@ class _Reader:
     human: bool
 
     def model(self, data: object) -> RobotModel:
-        table = self.table(data, "the file", MODEL_KEYS)
+        table = self.table(data, "the file", MODEL_KEYS, MODEL_OPTIONS)
         joints = self.joints(table["joints"])
         tool = self.table(table["tool"], "tool", TOOL_KEYS)
         per_joint: dict[str, Joints] = {key: tuple(joint[key] for joint in joints) for key in JOINT_KEYS}
@@ -201,7 +205,13 @@ class _Reader:
             max_jerk=per_joint["max_jerk"],
             **{key: self.number(tool[key], f"tool.{key}", quantity) for key, quantity in TOOL_KEYS.items()},
             poses=self.poses(table["poses"], tuple(zip(per_joint["lower"], per_joint["upper"], strict=True))),
+            profile=self.profile(table.get("profile", PROFILES[0])),
         )
+
+    def profile(self, value: object) -> str:
+        if value not in PROFILES:
+            raise self.wrong("profile", f"{value!r} is no profile", f"write one of {', '.join(PROFILES)}")
+        return str(value)
 
     def joints(self, data: object) -> list[dict[str, float]]:
         if not isinstance(data, list) or not data:
@@ -236,9 +246,9 @@ class _Reader:
                 raise self.wrong(key, f"puts joint {i} at {degrees(angle):g} deg", hint)
         return q
 
-    def table(self, data: object, key: str, keys: Iterable[str]) -> Mapping[str, object]:
-        """A table with exactly these keys."""
-        known = tuple(keys)
+    def table(self, data: object, key: str, keys: Iterable[str], options: Iterable[str] = ()) -> Mapping[str, object]:
+        """A table with all of these keys and some of the options."""
+        needed, known = tuple(keys), (*keys, *options)
         if not isinstance(data, Mapping):
             raise self.wrong(key, "is not a table", f"give {', '.join(known)}")
         for name in data:
@@ -246,9 +256,9 @@ class _Reader:
                 near = difflib.get_close_matches(str(name), known, n=1)
                 hint = f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
                 raise self.wrong(key, f"has an unknown key {name!r}", hint)
-        for name in known:
+        for name in needed:
             if name not in data:
-                raise self.wrong(key, f"has no {name}", f"give {', '.join(known)}")
+                raise self.wrong(key, f"has no {name}", f"give {', '.join(needed)}")
         return data
 
     def number(self, value: object, key: str, quantity: Quantity) -> float:
