@@ -19,7 +19,7 @@ the change; those times are searched. (Biagiotti and Melchiorri, Trajectory Plan
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from math import cbrt, inf, sqrt
 from typing import NamedTuple
@@ -30,8 +30,8 @@ from vrs_cli.trajectory.profile import MARGIN, NEGLIGIBLE, ROOM, SAME, SLIVER
 from vrs_cli.trajectory.vector import added, dot, length, scaled, subtracted
 
 PEAK = 1.0 + 1e-6  # a velocity that is this little above its limit is at it
-CAREFUL = 1.0 + 1e-4  # stops stay so much inside the limits: rounding of times and short pieces may cost a little
-MOMENT = 1e-6  # [s] the shortest piece of a stop
+CAREFUL = 1.0 + 2e-5  # stops stay so much inside the limits: rounding of times and short pieces may cost a little
+MOMENT = 1e-3  # [s] the shortest ramp of a stop
 FIRST_STEP = 0.25
 LAST_STEP = 0.02  # of the time of a change: no finer
 MOST_TRIES = 240
@@ -265,14 +265,14 @@ def scalar_demands(parts: Sequence[Part]) -> Demands:
         lag = k1 / reach
         low, high, by_acceleration, by_jerk = 0.0, inf, 0.0, 0.0
         for way, v, a, fastest, acceleration, jerk, peak in rows:
-            most = jerk * fall
-            if acceleration < most:
-                most = acceleration
-            least = -most
             carried = v
-            if a:
+            if not a:
+                most = min(acceleration, jerk * rise, jerk * fall)
+                least = -most
+            else:
                 carried += half * a
-                most, least = min(most, a + jerk * rise), max(least, a - jerk * rise)
+                most = min(acceleration, jerk * fall, a + jerk * rise)
+                least = max(-acceleration, -jerk * fall, a - jerk * rise)
                 if abs(carried) > peak and carried * a > 0.0:
                     turned = _turned_before(a, peak - v if a > 0.0 else peak + v, rise)
                     most, least = (min(most, turned), least) if a > 0.0 else (most, max(least, turned))
@@ -496,16 +496,26 @@ def stop(v: float, a: float, acceleration: float, jerk: float) -> tuple[tuple[fl
     sign = 1.0 if left > 0.0 else -1.0
     v, a = v * sign, a * sign
     level = min(sqrt(jerk * v + 0.5 * a * a), acceleration)
-    hold = (v + (0.5 * a * a - level * level) / jerk) / level
-    rise, fall = up_to_grid((a + level) / jerk) + ROOM, up_to_grid(level / jerk) + ROOM
-    change = Change(max(rise, MOMENT), up_to_grid(max(hold, 0.0)), max(fall, MOMENT))
+    rise, fall = (a + level) / jerk, level / jerk
+    if fall < MOMENT:  # so little to do that the time grid would show in the jerk
+        rise, fall = max(rise, 10.0 * MOMENT), 10.0 * MOMENT
+    elif rise < MOMENT:  # the level is that which there is
+        return tuple((duration, -sign * rate) for duration, rate in _held(v, a, jerk))
+    hold = (v + 0.5 * (a - level) * rise) / level - 0.5 * fall
+    change = Change(up_to_grid(rise) + ROOM, up_to_grid(max(hold, 0.0)), up_to_grid(fall) + ROOM)
     held = change.level(v, a, 0.0)
-    pieces = (
-        (change.rise, sign * (held - a) / change.rise),
-        (change.hold, 0.0),
-        (change.fall, -sign * held / change.fall),
-    )
-    return tuple(piece for piece in pieces if piece[0])
+    rates = (held - a) / change.rise, 0.0, -held / change.fall
+    return tuple((duration, sign * rate) for duration, rate in zip(change, rates, strict=True) if duration)
+
+
+def _held(v: float, a: float, jerk: float) -> Iterator[tuple[float, float]]:
+    """The deceleration a < 0 is kept, and then goes; the sign of the jerk is turned round."""
+    fall = up_to_grid(-a / jerk)
+    hold = up_to_grid(max(-v / a - 0.5 * fall, 0.0))
+    fall = up_to_grid(2.0 * (-v / a - hold))
+    if hold:
+        yield hold, 0.0
+    yield fall, a / fall
 
 
 def turning_back(v: float, a: float, acceleration: float, jerk: float) -> tuple[tuple[float, float], ...]:
