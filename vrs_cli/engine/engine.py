@@ -41,6 +41,7 @@ from vrs_cli.engine.history import CommandRecord, History, Step
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
 from vrs_cli.engine.planner import plan, rounding_begins, slowing_down
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
+from vrs_cli.engine.reach import Reach, explained
 from vrs_cli.engine.targets import Situation, check_near, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
@@ -464,6 +465,25 @@ class Engine:
         frames = self.frames
         T_robot_flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
         return select(self.arm, self.parameters, T_robot_flange, self.position().joints)
+
+    def explain(self, target: PoseTarget | JointTarget) -> Reach:
+        """Why a MOVE or MOVES to a target from here is possible or not. Raises IllegalValue for joints of another robot."""
+        here = self.position().joints
+        if isinstance(target, JointTarget) and len(target.joints) != self.model.joint_count:
+            raise IllegalValue(
+                f"a precision point of {len(target.joints)} joints", f"this robot has {self.model.joint_count}"
+            )
+        line = Motion(
+            self._number + 1,
+            Kind.STRAIGHT,
+            Start.AT,
+            acceleration=self.parameters.acceleration,
+            frames=self.frames,
+            profile=self._profile,
+        )
+        line = self._at_speed(line, Move(target, straight=True))
+        slowest = float(self.parameters.values["STRETCH"])
+        return explained(self.arm, self.parameters, target, here, line, slowest)
 
 
 _SETTERS: dict[type, Callable[[Engine, Any], None]] = {

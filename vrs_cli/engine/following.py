@@ -142,7 +142,7 @@ class Follower:
                 f"near {shown_place(path.pose(b.s))} joint {jumps.index(max(jumps)) + 1} would have to jump by "
                 f"{degrees(max(jumps)):.1f} deg",
                 "use MOVE there, or a via point farther from the singularity",
-            )
+            ).at(*_tip(path.pose(b.s)))
 
     def _sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
         pose, twist = path.state(s)
@@ -151,7 +151,7 @@ class Follower:
             raise LocationOutOfRange(
                 f"the straight line leaves the reach of the arm near {shown_place(pose)}",
                 "use MOVE, or a via point nearer to the robot",
-            )
+            ).at(*_tip(pose))
         if not self.arm.limits_ok(joints):
             raise self._outside(joints, pose)
         if max(twist) <= STILL and min(twist) >= -STILL:
@@ -167,7 +167,7 @@ class Follower:
             f"the straight line needs {degrees(joints[i]):.1f} deg near {shown_place(pose)}, "
             f"its range is {degrees(model.lower[i]):.0f} to {degrees(model.upper[i]):.0f}",
             "use MOVE, or another configuration",
-        )
+        ).at(*_tip(pose))
 
     # --- what the samples show ---
 
@@ -334,6 +334,10 @@ def seeds_of(samples: list[Sample]) -> tuple[Joints, ...]:
             at += 1
         seeds.append(samples[at].joints)
     return tuple(seeds)
+
+
+def _tip(pose: Transform) -> tuple[float, float, float]:
+    return pose.px, pose.py, pose.pz
 
 
 def shown_place(pose: Transform) -> str:

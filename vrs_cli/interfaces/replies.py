@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from vrs_cli.engine.comparison import Comparison
     from vrs_cli.engine.history import CommandRecord
     from vrs_cli.engine.position import Position
+    from vrs_cli.engine.reach import Reach
     from vrs_cli.kinematics.configuration import Configuration
     from vrs_cli.kinematics.joints import Joints
     from vrs_cli.kinematics.model import RobotModel
@@ -88,6 +89,14 @@ class WhereaboutsTable:
     """WHERE FROM t1 TO t2 STEP dt."""
 
     positions: tuple[Position, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ReachReport:
+    """WHY: the text of the location, and what was found."""
+
+    name: str
+    reach: Reach
 
 
 @dataclass(frozen=True, slots=True)
@@ -396,6 +405,7 @@ Reply = (
     | ProgramStopped
     | Whereabouts
     | WhereaboutsTable
+    | ReachReport
     | LocationTable
     | RealTable
     | StringTable

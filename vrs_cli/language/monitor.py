@@ -287,6 +287,14 @@ _SYSTEM = (
 
 _OURS = (
     _word(
+        "WHY",
+        (Argument("location", Shape.PLACE),),
+        "why a location is in reach or not: all configurations, what MOVE would choose, the straight line from here",
+        "WHY part",
+        "",
+        Route.POSITION,
+    ),
+    _word(
         "UNDO", (real("n", optional=True),), "take the last motion command back, or n of them", "UNDO", "", Route.MOTION
     ),
     _word("REDO", (real("n", optional=True),), "do again what UNDO took back, or n of that", "REDO", "", Route.MOTION),
