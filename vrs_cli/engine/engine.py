@@ -467,7 +467,10 @@ class Engine:
         return select(self.arm, self.parameters, T_robot_flange, self.position().joints)
 
     def explain(self, target: PoseTarget | JointTarget) -> Reach:
-        """Why a MOVE or MOVES to a target from here is possible or not. Raises IllegalValue for joints of another robot."""
+        """Why a MOVE or MOVES to a target from here is possible or not.
+
+        Raises IllegalValue for the joints of another robot.
+        """
         here = self.position().joints
         if isinstance(target, JointTarget) and len(target.joints) != self.model.joint_count:
             raise IllegalValue(

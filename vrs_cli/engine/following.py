@@ -17,7 +17,7 @@ from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, StraightLineSing
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
-from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.trajectory.segment import CartesianPath
 
 SAMPLES = 8  # a stretch, before it is refined
@@ -37,6 +37,13 @@ FINER_MARGIN = 1.4  # by which the finer look may find more
 NEAR_LIMIT = 0.9  # of an acceleration limit: the mean between two samples may hide a peak above it
 NEAR_PEAK = 0.95  # of the worst joint's part of its limit: the joints whose peaks between samples are looked for
 GOLDEN = 0.6180339887498949
+CLOSE_BY = 0.2  # measure of a pose that a singularity is to blame for
+PASSED = "use MOVE there, or a via point farther from the singularity"
+WAYS_ROUND = {  # by the singularity
+    "shoulder": "use MOVE there, or a via point that keeps the wrist farther from the axis of joint 1",
+    "elbow": "use MOVE there, or a via point where the arm is neither stretched out nor folded up",
+    "wrist": "use MOVE there, or a via point with the tool tilted, so that joint 5 does not come to 0",
+}
 PEAK_STEPS = 14  # leave a thousandth of the way between two samples
 
 
@@ -72,8 +79,15 @@ class Load:
 class Follower:
     """Follows paths of a tool with one arm in one configuration."""
 
-    def __init__(self, arm: RobotArm, configuration: Configuration, T_flange_tool: Transform) -> None:
+    def __init__(
+        self,
+        arm: RobotArm,
+        configuration: Configuration,
+        T_flange_tool: Transform,
+        T_robot_world: Transform = IDENTITY,
+    ) -> None:
         self.arm, self.configuration, self.tool = arm, configuration, T_flange_tool
+        self.T_world_robot = inverse(T_robot_world)
         self.T_tool_flange = inverse(T_flange_tool)
         self.max_velocity = arm.model.max_velocity
         self.lower, self.upper = arm.model.lower, arm.model.upper
@@ -138,20 +152,44 @@ class Follower:
         rows = zip(a.joints, b.joints, a.velocity, b.velocity, strict=True)
         jumps = [abs(q - p - half * (v + w)) for p, q, v, w in rows]
         if max(jumps) > JUMP:
+            pose = path.pose(b.s)
+            near, hint = self.place(pose)
             raise StraightLineSingular(
-                f"near {shown_place(path.pose(b.s))} joint {jumps.index(max(jumps)) + 1} would have to jump by "
-                f"{degrees(max(jumps)):.1f} deg",
-                "use MOVE there, or a via point farther from the singularity",
-            ).at(*_tip(path.pose(b.s)))
+                f"near {near} joint {jumps.index(max(jumps)) + 1} would have to jump by {degrees(max(jumps)):.1f} deg",
+                hint or PASSED,
+            ).at(*position(pose))
+
+    def place(self, pose: Transform) -> tuple[str, str]:
+        """Where T_robot_tool is, with the singularity that it is close to, and the way round that; "" for none."""
+        which = self.singularity(pose)
+        return (f"{self.shown(pose)} ({which} singularity)", WAYS_ROUND[which]) if which else (self.shown(pose), "")
+
+    def shown(self, pose: Transform) -> str:
+        """The place of T_robot_tool in the world, as people read it."""
+        x, y, z = position(compose(self.T_world_robot, pose))
+        return f"X {x * 1e3:.1f} Y {y * 1e3:.1f} Z {z * 1e3:.1f} mm"
+
+    def singularity(self, pose: Transform) -> str:
+        """Which singularity T_robot_tool is close to, if one is: shoulder, elbow or wrist."""
+        joints = self.arm.branch_joints(compose(pose, self.T_tool_flange), self.configuration, self._middle)
+        if joints is None:
+            return ""
+        measures = self.arm.singularity(joints)
+        nearest = min(range(len(measures)), key=measures.__getitem__)
+        return measures._fields[nearest] if measures[nearest] < CLOSE_BY else ""
+
+    @property
+    def _middle(self) -> Joints:
+        return tuple(0.5 * (low + high) for low, high in zip(self.lower, self.upper, strict=True))
 
     def _sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
         pose, twist = path.state(s)
         joints = self.arm.branch_joints(compose(pose, self.T_tool_flange), self.configuration, near)
         if joints is None:
             raise LocationOutOfRange(
-                f"the straight line leaves the reach of the arm near {shown_place(pose)}",
+                f"the straight line leaves the reach of the arm near {self.shown(pose)}",
                 "use MOVE, or a via point nearer to the robot",
-            ).at(*_tip(pose))
+            ).at(*position(pose))
         if not self.arm.limits_ok(joints):
             raise self._outside(joints, pose)
         if max(twist) <= STILL and min(twist) >= -STILL:
@@ -162,12 +200,13 @@ class Follower:
         model = self.arm.model
         joint = joints_outside(joints, model.lower, model.upper)[0]
         i = joint - 1
+        near, hint = self.place(pose)
         return JointOutOfRange(
             joint,
-            f"the straight line needs {degrees(joints[i]):.1f} deg near {shown_place(pose)}, "
+            f"the straight line needs {degrees(joints[i]):.1f} deg near {near}, "
             f"its range is {degrees(model.lower[i]):.0f} to {degrees(model.upper[i]):.0f}",
-            "use MOVE, or another configuration",
-        ).at(*_tip(pose))
+            hint or "use MOVE, or another configuration",
+        ).at(*position(pose))
 
     # --- what the samples show ---
 
@@ -334,11 +373,3 @@ def seeds_of(samples: list[Sample]) -> tuple[Joints, ...]:
             at += 1
         seeds.append(samples[at].joints)
     return tuple(seeds)
-
-
-def _tip(pose: Transform) -> tuple[float, float, float]:
-    return pose.px, pose.py, pose.pz
-
-
-def shown_place(pose: Transform) -> str:
-    return f"X {pose.px * 1e3:.1f} Y {pose.py * 1e3:.1f} Z {pose.pz * 1e3:.1f} mm"

@@ -7,12 +7,14 @@ a singularity, is refused before it starts, with the place.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import dist
 
-from vrs_cli.engine.following import ROUNDING, Follower, Load, Sample, seeds_of, shown_place
+from vrs_cli.engine.following import PASSED, ROUNDING, Follower, Load, Sample, seeds_of
 from vrs_cli.errors import MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration, Wrist
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import position
 from vrs_cli.trajectory import smooth
 from vrs_cli.trajectory.blend import JointState, ToolLimits, ToolState, ToolStretch, straight_motion
 from vrs_cli.trajectory.motion import Motion, Profile
@@ -21,6 +23,7 @@ from vrs_cli.trajectory.segment import CartesianPath, Segment, Turn
 
 WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP meet
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
+NEAR_START = 0.05  # [m] of the start of a line, where its singular pose is what stops it
 SPARE = 1.001  # a line is slowed so much more than it must be, to be done with it
 SAME_VELOCITY = 5e-7  # [rad/s] two joint velocities that are one
 EAGER = 1.8
@@ -45,9 +48,14 @@ def straight_segments(
         except MotionError as error:
             failure = failure or error
     assert failure is not None
-    if state.at_rest and min(arm.singularity(joints.joints)) < NEARLY_SINGULAR:
+    if state.at_rest and min(arm.singularity(joints.joints)) < NEARLY_SINGULAR and _near_start(state, failure):
         failure.hint = "the line starts in a singular pose, as READY is: MOVE away from it first"
     raise failure
+
+
+def _near_start(state: ToolState, failure: MotionError) -> bool:
+    """Whether a line fails where it starts, or at a place that is not known."""
+    return failure.place is None or dist(failure.place, position(state.pose)) < NEAR_START
 
 
 def _configurations(arm: RobotArm, joints: Joints) -> Iterator[Configuration]:
@@ -88,7 +96,7 @@ class _Line:
         self.configuration, self.slowest = configuration, slowest
         self.limits, self.least = tool_limits(arm, motion), motion.duration
         self.smoothly = motion.profile is Profile.SCURVE
-        self.follower = Follower(arm, configuration, motion.frames.tool)
+        self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base)
 
     def segments(self, start: float) -> tuple[Segment, ...]:
         if self.state.at_rest:
@@ -105,7 +113,7 @@ class _Line:
             slowed *= by_velocity
             if slowed > self.slowest:
                 break
-        raise _too_singular(load)
+        raise self._too_singular(load)
 
     def _from_rest(self, start: float) -> tuple[Segment, ...]:
         """From rest the line is slowed down by stretching its time as a whole: once, exactly, on the same path."""
@@ -113,7 +121,7 @@ class _Line:
         seeds, load = self._follow(stretches)
         if load.slowing > 1.0:
             if load.slowing > self.slowest:
-                raise _too_singular(load)
+                raise self._too_singular(load)
             factor = load.slowing * SPARE
             self.least *= factor
             stretches = self._stretches(self.limits.slowed(factor, factor * factor, factor * factor * factor))
@@ -159,6 +167,14 @@ class _Line:
             )
         return first.velocity
 
+    def _too_singular(self, load: Load) -> StraightLineSingular:
+        """The refusal of a line that would have to be slowed down too much: where, by which joint, what to do."""
+        wanted = f"joint {load.joint} would have to move {load.slowing:.0f} times too fast"
+        if load.place is None:
+            return StraightLineSingular(wanted, PASSED)
+        near, hint = self.follower.place(load.place)
+        return StraightLineSingular(f"near {near} {wanted}", hint or PASSED).at(*position(load.place))
+
     def _laid(self, stretches: list[ToolStretch], seeds: list[Seeds], start: float) -> tuple[Segment, ...]:
         segments = []
         for stretch, stretch_seeds in zip(stretches, seeds, strict=True):
@@ -176,11 +192,3 @@ class _Line:
 def _eased(load: float) -> float:
     """By how much to slow down for a load: in motion the start stays as it is, so more than in proportion."""
     return 1.0 + EAGER * max(load - 1.0, 0.0) * SPARE
-
-
-def _too_singular(load: Load) -> StraightLineSingular:
-    near = f"near {shown_place(load.place)} " if load.place is not None else ""
-    return StraightLineSingular(
-        f"{near}joint {load.joint} would have to move {load.slowing:.0f} times too fast",
-        "use MOVE there, or a via point farther from the singularity",
-    )
