@@ -133,3 +133,14 @@ def test_links_that_no_arm_has_are_told_with_the_file(tmp_path: Path) -> None:
     path.write_text(TEXT.replace("alpha = 90.0", "alpha = 80.0"))
     with pytest.raises(FileDamaged, match=r"bent\.toml: robot puma560: .*closed-form"):
         load_robot(path)
+
+
+def test_a_robot_may_name_its_profile(tmp_path: Path) -> None:
+    smooth = tmp_path / "smooth.toml"
+    smooth.write_text(TEXT.replace('name = "puma560"', 'name = "smooth"\nprofile = "SCURVE"'), encoding="utf-8")
+    model = load_robot(smooth)
+    assert (PUMA.profile, model.profile) == ("LSPB", "SCURVE")
+    assert from_dict(to_dict(model)) == model
+    smooth.write_text(TEXT.replace('name = "puma560"', 'name = "smooth"\nprofile = "SQUARE"'), encoding="utf-8")
+    with pytest.raises(FileDamaged, match=r"profile: 'SQUARE' is no profile.*LSPB, SCURVE"):
+        load_robot(smooth)

@@ -13,7 +13,7 @@ from itertools import pairwise
 from math import cbrt, degrees, sqrt
 from typing import NamedTuple
 
-from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, StraightLineSingular
+from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooClose, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
@@ -44,6 +44,8 @@ WAYS_ROUND = {  # by the singularity
     "elbow": "use MOVE there, or a via point where the arm is neither stretched out nor folded up",
     "wrist": "use MOVE there, or a via point with the tool tilted, so that joint 5 does not come to 0",
 }
+DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # the joints that a singularity turns far
+EDGE_STEPS = 30  # to find the place where a line is no longer possible, as well as it is shown
 PEAK_STEPS = 14  # leave a thousandth of the way between two samples
 
 
@@ -108,7 +110,10 @@ class Follower:
         pending = [until]
         while pending:
             last = samples[-1]
-            sample = self._sample(path, pending[-1], last.joints)
+            try:
+                sample = self._sample(path, pending[-1], last.joints)
+            except (LocationOutOfRange, JointOutOfRange) as refusal:
+                raise self._earliest(path, last, pending[-1], refusal) from None
             if self._close(last, sample):
                 self._check_turns(path, last, sample)
                 samples.append(sample)
@@ -119,6 +124,20 @@ class Follower:
                 self._check_no_jump(last, sample, path)
                 samples.append(sample)
                 pending.pop()
+
+    def _earliest(self, path: CartesianPath, good: Sample, until: float, refusal: MotionError) -> MotionError:
+        """The refusal where the line first leaves the reach or a range, after a good sample."""
+        low, high = good.s, until
+        for _ in range(EDGE_STEPS):
+            middle = 0.5 * (low + high)
+            try:
+                self._sample(path, middle, good.joints)
+                low = middle
+            except (LocationOutOfRange, JointOutOfRange) as earlier:
+                refusal, high = earlier, middle
+            except StraightLineSingular:
+                low = middle
+        return refusal
 
     def _close(self, a: Sample, b: Sample) -> bool:
         half = 0.5 * (b.s - a.s)
@@ -186,25 +205,36 @@ class Follower:
         pose, twist = path.state(s)
         joints = self.arm.branch_joints(compose(pose, self.T_tool_flange), self.configuration, near)
         if joints is None:
-            raise LocationOutOfRange(
-                f"the straight line leaves the reach of the arm near {self.shown(pose)}",
-                "use MOVE, or a via point nearer to the robot",
-            ).at(*position(pose))
+            raise self._out_of_reach(pose, near)
         if not self.arm.limits_ok(joints):
             raise self._outside(joints, pose)
         if max(twist) <= STILL and min(twist) >= -STILL:
             return Sample(s, joints, (0.0,) * len(joints))
         return Sample(s, joints, self.arm.joint_velocity(joints, twist, self.tool))
 
+    def _out_of_reach(self, pose: Transform, near: Joints) -> LocationOutOfRange:
+        """The refusal of a line that leaves the reach, outward or next to the robot."""
+        try:
+            self.arm.select(compose(pose, self.T_tool_flange), near)
+            close = False
+        except MotionError as error:
+            close = isinstance(error, LocationTooClose)
+        return LocationOutOfRange(
+            f"the straight line leaves the reach of the arm near {self.shown(pose)}, too {'close' if close else 'far'}",
+            f"use MOVE, or a via point {'farther from' if close else 'nearer to'} the robot",
+        ).at(*position(pose))
+
     def _outside(self, joints: Joints, pose: Transform) -> JointOutOfRange:
         model = self.arm.model
         joint = joints_outside(joints, model.lower, model.upper)[0]
         i = joint - 1
         near, hint = self.place(pose)
+        if joint not in DRIVEN_ROUND.get(self.singularity(pose), ()):
+            near, hint = self.shown(pose), ""
         return JointOutOfRange(
             joint,
-            f"the straight line needs {degrees(joints[i]):.1f} deg near {near}, "
-            f"its range is {degrees(model.lower[i]):.0f} to {degrees(model.upper[i]):.0f}",
+            f"the straight line leaves its range, {degrees(model.lower[i]):.0f} to {degrees(model.upper[i]):.0f} deg, "
+            f"near {near}",
             hint or "use MOVE, or another configuration",
         ).at(*position(pose))
 

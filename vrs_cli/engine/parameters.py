@@ -216,17 +216,22 @@ def _word(row: ParameterRow, value: float | str) -> str:
     """ON and OFF may come as -1 and 0, which is what the language makes of them."""
     word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")
     if word not in row.words:
-        known = ", ".join(row.words)
-        right = f"it is {known} or {_range(row)}" if row.numbers else f"it is one of {known}"
-        raise IllegalValue(f"PARAMETER {row.name} = {value}", right)
+        raise _illegal(row, value)
     return word
 
 
 def _number(row: ParameterRow, value: float | str) -> float:
     if isinstance(value, str) or not row.least <= value <= row.most:
-        raise IllegalValue(f"PARAMETER {row.name} = {value}", f"it is {_range(row)}")
+        raise _illegal(row, value)
     return value
 
 
-def _range(row: ParameterRow) -> str:
-    return f"a number from {row.least:g} to {row.most:g} {row.unit}".rstrip()
+def _illegal(row: ParameterRow, value: float | str) -> IllegalValue:
+    numbers = f"a number from {row.least:g} to {row.most:g} {row.unit}".rstrip()
+    if not row.words:
+        right = numbers
+    elif row.numbers:
+        right = f"{', '.join(row.words)} or {numbers}"
+    else:
+        right = f"one of {', '.join(row.words)}"
+    return IllegalValue(f"PARAMETER {row.name} = {value}", f"it is {right}")

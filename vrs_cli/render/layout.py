@@ -117,7 +117,7 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
         )
         for branch in branches
     )
-    yield Grid(columns, rows, boxed=True, keys=2)
+    yield Grid(columns, rows, boxed=True, keys=1)
     if reach.chosen is None:
         yield from _told(f"MOVE: {reach.reason}", Role.ERROR, page)
     else:
@@ -130,7 +130,7 @@ def _verdict(branch: Branch) -> str:
     if branch.usable:
         return "in reach"
     if branch.joints is not None:
-        return ", ".join(f"JT{over.joint} {degrees(over.by):+.1f} deg" for over in branch.overruns)
+        return ", ".join(f"JT{over.joint} {degrees(over.by):+.1f}" for over in branch.overruns) + " deg"
     if branch.too_far is None:
         return "out of reach"
     return f"{1e3 * abs(branch.too_far):.1f} mm too {'far' if branch.too_far > 0.0 else 'close'}"
