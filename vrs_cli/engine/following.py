@@ -16,11 +16,12 @@ from typing import NamedTuple
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooClose, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
+from vrs_cli.kinematics.joints import Joints, joints_outside
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.trajectory.segment import CartesianPath
 
 SAMPLES = 8  # a stretch, before it is refined
+FEWER_SAMPLES = 4  # a stretch of a jerk-limited motion, which has more of them
 FINEST = 2.0**-10  # of a stretch: no finer
 JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
@@ -91,18 +92,22 @@ class Follower:
         self.arm, self.configuration, self.tool = arm, configuration, T_flange_tool
         self.T_world_robot = inverse(T_robot_world)
         self.T_tool_flange = inverse(T_flange_tool)
+        self.no_tool = T_flange_tool == IDENTITY
         self.max_velocity = arm.model.max_velocity
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
 
-    def samples(self, path: CartesianPath, duration: float, near: Joints) -> list[Sample]:
-        """In order of time; the first joints are next to `near`.
+    def samples(
+        self, path: CartesianPath, duration: float, near: Joints, steps: int = SAMPLES, before: Sample | None = None
+    ) -> list[Sample]:
+        """In order of time, at `steps` intervals or finer; the first joints are next to `near`. `before`: the last
+        sample of the stretch before, which is at the same instant.
 
         Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
         """
-        samples = [self._sample(path, 0.0, near)]
-        for step in range(1, SAMPLES + 1):
-            self._refine(path, samples, duration * step / SAMPLES, duration * FINEST)
+        samples = [self._sample(path, 0.0, near) if before is None else before._replace(s=0.0)]
+        for step in range(1, steps + 1):
+            self._refine(path, samples, duration * step / steps, duration * FINEST)
         return samples
 
     def _refine(self, path: CartesianPath, samples: list[Sample], until: float, finest: float) -> None:
@@ -150,9 +155,8 @@ class Follower:
     def _check_turns(self, path: CartesianPath, a: Sample, b: Sample) -> None:
         """A joint that turns back between two samples is farthest there: inside its range too?"""
         half = 0.5 * (b.s - a.s)
-        rows = zip(a.joints, a.velocity, b.velocity, self.lower, self.upper, strict=True)
-        for i, (q, v, w, low, high) in enumerate(rows):
-            if v * w < 0.0 and not low <= q + half * v <= high:
+        for i, (v, w) in enumerate(zip(a.velocity, b.velocity, strict=True)):
+            if v * w < 0.0 and not self.lower[i] <= a.joints[i] + half * v <= self.upper[i]:
                 self._turn(path, i, a, b)
 
     def _turn(self, path: CartesianPath, joint: int, a: Sample, b: Sample) -> None:
@@ -203,7 +207,8 @@ class Follower:
 
     def _sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
         pose, twist = path.state(s)
-        joints = self.arm.branch_joints(compose(pose, self.T_tool_flange), self.configuration, near)
+        flange = pose if self.no_tool else compose(pose, self.T_tool_flange)
+        joints = self.arm.branch_joints(flange, self.configuration, near)
         if joints is None:
             raise self._out_of_reach(pose, near)
         if not self.arm.limits_ok(joints):
@@ -393,7 +398,9 @@ def _carried_on(near: tuple[float, Joints], far: tuple[float, Joints], s: float)
 
 def seeds_of(samples: list[Sample]) -> tuple[Joints, ...]:
     """Joints at equal intervals from the first sample to the last, so many that neighbours are near each other."""
-    travelled = sum(largest_change(a.joints, b.joints) for a, b in pairwise(samples))
+    travelled = 0.0
+    for a, b in pairwise(samples):
+        travelled += max([abs(y - x) for x, y in zip(a.joints, b.joints, strict=True)])
     count = 1 if travelled < SEED_STEP else 2 * (int(travelled / SEED_STEP) + 1)
     seeds = []
     at = 0

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import dist
 
-from vrs_cli.engine.following import PASSED, ROUNDING, Follower, Load, Sample, seeds_of
+from vrs_cli.engine.following import FEWER_SAMPLES, PASSED, ROUNDING, SAMPLES, Follower, Load, Sample, seeds_of
 from vrs_cli.errors import MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration, Wrist
@@ -145,16 +145,19 @@ class _Line:
         """The joints of each stretch, and the greatest load on a joint."""
         seeds, load, near = [], Load(), self.joints.joints
         started: Joints | None = None
+        before: Sample | None = None
+        steps = FEWER_SAMPLES if self.smoothly else SAMPLES
         for stretch in stretches:
             path = self._path(stretch, (near,))
-            samples = self.follower.samples(path, stretch.duration, near)
+            samples = self.follower.samples(path, stretch.duration, near, steps, before)
             if started is None:
                 started = self._started(samples[0])
             load = load.worse(self.follower.load(path, samples, started))
             if self.smoothly:
                 load = load.worse(self.follower.jerk_load(path, samples))
             seeds.append(seeds_of(samples))
-            near = samples[-1].joints
+            before = samples[-1]
+            near = before.joints
         return seeds, load
 
     def _started(self, first: Sample) -> Joints:
