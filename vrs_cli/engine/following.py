@@ -18,7 +18,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints, joints_outside
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
-from vrs_cli.trajectory.segment import CartesianPath
+from vrs_cli.trajectory.segment import CartesianPath, Twist
 
 SAMPLES = 8  # a stretch, before it is refined
 FEWER_SAMPLES = 4  # a stretch of a jerk-limited motion, which has more of them
@@ -46,6 +46,7 @@ WAYS_ROUND = {  # by the singularity
     "wrist": "use MOVE there, or a via point with the tool tilted, so that joint 5 does not come to 0",
 }
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # the joints that a singularity turns far
+AT_REST = (0.0,) * 6
 EDGE_STEPS = 30  # to find the place where a line is no longer possible, as well as it is shown
 PEAK_STEPS = 14  # leave a thousandth of the way between two samples
 
@@ -93,6 +94,7 @@ class Follower:
         self.T_world_robot = inverse(T_robot_world)
         self.T_tool_flange = inverse(T_flange_tool)
         self.no_tool = T_flange_tool == IDENTITY
+        self._biased: tuple[Joints, Twist] = ((), AT_REST)
         self.max_velocity = arm.model.max_velocity
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
@@ -148,7 +150,11 @@ class Follower:
         half = 0.5 * (b.s - a.s)
         for p, q, v, w, step in zip(a.joints, b.joints, a.velocity, b.velocity, self.rate_steps, strict=True):
             change = q - p
-            if abs(change) > JOINT_STEP or abs(w - v) > step or abs(change - half * (v + w)) > JUMP:
+            if not (
+                -JOINT_STEP <= change <= JOINT_STEP
+                and -step <= w - v <= step
+                and -JUMP <= change - half * (v + w) <= JUMP
+            ):
                 return False
         return True
 
@@ -325,12 +331,20 @@ class Follower:
 
     def _acceleration(self, path: CartesianPath, sample: Sample) -> Joints | None:
         """The joint acceleration at a sample; None in a singular pose, where none is defined."""
-        bias = self.arm.acceleration_bias(sample.joints, sample.velocity, self.tool)
+        bias = self._bias(sample)
         vx, vy, vz, wx, wy, wz = (a - b for a, b in zip(path.twist_rate(sample.s), bias, strict=True))
         try:
             return self.arm.joint_velocity(sample.joints, (vx, vy, vz, wx, wy, wz), self.tool)
         except StraightLineSingular:
             return None
+
+    def _bias(self, sample: Sample) -> Twist:
+        """J' qd; the last one is kept, for a stretch begins where the one before it ends."""
+        if not any(sample.velocity):
+            return AT_REST
+        if self._biased[0] is not sample.joints:
+            self._biased = sample.joints, self.arm.acceleration_bias(sample.joints, sample.velocity, self.tool)
+        return self._biased[1]
 
     def jerk_load(self, path: CartesianPath, samples: list[Sample]) -> Load:
         """The greatest joint jerk, from the changes of the joint accelerations; where one is near its limit, also from
