@@ -33,7 +33,7 @@ PEAK = 1.0 + 1e-6  # a velocity that is this little above its limit is at it
 CAREFUL = 1.0 + 2e-5  # stops stay so much inside the limits: rounding of times and short pieces may cost a little
 MOMENT = 1e-3  # [s] the shortest ramp of a stop
 FIRST_STEP = 0.25
-LAST_STEP = 0.02  # of the time of a change: no finer
+LAST_STEP = 0.05  # of the time of a change: no finer
 MOST_TRIES = 240
 LONGEST = 1e4  # [s] of a change
 DOUBLINGS = 40
@@ -112,6 +112,7 @@ class Bounds(NamedTuple):
     high: float
     by_acceleration: float
     by_jerk: float
+    lag: float = 0.0  # of the change
 
 
 Demands = Callable[[Change], Bounds]
@@ -293,7 +294,7 @@ def scalar_demands(parts: Sequence[Part]) -> Demands:
                 low = least / ahead
             by_acceleration = max(by_acceleration, ahead / acceleration)
             by_jerk = max(by_jerk, ahead / jerk)
-        return Bounds(low, high, by_acceleration, by_jerk)
+        return Bounds(low, high, by_acceleration, by_jerk, lag)
 
     return demands
 
@@ -341,8 +342,8 @@ def vector_bounds(part: VectorPart, change: Change) -> Bounds:
         low, high = max(low, least), min(high, most)
     size = length(ahead)
     if size <= NEGLIGIBLE:
-        return Bounds(low, high, 0.0, 0.0)
-    return Bounds(low, high, size / part.max_acceleration, size / part.max_jerk)
+        return Bounds(low, high, 0.0, 0.0, k1 / reach)
+    return Bounds(low, high, size / part.max_acceleration, size / part.max_jerk, k1 / reach)
 
 
 def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
@@ -383,6 +384,7 @@ def both(a: Bounds, b: Bounds) -> Bounds:
         min(a.high, b.high),
         max(a.by_acceleration, b.by_acceleration),
         max(a.by_jerk, b.by_jerk),
+        a.lag or b.lag,
     )
 
 
@@ -397,7 +399,7 @@ def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0)
 
     def total(change: Change) -> float:
         bounds = demands(change)
-        u = _quickest(bounds, change)
+        u = _quickest(bounds)
         return inf if u is None else _total(bounds, change, u)
 
     return _settled(demands, _downhill(total, _possible(total, guess, shortest), shortest), least)
@@ -406,16 +408,16 @@ def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0)
 def _total(bounds: Bounds, change: Change, u: float) -> float:
     if u == 0.0:
         return change.lasts
-    return change.lasts + 1.0 / u - change.lag + 0.5 * _slow_time(bounds, u)
+    return change.lasts + 1.0 / u - bounds.lag + 0.5 * _slow_time(bounds, u)
 
 
-def _quickest(bounds: Bounds, change: Change) -> float | None:
+def _quickest(bounds: Bounds) -> float | None:
     """The greatest u that leaves a cruise of no negative length; 0: the change itself ends at rest on the target."""
     if bounds.low > bounds.high:
         return None
     if bounds.by_jerk <= 0.0:
         return 0.0
-    u = _most_that_cruises(bounds, change.lag)
+    u = _most_that_cruises(bounds, bounds.lag)
     return u if u > 0.0 and u >= bounds.low else None
 
 
@@ -470,7 +472,7 @@ def _settled(demands: Demands, change: Change, least: float) -> Course:
 
 def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
     """The times for a change; None where none on the grid is inside the bounds. Times are rounded up, so u down."""
-    u = _quickest(bounds, change)
+    u = _quickest(bounds)
     if u is None:
         return None
     if u == 0.0:
@@ -479,7 +481,7 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
     if _total(bounds, change, u) < least:
         u = _slower(lambda slow_u: _total(bounds, change, slow_u), bounds.low * (1.0 + ROOM * u), u, least)
     slow = _ramps(bounds.by_acceleration * u, bounds.by_jerk * u)
-    course = _without_sliver(change, up_to_grid(max(1.0 / u - change.lag - 0.5 * slow.lasts, 0.0)), slow)
+    course = _without_sliver(change, up_to_grid(max(1.0 / u - bounds.lag - 0.5 * slow.lasts, 0.0)), slow)
     return course if bounds.low * course.reach <= 1.0 + SAME else None
 
 
