@@ -34,7 +34,6 @@ ROUNDING = 1e-6  # a velocity that is this little above its limit is at it
 ACCELERATION_MARGIN = 1.025
 JERK_MARGIN = 1.1
 NEAR_LIMIT_OF_JERK = 0.7  # a mean jerk between two samples from which it is looked at more closely
-FINER_MARGIN = 1.4  # by which the finer look may find more
 NEAR_LIMIT = 0.9  # of an acceleration limit: the mean between two samples may hide a peak above it
 NEAR_PEAK = 0.95  # of the worst joint's part of its limit: the joints whose peaks between samples are looked for
 GOLDEN = 0.6180339887498949
@@ -348,38 +347,38 @@ class Follower:
 
     def jerk_load(self, path: CartesianPath, samples: list[Sample]) -> Load:
         """The greatest joint jerk, from the changes of the joint accelerations; where one is near its limit, also from
-        those at times between samples.
+        those at times between samples. At both ends the changes are carried on.
         """
         rates = [(sample, rate) for sample in samples if (rate := self._acceleration(path, sample)) is not None]
+        means = [mean for (a, before), (b, after) in pairwise(rates) for mean in self._jerks(path, a, before, b, after)]
+        if len(means) > 1:
+            ends = _carried_on(means[0], means[1], rates[0][0].s), _carried_on(means[-1], means[-2], rates[-1][0].s)
+            means += zip((rates[0][0].s, rates[-1][0].s), ends, strict=True)
         load = Load()
-        for (a, before), (b, after) in pairwise(rates):
-            worst = self._jerk(path, a, before, b, after)
-            if worst.jerk > NEAR_LIMIT_OF_JERK and worst.jerk * FINER_MARGIN > load.jerk:
-                worst = self._jerk_between(path, a, before, b, after)
-            load = load.worse(worst)
+        for s, jerks in means:
+            ratios = self._jerk_ratios(jerks)
+            worst = max(ratios)
+            if worst > load.jerk:
+                load = Load(0.0, 0.0, ratios.index(worst) + 1, path.pose(s) if worst > 1.0 else None, worst)
         return load
 
-    def _jerk_between(self, path: CartesianPath, a: Sample, before: Joints, b: Sample, after: Joints) -> Load:
-        """The same, at a quarter of the interval."""
-        row = [(a, before)]
+    def _jerk_ratios(self, jerks: Joints) -> list[float]:
+        return [abs(j) / most * JERK_MARGIN for j, most in zip(jerks, self.arm.model.max_jerk, strict=True)]
+
+    def _jerks(
+        self, path: CartesianPath, a: Sample, before: Joints, b: Sample, after: Joints
+    ) -> list[tuple[float, Joints]]:
+        """The mean jerks between two samples with their accelerations; where they are near a limit, in four parts."""
+        whole = _mean_jerk(a.s, before, b.s, after)
+        if max(self._jerk_ratios(whole[1])) < NEAR_LIMIT_OF_JERK:
+            return [whole]
+        row = [(a.s, before)]
         for part in (0.25, 0.5, 0.75):
             sample = self._sample(path, a.s + part * (b.s - a.s), a.joints)
             rates = self._acceleration(path, sample)
             if rates is not None:
-                row.append((sample, rates))
-        load = Load()
-        for (c, first), (d, then) in pairwise([*row, (b, after)]):
-            load = load.worse(self._jerk(path, c, first, d, then))
-        return load
-
-    def _jerk(self, path: CartesianPath, a: Sample, before: Joints, b: Sample, after: Joints) -> Load:
-        limits = self.arm.model.max_jerk
-        lasting = b.s - a.s
-        ratios = [
-            abs(w - v) / (lasting * limit) * JERK_MARGIN for v, w, limit in zip(before, after, limits, strict=True)
-        ]
-        worst = max(ratios)
-        return Load(0.0, 0.0, ratios.index(worst) + 1, path.pose(b.s) if worst > 1.0 else None, worst)
+                row.append((sample.s, rates))
+        return [_mean_jerk(s, first, t, then) for (s, first), (t, then) in pairwise([*row, (b.s, after)])]
 
     def _velocity_load(self, path: CartesianPath, s: float, rows: list[tuple[float, float]]) -> Load:
         """The load of joint velocities, each taken higher by its margin."""
@@ -391,6 +390,11 @@ class Follower:
 def _columns(rows: list[Joints]) -> list[list[float]]:
     """The sizes of the values of each joint, row after row."""
     return [[abs(v) for v in column] for column in zip(*rows, strict=True)]
+
+
+def _mean_jerk(s: float, before: Joints, t: float, after: Joints) -> tuple[float, Joints]:
+    """The time in the middle between s and t, and the mean change of accelerations."""
+    return 0.5 * (s + t), tuple([(w - v) / (t - s) for v, w in zip(before, after, strict=True)])
 
 
 def _first_peaks(samples: list[Sample], accelerations: list[tuple[float, Joints]]) -> Joints:
