@@ -5,7 +5,7 @@
     │   ├── UndefinedValue, IllegalValue, IllegalAssignment, IllegalArrayIndex, IllegalSignal, ...
     │   └── StackOverflow
     ├── MotionError           the robot cannot do the motion
-    │   ├── PowerOff, LocationOutOfRange, JointOutOfRange, IllegalJoint
+    │   ├── PowerOff, TooLate, TooNear, LocationOutOfRange, JointOutOfRange, IllegalJoint
     │   └── StraightLineConfiguration, StraightLineSingular
     ├── FileError             a file cannot be read or written
     └── UsageError            a command or an option does not exist, or is used in a way it cannot be
@@ -189,6 +189,12 @@ class TimeExhausted(ProgramError):
     code, text = -414, "Program time limit reached"
 
 
+class ClockPaused(ProgramError):
+    """Something waits for a clock on the wall that was told to stand."""
+
+    code, text = -415, "Clock is paused"
+
+
 class EndOfInput(ProgramError):
     """A program asks for a line, and there is no more input."""
 
@@ -214,6 +220,18 @@ class RobotNotAttached(MotionError):
 
 class PowerOff(MotionError):
     code, text = -604, "Robot power off"
+
+
+class TooLate(MotionError):
+    """In real time: what was asked for would change what has happened already. (The code is ours.)"""
+
+    code, text = -690, "Execution time is past"
+
+
+class TooNear(MotionError):
+    """A small step of the tool would be a large one for a joint. (The code is ours.)"""
+
+    code, text = -691, "Too near a singularity"
 
 
 class IllegalJoint(MotionError):

@@ -11,7 +11,9 @@ from benchmarks.peers.timing import at_once, each, serve
 
 
 def measure(work: dict[str, Any]) -> dict[str, float]:
-    """`joints` for kinematics, or `from_rest`: [q, v, goal] each, for planning."""
+    """`robot` (links) for one of any kind, `joints` for a PUMA, or `from_rest`: [q, v, goal] each, for planning."""
+    if "robot" in work:
+        return _any_robot(work)
     return _planning(work) if "from_rest" in work else _kinematics(work)
 
 
@@ -28,6 +30,29 @@ def _kinematics(work: dict[str, Any]) -> dict[str, float]:
         "jacobian": each(ets.jacob0, rows, rounds=5),
         "forward many": at_once(lambda: ets.fkine(many), len(many)),
     }
+
+
+def _any_robot(work: dict[str, Any]) -> dict[str, float]:
+    """`robot`: a, d, alpha, theta and whether it slides, joint by joint; `counts`: the parts of a pose that do."""
+    robot = roboticstoolbox.DHRobot([_link(*row, *ends) for row, ends in zip(work["robot"], _ends(work), strict=True)])
+    rows, ets = list(np.array(work["joints"])), robot.ets()
+    poses = [robot.fkine(row) for row in rows[:20]]
+    counts = np.array(work["counts"])
+    return {
+        "forward": each(ets.eval, rows, rounds=5),
+        "inverse": each(lambda pose: ets.ik_LM(pose.A, mask=counts), poses),
+        "jacobian": each(ets.jacob0, rows, rounds=5),
+    }
+
+
+def _ends(work: dict[str, Any]) -> list[list[float]]:
+    return [list(pair) for pair in zip(*work["limits"], strict=True)]
+
+
+def _link(a: float, d: float, alpha: float, theta: float, slides: bool, lower: float, upper: float) -> Any:
+    if slides:
+        return roboticstoolbox.PrismaticDH(theta=theta, a=a, alpha=alpha, offset=d, qlim=[lower, upper])
+    return roboticstoolbox.RevoluteDH(d=d, a=a, alpha=alpha, offset=theta, qlim=[lower, upper])
 
 
 def _planning(work: dict[str, Any]) -> dict[str, float]:

@@ -41,6 +41,19 @@ def test_a_robot_that_is_not_there(tmp_path: Path) -> None:
     assert ended.stderr == "vrs: *Nonexistent file* none.toml\n"
 
 
+def test_real_time_on_a_pipe(tmp_path: Path) -> None:
+    ended = fed("CLOCK\nDRIVE 1, 20, 100\nBREAK\nWHERE\n", "--realtime", "1000", folder=tmp_path)
+    assert ended.returncode == 0
+    assert ", rate 1000\n" in ended.stdout
+    assert "20.000   -90.000    90.000" in ended.stdout
+
+
+def test_a_rate_that_is_none(tmp_path: Path) -> None:
+    ended = fed("", "--realtime", "-1", folder=tmp_path)
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert "--realtime: -1 is not above 0" in ended.stderr
+
+
 # --- a journal of the shell --------------------------------------------------------------------------------
 
 

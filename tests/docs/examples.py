@@ -3,8 +3,11 @@
     ```console          `$ command` and, after it, what it prints (standard output and error as they come)
     ```vrs              what is typed at the prompts of the shell, and its answers; one session a page,
     ```vrs new          begun afresh here
+    ```vrs realtime     begun afresh in real time, where `; 2 s later` lets time pass
     ```val2 FILE.v2     a file that the examples after it read; without a name a piece of a program, which is checked
     ```toml FILE.toml   the same for a robot
+    ```xml FILE.urdf    the same for a robot of URDF
+    ```python FILE.py   the same for Python, which `$ python3 FILE.py` runs
     ```sh               commands that .ci/run takes from the page
     ```text             formulas and other things that nothing prints
 
@@ -28,7 +31,9 @@ from dataclasses import dataclass
 from difflib import ndiff
 from pathlib import Path
 
+from tests.engine.wall import ManualWall
 from vrs_cli.__main__ import main
+from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language.diagnostics import Severity
 from vrs_cli.repl.conversation import Conversation
@@ -45,6 +50,7 @@ _PROMPT = re.compile(
     r"^(?P<prompt>(?:\([a-z][\w.]*\))?\.)(?!PROGRAM\b|END\b|LOCATIONS\b|REALS\b|STRINGS\b)(?P<typed>.*)$"
 )
 _STEP = re.compile(r"^(?P<prompt> *\d+\.\? )(?P<typed>.*)$")
+_LATER = re.compile(r"; (?P<seconds>[0-9.]+) s later$")
 _SHELL_SYNTAX = re.compile(r"[|<>;&$`*]")
 
 
@@ -142,6 +148,7 @@ class Reader:
         self.folder = folder
         self.status = 0
         self.printed = io.StringIO()
+        self.wall = ManualWall()
         self.conversation = self._new_session()
         for part in COPIED:
             shutil.copytree(ROOT / part, folder / part)
@@ -178,7 +185,8 @@ class Reader:
 
     def _in_a_shell(self, line: str) -> str:
         """By bash, for which `vrs` is this very package."""
-        function = f'vrs() {{ {shlex.quote(sys.executable)} -P -m vrs_cli "$@"; }}\n'
+        python = shlex.quote(sys.executable)
+        function = f'vrs() {{ {python} -P -m vrs_cli "$@"; }}\npython3() {{ {python} "$@"; }}\n'
         done = subprocess.run(
             ["bash", "-c", function + line],
             stdout=subprocess.PIPE,
@@ -195,17 +203,19 @@ class Reader:
     # --- the shell ---
 
     def session(self, block: Block) -> Iterator[str]:
-        if block.argument not in ("", "new"):
-            raise PageFault(f"{block.where}: a session is `vrs` or `vrs new`, not `vrs {block.argument}`")
-        if block.argument == "new":
-            self.conversation = self._new_session()
+        if block.argument not in ("", "new", "realtime"):
+            raise PageFault(f"{block.where}: a session is `vrs`, `vrs new` or `vrs realtime`, not `{block.argument}`")
+        if block.argument:
+            self.conversation = self._new_session(self.wall.clock() if block.argument == "realtime" else None)
         for exchange in exchanges(block, _PROMPT, _STEP):
             yield from self._prompts(block, exchange)
+            later = _LATER.match(exchange.typed)
+            self.wall.seconds += float(later["seconds"]) if later else 0.0
             self.conversation.take(exchange.typed)
             yield from _difference(block, exchange, self._answered())
 
-    def _new_session(self) -> Conversation:
-        return Conversation(Session(PlainTerminal(self.printed, iter(()))))
+    def _new_session(self, clock: Clock | None = None) -> Conversation:
+        return Conversation(Session(PlainTerminal(self.printed, iter(())), clock=clock))
 
     def _prompts(self, block: Block, exchange: Exchange) -> Iterator[str]:
         """The page must show the prompt that a terminal shows, and the blanks that it puts before a step."""
@@ -241,6 +251,16 @@ class Reader:
         except tomllib.TOMLDecodeError as error:
             yield f"{block.where}: {error}\n"
 
+    def described_robot(self, block: Block) -> Iterator[str]:
+        Path(block.argument).write_text(block.text, encoding="utf-8")
+        return iter(())
+
+    def python_file(self, block: Block) -> Iterator[str]:
+        if not block.argument:
+            raise PageFault(f"{block.where}: Python without a name, which nothing runs")
+        Path(block.argument).write_text(block.text, encoding="utf-8")
+        yield from ()
+
     def nothing_to_run(self, _block: Block) -> Iterator[str]:
         return iter(())
 
@@ -250,6 +270,8 @@ LANGUAGES: Mapping[str, Callable[[Reader, Block], Iterator[str]]] = {
     "vrs": Reader.session,
     "val2": Reader.program_file,
     "toml": Reader.robot_file,
+    "xml": Reader.described_robot,
+    "python": Reader.python_file,
     "sh": Reader.nothing_to_run,
     "text": Reader.nothing_to_run,
 }

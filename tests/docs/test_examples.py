@@ -104,7 +104,7 @@ def slugs(text: str) -> set[str]:
 
 
 def test_the_figures_of_the_robot_are_those_of_its_file() -> None:
-    text = (ROOT / "docs" / "robot-file.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "robots.md").read_text(encoding="utf-8")
     rows = re.findall(
         r"^\| (\d) \| (\S+) \| (\S+) \| (\S+) \| (\S+) to (\S+) \| (\S+) \| (\S+) \|$", text, re.MULTILINE
     )

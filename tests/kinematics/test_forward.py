@@ -10,8 +10,8 @@ from math import degrees, radians
 import pytest
 
 from vrs_cli.kinematics.arm import arm_for
-from vrs_cli.kinematics.forward import link_frames, link_transform
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.axes import link_transform
+from vrs_cli.kinematics.model import link_frames, load_robot
 from vrs_cli.kinematics.transform import IDENTITY, compose, inverse, position, to_oat, to_ypr
 
 PUMA = load_robot("puma560")
@@ -49,7 +49,7 @@ def test_frames_go_from_base_to_flange_link_by_link() -> None:
     frames = ARM.frames(q)
     assert len(frames) == 7
     assert frames[0] == IDENTITY
-    assert frames == link_frames(PUMA.links, q)
+    assert frames == link_frames(PUMA, q)
     for before, after, link, angle in zip(frames, frames[1:], PUMA.links, q, strict=False):
         assert compose(inverse(before), after) == pytest.approx(link_transform(link, angle), abs=1e-15)
 

@@ -5,21 +5,23 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
-from math import degrees, radians
+from math import degrees, pi, radians
 from pathlib import Path
 
 import pytest
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.configuration import ALL, NONE
 from vrs_cli.kinematics.model import ROBOTS, Link, from_dict, load_robot, robot_names, to_dict
+from vrs_cli.kinematics.transform import compose, rotation_z, translation
 
 PUMA = load_robot("puma560")
 TEXT = (ROBOTS / "puma560.toml").read_text(encoding="utf-8")
 
 
 def test_the_puma_is_built_in() -> None:
-    assert robot_names() == ("puma560",)
+    assert "puma560" in robot_names()
     assert load_robot("PUMA560") is PUMA
     assert load_robot(ROBOTS / "puma560.toml") == PUMA
     assert PUMA.joint_count == 6
@@ -53,12 +55,18 @@ def test_models_that_differ_have_different_arms() -> None:
     assert arm_for(replace(PUMA, upper=(1.0,) * 6)) is not arm_for(PUMA)
 
 
-def test_other_links_are_refused_by_name() -> None:
-    links = (*PUMA.links[:5], Link(0.1, 0.0, 0.0))
-    with pytest.raises(FileDamaged, match=r"puma560.*closed-form"):
-        arm_for(replace(PUMA, links=links))
-    with pytest.raises(FileDamaged, match="closed-form"):
-        arm_for(replace(PUMA, links=links[:3]))
+def test_a_wrist_that_is_not_spherical_is_solved_by_numbers() -> None:
+    crooked = arm_for(replace(PUMA, links=(*PUMA.links[:4], Link(0.1, 0.0, pi / 2), PUMA.links[5])))
+    assert crooked.ways == (NONE,)
+    q = (0.1, -1.0, 1.2, 0.3, 0.5, -0.2)
+    assert crooked.select(crooked.forward(q), (0.0, -1.1, 1.3, 0.2, 0.6, 0.0)) == pytest.approx(q, abs=1e-8)
+
+
+def test_a_flange_beside_the_last_axis_is_still_a_spherical_wrist() -> None:
+    beside = arm_for(replace(PUMA, links=(*PUMA.links[:5], Link(0.1, 0.05625, 0.0))))
+    assert beside.ways == ALL
+    q = (0.1, -1.0, 1.2, 0.3, 0.5, -0.2)
+    assert beside.inverse_branch(beside.forward(q), beside.configuration(q), q) == pytest.approx(q, abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -96,6 +104,43 @@ def test_damage_is_said_with_file_and_key(tmp_path: Path, old: str, new: str, me
         load_robot(file)
 
 
+def test_frames_at_both_ends_and_zeros_of_joints(tmp_path: Path) -> None:
+    file = tmp_path / "raised.toml"
+    ends = "base = [0, 0, 500, 90, -90, 0]\nflange = [0, 0, 20, 90, -90, 90]\n\n"
+    text = TEXT.replace("[[joints]]\n", ends + "[[joints]]\n", 1).replace("a = 431.8", "theta = -90\na = 431.8")
+    file.write_text(text, encoding="utf-8")
+    raised, q = arm_for(load_robot(file)), (0.1, 0.2, 1.5, 0.3, 0.5, -0.2)
+    as_puma = (q[0], q[1] - pi / 2, *q[2:])
+    expected = compose(translation(0.0, 0.0, 0.5), arm_for(PUMA).forward(as_puma))
+    expected = compose(expected, compose(translation(0.0, 0.0, 0.02), rotation_z(pi / 2)))
+    assert raised.forward(q) == pytest.approx(expected, abs=1e-12)
+    assert raised.configuration(q) is arm_for(PUMA).configuration(as_puma)
+    assert raised.inverse_branch(expected, raised.configuration(q), q) == pytest.approx(q, abs=1e-12)
+    assert from_dict(to_dict(raised.model)) == raised.model
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[[joints]]", "base = [1, 2]\n[[joints]]", r"base: is not a list of 6 numbers \(give X, Y, Z, O, A, T"),
+        ("a = 0.0", 'kind = "bent"\na = 0.0', r"joint 1: kind is 'bent' \(write \"revolute\" or \"prismatic\""),
+        ("[[joints]]", "task = 6\n[[joints]]", r"task: 6 is none"),
+    ],
+)
+def test_damage_of_what_may_be_left_out(tmp_path: Path, old: str, new: str, message: str) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(FileDamaged, match=message):
+        load_robot(file)
+
+
+def test_one_joint_is_no_arm() -> None:
+    data = to_dict(PUMA)
+    one = {**data, "joints": data["joints"][:1], "poses": {"ready": [0.0], "nest": [0.0]}}
+    with pytest.raises(FileDamaged, match=r"there is one joint \(an arm has two at least"):
+        from_dict(one)
+
+
 def test_damage_in_plain_data_is_said_in_metres() -> None:
     data = to_dict(PUMA)
     data["tool"]["linear_speed"] = "fast"
@@ -108,7 +153,7 @@ def test_damage_in_plain_data_is_said_in_metres() -> None:
 
 
 def test_files_that_are_not_there_or_not_readable(tmp_path: Path) -> None:
-    with pytest.raises(NonexistentFile, match=r"no robot is called 'puma' \(there is puma560; or .*\.toml"):
+    with pytest.raises(NonexistentFile, match=r"no robot is called 'puma' \(there is .*puma560.*; or .*\.toml"):
         load_robot("puma")
     with pytest.raises(NonexistentFile, match=r"none\.toml"):
         load_robot(tmp_path / "none.toml")
@@ -128,11 +173,10 @@ def test_a_figure_beyond_every_robot_is_called_too_large(tmp_path: Path, value: 
         load_robot(file)
 
 
-def test_links_that_no_arm_has_are_told_with_the_file(tmp_path: Path) -> None:
+def test_links_without_a_closed_form_are_an_arm_all_the_same(tmp_path: Path) -> None:
     path = tmp_path / "bent.toml"
     path.write_text(TEXT.replace("alpha = 90.0", "alpha = 80.0"))
-    with pytest.raises(FileDamaged, match=r"bent\.toml: robot puma560: .*closed-form"):
-        load_robot(path)
+    assert arm_for(load_robot(path)).method == "damped least squares within the limits"
 
 
 def test_a_robot_may_name_its_profile(tmp_path: Path) -> None:

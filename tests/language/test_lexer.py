@@ -88,3 +88,8 @@ def test_a_line_without_end_is_refused() -> None:
     with pytest.raises(LineRefused) as caught:
         LEXER.step(text, 1)
     assert caught.value.diagnostic.code == CannotInterpret.code
+
+
+def test_by_is_a_comma_of_shift_but_not_of_a_function_in_it() -> None:
+    tokens = LEXER.step("SHIFT a BY DX(SCALE(b BY 2)), 1", 1)
+    assert [token.type for token in tokens if token.text == "BY"] == ["COMMA", "BY"]

@@ -10,15 +10,22 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.driver import Outcome
 from vrs_cli.interfaces.session import Session
+from vrs_cli.kinematics.model import RobotModel, load_robot
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
 SAMPLES = sorted(PROGRAMS.glob("*.v2"))
-EXPECT = "; expect:"
+EXPECT, ROBOT = "; expect:", "; robot:"
 LIMIT = 1.0 + 1e-5
 
 
 def expectations(text: str) -> list[str]:
     return [line.removeprefix(EXPECT).strip() for line in text.splitlines() if line.startswith(EXPECT)]
+
+
+def robot_for(text: str) -> RobotModel:
+    """The robot that a sample is written for: what `; robot:` says, else the usual one."""
+    said = [line.removeprefix(ROBOT).strip() for line in text.splitlines() if line.startswith(ROBOT)]
+    return load_robot(said[0] if said else "puma560")
 
 
 def test_there_are_samples() -> None:
@@ -31,7 +38,7 @@ def test_sample(path: Path, tmp_path: Path) -> None:
     expected = expectations(text)
     assert expected, f"{path.name} says nothing of what it does"
     terminal = RecordingTerminal()
-    session = Session(terminal, folder=tmp_path)
+    session = Session(terminal, robot_for(text), folder=tmp_path)
     assert session.load_text(text) == ()
     first = next(iter(session.environment.programs.values())).name
     result = session.execute(first)
@@ -45,8 +52,9 @@ def test_sample(path: Path, tmp_path: Path) -> None:
 def test_the_same_input_gives_the_same_timeline(path: Path, tmp_path: Path) -> None:
     timelines = []
     for _ in range(2):
-        session = Session(RecordingTerminal(), folder=tmp_path)
-        session.load_text(path.read_text())
+        text = path.read_text()
+        session = Session(RecordingTerminal(), robot_for(text), folder=tmp_path)
+        session.load_text(text)
         session.execute(next(iter(session.environment.programs.values())).name)
         timelines.append(session.engine.timeline)
     assert timelines[0] == timelines[1]

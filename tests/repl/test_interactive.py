@@ -15,6 +15,8 @@ from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.output import DummyOutput
 from prompt_toolkit.validation import ValidationError
 
+from tests.engine.wall import ManualWall
+from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.replies import Message
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language.ast import Kind
@@ -40,11 +42,11 @@ def keyboard() -> Iterator[PipeInput]:
         yield keys
 
 
-def run(*keys: str, file: str | None = None) -> Shell:
+def run(*keys: str, file: str | None = None, clock: Clock | None = None) -> Shell:
     """A whole session of the shell; it must end by itself at the last key."""
     with keyboard() as pipe:
         pipe.send_text("".join(keys))
-        shell = Shell(file=file)
+        shell = Shell(file=file, clock=clock)
         assert shell.run() == 0
     return shell
 
@@ -107,6 +109,39 @@ def test_an_error_of_the_shell_itself_is_one_line(
     report = Path("".join(out.split("please report it with")[1].split()))
     assert "Traceback" in report.read_text()
     report.unlink()
+
+
+# --- real time -----------------------------------------------------------------------------------------------------
+
+
+def test_in_real_time_the_arm_moves_while_lines_are_typed(capsys: pytest.CaptureFixture[str]) -> None:
+    wall = ManualWall(each_look=lambda: 0.001)
+    shell = run(lines("DRIVE 1, 90, 20", "WHERE", "a = 1", "EXIT"), clock=wall.clock())
+    engine = session(shell).engine
+    assert 0.0 < engine.now < engine.end
+    assert wall.slept == []
+    assert "Hand" in capsys.readouterr().out
+
+
+def test_in_real_time_tasks_go_on_at_the_prompt() -> None:
+    wall = ManualWall()
+    shell = run(lines(".PROGRAM tick", "WAIT.EVENT , 2", "x = 5", ".END", "PCEXECUTE tick", "EXIT"), clock=wall.clock())
+    assert real(shell, "x") is None
+    wall.seconds += 3.0
+    shell.backstage.wait().keep_up()
+    assert real(shell, "x") == 5.0
+
+
+def test_what_goes_wrong_behind_the_prompt_is_noted() -> None:
+    shell = run(lines("a = 1", "EXIT"), clock=ManualWall().clock())
+    work = shell.backstage.wait()
+
+    def broken(**_asking: bool) -> None:
+        raise ZeroDivisionError("surprise")
+
+    session(shell).settle = broken  # type: ignore[method-assign, assignment]
+    work.keep_up()
+    assert "ZeroDivisionError: surprise" in work.terminal.last
 
 
 # --- the validator -------------------------------------------------------------------------------------------------

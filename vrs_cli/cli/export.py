@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 EPILOG = """\
 {formats}
 
-Columns of csv: t [s], jt1 ... jt6 [deg], x, y, z [mm], o, a, t_angle [deg].
+Columns of csv: t [s], jt1 ... jtn [deg; mm where a joint slides], x, y, z [mm], o, a, t_angle [deg].
 
   vrs export pick.vrst --to csv -o pick.csv --rate 50
   vrs export pick.vrst --to csv | head

@@ -30,8 +30,10 @@ class Row(NamedTuple):
 SUBCOMMANDS: Mapping[str, Row] = {
     "shell": Row("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
     "run": Row("run", "FILE.v2 [PROGRAM]", "load a file and execute a program of it"),
+    "steer": Row("steer", "FILE.csv", "follow a stream of targets, from a file or another program"),
     "check": Row("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
     "fmt": Row("fmt", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
+    "robots": Row("robots", "[NAME|FILE]", "the robots that there are, or all about one"),
     "lsp": Row("lsp", "", "the language server, which editors start"),
     "where": Row("where", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
     "replay": Row("replay", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),
@@ -43,7 +45,7 @@ FILE_COMMANDS: Mapping[str, str] = {".v2": "run", ".pg": "run", ".vrst": "replay
 HELP = """\
 usage: vrs [SUBCOMMAND] [ARGUMENTS]
 
-A VAL-II shell and batch runner for a virtual PUMA 560.
+A VAL-II shell and batch runner for a virtual PUMA 560 and other robots.
 
 {rows}
 

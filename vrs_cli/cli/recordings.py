@@ -11,6 +11,7 @@ from vrs_cli.kinematics.transform import to_oat
 if TYPE_CHECKING:
     from vrs_cli.engine.position import Position
     from vrs_cli.files.trajectory_file import Recording
+    from vrs_cli.kinematics.joints import JointUnits
 
 DIGITS = 12  # decimals of degrees and millimetres in JSON: noise goes, nothing that can be measured
 
@@ -29,14 +30,20 @@ def read_recording(prog: str, path: str) -> Recording:
     return recording
 
 
-def position_object(position: Position) -> dict[str, Numbers]:
-    """A position as JSON objects tell it: `joints_deg`, `xyz_mm`, `oat_deg`."""
+def position_object(position: Position, units: JointUnits) -> dict[str, Numbers | list[str]]:
+    """A position as JSON objects tell it: `joints_deg`, `xyz_mm`, `oat_deg`; `joint_units` where a joint slides."""
     T = position.T_world_tool
     return {
-        "joints_deg": [tidy(degrees(q)) for q in position.joints],
+        "joints_deg": [tidy(number) for number in units.shown(position.joints)],
+        **_units(units, len(position.joints)),
         "xyz_mm": [tidy(1000.0 * x) for x in (T.px, T.py, T.pz)],
         "oat_deg": [tidy(degrees(angle)) for angle in to_oat(T)],
     }
+
+
+def _units(units: JointUnits, count: int) -> dict[str, Numbers | list[str]]:
+    said = [units.unit(joint) for joint in range(1, count + 1)]
+    return {"joint_units": said} if "mm" in said else {}
 
 
 def tidy(value: float) -> float:

@@ -72,7 +72,7 @@ def _print_table(arm: RobotArm, timeline: Timeline, step: float) -> None:
     from vrs_cli.interfaces.replies import WhereaboutsTable
     from vrs_cli.render.text import plain_text
 
-    print(plain_text(WhereaboutsTable(tuple(_rows(arm, timeline, step)))), end="")
+    print(plain_text(WhereaboutsTable(tuple(_rows(arm, timeline, step)), arm.model.units)), end="")
 
 
 def _rows(arm: RobotArm, timeline: Timeline, step: float) -> Iterator[Position]:

@@ -31,7 +31,7 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
             {"text": record.text, "t_iss": record.issued, "t_exec": record.executed, "t_end": record.end}
             for record in engine.records()
         ],
-        "final": position_object(engine.position(engine.end)),
+        "final": position_object(engine.position(engine.end), engine.model.units),
         "typed": list(result.typed) if result else [],
         "errors": errors,
     }

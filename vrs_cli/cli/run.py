@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TextIO
 
+from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, count, positive, whole
+from vrs_cli.cli.journal import journal
 from vrs_cli.cli.outputs import Outputs, add_output_options
 from vrs_cli.cli.sources import Source, has_errors, read_source
 from vrs_cli.errors import FileError, UndefinedName
@@ -19,8 +19,6 @@ from vrs_cli.errors import FileError, UndefinedName
 if TYPE_CHECKING:
     from vrs_cli.cli.batch import BatchTerminal
     from vrs_cli.cli.reports import Object
-    from vrs_cli.engine.clock import Clock
-    from vrs_cli.engine.engine import Engine
     from vrs_cli.interfaces.driver import Bounds, RunResult
     from vrs_cli.interfaces.session import Session
     from vrs_cli.language.diagnostics import Diagnostic
@@ -42,7 +40,7 @@ standard input. Time is the robot's and passes as fast as it computes, unless --
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Load, check and execute; returns 1 when the file has errors or the program stopped with one."""
-    options = _parser(prog).parse(list(_with_rate(arguments)))
+    options = _parser(prog).parse(list(with_rate(arguments)))
     outputs = Outputs.of(options)
     _check_outputs(options, outputs)
     return _Batch(options, outputs, read_source(options.file)).run()
@@ -53,20 +51,15 @@ def _parser(prog: str) -> Parser:
     parser.add_argument("file", metavar="FILE.v2", help="a program file (- is standard input)")
     parser.add_argument("program", metavar="PROGRAM", nargs="?", help="the program; default: the first of the file")
     parser.add_argument("--cycles", metavar="N", type=_cycles, default=1, help="how often; negative: without end")
-    parser.add_argument("--robot", metavar="NAME|FILE", default="puma560", help="a robot's name, or its TOML file")
+    parser.add_argument(
+        "--robot", metavar="NAME|FILE", default="puma560", help="a robot's name (vrs robots), or its TOML or URDF file"
+    )
     parser.add_argument(
         "--max-time", metavar="S", type=positive, help="stop after S seconds of the robot's time (default: a day)"
     )
     parser.add_argument("--max-steps", metavar="N", type=count, help="stop after N steps of all programs together")
     parser.add_argument("--signals", metavar="FILE", help="when input signals change: lines of time, signal, state")
-    parser.add_argument(
-        "--realtime",
-        metavar="RATE",
-        nargs="?",
-        type=positive,
-        const=1.0,
-        help="let time pass as on a real robot, or RATE times as fast",
-    )
+    add_realtime_option(parser)
     parser.add_argument("--save", metavar="T.vrst", help="save the trajectory, motion by motion")
     add_output_options(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
@@ -84,20 +77,6 @@ def _cycles(text: str) -> int:
     return value
 
 
-def _with_rate(arguments: Sequence[str]) -> Iterator[str]:
-    """`--realtime FILE` means `--realtime=1 FILE`: what follows the option is a rate only if it is a number."""
-    for argument, following in zip(arguments, [*arguments[1:], ""], strict=False):
-        yield "--realtime=1" if argument == "--realtime" and not _is_number(following) else argument
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 def _check_outputs(options: argparse.Namespace, outputs: Outputs) -> None:
     """Raise before anything runs what would go wrong after it."""
     from vrs_cli.files.atomic import check_writable
@@ -110,27 +89,6 @@ def _check_outputs(options: argparse.Namespace, outputs: Outputs) -> None:
     outputs.check(also=(options.save, source))
     if options.save is not None:
         check_writable(options.save)
-
-
-def _clock(realtime: float | None) -> Clock | None:
-    """A clock that keeps real time, or the session's own."""
-    from vrs_cli.engine.clock import PacedClock
-
-    return None if realtime is None else PacedClock(realtime, time.monotonic, time.sleep)
-
-
-@contextmanager
-def _journal(options: argparse.Namespace, engine: Engine) -> Iterator[None]:
-    """The file of `--save` grows while the program runs, so that it is there however the run ends."""
-    if options.save is None:
-        yield
-        return
-    from vrs_cli.files.trajectory_file import TrajectoryWriter
-
-    durable = options.realtime is not None
-    with TrajectoryWriter(options.save, engine.model, engine.initial, durable=durable) as writer:
-        engine.listeners.append(lambda delta, _timeline: writer.append(delta))
-        yield
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +112,8 @@ class _Batch:
                 return self._refused(session, diagnostics)
             print(self.source.shown(diagnostics), end="", file=sys.stderr)
             program = self._program(session)
-            with _journal(self.options, session.engine):
+            session.engine.clock.set(0.0)
+            with journal(self.options.save, session.engine, durable=self.options.realtime is not None):
                 result = session.execute(program, cycles=self.options.cycles, progress=progress)
         return self._ended(session, terminal, result)
 
@@ -169,7 +128,7 @@ class _Batch:
         from vrs_cli.kinematics.model import load_robot
 
         model = load_robot(self.options.robot)
-        session = Session(terminal, model, clock=_clock(self.options.realtime), bounds=self._bounds())
+        session = Session(terminal, model, clock=clock_of(self.options.realtime), bounds=self._bounds())
         if self.options.signals is not None:
             from vrs_cli.files.signal_file import read_signals
 

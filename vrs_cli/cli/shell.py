@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
 from vrs_cli.cli.command_line import Parser
 
 EPILOG = """\
@@ -11,16 +12,21 @@ Without a terminal on standard input its lines are executed one after another:
 
   echo WHERE | vrs
 
+With --realtime the arm moves while you type:
+
+  vrs --realtime
+  vrs --realtime 0.25 pick.v2
+
 All subcommands: vrs --help
 """
 
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Hand over to the shell; returns its exit status."""
-    options = _parser(prog).parse(arguments)
+    options = _parser(prog).parse(list(with_rate(arguments)))
     from vrs_cli.repl.shell import main as shell
 
-    return shell(robot=options.robot, file=options.file, save=options.save)
+    return shell(robot=options.robot, file=options.file, save=options.save, clock=clock_of(options.realtime))
 
 
 def _parser(prog: str) -> Parser:
@@ -29,5 +35,6 @@ def _parser(prog: str) -> Parser:
     parser.add_argument(
         "--save", metavar="T.vrst", help="record every motion in a file; go on with it if it is there already"
     )
-    parser.add_argument("--robot", metavar="NAME|FILE", help="a robot's name, or its TOML file")
+    parser.add_argument("--robot", metavar="NAME|FILE", help="a robot's name (vrs robots), or its TOML or URDF file")
+    add_realtime_option(parser)
     return parser

@@ -11,6 +11,7 @@ from vrs_cli.cli.recordings import position_object, read_recording
 
 if TYPE_CHECKING:
     from vrs_cli.engine.position import Position
+    from vrs_cli.kinematics.joints import JointUnits
 
 EPILOG = """\
 Before the first motion, after the last and between motions the robot stands still.
@@ -29,7 +30,8 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 
     arm = arm_for(recording.model)
     positions = [position_at(arm, recording.timeline, t) for t in options.at]
-    print(_json(positions) if options.json else _text(positions), end="")
+    form = _json if options.json else _text
+    print(form(positions, arm.model.units), end="")
     return 0
 
 
@@ -43,13 +45,13 @@ def _parser(prog: str) -> Parser:
     return parser
 
 
-def _json(positions: Sequence[Position]) -> str:
-    objects = [{"time": p.time, **position_object(p), "hand": p.hand, "moving": p.moving} for p in positions]
+def _json(positions: Sequence[Position], units: JointUnits) -> str:
+    objects = [{"time": p.time, **position_object(p, units), "hand": p.hand, "moving": p.moving} for p in positions]
     return "[\n" + ",\n".join(f"  {json.dumps(one)}" for one in objects) + "\n]\n"
 
 
-def _text(positions: Sequence[Position]) -> str:
+def _text(positions: Sequence[Position], units: JointUnits) -> str:
     from vrs_cli.interfaces.replies import Whereabouts
     from vrs_cli.render.text import plain_text
 
-    return "\n".join(plain_text(Whereabouts(position, stamped=True)) for position in positions)
+    return "\n".join(plain_text(Whereabouts(position, stamped=True, units=units)) for position in positions)

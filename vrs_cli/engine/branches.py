@@ -100,6 +100,8 @@ class Branches:
         self._add(_Branch(name, Fork(line.initial, ()), line))
 
     def _add(self, branch: _Branch) -> None:
+        if self.engine.realtime:
+            raise UsageError("in real time there is one course of events", "without --realtime others can be tried")
         if branch.name in self:
             raise UsageError(f"there is a branch {branch.name} already", "take another name")
         self._all[branch.name.lower()] = branch

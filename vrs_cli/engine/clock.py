@@ -1,58 +1,121 @@
-"""The clock of a robot. It is passed in: tests and batch runs have one that jumps, a paced one keeps real time."""
+"""The clock of a robot. It is passed in: virtual time jumps, a clock on the wall is waited for.
+
+`now` moves only when it is told to. So a program sees exact times, the same with every clock; and nothing comes too
+late by the time its own planning takes: the instant at which it is done lasts until it is done.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Protocol
 
+from vrs_cli.errors import ClockPaused
+from vrs_cli.trajectory.instant import TICK, down_to_grid
+
+SLICE = 0.05  # [s] of real time: a wait lasts no longer before whoever waits may look at what else has happened
+SLOWEST_RATE, FASTEST_RATE = 1e-3, 1e6
+
 
 class Clock(Protocol):
-    """The present instant of the robot [s]."""
+    """The present instant of the robot [s].
+
+    `realtime`: what is before `now` has happened, and does not change any more. `paused`: a clock on the wall stands.
+    """
+
+    now: float
+    realtime: bool
 
     @property
-    def now(self) -> float:
-        """The present instant."""
+    def paused(self) -> bool: ...
+
+    @property
+    def reached(self) -> float:
+        """How far time has come by itself: not before `now`."""
+
+    def wait(self, to: float) -> None:
+        """Let time go on towards `to`, perhaps not all the way; an earlier time changes nothing."""
 
     def advance(self, to: float) -> None:
         """Let time go on until `to`; an earlier time changes nothing."""
 
     def set(self, to: float) -> None:
-        """Make `to` the present instant, also an earlier one (offline editing, undo)."""
+        """Make `to` the present instant, also an earlier one (offline editing, undo, a new timeline)."""
 
 
 class VirtualClock:
-    """Time goes on only when somebody waits, and then at once."""
+    """Time goes on only when somebody waits, and then at once. The past can be edited."""
+
+    realtime = False
+    paused = False
 
     def __init__(self, now: float = 0.0) -> None:
         self.now = now
 
+    @property
+    def reached(self) -> float:
+        return self.now
+
     def advance(self, to: float) -> None:
         self.now = max(self.now, to)
+
+    wait = advance
 
     def set(self, to: float) -> None:
         self.now = to
 
 
-class PacedClock(VirtualClock):
-    """Virtual time that waits for real time: `rate` seconds of the robot pass in one second.
+class WallClock:
+    """Robot time that follows a clock on the wall: `rate` seconds of the robot pass in one second.
 
-    `wall` tells real time [s], `sleep` waits: `time.monotonic` and `time.sleep`, or stand-ins of a test. A program
-    still sees exact virtual times, so that it gives the same timeline as without pacing.
+    Time is continuous and never goes back, whatever becomes of the rate. `wall` tells real time [s], `sleep` waits:
+    `time.monotonic` and `time.sleep`, or stand-ins of a test.
     """
 
-    def __init__(
-        self, rate: float, wall: Callable[[], float], sleep: Callable[[float], None], now: float = 0.0
-    ) -> None:
-        super().__init__(now)
-        self.rate, self.wall, self.sleep = rate, wall, sleep
-        self._start = wall() - now / rate
+    realtime = True
+
+    def __init__(self, wall: Callable[[], float], sleep: Callable[[float], None], rate: float = 1.0) -> None:
+        self.now = 0.0
+        self._wall, self._sleep = wall, sleep
+        self._rate, self._paused = rate, False
+        self._at, self._since = 0.0, wall()  # it was `_at` on this clock when it was `_since` on the wall
+
+    @property
+    def rate(self) -> float:
+        return self._rate
+
+    @property
+    def paused(self) -> bool:
+        return self._paused
+
+    @property
+    def reached(self) -> float:
+        """On the time grid, as all that happens."""
+        return max(self.now, down_to_grid(self._time(self._wall())))
+
+    def _time(self, wall: float) -> float:
+        return self._at if self._paused else self._at + self._rate * max(wall - self._since, 0.0)
+
+    def change(self, *, rate: float | None = None, paused: bool | None = None) -> None:
+        """Another rate, a pause, or the end of one, from this instant on."""
+        wall = self._wall()
+        self._at, self._since = self._time(wall), wall
+        self._rate = self._rate if rate is None else rate
+        self._paused = self._paused if paused is None else paused
+
+    def wait(self, to: float) -> None:
+        """As far as a SLICE of real time brings it. Raises ClockPaused where it stands."""
+        ahead = to - self._time(self._wall())
+        if ahead >= TICK:
+            if self._paused:
+                raise ClockPaused(f"it stands at {self.reached:.3f} s, before {to:.3f} s", "CLOCK GO lets it go on")
+            self._sleep(min(ahead / self._rate, SLICE))
+            ahead = to - self._time(self._wall())
+        self.now = max(self.now, to if ahead < TICK else min(self.reached, to))
 
     def advance(self, to: float) -> None:
-        super().advance(to)
-        ahead = self._start + self.now / self.rate - self.wall()
-        if ahead > 0.0:
-            self.sleep(ahead)
+        while self.now < to:
+            self.wait(to)
 
     def set(self, to: float) -> None:
-        super().set(to)
-        self._start = self.wall() - to / self.rate
+        self.now = self._at = to
+        self._since = self._wall()

@@ -39,13 +39,15 @@ from vrs_cli.engine.commands import (
 )
 from vrs_cli.engine.history import CommandRecord, History, Step
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
-from vrs_cli.engine.planner import plan, rounding_begins, slowing_down
+from vrs_cli.engine.planner import plan, plan_steering, rounding_begins, slowing_down
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
 from vrs_cli.engine.reach import Reach, explained
-from vrs_cli.engine.targets import Situation, check_near, resolve, select, unmet
+from vrs_cli.engine.targets import Situation, check_joint_limits, check_near, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
+    NotAvailable,
     PowerOff,
+    TooLate,
 )
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.joints import Joints
@@ -53,15 +55,26 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.blend import rest
 from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.instant import LATEST, on_grid
+from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
 from vrs_cli.trajectory.motion import Frames, Kind, Motion, Profile, RelativeTarget, Start
+from vrs_cli.trajectory.steered import Target
 from vrs_cli.trajectory.timeline import Timeline
 
+LONGER = 1.0 + 1e-5  # a tick of steering, so that the next target comes before its end
 SLOWEST = 1e-4  # fraction of nominal speed: slower is no motion
 MM = 1e-3  # [m]
 INCH = 0.0254  # [m]
 
 DeltaListener = Callable[[TimelineDelta, Timeline], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Postponement:
+    """A motion that came too late for its execution time, and what that is now [s]."""
+
+    text: str
+    asked: float
+    executed: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +103,7 @@ class Engine:
         self.parameters = Parameters()
         self.parameters.set_parameter("PROFILE", model.profile)
         self.listeners: list[DeltaListener] = []
+        self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
         self.heard = True
         self.begin_timeline(model.poses["ready"] if start is None else start)
 
@@ -102,6 +116,7 @@ class Engine:
         self.history = History()
         self._number = 0
         self._issued: float | None = None
+        self._steered: Motion | None = None  # the motion that the next target of `steer` goes on with
         self.clock.set(0.0)
 
     # --- reading ---
@@ -109,6 +124,11 @@ class Engine:
     @property
     def now(self) -> float:
         return self.clock.now
+
+    @property
+    def realtime(self) -> bool:
+        """Whether what is before `now` has happened, and stays."""
+        return self.clock.realtime
 
     @property
     def end(self) -> float:
@@ -136,7 +156,7 @@ class Engine:
 
     def perform(self, request: Request, *, program: bool = False) -> None:
         """Do what is asked. From a program motions blend into each other and time goes on only as far as it must; at
-        the prompt a motion without a time stamp is over when this returns.
+        the prompt a motion without a time stamp is over when this returns, unless time is real: then it has begun.
 
         Raises MotionError, IllegalValue, UsageError.
         """
@@ -145,11 +165,13 @@ class Engine:
     def ready_at(self, request: Request, *, program: bool) -> float:
         """The instant [s], now or later, at which a request may be performed: until then its program waits, so that
         what happens in between may still change what it does. Raises IllegalValue for a time stamp."""
-        if not program:
+        if not program and not self.realtime:
             return self.now
         if isinstance(request, Move):
+            if not program:
+                return self.now
             return self.now if request.stamp is not None else max(self._begin(request, program)[1], self.now)
-        if isinstance(request, Break | Delay | SetTool | SetBase) or _immediate(request):
+        if isinstance(request, Break | SetTool | SetBase) or (program and _stands(request)):
             return max(self.end, self.now)
         return self.now
 
@@ -171,6 +193,7 @@ class Engine:
     def _move(self, move: Move, program: bool) -> float:
         self._check_power()
         start, executed = self._begin(move, program)
+        executed = self._in_time(move.text, executed)
         motion = self._motion(move, start, executed)
         if not self.parameters.switch("DRY.RUN"):
             self._edit(motion, executed)
@@ -179,7 +202,13 @@ class Engine:
             self.parameters.asked = Asked()
         if move.stamp is not None:
             return self.now
-        return executed if program else self.end
+        return self._until(executed, program)
+
+    def _until(self, executed: float, program: bool) -> float:
+        """When the asker goes on: at the prompt when the robot stands, or at once where time is real."""
+        if program:
+            return executed
+        return self.now if self.realtime else self.end
 
     def _check_power(self) -> None:
         if not self.parameters.switch("POWER"):
@@ -203,6 +232,23 @@ class Engine:
             word = "IN" if stamp.relative else "AT"
             raise IllegalValue(f"{word} {stamp.seconds:g}", f"the time of a motion is from 0 to {LATEST:g} s")
         return on_grid(t)
+
+    def _in_time(self, text: str, executed: float) -> float:
+        """When a motion may begin. In real time the past stays as it is: what comes too late is refused, or waits for
+        the end of the segment under way (PARAMETER CAUSALITY). Raises TooLate.
+        """
+        now = on_grid(self.now)
+        if not self.realtime or executed >= now:
+            return executed
+        if self.parameters.values["CAUSALITY"] == "ABORT":
+            raise TooLate(
+                f"{text or 'the motion'} was to begin at {executed:.3f} s, and it is {now:.3f} s",
+                "give a later time, or IN dt; PARAMETER CAUSALITY = POSTPONE puts it off",
+            )
+        later = max(now, self.timeline[self.timeline.index_at(now)].finish)
+        for listener in self.postponed:
+            listener(Postponement(text, executed, later))
+        return later
 
     def _may_blend(self, move: Move) -> bool:
         parameters = self.parameters
@@ -282,7 +328,7 @@ class Engine:
             self.parameters.hand = opening
             return self.now
         self._stand(float(self.parameters.values["HAND.TIME"]), program, hand=opening, text=request.text)
-        return self.end
+        return self._until(self.end, program)
 
     def _stand(
         self,
@@ -308,7 +354,7 @@ class Engine:
         )
         if not self.parameters.switch("DRY.RUN"):
             self._edit(motion, executed)
-        return executed if program else self.end
+        return self._until(executed, program)
 
     def wait_for_rest(self) -> None:
         """BREAK: time goes on until the robot stands."""
@@ -328,11 +374,85 @@ class Engine:
                 text="BRAKE",
                 profile=self._profile,
             )
-            self._edit(motion, now, insert=False)
+            self._edit(motion, now, False)
+
+    # --- targets that come one after the other ---
+
+    def redirect(self, goal: Joints, *, speed: float = 1.0, text: str = "") -> None:
+        """From now on to these joints [rad], joint-interpolated, at a fraction of full speed; what was scheduled is
+        dropped. Raises PowerOff, JointOutOfRange.
+        """
+        self._check_power()
+        check_joint_limits(self.model, goal)
+        self._issued = None
+        if not self.parameters.switch("DRY.RUN"):
+            self._edit(self._motion_from_now(goal, speed, text), on_grid(self.now), False)
+
+    def steer(self, target: Target, tick: float, *, speed: float = 1.0, text: str = "STEER") -> None:
+        """Chase a target from now on, for a tick [s], until the next one comes (`trajectory.steered`); what was
+        scheduled is dropped. Without a next one the robot coasts for a while and brakes.
+
+        Targets that follow each other are one motion, which UNDO takes back as a whole. Of each the timeline keeps what
+        the robot did, `deltas` too. Raises PowerOff, JointOutOfRange.
+        """
+        self._check_power()
+        check_joint_limits(self.model, target.joints)
+        if self.parameters.switch("DRY.RUN"):
+            return
+        executed, timeline, self._issued = on_grid(self.now), self.timeline, None
+        motion = self._steered_motion(target.joints, speed, text)
+        delta = plan_steering(self.arm, timeline, motion, executed, target, up_to_grid(tick * LONGER))
+        if motion is self._steered:
+            self._continue(delta)
+            return
+        self.commit(delta, self.now, False)
+        self._steered = motion
+
+    def _steered_motion(self, goal: Joints, speed: float, text: str) -> Motion:
+        """The motion of the targets before, if this is one more of them."""
+        motion = replace(self._motion_from_now(goal, speed, text), profile=Profile.LSPB)  # its accelerations jump
+        steered = self._steered
+        if steered is not None and replace(motion, number=steered.number, goal=steered.goal) == steered:
+            return steered
+        return motion
+
+    def _continue(self, delta: TimelineDelta) -> None:
+        """Of the target before, `deltas` keeps only what the robot did."""
+        before = self.deltas.pop()
+        self._apply(delta)
+        kept = before.segments[: delta.keep - before.keep]
+        self.deltas[-1:] = [
+            replace(before, segments=kept),
+            replace(delta, drop=delta.drop - len(before.segments) + len(kept)),
+        ]
+
+    def _end_steering(self) -> None:
+        """The motion is known as a whole: what UNDO takes back is one change."""
+        if self._steered is not None:
+            self._steered = None
+            last = self.history.done[-1]
+            rest = tuple(self.timeline[index] for index in range(last.delta.keep, len(self.timeline)))
+            self.history.done[-1] = last.longer(rest)
+
+    def _motion_from_now(self, goal: Joints, speed: float, text: str) -> Motion:
+        under_way = self.timeline.locate(on_grid(self.now))[0].motion
+        monitor = self.parameters.monitor_speed / FULL_SPEED
+        return Motion(
+            number=self._number + 1,
+            kind=Kind.JOINT,
+            start=Start.AT,
+            goal=goal,
+            speed=_fraction(monitor * speed),
+            acceleration=self.parameters.acceleration,
+            hand=under_way.hand,
+            frames=under_way.frames,
+            text=text,
+            profile=self._profile,
+        )
 
     # --- changing the timeline ---
 
-    def _edit(self, motion: Motion, executed: float, *, insert: bool | None = None) -> None:
+    def _edit(self, motion: Motion, executed: float, insert: bool | None = None) -> None:
         if insert is None:
             insert = self.parameters.values["INSERT"] == "ON"
         before = self.timeline
@@ -349,6 +469,7 @@ class Engine:
 
     def commit(self, delta: TimelineDelta, clock: float, insert: bool) -> None:
         """A command that was planned for the present timeline takes place; `clock` is what UNDO goes back to."""
+        self._end_steering()
         self.history.add(Step.of(self.timeline, delta, clock, insert))
         self._number = delta.motion.number
         self._apply(delta)
@@ -365,25 +486,48 @@ class Engine:
             listener(delta, self.timeline)
 
     def undo(self) -> TimelineDelta:
-        """Take the last motion command back; the clock is set to what it was. Raises UsageError when there is none."""
+        """Take the last motion command back, and the clock, unless time is real. Raises UsageError when there is none,
+        TooLate for one that has begun in real time.
+        """
+        self._end_steering()
+        if self.history.done:
+            self._check_not_begun(self.history.done[-1].delta)
         step = self.history.take_back(self.now)
         delta = step.taking_back(self.timeline.version)
-        self.clock.set(step.clock)
+        self._set_clock(step.clock)
         self._apply(delta)
         return delta
 
     def redo(self) -> TimelineDelta:
-        """Do again what `undo` took back last; timeline and clock are as before that. Raises UsageError."""
+        """Do again what `undo` took back last; timeline and clock are as before that. Raises UsageError,
+        TooLate for one whose time has passed in real time.
+        """
+        self._end_steering()
+        if self.history.undone:
+            self._check_not_begun(self.history.undone[-1].step.delta)
         undone = self.history.do_again()
         delta = undone.step.doing_again(self.timeline.version)
-        self.clock.set(undone.clock)
+        self._set_clock(undone.clock)
         self._apply(delta)
         return delta
+
+    def _set_clock(self, to: float) -> None:
+        if not self.realtime:
+            self.clock.set(to)
+
+    def _check_not_begun(self, delta: TimelineDelta) -> None:
+        """Raises TooLate for a change whose time has come, where time is real."""
+        if self.realtime and delta.cut < on_grid(self.now):
+            raise TooLate(
+                f"{delta.motion.text or 'the last motion'} has begun at {delta.executed:.3f} s, and the past stays",
+                "ABORT stops the motion; another one IN 0 takes its place",
+            )
 
     # --- other courses of events ---
 
     def line(self) -> Line:
         """The present course of events, to be taken up again."""
+        self._end_steering()
         return Line(
             self.initial,
             self.timeline,
@@ -396,6 +540,7 @@ class Engine:
 
     def take(self, line: Line, *, heard: bool) -> None:
         """Take up a course of events where it was left; the robot is where it was then."""
+        self._steered = None
         self.initial, self.timeline, self.deltas = line.initial, line.timeline, list(line.deltas)
         self.history, self._number = line.history.copy(), line.number
         self.parameters, self.heard = deepcopy(line.parameters), heard
@@ -425,6 +570,10 @@ class Engine:
         self.parameters.acceleration = slower / FULL_SPEED
 
     def _set_configuration(self, request: SetConfiguration) -> None:
+        if request.flag not in self.arm.words:
+            known = ", ".join(flag.name for flag in self.arm.words)
+            has = f"it has {known}" if known else "it has no configuration words"
+            raise NotAvailable(f"{request.flag.name}: {self.model.title} has no such configuration", has)
         self.parameters.asked.say(request.flag)
 
     def _set_mode(self, request: SetMode) -> None:
@@ -432,6 +581,7 @@ class Engine:
 
     def _set_tool(self, request: SetTool) -> None:
         check_near(request.T_flange_tool, "TOOL")
+        self.arm.check_tool(request.T_flange_tool)
         self._set_frames(replace(self._frames_at_rest(), tool=request.T_flange_tool), "TOOL")
 
     def _set_base(self, request: SetBase) -> None:
@@ -460,11 +610,19 @@ class Engine:
 
     # --- what is in reach ---
 
-    def joints_for(self, T_world_tool: Transform) -> Joints:
-        """The joints that a MOVE there from here would end in. Raises LocationOutOfRange, JointOutOfRange."""
+    def world_pose(self, joints: Joints) -> Transform:
+        """T_world_tool of joints, with the BASE and TOOL in force."""
+        frames = self.frames
+        return compose(inverse(frames.base), compose(self.arm.forward(joints), frames.tool))
+
+    def joints_for(self, T_world_tool: Transform, near: Joints | None = None) -> Joints:
+        """The joints that a MOVE there from here, or from joints `near`, would end in.
+
+        Raises LocationOutOfRange, JointOutOfRange.
+        """
         frames = self.frames
         T_robot_flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
-        return select(self.arm, self.parameters, T_robot_flange, self.position().joints)
+        return select(self.arm, self.parameters, T_robot_flange, self.position().joints if near is None else near)
 
     def explain(self, target: PoseTarget | JointTarget) -> Reach:
         """Why a MOVE or MOVES to a target from here is possible or not.
@@ -505,8 +663,8 @@ _SETTERS: dict[type, Callable[[Engine, Any], None]] = {
 }
 
 
-def _immediate(request: Request) -> bool:
-    return isinstance(request, OperateHand) and request.immediate
+def _stands(request: Request) -> bool:
+    return isinstance(request, Delay) or (isinstance(request, OperateHand) and request.immediate)
 
 
 def _fraction(speed: float) -> float:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import cbrt, degrees, sqrt
+from math import cbrt, sqrt
 from typing import NamedTuple
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooClose, MotionError, StraightLineSingular
@@ -27,7 +27,6 @@ JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
 JUMP = 2e-3  # [rad] at most, beyond what the velocities of two neighbours explain
 STILL = 1e-9  # [m/s, rad/s] a tool that stands
-SEED_STEP = 1.0  # [rad] between neighbouring seeds: far less than the half turn that would confuse them
 MARGIN = 1.01  # velocities are taken so much higher than the samples show, for what lies between them
 SMALL_MARGIN = 1.0005
 ROUNDING = 1e-6  # a velocity that is this little above its limit is at it
@@ -182,8 +181,9 @@ class Follower:
         if max(jumps) > JUMP:
             pose = path.pose(b.s)
             near, hint = self.place(pose)
+            joint = jumps.index(max(jumps)) + 1
             raise StraightLineSingular(
-                f"near {near} joint {jumps.index(max(jumps)) + 1} would have to jump by {degrees(max(jumps)):.1f} deg",
+                f"near {near} joint {joint} would have to jump by {self.arm.model.said(joint, max(jumps), 1)}",
                 hint or PASSED,
             ).at(*position(pose))
 
@@ -237,14 +237,12 @@ class Follower:
     def _outside(self, joints: Joints, pose: Transform) -> JointOutOfRange:
         model = self.arm.model
         joint = joints_outside(joints, model.lower, model.upper)[0]
-        i = joint - 1
         near, hint = self.place(pose)
         if joint not in DRIVEN_ROUND.get(self.singularity(pose), ()):
             near, hint = self.shown(pose), ""
         return JointOutOfRange(
             joint,
-            f"the straight line leaves its range, {degrees(model.lower[i]):.0f} to {degrees(model.upper[i]):.0f} deg, "
-            f"near {near}",
+            f"the straight line leaves its range, {model.range_of(joint, 0)}, near {near}",
             hint or "use MOVE, or another configuration",
         ).at(*position(pose))
 
@@ -414,12 +412,12 @@ def _carried_on(near: tuple[float, Joints], far: tuple[float, Joints], s: float)
     return tuple([a + part * (a - b) for a, b in zip(near[1], far[1], strict=True)])
 
 
-def seeds_of(samples: list[Sample]) -> tuple[Joints, ...]:
-    """Joints at equal intervals from the first sample to the last, so many that neighbours are near each other."""
+def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
+    """Joints at equal intervals from the first sample to the last, so many that neighbours are near: within `step`."""
     travelled = 0.0
     for a, b in pairwise(samples):
         travelled += max([abs(y - x) for x, y in zip(a.joints, b.joints, strict=True)])
-    count = 1 if travelled < SEED_STEP else 2 * (int(travelled / SEED_STEP) + 1)
+    count = 1 if travelled < step else 2 * (int(travelled / step) + 1)
     seeds = []
     at = 0
     for k in range(count + 1):

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from vrs_cli.errors import UsageError
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.instant import shown
+from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 
 WIDE = 64  # segments that a step drops: taking back a wider one is prepared when it is asked for
@@ -46,6 +47,13 @@ class Step:
     @staticmethod
     def of(before: Timeline, delta: TimelineDelta, clock: float, insert: bool) -> Step:
         return Step(delta, before if delta.drop > WIDE else before.inverse(delta), clock, insert)
+
+    def longer(self, segments: tuple[Segment, ...]) -> Step:
+        """The same, when its motion has become `segments`."""
+        more, back = len(segments) - len(self.delta.segments), self.back
+        if isinstance(back, TimelineDelta):
+            back = replace(back, drop=back.drop + more)
+        return replace(self, delta=replace(self.delta, segments=segments), back=back)
 
     def taking_back(self, version: int) -> TimelineDelta:
         """The delta that undoes it, for the timeline of that version."""

@@ -59,6 +59,12 @@ SWITCHES: Mapping[str, Switch] = _table(
 )
 
 PARAMETERS: Mapping[str, ParameterRow] = _table(
+    ParameterRow(
+        "CAUSALITY",
+        "ABORT",
+        "in real time, ABORT: a motion that comes too late is refused; POSTPONE: it begins at the end of the segment",
+        words=("ABORT", "POSTPONE"),
+    ),
     ParameterRow("GRASP.WIDTH", 0.0, "the width of what GRASP finds in the hand; 0: it is empty", "mm", 0.0, 1000.0),
     ParameterRow("HAND.TIME", 0.05, "how long OPENI, CLOSEI and RELAXI wait for the hand", "s", 0.0, 60.0),
     ParameterRow(

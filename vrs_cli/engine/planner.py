@@ -33,6 +33,7 @@ from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.scurve import turns
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.trajectory.steered import Room, Target, steered
 from vrs_cli.trajectory.timeline import Timeline
 
 NEARLY_NOW = 1e-6  # [s] to which the instant is found at which a corner is near
@@ -296,6 +297,32 @@ def plan(
         drop=replanned.drop,
         shift=replanned.shift,
         segments=replanned.segments,
+    )
+
+
+def plan_steering(
+    arm: RobotArm, timeline: Timeline, motion: Motion, executed: float, target: Target, tick: float
+) -> TimelineDelta:
+    """The change of the timeline that lets the joints chase a target from `executed` on, for a tick [s]; all that was
+    scheduled after it is dropped.
+    """
+    place = _place(arm, timeline, executed)
+    here, model = place.here.joints, arm.model
+    room = Room(model.lower, model.upper)
+    segments = steered(here, target, joint_limits(arm, motion), room, tick, executed, motion)
+    if not _inside(arm, segments):  # the motion before left no room for a whole tick
+        segments = joint_stop_each(here, JointLimits(model.max_velocity, model.max_acceleration), executed, motion)
+    return TimelineDelta(
+        version=timeline.version,
+        cause=Cause.COMMAND,
+        motion=motion,
+        issued=executed,
+        executed=executed,
+        cut=executed,
+        keep=place.keep,
+        drop=len(timeline) - place.keep,
+        shift=0.0,
+        segments=segments,
     )
 
 

@@ -13,9 +13,10 @@ from vrs_cli.engine.parameters import Asked, Parameters
 from vrs_cli.engine.planner import Here, plan_motion, segment_joints
 from vrs_cli.engine.targets import check_joint_limits, select, unmet
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooClose, LocationTooFar, MotionError
-from vrs_cli.kinematics.arm import RobotArm, Solution
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints, joints_outside
+from vrs_cli.kinematics.serial_arm import Solution
 from vrs_cli.kinematics.transform import (
     Transform,
     Vector,

@@ -12,16 +12,15 @@ from math import dist
 from vrs_cli.engine.following import FEWER_SAMPLES, PASSED, ROUNDING, SAMPLES, Follower, Load, Sample, seeds_of
 from vrs_cli.errors import MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import Configuration, Wrist
+from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import position
+from vrs_cli.kinematics.transform import at_position, position
 from vrs_cli.trajectory import smooth
 from vrs_cli.trajectory.blend import JointState, ToolLimits, ToolState, ToolStretch, straight_motion
 from vrs_cli.trajectory.motion import Motion, Profile
 from vrs_cli.trajectory.scurve import NoTimes
 from vrs_cli.trajectory.segment import CartesianPath, Segment, Turn
 
-WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP meet
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
 NEAR_START = 0.05  # [m] of the start of a line, where its singular pose is what stops it
 SPARE = 1.001  # a line is slowed so much more than it must be, to be done with it
@@ -48,9 +47,14 @@ def straight_segments(
         except MotionError as error:
             failure = failure or error
     assert failure is not None
-    if state.at_rest and min(arm.singularity(joints.joints)) < NEARLY_SINGULAR and _near_start(state, failure):
-        failure.hint = "the line starts in a singular pose, as READY is: MOVE away from it first"
+    if state.at_rest and _nearly_singular(arm, joints.joints) and _near_start(state, failure):
+        as_ready = ", as READY is" if _nearly_singular(arm, arm.model.poses["ready"]) else ""
+        failure.hint = f"the line starts in a singular pose{as_ready}: MOVE away from it first"
     raise failure
+
+
+def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
+    return min(arm.singularity(joints)) < NEARLY_SINGULAR
 
 
 def _near_start(state: ToolState, failure: MotionError) -> bool:
@@ -59,12 +63,14 @@ def _near_start(state: ToolState, failure: MotionError) -> bool:
 
 
 def _configurations(arm: RobotArm, joints: Joints) -> Iterator[Configuration]:
-    """The configuration of the arm; at a straight wrist, where both hold, the other wrist too."""
-    present = arm.configuration(joints)
-    yield present
-    if abs(joints[4]) < WRIST_SINGULAR:
-        other = Wrist.FLIP if present.wrist is Wrist.NOFLIP else Wrist.NOFLIP
-        yield Configuration(present.arm, present.elbow, other)
+    """The configuration of the arm; where two hold, as at a straight wrist, the other too."""
+    yield arm.configuration(joints)
+    yield from arm.twins(joints)
+
+
+def _counted(arm: RobotArm, state: ToolState) -> ToolState:
+    """The state of the tool without the turn of an arm whose tool turns as the joints have it: no line asks for one."""
+    return state if arm.model.task.turns else ToolState(state.pose, state.velocity, (0.0, 0.0, 0.0))
 
 
 def tool_limits(arm: RobotArm, motion: Motion) -> ToolLimits:
@@ -92,8 +98,8 @@ class _Line:
         configuration: Configuration,
         slowest: float,
     ) -> None:
-        self.state, self.joints, self.motion = state, joints, motion
-        self.configuration, self.slowest = configuration, slowest
+        self.state, self.joints, self.motion = _counted(arm, state), joints, motion
+        self.arm, self.configuration, self.slowest = arm, configuration, slowest
         self.limits, self.least = tool_limits(arm, motion), motion.duration
         self.smoothly = motion.profile is Profile.SCURVE
         self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base)
@@ -130,11 +136,14 @@ class _Line:
         return self._laid(stretches, seeds, start)
 
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
-        assert self.motion.pose is not None
+        goal = self.motion.pose
+        assert goal is not None
+        if not self.arm.model.task.turns:
+            goal = at_position(self.state.pose, *position(goal))
         if not self.smoothly:
-            return straight_motion(self.state, self.motion.pose, limits, self.least)
+            return straight_motion(self.state, goal, limits, self.least)
         try:
-            return smooth.straight_motion(self.state, self.motion.pose, limits, self.least)
+            return smooth.straight_motion(self.state, goal, limits, self.least)
         except NoTimes:
             raise StraightLineSingular(
                 "the tool moves too fast to go over to the line within its limits",
@@ -155,7 +164,7 @@ class _Line:
             load = load.worse(self.follower.load(path, samples, started))
             if self.smoothly:
                 load = load.worse(self.follower.jerk_load(path, samples))
-            seeds.append(seeds_of(samples))
+            seeds.append(seeds_of(samples, self.arm.seed_step))
             before = samples[-1]
             near = before.joints
         return seeds, load

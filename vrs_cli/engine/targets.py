@@ -62,12 +62,13 @@ def resolve(arm: RobotArm, parameters: Parameters, move: Move, situation: Situat
         if move.straight:
             return Goal(pose=compose(arm.forward(joints), situation.frames.tool))
     elif move.straight:
+        arm.check_task(compose(pose, inverse(situation.frames.tool)))
         _check_same_configuration(arm.configuration(situation.here), parameters.asked)
         return Goal(pose=pose)
     else:
         joints = select(arm, parameters, compose(pose, inverse(situation.frames.tool)), situation.here)
     if not parameters.modes[Mode.OVERLAP].present:
-        _check_half_turns(situation.here, joints)
+        _check_half_turns(arm.model, situation.here, joints)
     return Goal(joints=joints)
 
 
@@ -179,8 +180,8 @@ def select(arm: RobotArm, parameters: Parameters, T_robot_flange: Transform, nea
 
 
 def _single_turn(model: RobotModel) -> RobotModel:
-    lower = tuple(max(low, -pi) for low in model.lower)
-    upper = tuple(min(high, pi) for high in model.upper)
+    lower = tuple(low if model.units.slides(i) else max(low, -pi) for i, low in enumerate(model.lower, 1))
+    upper = tuple(high if model.units.slides(i) else min(high, pi) for i, high in enumerate(model.upper, 1))
     return replace(model, lower=lower, upper=upper)
 
 
@@ -203,16 +204,15 @@ def _check_same_configuration(have: Configuration, asked: Asked) -> None:
 def check_joint_limits(model: RobotModel, joints: Joints) -> None:
     """Raises JointOutOfRange for the first joint outside its range."""
     for joint in joints_outside(joints, model.lower, model.upper)[:1]:
-        low, high = degrees(model.lower[joint - 1]), degrees(model.upper[joint - 1])
         raise JointOutOfRange(
-            joint, f"would be {degrees(joints[joint - 1]):.2f} deg, its range is {low:.2f} to {high:.2f} deg"
+            joint, f"would be {model.said(joint, joints[joint - 1])}, its range is {model.range_of(joint)}"
         )
 
 
-def _check_half_turns(here: Joints, goal: Joints) -> None:
+def _check_half_turns(model: RobotModel, here: Joints, goal: Joints) -> None:
     """NOOVERLAP: no joint may turn by more than half a turn."""
     for joint, (at, to) in enumerate(zip(here, goal, strict=True), 1):
-        if abs(to - at) > HALF_TURN:
+        if abs(to - at) > HALF_TURN and not model.units.slides(joint):
             raise JointOutOfRange(
                 joint,
                 f"would turn by {degrees(to - at):.1f} deg, NOOVERLAP allows half a turn",

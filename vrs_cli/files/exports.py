@@ -15,6 +15,7 @@ import numpy as np
 from vrs_cli.engine.position import Positions, positions_at
 from vrs_cli.files.atomic import atomically
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.kinematics.transform_batch import to_oat_batch
 from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment
@@ -80,24 +81,31 @@ def joint_names(arm: RobotArm) -> list[str]:
 
 
 def write_csv(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    """Columns t [s], jt1 ... jtn [deg], x, y, z [mm], o, a, t_angle [deg]; rows as `sample_times`.
+    """Columns t [s], jt1 ... jtn [deg, mm where a joint slides], x, y, z [mm], o, a, t_angle [deg].
 
-    Times are written to their last bit, so that they name the same instant when they are read back.
+    Rows as `sample_times`. Times are written to their last bit, so that they name the same instant when they are read
+    back.
     """
     columns = ("t", *joint_names(arm), *TOOL_COLUMNS)
     stream.write(_line(",".join(columns)))
     form = ",".join(["%r"] + [f"%.{DECIMALS}f"] * (len(columns) - 1))
     for times in sample_times(timeline, rate):
-        rows = table(positions_at(arm, timeline, times))
+        rows = table(positions_at(arm, timeline, times), arm.model.units)
         stream.write(b"".join(_line(form % tuple(row)) for row in rows.tolist()))
 
 
-def table(positions: Positions) -> Floats:
-    """(N, 1 + n + 6): t [s], joints [deg], x, y, z [mm], o, a, t [deg]; degrees and millimetres are rounded."""
+def table(positions: Positions, units: JointUnits) -> Floats:
+    """(N, 1 + n + 6): t [s], joints [deg, mm], x, y, z [mm], o, a, t [deg]; degrees and millimetres are rounded."""
     T = positions.T_world_tool
-    columns = (np.degrees(positions.joints), T[:, :, 3] * 1000.0, np.degrees(to_oat_batch(T)))
+    columns = (shown_joints(positions.joints, units), T[:, :, 3] * 1000.0, np.degrees(to_oat_batch(T)))
     shown = np.round(np.hstack(columns), DECIMALS) + 0.0  # there is no -0
     return np.hstack((positions.times[:, None], shown))
+
+
+def shown_joints(q: Floats, units: JointUnits) -> Floats:
+    """(N, n): [rad, m] -> [deg, mm]; rates likewise."""
+    slides = [units.slides(joint) for joint in range(1, q.shape[1] + 1)]
+    return np.where(slides, q * 1000.0, np.degrees(q))
 
 
 def _line(text: str) -> bytes:
@@ -110,16 +118,23 @@ def _line(text: str) -> bytes:
 def write_json(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
     """A list with an object for every sample, as `vrs where --json` tells a position."""
     n = arm.model.joint_count
+    units = _joint_units(arm)
     before = "[\n  "
     for times in sample_times(timeline, rate):
         positions = positions_at(arm, timeline, times)
-        for row, hand in zip(table(positions).tolist(), positions.hand.tolist(), strict=True):
+        for row, hand in zip(table(positions, arm.model.units).tolist(), positions.hand.tolist(), strict=True):
             t, *numbers = row
             joints, xyz, oat = numbers[:n], numbers[n : n + 3], numbers[n + 3 :]
-            one = {"time": t, "joints_deg": joints, "xyz_mm": xyz, "oat_deg": oat, "hand": hand}
+            one = {"time": t, "joints_deg": joints, **units, "xyz_mm": xyz, "oat_deg": oat, "hand": hand}
             stream.write(f"{before}{json.dumps(one)}".encode("ascii"))
             before = ",\n  "
     stream.write(b"\n]\n")
+
+
+def _joint_units(arm: RobotArm) -> dict[str, list[str]]:
+    """`joint_units`, where a joint slides."""
+    units = [arm.model.units.unit(joint) for joint in range(1, arm.model.joint_count + 1)]
+    return {"joint_units": units} if "mm" in units else {}
 
 
 # --- NumPy ---------------------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, cast
 
 import msgspec
 
-from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
+from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.motion import (
@@ -85,9 +85,9 @@ class LineRecord(Record, frozen=True):
     position: tuple[Coefficients, Coefficients, Coefficients]
     orientation: Rows
     turns: tuple[TurnRecord, ...]
-    arm: Literal["RIGHTY", "LEFTY"]
-    elbow: Literal["ABOVE", "BELOW"]
-    wrist: Literal["NOFLIP", "FLIP"]
+    arm: Literal["RIGHTY", "LEFTY"] | None  # null: the robot has no such choice
+    elbow: Literal["ABOVE", "BELOW"] | None
+    wrist: Literal["NOFLIP", "FLIP"] | None
     seeds: Annotated[tuple[Coefficients, ...], msgspec.Meta(min_length=1)]
     seed_interval: float
 
@@ -195,12 +195,16 @@ def _line_record(path: CartesianPath) -> LineRecord:
         position=path.position,
         orientation=_rows(path.orientation),
         turns=tuple(TurnRecord(turn.axis, turn.angle) for turn in path.turns),
-        arm=cast(Literal["RIGHTY", "LEFTY"], path.configuration.arm.name),
-        elbow=cast(Literal["ABOVE", "BELOW"], path.configuration.elbow.name),
-        wrist=cast(Literal["NOFLIP", "FLIP"], path.configuration.wrist.name),
+        arm=cast(Literal["RIGHTY", "LEFTY"] | None, _name(path.configuration.arm)),
+        elbow=cast(Literal["ABOVE", "BELOW"] | None, _name(path.configuration.elbow)),
+        wrist=cast(Literal["NOFLIP", "FLIP"] | None, _name(path.configuration.wrist)),
         seeds=path.seeds,
         seed_interval=path.seed_interval,
     )
+
+
+def _name(flag: Flag | None) -> str | None:
+    return None if flag is None else flag.name
 
 
 def _motion_record(motion: Motion) -> MotionRecord:
@@ -304,7 +308,11 @@ def _line(record: LineRecord, joint_count: int) -> CartesianPath:
         position=record.position,
         orientation=_transform(record.orientation),
         turns=tuple(Turn(turn.axis, turn.angle) for turn in record.turns),
-        configuration=Configuration(Arm[record.arm], Elbow[record.elbow], Wrist[record.wrist]),
+        configuration=Configuration(
+            None if record.arm is None else Arm[record.arm],
+            None if record.elbow is None else Elbow[record.elbow],
+            None if record.wrist is None else Wrist[record.wrist],
+        ),
         seeds=record.seeds,
         seed_interval=record.seed_interval,
     )

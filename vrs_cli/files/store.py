@@ -7,6 +7,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from vrs_cli.files.layout import Layout
+from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language import ast
 from vrs_cli.language.ast import Entry, File, Kind, Program, Section, Span
 from vrs_cli.language.declarations import own_variables
@@ -71,7 +72,7 @@ def store(
 def _section(environment: Environment, row: _SectionRow, used: Collection[str] | None) -> Iterator[Section]:
     """The section, if it has any entry."""
     entries = tuple(
-        _entry(variable)
+        _entry(variable, environment.units)
         for kind in row.kinds
         for variable in environment.variables(kind)
         if used is None or _key(variable) in used
@@ -84,11 +85,11 @@ def _key(variable: Stored) -> str:
     return key_of(variable.name.partition("[")[0])
 
 
-def _entry(stored: Stored) -> Entry:
+def _entry(stored: Stored, units: JointUnits) -> Entry:
     value = stored.value
     if isinstance(value, str):
         return Entry(_variable(stored.name), (), value, NOWHERE)
-    numbers = (value,) if isinstance(value, float) else numbers_of(value)
+    numbers = (value,) if isinstance(value, float) else numbers_of(value, units)
     return Entry(_variable(stored.name), numbers, None, NOWHERE)
 
 

@@ -21,7 +21,7 @@ from typing import Any, Protocol, TypeGuard, TypeVar, get_args
 
 from vrs_cli.engine.commands import Brake, Break, Request, SetMonitorSpeed, SetParameter, SetSwitch
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive, TimeExhausted, VrsError
+from vrs_cli.errors import ClockPaused, RobotNotAttached, TaskActive, TaskNotActive, TimeExhausted, VrsError
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.debugging import Debugging, Onward, Stepping, Stopped
 from vrs_cli.interfaces.devices import Devices
@@ -194,6 +194,7 @@ class Driver:
         self._owner: int | None = None
         self._interrupted = False
         self._running = False
+        self._asking = True
         self._beside: list[Beside] = []
         environment.signals.listeners.append(self._signal_changed)
         environment.system = SystemReadings(self)
@@ -257,10 +258,14 @@ class Driver:
         if isinstance(track.pending, _Aborted):
             return track
         track.task.abort()
-        if self._owns(track):
+        if self._owns(track) and not self._only_waits(track):
             self.engine.stop()
         track.pending, track.wake = _Aborted(), self.engine.now
         return track
+
+    def _only_waits(self, track: Track) -> bool:
+        """A line of the prompt in real time: the arm moves whether it waits or not."""
+        return track.at_prompt and self.engine.realtime
 
     def kill(self, number: int) -> None:
         """Forget a task that has stopped. Raises TaskNotActive, TaskActive."""
@@ -317,28 +322,33 @@ class Driver:
                 track.task.abort()
                 self._stop(track, Outcome.ABORTED)
 
-    def settle(self) -> tuple[Beside, ...]:
-        """Let the tasks do what they can do at the present instant; those that stopped with an error."""
-        self._beside = []
-        now = self.engine.now
-        while (track := self._next()) is not None and track.wake <= now == self.engine.now:
-            self._turn(track, BUDGET)
+    def settle(self, until: float | None = None, *, asking: bool = True) -> tuple[Beside, ...]:
+        """Let the tasks do all that is due by an instant, that which time has reached unless told otherwise; those
+        that stopped with an error. Without `asking` nobody can answer now: a PROMPT waits.
+        """
+        self._beside, self._asking = [], asking
+        clock = self.engine.clock
+        until = clock.reached if until is None else until
+        while (coming := self._coming()) <= until:
+            clock.advance(coming)
+            self._happen(BUDGET)
+        clock.advance(until)
+        self._asking = True
         return tuple(self._beside)
 
-    def rest(self) -> tuple[Beside, ...]:
-        """Let time go on until the motion that is under way now is over, with the tasks; those that stopped with an
-        error.
-        """
-        self._beside = []
-        engine, end = self.engine, self.engine.end
-        while engine.now < end:
-            track = self._next()
-            engine.clock.advance(min(end, self.inputs.next_time, inf if track is None else track.wake))
-            if self.inputs.next_time <= engine.now:
-                self.inputs = self.inputs.applied(engine.now, self.environment.signals)
-            elif track is not None and track.wake <= engine.now:
-                self._turn(track, BUDGET)
-        return tuple(self._beside)
+    def _coming(self) -> float:
+        """When something happens next."""
+        track = self._next()
+        return inf if track is None else min(track.wake, self.inputs.next_time)
+
+    def _happen(self, budget: int) -> None:
+        """What is due now: an input changes, or a task goes on."""
+        if self.inputs.next_time <= self.engine.now:
+            self.inputs = self.inputs.applied(self.engine.now, self.environment.signals)
+            return
+        track = self._next()
+        assert track is not None
+        self._turn(track, budget)
 
     def _result(self, track: Track, started: float) -> RunResult:
         assert track.outcome is not None
@@ -357,25 +367,30 @@ class Driver:
 
     def _go_on(self, foreground: Track, last: float, bounds: Bounds, before: int) -> None:
         """The next thing that happens: an input changes, or a task goes on; or the bounds are reached."""
-        track = self._next()
-        assert track is not None
-        now, coming = self.engine.now, min(track.wake, self.inputs.next_time)
+        now, coming = self.engine.now, self._coming()
         if coming > last and not isinstance(foreground.pending, Failed | _Aborted):
             self.engine.clock.advance(max(last, now))
             what = f"the program was still running after {bounds.max_time:g} s of the robot's time"
             self._exhausted(foreground, what, "give it more time with --max-time")
             return
-        self.engine.clock.advance(coming)
-        if self.inputs.next_time <= self.engine.now:
-            self.inputs = self.inputs.applied(self.engine.now, self.environment.signals)
+        if not self._waited(foreground, coming):
             return
         if bounds.max_steps is None:
-            self._turn(track, BUDGET)
+            self._happen(BUDGET)
             return
-        self._turn(track, bounds.max_steps - (self._steps() - before) + 1)  # the one too many begins, and is not done
+        self._happen(bounds.max_steps - (self._steps() - before) + 1)  # the one too many begins, and is not done
         if self._steps() - before > bounds.max_steps and foreground.running:
             what = f"the program was still running after {bounds.max_steps} steps"
             self._exhausted(foreground, what, "give it more with --max-steps")
+
+    def _waited(self, foreground: Track, coming: float) -> bool:
+        """Let time go on; whether it has come so far. On a clock that stands, the foreground waits in vain."""
+        try:
+            self.engine.clock.wait(coming)
+        except ClockPaused as error:
+            foreground.pending = None
+            self._do(foreground, foreground.task.throw(error))
+        return self.engine.now >= coming
 
     def _steps(self) -> int:
         return sum(track.task.steps_done for track in self.tasks.values())
@@ -471,6 +486,9 @@ class Driver:
         self.typed += lines
 
     def _prompt(self, track: Track, event: Prompt) -> None:
+        if not self._asking:
+            self._until(track, self._tick(), event)
+            return
         track.answer = self.console.ask(event.text)
 
     def _unit(self, track: Track, event: UnitEffect) -> None:
@@ -538,6 +556,11 @@ class Driver:
     def _take_robot(self, track: Track) -> None:
         if track.mine and self._owner is None:
             self._owner = track.number
+
+    def check_robot_free(self) -> None:
+        """Raises RobotNotAttached where a task has the robot."""
+        if self._owner is not None:
+            raise self._not_attached()
 
     def _not_attached(self) -> RobotNotAttached:
         if self._owner is None:
@@ -627,7 +650,7 @@ class Driver:
 
     def _end(self, track: Track, event: Completed | Halted | Paused | Failed | _Aborted | Stopped) -> None:
         """Once the robot is at rest, if it is this task's, and no line of the prompt."""
-        rests = isinstance(event, _Aborted) or not track.at_prompt
+        rests = not track.at_prompt or (isinstance(event, _Aborted) and not self._only_waits(track))
         if rests and self._owns(track) and self.engine.now < self.engine.end:
             self._until(track, self.engine.end, event)
             return

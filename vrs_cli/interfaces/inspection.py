@@ -63,7 +63,7 @@ class Inspector:
 
     def inspect(self, parts: Parts) -> tuple[Diagnostic, ...]:
         """Everything that is wrong with them."""
-        environment = Environment()
+        environment = Environment(units=self._engine.model.units)
         found = [one for placed in parts for one in placed.found(placed.part.diagnostics)]
         found += repeated(parts)
         for placed in parts:

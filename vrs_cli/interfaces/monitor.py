@@ -33,12 +33,14 @@ from vrs_cli.errors import (
 )
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.driver import ROBOT_PROGRAM, Outcome, RunResult
+from vrs_cli.interfaces.jogging import jog
 from vrs_cli.interfaces.next_motion import said_for_next_motion
+from vrs_cli.interfaces.operands import real as _real
 from vrs_cli.interfaces.plotting import plotted, selected
+from vrs_cli.interfaces.realtime import clock, clock_report
 from vrs_cli.interfaces.replies import (
     BranchRow,
     BranchTable,
-    ClockReport,
     ComparisonTable,
     Diagnosed,
     DiagnosticsReport,
@@ -73,7 +75,7 @@ from vrs_cli.interfaces.replies import (
     WhereaboutsTable,
 )
 from vrs_cli.interfaces.session import Dialogue
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.analyzer import is_reserved
 from vrs_cli.language.ast import (
@@ -127,12 +129,6 @@ class Watched(Protocol):
 # --- operands ------------------------------------------------------------------------------------------------------
 
 
-def _value(session: Session, expression: Expression) -> Value:
-    from vrs_cli.language.runtime import evaluate
-
-    return evaluate(session.environment, session.robot, expression)
-
-
 def _sight(session: Session, expression: Expression) -> Callable[[], Value]:
     """Looks at an expression as the program that has stopped sees it."""
     from vrs_cli.language.runtime import Sight
@@ -144,13 +140,6 @@ def _sight(session: Session, expression: Expression) -> Callable[[], Value]:
 def _own(session: Session) -> Mapping[str, Reference]:
     """What the program that has stopped has for itself: its arguments, and the variables of AUTO and LOCAL."""
     return {} if session.task is None else session.task.own
-
-
-def _real(session: Session, expression: Expression) -> float:
-    value = _value(session, expression)
-    if not isinstance(value, float):
-        raise TypeMismatch(f"a {kind_of_value(value).value}", "a real is wanted here")
-    return value
 
 
 def _argument(it: Instruction, index: int) -> Expression | None:
@@ -190,18 +179,18 @@ DEFAULT_ROWS = 10
 
 def _where(session: Session, it: Instruction) -> Iterator[Reply]:
     _only_robot(session, it, 0)
-    engine, at = session.engine, it.modifiers
+    engine, at, units = session.engine, it.modifiers, session.environment.units
     over_time = any(_argument(it, index) is not None for index in (1, 2, 3))
     if over_time and (at.at is not None or at.within is not None):
         raise UsageError("AT and FROM do not go together", "WHERE AT t, or WHERE FROM t1 TO t2 STEP dt")
     if at.at is not None:
-        yield Whereabouts(engine.position(_real(session, at.at)), stamped=True)
+        yield Whereabouts(engine.position(_real(session, at.at)), stamped=True, units=units)
     elif at.within is not None:
-        yield Whereabouts(engine.position(engine.now + _real(session, at.within)), stamped=True)
+        yield Whereabouts(engine.position(engine.now + _real(session, at.within)), stamped=True, units=units)
     elif over_time:
-        yield WhereaboutsTable(tuple(engine.position(t) for t in _times(session, it)))
+        yield WhereaboutsTable(tuple(engine.position(t) for t in _times(session, it)), units)
     else:
-        yield Whereabouts(engine.position())
+        yield Whereabouts(engine.position(), units=units)
 
 
 def _only_robot(session: Session, it: Instruction, index: int) -> None:
@@ -247,7 +236,7 @@ def _teach(session: Session, it: Instruction) -> Iterator[Reply]:
     name = next_in_series(session, expression)
     session.do(replace(it, word="HERE", arguments=(name,)))
     reference = _defined_by(session, replace(it, arguments=(name,)))
-    yield _one_location(reference.name, cast("Transform | Joints", reference.value()))
+    yield _one_location(session, reference.name, cast("Transform | Joints", reference.value()))
 
 
 def next_in_series(session: Session, first: Variable) -> Variable:
@@ -282,11 +271,11 @@ def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
     if not isinstance(terminal, Dialogue):
         if not reference.defined():
             raise UndefinedValue(reference.name, f"POINT {reference.name} = location gives it one")
-        yield _one_location(reference.name, cast("Transform | Joints", reference.value()))
+        yield _one_location(session, reference.name, cast("Transform | Joints", reference.value()))
         return
     value = _present(session, reference)
     while True:
-        yield _one_location(reference.name, value)
+        yield _one_location(session, reference.name, value)
         answer = terminal.change("Change?")
         if answer is None:
             yield Message(f"{reference.name} is left as it was")
@@ -296,7 +285,7 @@ def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
             reference.assign(value)
             return
         try:
-            value = changed(value, answer)
+            value = changed(value, answer, session.environment.units)
         except VrsError as error:
             yield Message(str(error), Tone.ERROR)
 
@@ -316,9 +305,9 @@ def _present(session: Session, reference: Reference) -> Transform | Joints:
     return (0.0,) * session.engine.model.joint_count if reference.cells.kind is Kind.PRECISION else IDENTITY
 
 
-def changed(value: Transform | Joints, answer: str) -> Transform | Joints:
+def changed(value: Transform | Joints, answer: str, units: JointUnits = TURNING) -> Transform | Joints:
     """A location with the numbers that were typed; commas skip those that stay. Raises IllegalValue."""
-    numbers = list(numbers_of(value))
+    numbers = list(numbers_of(value, units))
     fields = answer.split(",")
     if len(fields) > len(numbers):
         raise IllegalValue(f"{len(fields)} numbers", f"at most {len(numbers)}, commas between them")
@@ -328,21 +317,21 @@ def changed(value: Transform | Joints, answer: str) -> Transform | Joints:
             if number is None:
                 raise IllegalValue(field.strip(), "numbers with commas between them; ,,50 changes the third alone")
             numbers[i] = number
-    return transformation(numbers) if isinstance(value, Transform) else precision_point(numbers)
+    return transformation(numbers) if isinstance(value, Transform) else precision_point(numbers, units)
 
 
-def _one_location(name: str, value: Transform | Joints) -> LocationTable:
-    return LocationTable((NamedLocation(name, value),))
+def _one_location(session: Session, name: str, value: Transform | Joints) -> LocationTable:
+    return LocationTable((NamedLocation(name, value),), session.environment.units)
 
 
 def _tool(session: Session, it: Instruction) -> Iterator[Reply]:
     session.do(it)
-    yield _one_location("TOOL", session.engine.frames.tool)
+    yield _one_location(session, "TOOL", session.engine.frames.tool)
 
 
 def _base(session: Session, it: Instruction) -> Iterator[Reply]:
     session.do(it)
-    yield _one_location("BASE", session.engine.frames.base)
+    yield _one_location(session, "BASE", session.engine.frames.base)
 
 
 # --- listings of variables -----------------------------------------------------------------------------------------
@@ -350,13 +339,14 @@ def _base(session: Session, it: Instruction) -> Iterator[Reply]:
 
 def _listl(session: Session, it: Instruction) -> Iterator[Reply]:
     rows = _rows(session, it, (Kind.LOCATION, Kind.PRECISION), "LISTR lists reals, LISTS strings")
-    yield LocationTable(tuple(NamedLocation(name, cast("Transform | Joints", value)) for name, value in rows))
+    named = tuple(NamedLocation(name, cast("Transform | Joints", value)) for name, value in rows)
+    yield LocationTable(named, session.environment.units)
 
 
 def _why(session: Session, it: Instruction) -> Iterator[Reply]:
     asked = _argument(it, 0)
     assert asked is not None
-    value = _value(session, asked)
+    value = _sight(session, asked)()
     if not isinstance(value, tuple):
         raise TypeMismatch(f"{_shown(asked)} is a {kind_of_value(value).value}", "WHY explains a location")
     target = PoseTarget(value) if isinstance(value, Transform) else JointTarget(value)
@@ -957,16 +947,17 @@ def _watch(session: Session, it: Instruction) -> Iterator[Reply]:
         watches.clear()
         yield Message("Nothing is watched")
         return
-    watch = Watch(_shown(expression), _sight(session, expression), _value_text)
+    units = session.environment.units
+    watch = Watch(_shown(expression), _sight(session, expression), lambda value: _value_text(value, units))
     watch.changed()
     watches.append(watch)
     yield Message(f"Programs stop when {watch.text} changes")
 
 
-def _value_text(value: Value) -> str:
+def _value_text(value: Value, units: JointUnits) -> str:
     if isinstance(value, str):
         return f'"{value}"'
-    numbers = (value,) if isinstance(value, float) else numbers_of(value)
+    numbers = (value,) if isinstance(value, float) else numbers_of(value, units)
     return ", ".join(plain(round(number, 3)) for number in numbers)
 
 
@@ -1135,7 +1126,7 @@ def _io(session: Session, it: Instruction) -> Iterator[Reply]:
 
 
 def _time(session: Session, _it: Instruction) -> Iterator[Reply]:
-    yield ClockReport(session.engine.now)
+    yield clock_report(session)
 
 
 def _id(session: Session, _it: Instruction) -> Iterator[Reply]:
@@ -1361,9 +1352,11 @@ MONITOR: Mapping[str, Handler] = {
     "STATUS": _status,
     "IO": _io,
     "TIME": _time,
+    "CLOCK": clock,
     "ID": _id,
     "FREE": _free,
     "HELP": _help,
+    "JOG": jog,
     "UNDO": _undo,
     "REDO": _redo,
     "BRANCH": _branch,

@@ -11,6 +11,7 @@ from vrs_cli.engine.position import Positions, positions_at
 from vrs_cli.errors import IllegalJoint, UsageError
 from vrs_cli.interfaces.replies import Curve, Plot
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.trajectory.timeline import Timeline
 
 if TYPE_CHECKING:
@@ -79,9 +80,10 @@ def plotted(arm: RobotArm, timeline: Timeline, asked: Selection) -> Plot:
     times = np.linspace(timeline.start, timeline.end, SAMPLES)
     positions = positions_at(arm, timeline, times)
     if first.joints:
-        curves = _joint_curves(positions, first, asked.joints)
-    else:
-        curves = _tool_curves(positions, [curve for name in asked.names for curve in QUANTITIES[name].curves])
+        units = arm.model.units
+        curves = _joint_curves(positions, first, asked.joints, units)
+        return Plot(first.title, _unit(first, asked.joints, units), tuple(times.tolist()), curves)
+    curves = _tool_curves(positions, [curve for name in asked.names for curve in QUANTITIES[name].curves])
     return Plot(first.title, first.unit, tuple(times.tolist()), curves)
 
 
@@ -111,11 +113,17 @@ def _joints(arm: RobotArm, numbers: Sequence[int]) -> Sequence[int]:
     return list(dict.fromkeys(numbers)) or range(1, count + 1)
 
 
-def _joint_curves(positions: Positions, quantity: Quantity, joints: Sequence[int]) -> tuple[Curve, ...]:
-    import numpy as np
+def _unit(quantity: Quantity, joints: Sequence[int], units: JointUnits) -> str:
+    """That of the joints that are drawn; both where some turn and some slide."""
+    return ", ".join(dict.fromkeys(quantity.unit.replace("deg", units.unit(joint)) for joint in joints))
 
-    values = np.degrees(getattr(positions, quantity.joints))
-    return tuple(Curve(f"JT{joint}", str(joint), tuple(values[:, joint - 1].tolist())) for joint in joints)
+
+def _joint_curves(
+    positions: Positions, quantity: Quantity, joints: Sequence[int], units: JointUnits
+) -> tuple[Curve, ...]:
+    rows = getattr(positions, quantity.joints).T.tolist()
+    columns = ((joint, [units.one_shown(joint, x) for x in rows[joint - 1]]) for joint in joints)
+    return tuple(Curve(f"JT{joint}", str(joint), tuple(values)) for joint, values in columns)
 
 
 def _tool_curves(positions: Positions, names: Sequence[str]) -> tuple[Curve, ...]:

@@ -8,9 +8,10 @@ from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationTooClose, Moti
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 
-# INRANGE: why a location is out of reach, as bits: joints 1 to 6, then too close and too far (V+ Keyword Reference,
-# INRANGE, names such bits; the numbers are ours)
+# INRANGE: why a location is out of reach, as bits: joints 1 to 6, then too close and too far, then joints 7 and on
+# (V+ Keyword Reference, INRANGE, names such bits; the numbers are ours)
 TOO_CLOSE_BIT, TOO_FAR_BIT = 1 << 6, 1 << 7
+JOINTS_BELOW, BITS_BETWEEN = 6, 2
 
 NO_POWER, PROGRAM_CONTROL = 2, 7  # STATE(1)
 NEVER_MOVED, MOVING, STOPPED = 0, 1, 2  # STATE(2)
@@ -86,7 +87,7 @@ class Readings:
             else:
                 check_joint_limits(self.engine.model, place)
         except JointOutOfRange as error:
-            return 1 << (error.joint - 1)
+            return 1 << (error.joint - 1 + (BITS_BETWEEN if error.joint > JOINTS_BELOW else 0))
         except LocationTooClose:
             return TOO_CLOSE_BIT
         except MotionError:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from vrs_cli.kinematics.joints import TURNING, JointUnits
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -82,6 +84,7 @@ class Whereabouts:
 
     position: Position
     stamped: bool = False
+    units: JointUnits = TURNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +92,7 @@ class WhereaboutsTable:
     """WHERE FROM t1 TO t2 STEP dt."""
 
     positions: tuple[Position, ...]
+    units: JointUnits = TURNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +116,7 @@ class LocationTable:
     """LISTL, HERE, POINT, TOOL, BASE."""
 
     rows: tuple[NamedLocation, ...]
+    units: JointUnits = TURNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,9 +266,11 @@ class SettingTable:
 
 @dataclass(frozen=True, slots=True)
 class ClockReport:
-    """TIME: the robot clock [s]."""
+    """TIME, CLOCK: the robot clock [s], and in real time its rate."""
 
     clock: float
+    rate: float | None = None
+    paused: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,9 @@ from weakref import finalize
 
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
-from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.engine import Engine, Postponement
 from vrs_cli.errors import (
+    ClockPaused,
     NoProgramSpecified,
     ProgramInterlocked,
     ProgramNotExecutable,
@@ -34,7 +35,7 @@ from vrs_cli.interfaces.driver import (
     Track,
 )
 from vrs_cli.interfaces.readings import Readings
-from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, ProgramStopped, Reply, Tone
+from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, ProgramStopped, Reply, Tone
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, load_robot
 from vrs_cli.language.ast import BadLine, DoInstruction, File, Instruction, Program, ProgramHeader, Section, Statement
@@ -97,11 +98,12 @@ class Session:
         self.terminal = terminal
         self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
         self.branches = Branches(self.engine)
-        self.environment = Environment()
+        self.environment = Environment(units=self.engine.model.units)
         self.robot = Readings(self.engine)
         self.bounds = bounds
         self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder)
         self._closing = finalize(self, self.driver.devices.disk.close_all)
+        self.engine.postponed.append(self._postponed)
         self.last_program: str | None = None
         self.last_statement: Statement | None = None
         self.editor: Editor | None = None
@@ -188,6 +190,7 @@ class Session:
         """
         task = self._prepared(program, arguments, cycles, step)
         self._nothing_runs()
+        self._clock_runs()
         self.driver.tasks.pop(ROBOT_PROGRAM, None)
         return self._run(self.driver.start(ROBOT_PROGRAM, task), bounds or self.bounds, progress)
 
@@ -247,6 +250,10 @@ class Session:
         if self.running:
             raise UsageError("a program is running", "ABORT stops it")
 
+    def _clock_runs(self) -> None:
+        if self.engine.clock.paused:
+            raise ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "CLOCK GO lets it go on")
+
     def proceed(self, progress: Callable[[float], None] | None = None) -> RunResult:
         """Go on with a program that was paused, aborted or stopped by an error, at the next step."""
         return self._go_on(progress)
@@ -267,6 +274,7 @@ class Session:
         stepping: Stepping | None = None,
     ) -> RunResult:
         self._nothing_runs()
+        self._clock_runs()
         try:
             track = self.driver.proceed(ROBOT_PROGRAM, retry=retry)
         except TaskNotActive:
@@ -285,9 +293,16 @@ class Session:
         finally:
             terminal.end_progress()
 
-    def settle(self) -> None:
-        """Let the other tasks see what has changed at the present instant."""
-        self._tell(self.driver.settle())
+    def settle(self, until: float | None = None, *, asking: bool = True) -> None:
+        """Let the other tasks see what has changed; do all that has become due in real time, or is `until` then.
+
+        Without `asking` nobody can answer a PROMPT, which waits.
+        """
+        self._tell(self.driver.settle(until, asking=asking))
+
+    def _postponed(self, it: Postponement) -> None:
+        what = it.text or "the motion"
+        self.terminal.show(Message(f"{what} is postponed from {it.asked:.3f} to {it.executed:.3f} s", Tone.WARNING))
 
     def _tell(self, beside: Iterable[Beside]) -> None:
         """Show what became of other tasks."""
@@ -307,7 +322,8 @@ class Session:
         """ABORT at the prompt: brake now and drop what is scheduled; a stopped program cannot go on by itself."""
         self.interrupt()
         self.engine.stop()
-        self._tell(self.driver.rest())
+        if not self.engine.realtime:
+            self.settle(self.engine.end)
 
     # --- the prompt ---
 
@@ -326,6 +342,7 @@ class Session:
 
     def answers(self, line: str) -> Iterator[Reply]:
         """What `perform` shows, as it comes. Raises LineRefused, VrsError."""
+        self.settle()
         if self.editor is not None:
             yield from self._edited(self.editor, line)
             return

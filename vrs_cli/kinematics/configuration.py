@@ -1,10 +1,12 @@
-"""The eight ways in which an arm with a spherical wrist reaches one location.
+"""The ways in which an arm reaches one location: eight for six joints in the usual arrangements, two for a SCARA.
 
 Signs as Lee and Ziegler (1984) define them, in the words of VAL-II (`sign` +1 is the first of each pair):
 
     RIGHTY / LEFTY    joint 2, turning positively, raises / lowers the wrist
     ABOVE / BELOW     elbow above / below the line from shoulder to wrist
     NOFLIP / FLIP     joint 5 positive (or zero) / negative
+
+What they mean for other arms stands in the module of their closed form.
 """
 
 from __future__ import annotations
@@ -29,31 +31,44 @@ class Wrist(Enum):
     FLIP = -1
 
 
+Flag = Arm | Elbow | Wrist
+
+
 @dataclass(frozen=True, slots=True)
 class Configuration:
-    """Arm, elbow and wrist. `signs`: the three as +1.0 or -1.0, ready for formulas; `index`: its place in ALL."""
+    """Arm, elbow and wrist; None where a robot has no such choice.
 
-    arm: Arm
-    elbow: Elbow
-    wrist: Wrist
+    `signs`: the three as +1.0 or -1.0, ready for formulas; `index`: its place in ALL.
+    """
+
+    arm: Arm | None = None
+    elbow: Elbow | None = None
+    wrist: Wrist | None = None
     signs: tuple[float, float, float] = field(init=False, repr=False, compare=False)
     index: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        signs = (float(self.arm.value), float(self.elbow.value), float(self.wrist.value))
+        arm, elbow, wrist = (1.0 if flag is None else float(flag.value) for flag in self.flags)
+        signs = (arm, elbow, wrist)
         object.__setattr__(self, "signs", signs)
         object.__setattr__(self, "index", sum(w for w, sign in zip((4, 2, 1), signs, strict=True) if sign < 0))
+
+    @property
+    def flags(self) -> tuple[Flag | None, ...]:
+        return self.arm, self.elbow, self.wrist
 
     def words_beside(self, others: tuple[Configuration, ...]) -> tuple[str, ...]:
         """The words of this one that none of the others has: what to say to get from them to it."""
         return tuple(
-            getattr(self, part).name
-            for part in ("arm", "elbow", "wrist")
-            if all(getattr(self, part) is not getattr(other, part) for other in others)
+            flag.name
+            for i, flag in enumerate(self.flags)
+            if flag is not None and all(flag is not other.flags[i] for other in others)
         )
 
     def __str__(self) -> str:
-        return f"{self.arm.name} {self.elbow.name} {self.wrist.name}"
+        return " ".join(flag.name for flag in self.flags if flag is not None)
 
 
+NONE = Configuration()  # of an arm that has one way, or too many to be told by words
+SIDES: tuple[Configuration, ...] = tuple(map(Configuration, Arm))  # of an arm that has no other choice, as a SCARA
 ALL: tuple[Configuration, ...] = tuple(Configuration(a, e, w) for a, e, w in product(Arm, Elbow, Wrist))

@@ -3,32 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import accumulate
 from math import cos, sin
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import Link
 from vrs_cli.kinematics.spherical_wrist import Geometry
-from vrs_cli.kinematics.transform import IDENTITY, Transform, compose
+from vrs_cli.kinematics.transform import Transform
 
 _new = tuple.__new__
-
-
-def link_transform(link: Link, q: float) -> Transform:
-    """T_previous_link of one revolute joint: Rz(q) Tz(d) Tx(a) Rx(alpha) (standard Denavit-Hartenberg)."""
-    c, s = cos(q), sin(q)
-    ca, sa = cos(link.alpha), sin(link.alpha)
-    return Transform(
-        c, -s * ca, s * sa, link.a * c,
-        s, c * ca, -c * sa, link.a * s,
-        0.0, sa, ca, link.d,
-    )  # fmt: skip
-
-
-def link_frames(links: tuple[Link, ...], q: Joints) -> tuple[Transform, ...]:
-    """T_base_0 (identity), T_base_1, ... T_base_flange: one frame more than joints. For any serial arm."""
-    steps = (link_transform(link, angle) for link, angle in zip(links, q, strict=True))
-    return tuple(accumulate(steps, compose, initial=IDENTITY))
 
 
 def make_forward(geometry: Geometry) -> Callable[[Joints], Transform]:

@@ -24,7 +24,7 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform
 _new = tuple.__new__
 
 Twist = tuple[float, float, float, float, float, float]
-Jacobian = tuple[Twist, Twist, Twist, Twist, Twist, Twist]
+Jacobian = tuple[Joints, Joints, Joints, Joints, Joints, Joints]  # six rows of n
 
 AT_REST = 1e-9  # [m/s, rad/s] a demand on a lost direction that is rounding and no motion
 
@@ -203,13 +203,17 @@ def acceleration_bias(geometry: Geometry, q: Joints, qd: Joints, T_flange_tool: 
     So qdd = joint_velocity(q, acceleration - bias). Source: the outward half of the Newton-Euler recursion
     (Luh, Walker and Paul 1980).
     """
-    J = jacobian(geometry, q, T_flange_tool)
+    return bias_of(jacobian(geometry, q, T_flange_tool), qd)
+
+
+def bias_of(J: Jacobian, qd: Joints) -> Twist:
+    """`acceleration_bias` of any serial arm, from its Jacobian."""
     wx = wy = wz = 0.0
     lx = ly = lz = bx = by = bz = 0.0
     # Column i is z_i x r_i. The joints before i carry it round with their w; its own joint and those after it
     # move the tool away from the axis with the velocity `tail`: column' = w x column + z_i x tail.
     tails = _tails(J, qd)
-    for i in range(6):
+    for i in range(len(qd)):
         zx, zy, zz = J[3][i], J[4][i], J[5][i]
         d = qd[i]
         cx, cy, cz = J[0][i], J[1][i], J[2][i]

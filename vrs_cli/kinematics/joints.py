@@ -2,9 +2,66 @@
 
 from __future__ import annotations
 
-from math import ceil, pi
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import Enum
+from itertools import repeat
+from math import ceil, degrees, pi, radians
 
 Joints = tuple[float, ...]
+
+
+class JointKind(Enum):
+    """What a joint does: turn [rad], or slide [m]."""
+
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+
+
+@dataclass(frozen=True, slots=True)
+class JointUnits:
+    """The numbers of joints as people see them: degrees of those that turn, millimetres of those that slide.
+
+    `kinds` may be shorter than a joint vector: the joints that it does not tell turn.
+    """
+
+    kinds: tuple[JointKind, ...] = ()
+
+    def shown(self, q: Iterable[float]) -> tuple[float, ...]:
+        """[rad, m] -> [deg, mm]."""
+        return tuple(1000.0 * x if slides else degrees(x) for x, slides in zip(q, self._slides(), strict=False))
+
+    def read(self, numbers: Iterable[float]) -> Joints:
+        """[deg, mm] -> [rad, m]."""
+        return tuple(x / 1000.0 if slides else radians(x) for x, slides in zip(numbers, self._slides(), strict=False))
+
+    def slides(self, joint: int) -> bool:
+        """Whether a joint, counted from 1, slides."""
+        return 1 <= joint <= len(self.kinds) and self.kinds[joint - 1] is JointKind.PRISMATIC
+
+    def one_shown(self, joint: int, x: float) -> float:
+        """A value of a joint, counted from 1, or its rate: [rad, m] -> [deg, mm]."""
+        return 1000.0 * x if self.slides(joint) else degrees(x)
+
+    def one_read(self, joint: int, number: float) -> float:
+        """A value of a joint, counted from 1: [deg, mm] -> [rad, m]."""
+        return number / 1000.0 if self.slides(joint) else radians(number)
+
+    def unit(self, joint: int) -> str:
+        """The unit of a joint, counted from 1."""
+        return "mm" if self.slides(joint) else "deg"
+
+    @property
+    def mixed(self) -> bool:
+        """Whether there are joints of both kinds."""
+        return len(set(self.kinds)) > 1
+
+    def _slides(self) -> Iterator[bool]:
+        yield from (kind is JointKind.PRISMATIC for kind in self.kinds)
+        yield from repeat(False)
+
+
+TURNING = JointUnits()
 
 TURN = 2 * pi
 LIMIT_TOLERANCE = 1e-9  # [rad] rounding that a joint at its very limit is forgiven

@@ -27,14 +27,13 @@ from __future__ import annotations
 from math import atan2, cos, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
+from vrs_cli.kinematics.axes import EXACT
 from vrs_cli.kinematics.configuration import ALL, Configuration
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 ALPHAS = (-pi / 2, 0.0, pi / 2, -pi / 2, pi / 2, 0.0)
-EXACT = 1e-9  # [rad, m] how near a link parameter must be to the one that the closed form needs
-
 SINGULAR = 1e-10  # sine, or [m]: below it a joint's angle is noise
 BOUNDARY = 1e-11  # cosine of the elbow, or [m2] at the axis of joint 1: rounding beyond the reach that is forgiven
 
@@ -53,9 +52,15 @@ class Geometry(NamedTuple):
     beta: float
 
 
+def plain(model: RobotModel) -> bool:
+    """Whether all joints turn, with their zeros where the links have them, and nothing stands at the ends."""
+    turns = all(link.kind is JointKind.REVOLUTE and link.theta == 0.0 for link in model.links)
+    return turns and model.base == IDENTITY and model.flange == IDENTITY
+
+
 def geometry_of(model: RobotModel) -> Geometry | None:
     """The constants of a model of this kind; None for every other robot."""
-    if model.joint_count != 6:
+    if model.joint_count != 6 or not plain(model):
         return None
     l1, l2, l3, l4, l5, l6 = model.links
     zeros = (

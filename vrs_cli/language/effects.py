@@ -420,7 +420,7 @@ def _drive(context: Context, it: Operands) -> Iterable[Yielded]:
         raise IllegalJoint(plain(joint), f"joints are 1 to {context.robot.dof}")
     if speed is not None and not 0.0 < speed <= 100.0:
         raise IllegalValue(f"a speed of {plain(speed)} percent", "more than 0, at most 100")
-    target = JointOffsetTarget(whole(joint), radians(change))
+    target = JointOffsetTarget(whole(joint), context.environment.units.one_read(whole(joint), change))
     fraction = None if speed is None else speed / 100.0
     return (Move(target, False, speed=fraction, stamp=it.stamp, text=it.text),)
 
@@ -558,12 +558,12 @@ def _set_integer(_context: Context, it: Operands) -> Iterable[Yielded]:
     return NOTHING
 
 
-def _decompose(_context: Context, it: Operands) -> Iterable[Yielded]:
-    """Six elements from the one named: X, Y, Z, O, A, T of a transformation, or the joints."""
+def _decompose(context: Context, it: Operands) -> Iterable[Yielded]:
+    """Elements from the one named on: X, Y, Z, O, A, T of a transformation, or the joints."""
     first = cast(Reference, it.get(0))
     if isinstance(first.key, str | tuple):
         raise TypeMismatch(first.name, "DECOMPOSE wants an element of an array with one index: a[1]")
-    for offset, number in enumerate(numbers_of(cast("Transform | Joints", it.value))):
+    for offset, number in enumerate(numbers_of(cast("Transform | Joints", it.value), context.environment.units)):
         first._replace(key=(first.key or 0) + offset).assign(number)
     return NOTHING
 
@@ -605,9 +605,9 @@ def _timer(context: Context, it: Operands) -> Iterable[Yielded]:
 # --- the terminal ------------------------------------------------------------------------------------------------
 
 
-def _type(_context: Context, it: Operands) -> Iterable[Yielded]:
+def _type(context: Context, it: Operands) -> Iterable[Yielded]:
     items = [cast(TypeItem, item) for item in it.arguments if item is not None]
-    return (Type(*encode(items)),)
+    return (Type(*encode(items, context.environment.units)),)
 
 
 def _type_integer(_context: Context, it: Operands) -> Iterable[Yielded]:
@@ -710,9 +710,9 @@ def _delete_file(_context: Context, it: Operands) -> Iterable[Yielded]:
     return (DeleteFile(checked_disk(it.real(0), "FDELETE"), cast(str, it.get(1))),)
 
 
-def _write(_context: Context, it: Operands) -> Iterable[Yielded]:
+def _write(context: Context, it: Operands) -> Iterable[Yielded]:
     items = [cast(TypeItem, item) for item in it.arguments[1:] if item is not None]
-    return (WriteRecord(checked_unit(it.real(0)), *encode(items)),)
+    return (WriteRecord(checked_unit(it.real(0)), *encode(items, context.environment.units)),)
 
 
 def _read(_context: Context, it: Operands) -> Answers:

@@ -24,7 +24,7 @@ from vrs_cli.errors import (
     UndefinedValue,
     UnitNotAttached,
 )
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.ast import NAME_LENGTH, Entry, Kind, Number, Program
 from vrs_cli.language.values import (
@@ -543,10 +543,11 @@ class Context:
 class Environment:
     """Variables, programs, signals and timers of one robot. The same `seed` gives the same random numbers.
 
-    `system` is who runs the programs.
+    `system` is who runs the programs. `units`: how the joints of its robot are said.
     """
 
-    def __init__(self, seed: int = 0) -> None:
+    def __init__(self, seed: int = 0, units: JointUnits = TURNING) -> None:
+        self.units = units
         self.spelling: dict[str, str] = {}
         self.programs: dict[str, StoredProgram] = {}
         self.signals = Signals()
@@ -584,7 +585,7 @@ class Environment:
         numbers = [number.value for number in entry.variable.indexes or () if isinstance(number, Number)]
         indexes = tuple(map(whole, numbers))
         index = None if not indexes else indexes if len(indexes) > 1 else indexes[0]
-        value = _entered(entry)
+        value = _entered(entry, self.units)
         if self.kind_of(name) not in (None, kind_of_value(value)):
             self.delete(name)
         self.reference(name, index).assign(value)
@@ -658,11 +659,11 @@ class Environment:
         return self.programs[key]
 
 
-def _entered(entry: Entry) -> Value:
+def _entered(entry: Entry, units: JointUnits) -> Value:
     if entry.text is not None:
         return entry.text
     if entry.variable.sigil == "#":
-        return precision_point(entry.numbers)
+        return precision_point(entry.numbers, units)
     return entry.numbers[0] if len(entry.numbers) == 1 else transformation(entry.numbers)
 
 

@@ -124,7 +124,10 @@ _X = (_real("x"),)
 _ANGLE = (_real("degrees"),)
 _TASK = (_real("task"), _real("select", optional=True))  # of ERROR
 _MORE = (_real("a"), _real("b", optional=True, repeated=True))
-_JOINTS = tuple(_real(f"j{number}", optional=True) for number in range(1, 7))
+_JOINTS = (
+    *(_real(f"j{number}", optional=True) for number in range(1, 7)),
+    _real("j", optional=True, repeated=True),
+)
 _AT = _real("first", optional=True)
 
 _ARITHMETIC = (
@@ -192,7 +195,8 @@ _LOCATIONS = (
         "0, 0, 0, 90, -90, 0", "SET p = TRANS(500, 150, -100, 90, 90, 0)", "2 +", trans,
     ),
     Function(
-        "#PPOINT", _JOINTS, Kind.PRECISION, "a precision point from joint angles in degrees; missing ones are 0",
+        "#PPOINT", _JOINTS, Kind.PRECISION,
+        "a precision point from joints in degrees, in mm where they slide; missing ones are 0",
         "MOVE #PPOINT(0, -90, 90)", "2 +", precision_point, contextual=True,
     ),
     Function(
@@ -357,7 +361,7 @@ _STRINGS = (
     ),
     Function(
         "$ENCODE", (Argument("item", Shape.ITEM), Argument("items", Shape.ITEM, optional=True, repeated=True)),
-        Kind.STRING, "what TYPE would print, as a string", "$s = $ENCODE(/F6.2, x)", "2 +", encoded,
+        Kind.STRING, "what TYPE would print, as a string", "$s = $ENCODE(/F6.2, x)", "2 +", encoded, contextual=True,
     ),
     Function(
         "$DECODE",

@@ -79,7 +79,7 @@ _MOTIONS = (
     _motion(
         "DRIVE",
         (real("joint"), real("change"), real("speed", optional=True)),
-        "turn one joint by so many degrees, at a percentage of full speed",
+        "turn one joint by so many degrees, or slide it by mm, at a percentage of full speed",
         "DRIVE 1, -30, 50",
     ),
     _motion("READY", (), "motion to the ready position, arm straight up", "READY"),
@@ -264,7 +264,7 @@ _POSITIONS = (
         "DECOMPOSE",
         (Argument("element", Shape.REAL_VARIABLE),),
         Route.POSITION,
-        "put the six numbers of a location into six elements of an array",
+        "put the six numbers of a location, or all joints, into elements of an array",
         "DECOMPOSE x[1] = part",
         "2 +",
         value=Argument("value", Shape.PLACE),

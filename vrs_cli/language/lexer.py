@@ -369,9 +369,13 @@ class _Scan:
                 return None
             link = _LINKS.get(word, "")
             return "LEAD" if word in row.leads else link if _MODIFIERS.get(link) in row.modifiers else None
-        if row is not None and (word in row.leads or word == row.comma):
+        if row is not None and (word in row.leads or (word == row.comma and not self._nested())):
             return "LEAD" if word in row.leads else "COMMA"
         return "THEN_LABEL" if self._val_if and word == "THEN" else _LINKS.get(word)
+
+    def _nested(self) -> bool:
+        """Whether a parenthesis is open."""
+        return sum({"LPAR": 1, "LGROUP": 1, "RPAR": -1}.get(token.type, 0) for token in self.tokens) > 0
 
     def _number(self, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
         glued = _GLUED.match(self._text, end)

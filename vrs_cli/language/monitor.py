@@ -295,6 +295,23 @@ _OURS = (
         Route.POSITION,
     ),
     _word(
+        "CLOCK",
+        (Argument("PAUSE | GO | RATE", Shape.WORD, optional=True),),
+        "show the clock; in real time stop it, let it go on, or make it faster or slower",
+        "CLOCK RATE = 0.5",
+        "",
+        value=Argument("rate", Shape.WORD, optional=True),
+    ),
+    _word(
+        "JOG",
+        (Argument("axis", Shape.SETTING, optional=True), real("amount", optional=True)),
+        "move by hand: a joint [deg], X Y Z RX RY RZ, or TX ... TRZ of the tool [mm, deg]; bare: with the keys",
+        "JOG Z, -20",
+        "",
+        Route.MOTION,
+        note="V+ has a JOG of its own",
+    ),
+    _word(
         "UNDO", (real("n", optional=True),), "take the last motion command back, or n of them", "UNDO", "", Route.MOTION
     ),
     _word("REDO", (real("n", optional=True),), "do again what UNDO took back, or n of that", "REDO", "", Route.MOTION),
@@ -349,7 +366,6 @@ _REFUSED = (
     _refused("MDIRECTORY", "the groups of programs", "+", _MODULES),
     _refused("STOREM", "write a group of programs to a file", "+", _MODULES),
     _refused("DELETEM", "delete a group of programs", "+", "use DELETE program, ..."),
-    _refused("JOG", "move by hand", "+", "use DRIVE"),
     _refused("NET", "the network", "+", "there is no network at this robot"),
     _refused("ERASE", "erase a disk in VAL", "1", "use FDELETE"),
     _refused("COMPRESS", "tidy a disk in VAL", "1", "there is no disk to tidy"),

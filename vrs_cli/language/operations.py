@@ -173,8 +173,8 @@ def trans(*numbers: float | None) -> Transform:
 def precision_point(context: Context, *joints: float | None) -> Joints:
     dof = context.robot.dof
     if any(joint is not None for joint in joints[dof:]):
-        raise IllegalValue(f"{len(joints)} joint angles", f"the robot has {dof} joints")
-    return tuple(radians(_or(joint, 0.0)) for joint in (*joints, *(None,) * dof)[:dof])
+        raise IllegalValue(f"{len(joints)} joint values", f"the robot has {dof} joints")
+    return context.environment.units.read(_or(joint, 0.0) for joint in (*joints, *(None,) * dof)[:dof])
 
 
 def shift(T: Transform, dx: float | None, dy: float | None = None, dz: float | None = None) -> Transform:
@@ -249,8 +249,8 @@ def middle(text: str, first: float, count: float | None) -> str:
     return text[start - 1 : start - 1 + size]
 
 
-def encoded(*items: TypeItem) -> str:
-    return encode(items)[0]
+def encoded(context: Context, *items: TypeItem) -> str:
+    return encode(items, context.environment.units)[0]
 
 
 def decoded(source: Reference, separators: str, mode: float | None) -> str:

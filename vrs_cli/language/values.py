@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from math import degrees, fmod, isfinite, log10, radians
 
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, from_oat, to_oat
 from vrs_cli.language.ast import Format, Kind
 
@@ -129,17 +129,17 @@ def transformation(numbers: Iterable[float]) -> Transform:
     return from_oat(x / 1000.0, y / 1000.0, z / 1000.0, radians(o), radians(a), radians(t))
 
 
-def precision_point(numbers: Iterable[float]) -> Joints:
-    """Joint angles in degrees, as files and POINT give them."""
-    return tuple(radians(number) for number in numbers)
+def precision_point(numbers: Iterable[float], units: JointUnits = TURNING) -> Joints:
+    """Joints in degrees, those that slide in mm, as files and POINT give them."""
+    return units.read(numbers)
 
 
-def numbers_of(value: Transform | Joints) -> tuple[float, ...]:
-    """X, Y, Z [mm], O, A, T [degrees] of a transformation; the joint angles [degrees] of a precision point."""
+def numbers_of(value: Transform | Joints, units: JointUnits = TURNING) -> tuple[float, ...]:
+    """X, Y, Z [mm], O, A, T [degrees] of a transformation; the joints [degrees, mm] of a precision point."""
     if isinstance(value, Transform):
         angles = to_oat(value)
         return (*map(millimetres, (value.px, value.py, value.pz)), *map(in_degrees, angles))
-    return tuple(map(in_degrees, value))
+    return tuple([round(number, EDGE_DIGITS) + 0.0 for number in units.shown(value)])
 
 
 # --- text --------------------------------------------------------------------------------------------------------
@@ -233,6 +233,7 @@ TypeItem = Value | Format
 class _Line:
     """The text so far, and the number form in force."""
 
+    units: JointUnits = TURNING
     code: str = "D"
     width: int = 0
     decimals: int | None = None
@@ -247,7 +248,7 @@ class _Line:
         elif isinstance(item, float):
             self.parts.append(self._number(item))
         else:
-            self.parts.extend(map(self._spaced, numbers_of(item)))
+            self.parts.extend(map(self._spaced, numbers_of(item, self.units)))
 
     def _format(self, item: Format) -> None:
         if item.code == "S":
@@ -266,12 +267,12 @@ class _Line:
         return text if text.startswith(" ") else f" {text}"
 
 
-def encode(items: Iterable[TypeItem]) -> tuple[str, bool]:
+def encode(items: Iterable[TypeItem], units: JointUnits = TURNING) -> tuple[str, bool]:
     """The text of a TYPE list, and whether a newline ends it (`/S` keeps it away).
 
-    A location is shown by its six numbers, a precision point by its joint angles, each in the form in force.
+    A location is shown by its six numbers, a precision point by its joints, each in the form in force.
     """
-    line = _Line()
+    line = _Line(units)
     for item in items:
         line.add(item)
     return "".join(line.parts), line.newline

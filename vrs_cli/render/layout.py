@@ -15,7 +15,7 @@ from vrs_cli.engine.reach import Branch, LineCheck, WayOut
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.replies import Reply, Tone
 from vrs_cli.kinematics.arm import arm_for
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.values import default_form, numbers_of
 from vrs_cli.render.blocks import Block, Column, Grid, Line, Page, line, number_column
@@ -76,7 +76,7 @@ def _whereabouts(reply: replies.Whereabouts, _page: Page) -> Iterator[Block]:
     if reply.stamped:
         yield line(f"At {seconds(position.time)}, {_doing(position)}", Role.NOTE)
     yield _figures((*POSE, "Hand"), (*numbers_of(position.T_world_tool), position.hand))
-    joints = numbers_of(position.joints)
+    joints = numbers_of(position.joints, reply.units)
     yield _figures(tuple(f"JT{i}" for i in range(1, len(joints) + 1)), joints)
 
 
@@ -92,12 +92,12 @@ def _figures(headings: tuple[str, ...], values: tuple[float, ...]) -> Grid:
 def _whereabouts_table(reply: replies.WhereaboutsTable, _page: Page) -> Iterator[Block]:
     joints = len(reply.positions[0].joints) if reply.positions else 0
     headings = ("t", *POSE, "Hand", *(f"JT{i}" for i in range(1, joints + 1)))
-    rows = tuple(tuple(map(fixed, _row(position))) for position in reply.positions)
+    rows = tuple(tuple(map(fixed, _row(position, reply.units))) for position in reply.positions)
     yield Grid(tuple(number_column(heading) for heading in headings), rows, tight=True, keys=1)
 
 
-def _row(position: Position) -> tuple[float, ...]:
-    return (position.time, *numbers_of(position.T_world_tool), position.hand, *numbers_of(position.joints))
+def _row(position: Position, units: JointUnits) -> tuple[float, ...]:
+    return (position.time, *numbers_of(position.T_world_tool), position.hand, *numbers_of(position.joints, units))
 
 
 def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
@@ -168,15 +168,15 @@ def _locations(reply: replies.LocationTable, _page: Page) -> Iterator[Block]:
     if not reply.rows:
         yield line("No locations defined", Role.NOTE)
         return
-    rows = [(row.name, *_location_cells(row.value)) for row in reply.rows]
+    rows = [(row.name, *_location_cells(row.value, reply.units)) for row in reply.rows]
     size = max(len(POSE) + 1, *map(len, rows))
     headings = [f"{POSE[i]}/JT{i + 1}" if i < len(POSE) else f"JT{i + 1}" for i in range(size - 1)]
     columns = (Column("", Role.NAME, width=NAME_COLUMN), *map(number_column, headings))
     yield Grid(columns, tuple(row + ("",) * (size - len(row)) for row in rows), tight=True, keys=1)
 
 
-def _location_cells(value: Transform | Joints | None) -> tuple[str, ...]:
-    return ("undefined",) if value is None else tuple(map(fixed, numbers_of(value)))
+def _location_cells(value: Transform | Joints | None, units: JointUnits) -> tuple[str, ...]:
+    return ("undefined",) if value is None else tuple(map(fixed, numbers_of(value, units)))
 
 
 def _reals(reply: replies.RealTable, _page: Page) -> Iterator[Block]:
@@ -255,7 +255,7 @@ def _status(reply: replies.StatusReport, _page: Page) -> Iterator[Block]:
     yield from _facts(
         ("Robot", reply.robot),
         ("Arm power", "on" if reply.power else "off (ENABLE POWER)"),
-        ("Configuration", str(reply.configuration)),
+        ("Configuration", str(reply.configuration) or "this robot has one"),
         ("Monitor speed", f"{fixed(reply.monitor_speed, 0)} %"),
         ("Program speed", reply.program_speed),
         *((("Next motion", ", ".join(reply.next_motion)),) if reply.next_motion else ()),
@@ -301,7 +301,8 @@ def _settings(reply: replies.SettingTable, _page: Page) -> Iterator[Block]:
 
 
 def _clock(reply: replies.ClockReport, _page: Page) -> Iterator[Block]:
-    yield line(f"Robot clock {seconds(reply.clock)}")
+    pace = "" if reply.rate is None else f", rate {reply.rate:g}"
+    yield line(f"Robot clock {seconds(reply.clock)}{pace}{', paused' if reply.paused else ''}")
 
 
 def _identification(reply: replies.Identification, _page: Page) -> Iterator[Block]:

@@ -80,15 +80,16 @@ def _times(timeline: Timeline) -> Floats:
 
 
 def _panels(arm: RobotArm, timeline: Timeline, times: Floats) -> tuple[Curves, ...]:
-    import numpy as np
-
     from vrs_cli.engine.position import positions_at
+    from vrs_cli.files.exports import shown_joints
 
+    units = arm.model.units
+    unit = "/".join(dict.fromkeys(units.unit(joint) for joint in range(1, arm.model.joint_count + 1)))
     at = positions_at(arm, timeline, times)
     joints = [f"JT{i}" for i in range(1, arm.model.joint_count + 1)]
     return (
-        Curves("joints [deg]", joints, np.degrees(at.joints)),
-        Curves("joint velocities [deg/s]", joints, np.degrees(at.velocity)),
+        Curves(f"joints [{unit}]", joints, shown_joints(at.joints, units)),
+        Curves(f"joint velocities [{unit}/s]", joints, shown_joints(at.velocity, units)),
         Curves("tool [mm]", ("X", "Y", "Z"), at.T_world_tool[:, :, 3] * 1000.0),
     )
 

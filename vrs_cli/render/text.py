@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from vrs_cli.render.blocks import PIPE, Block, Grid, grid_lines
@@ -13,7 +14,12 @@ if TYPE_CHECKING:
 
 def plain_text(reply: Reply) -> str:
     """The text of a reply, each line ended; an empty string for a reply that says nothing."""
-    return "".join(f"{text}\n" for block in blocks(reply, PIPE) for text in _lines(block))
+    return text_of(blocks(reply, PIPE))
+
+
+def text_of(shown: Iterable[Block]) -> str:
+    """The text of blocks, each line ended."""
+    return "".join(f"{text}\n" for block in shown for text in _lines(block))
 
 
 def _lines(block: Block) -> list[str]:

@@ -12,7 +12,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 
+from vrs_cli.interfaces.jogging import AXIS_WORDS
 from vrs_cli.interfaces.plotting import QUANTITIES
+from vrs_cli.interfaces.realtime import CLOCK_WORDS
 from vrs_cli.language.ast import Kind
 from vrs_cli.language.functions import FUNCTIONS, Function
 from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
@@ -214,6 +216,8 @@ _CONNECTING = (
 
 WORDS: Mapping[str, Callable[[Names], Candidates]] = {
     "HELP": lambda names: (*_all_words(), *names.switches.items(), *names.parameters.items()),
+    "CLOCK": lambda _names: CLOCK_WORDS.items(),
+    "JOG": lambda _names: AXIS_WORDS.items(),
     "PLOT": lambda _names: tuple((name, row.summary) for name, row in QUANTITIES.items()),
 }
 

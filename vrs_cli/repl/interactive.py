@@ -5,6 +5,7 @@ Only prompt-toolkit is imported before the first prompt is seen; the robot and t
 
 from __future__ import annotations
 
+import asyncio
 import os
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING
@@ -16,6 +17,7 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.filters import Condition
 from prompt_toolkit.history import InMemoryHistory
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.patch_stdout import patch_stdout
 from prompt_toolkit.styles import Style
 from prompt_toolkit.utils import is_dumb_terminal
 from prompt_toolkit.validation import ValidationError, Validator
@@ -28,6 +30,7 @@ from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.toolbar import toolbar
 
 if TYPE_CHECKING:
+    from vrs_cli.engine.clock import Clock
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.language.diagnostics import Diagnostic
     from vrs_cli.render.console import TerminalRenderer
@@ -38,6 +41,7 @@ if TYPE_CHECKING:
 BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
 IDLE, RUNNING = ".", "*"
 MENU_ROWS = 6
+KEEPING_UP = 0.1  # [s] between two looks at a clock on the wall
 
 STYLE = Style.from_dict(
     {
@@ -50,7 +54,13 @@ STYLE = Style.from_dict(
 class Workplace:
     """What is made behind the first prompt: the conversation, on a terminal that can ask."""
 
-    def __init__(self, model: RobotModel | None, read: Callable[[str], str], recorder: Recorder | None = None) -> None:
+    def __init__(
+        self,
+        model: RobotModel | None,
+        read: Callable[[str], str],
+        recorder: Recorder | None = None,
+        clock: Clock | None = None,
+    ) -> None:
         from vrs_cli.interfaces.session import Session
         from vrs_cli.kinematics.model import load_robot
         from vrs_cli.language import parser
@@ -68,7 +78,7 @@ class Workplace:
             return renderer[0]
 
         self.terminal: ShellTerminal = ShellTerminal(read, draw)
-        session = Session(self.terminal, model or load_robot(DEFAULT_ROBOT))
+        session = Session(self.terminal, model or load_robot(DEFAULT_ROBOT), clock=clock)
         self.conversation: Conversation = Conversation(session)
         self.recorded = None if recorder is None else recorder.begin(session)
         self.terminal.interrupt = self.interrupt
@@ -78,6 +88,13 @@ class Workplace:
         """Ctrl-C: stop the program that runs; False when none does."""
         self.terminal.echoed = True
         return self.conversation.session.interrupt()
+
+    def keep_up(self) -> None:
+        """Let the robot do what has become due while nobody was looking."""
+        try:
+            self.conversation.session.settle(asking=False)
+        except Exception as error:
+            self.note(error)
 
     def note(self, error: Exception) -> None:
         """Tell of an error where nothing can be printed: in the toolbar."""
@@ -158,12 +175,16 @@ class Shell:
     """The loop: read a line, carry it out. Wrong lines and Ctrl-C never end it."""
 
     def __init__(
-        self, model: RobotModel | None = None, file: str | None = None, recorder: Recorder | None = None
+        self,
+        model: RobotModel | None = None,
+        file: str | None = None,
+        recorder: Recorder | None = None,
+        clock: Clock | None = None,
     ) -> None:
-        self.file, self.recorder = file, recorder
+        self.file, self.recorder, self._clock = file, recorder, clock
         history, self.note = open_history(history_path(os.environ))
         self._answers: PromptSession[str] | None = None
-        self.backstage = Backstage(lambda: Workplace(model, self._answer, recorder), self._redraw)
+        self.backstage = Backstage(lambda: Workplace(model, self._answer, recorder, clock), self._redraw)
         self.prompts: PromptSession[str] = PromptSession(
             self._message,
             history=history,
@@ -205,7 +226,7 @@ class Shell:
     def _round(self) -> bool:
         """One line; False when the user leaves."""
         try:
-            line = self.prompts.prompt(default=self._indent())
+            line = self._read()
         except KeyboardInterrupt:
             self._leave_entry()
             return True
@@ -215,6 +236,24 @@ class Shell:
         with stoppable(work.interrupt):
             work.conversation.take(line)
         return not work.terminal.leaving
+
+    def _read(self) -> str:
+        """One line. In real time the robot goes on meanwhile, and what its programs type stands above the prompt."""
+        if self._clock is None:
+            return self.prompts.prompt(default=self._indent())
+        with patch_stdout(raw=True):
+            return self.prompts.prompt(default=self._indent(), pre_run=self._begin_keeping_up)
+
+    def _begin_keeping_up(self) -> None:
+        self.prompts.app.create_background_task(self._keep_up())
+
+    async def _keep_up(self) -> None:
+        while True:
+            await asyncio.sleep(KEEPING_UP)
+            work = self.backstage.ready
+            if work is not None:
+                work.keep_up()
+            self._redraw()
 
     def _leave_entry(self) -> bool:
         """Ctrl-C or Ctrl-D while a program is typed: back to the prompt. False where none was."""
@@ -268,6 +307,8 @@ def key_bindings() -> KeyBindings:
     return bindings
 
 
-def run(model: RobotModel | None, file: str | None, recorder: Recorder | None = None) -> int:
+def run(
+    model: RobotModel | None, file: str | None, recorder: Recorder | None = None, clock: Clock | None = None
+) -> int:
     """The interactive shell."""
-    return Shell(model, file, recorder).run()
+    return Shell(model, file, recorder, clock).run()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
+from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.ast import Kind
 from vrs_cli.language.values import Value, numbers_of, plain
 from vrs_cli.render.numbers import count, fixed
@@ -30,12 +31,13 @@ def names_of(session: Session) -> Names:
 
 def _variables(session: Session, kind: Kind) -> dict[str, str]:
     rows = session.environment.variables(kind)
-    return {name: _noted(value) for (name, value), _ in zip(rows, range(MOST), strict=False)}
+    units = session.environment.units
+    return {name: _noted(value, units) for (name, value), _ in zip(rows, range(MOST), strict=False)}
 
 
-def _noted(value: Value) -> str:
+def _noted(value: Value, units: JointUnits) -> str:
     if isinstance(value, float | int):
         return plain(value)
     if isinstance(value, str):
         return f'"{value}"'
-    return " ".join(fixed(number, 1) for number in numbers_of(value))
+    return " ".join(fixed(number, 1) for number in numbers_of(value, units))

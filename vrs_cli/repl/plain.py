@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TextIO
 
+from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.repl.conversation import Conversation
@@ -17,7 +18,12 @@ BYTE_ORDER_MARK = "\ufeff"
 
 
 def run(
-    model: RobotModel, file: str | None, source: Iterable[str], sink: TextIO, recorder: Recorder | None = None
+    model: RobotModel,
+    file: str | None,
+    source: Iterable[str],
+    sink: TextIO,
+    recorder: Recorder | None = None,
+    clock: Clock | None = None,
 ) -> int:
     """Carry out the lines of `source`. Returns 1 when any of them could not be, 0 otherwise.
 
@@ -26,7 +32,7 @@ def run(
     """
     lines = _unmarked(source)
     terminal = PlainTerminal(sink, lines)
-    session = Session(terminal, model)
+    session = Session(terminal, model, clock=clock)
     conversation = Conversation(session)
     if recorder is not None:
         terminal.show(recorder.begin(session))

@@ -6,13 +6,14 @@ import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from vrs_cli.engine.clock import Clock
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.repl.recorder import Recorder
 
 DEFAULT_ROBOT = "puma560"
 
 
-def main(robot: str | None = None, file: str | None = None, save: str | None = None) -> int:
+def main(robot: str | None = None, file: str | None = None, save: str | None = None, clock: Clock | None = None) -> int:
     """Run the shell until the user leaves; returns the exit status. Raises VrsError for a robot that is not there.
 
     `save`: a trajectory file that is written on, or begun; without `robot` its robot is taken. On a pipe the status is
@@ -24,10 +25,10 @@ def main(robot: str | None = None, file: str | None = None, save: str | None = N
     if sys.stdin.isatty() and sys.stdout.isatty():
         from vrs_cli.repl.interactive import run
 
-        return run(model, file, recorder)
+        return run(model, file, recorder, clock)
     from vrs_cli.repl import plain
 
-    return plain.run(model or load(None), file, sys.stdin, sys.stdout, recorder)
+    return plain.run(model or load(None), file, sys.stdin, sys.stdout, recorder, clock)
 
 
 def _recorder(path: str | None) -> Recorder | None:

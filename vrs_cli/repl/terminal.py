@@ -15,6 +15,7 @@ from vrs_cli.render.layout import replay_summary
 from vrs_cli.render.text import plain_text
 
 if TYPE_CHECKING:
+    from vrs_cli.interfaces.jogging import Jogger
     from vrs_cli.interfaces.screen import ScreenDraft
     from vrs_cli.render.console import TerminalRenderer
 
@@ -147,6 +148,16 @@ class ShellTerminal:
 
         ScreenEditor(draft).run()
         return draft.said
+
+    def jog(self, jogger: Jogger) -> None:
+        """JOG: the keys move the arm until the user leaves. Raises UsageError for a terminal that cannot."""
+        from prompt_toolkit.utils import is_dumb_terminal
+
+        if is_dumb_terminal():
+            raise UsageError("JOG alone needs a terminal with keys", "JOG axis, amount")
+        from vrs_cli.repl.jog_panel import JogPanel
+
+        JogPanel(jogger).run()
 
     # --- progress ---
 

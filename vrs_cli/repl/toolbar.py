@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from vrs_cli.engine.clock import WallClock
+
 if TYPE_CHECKING:
+    from vrs_cli.engine.engine import Engine
     from vrs_cli.interfaces.session import Session
 
 GAP = " | "
@@ -16,7 +19,7 @@ def toolbar(session: Session | None, last: str, width: int) -> str:
     if session is None:
         return " one moment: the robot is being made ready"[:width]
     text = ""
-    for part in _state(session):
+    for part in filter(None, _state(session)):
         longer = f"{text}{GAP}{part}" if text else f" {part}"
         if len(longer) <= width:
             text = longer
@@ -33,6 +36,16 @@ def _message(last: str, room: int) -> str:
     return GAP + shortened(last, room)
 
 
+def _pace(engine: Engine) -> tuple[str, ...]:
+    """In real time: the rate where it is not 1, and what the arm does."""
+    clock = engine.clock
+    if not isinstance(clock, WallClock):
+        return ()
+    doing = f"moves until {engine.end:.1f} s" if engine.now < engine.end else "at rest"
+    pace = "paused" if clock.paused else "" if clock.rate == 1.0 else f"rate {clock.rate:g}"
+    return (f"{pace}, {doing}" if pace else doing,)
+
+
 def _state(session: Session) -> tuple[str, ...]:
     from vrs_cli.language.values import numbers_of
     from vrs_cli.render.numbers import fixed
@@ -43,6 +56,7 @@ def _state(session: Session) -> tuple[str, ...]:
     speed = engine.parameters.speed.always
     return (
         f"t {fixed(engine.now, 2)} s",
+        *_pace(engine),
         f"X {x} Y {y} Z {z}",
         f"{fixed(engine.parameters.monitor_speed, 0)} % / {fixed(speed.value, 0)} {speed.unit.value}",
         str(engine.arm.configuration(position.joints)),

@@ -6,7 +6,7 @@ timeline shifted a million times has not drifted by a bit, and a shift undone is
 
 from __future__ import annotations
 
-from math import ceil
+from math import ceil, floor
 
 TICKS_PER_SECOND = 2.0**30
 TICK = 2.0**-30
@@ -21,6 +21,11 @@ def on_grid(t: float) -> float:
 def up_to_grid(t: float) -> float:
     """The first instant that is not before t [s]."""
     return ceil(t * TICKS_PER_SECOND) * TICK
+
+
+def down_to_grid(t: float) -> float:
+    """The last instant that is not after t [s]."""
+    return floor(t * TICKS_PER_SECOND) * TICK
 
 
 def shown(t: float) -> float:

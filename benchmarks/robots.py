@@ -1,0 +1,79 @@
+"""Kinematics of every kind of robot beside its peers: `python -m benchmarks robots`.
+
+A robot stands for each way of solving: spherical wrist by way of other zeros, offset wrist, parallel axes, and
+damped least squares. EAIK solves six joints only; the Robotics Toolbox solves all of them numerically, one solution
+from one start.
+"""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.peers import Peers, beside
+from benchmarks.peers.timing import at_once, each
+from benchmarks.report import Figure, show
+from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.model import RobotModel, load_robot
+
+SEVEN = Path(__file__).parents[1] / "tests" / "kinematics" / "urdf" / "seven.urdf"
+ROBOTS = ("puma560", "irb120", "ur5e", "cobra600", "planar2", SEVEN)
+POSES = 100
+MANY = 20_000  # poses at once
+FEW = 2_000  # for a search
+NEAR = 0.05  # [rad, m] where a search for one branch begins
+ROUNDS = 5
+
+
+def main() -> None:
+    peers = Peers()
+    for robot in ROBOTS:
+        show(load_robot(robot).title, figures(load_robot(robot), peers), dict.fromkeys(peers.missing))
+
+
+def figures(model: RobotModel, peers: Peers) -> list[Figure]:
+    arm, source = arm_for(model), random.Random(7)
+    q: list[Joints] = [tuple(map(source.uniform, model.lower, model.upper)) for _ in range(POSES)]
+    near = [tuple(x + source.uniform(-NEAR, NEAR) for x in row) for row in q]
+    T, own = [arm.forward(row) for row in q], [arm.configuration(row) for row in q]
+    work = {
+        "robot": [[*link[:4], link.kind is JointKind.PRISMATIC] for link in model.links],
+        "limits": [model.lower, model.upper],
+        "joints": q,
+        "poses": [[t[0:4], t[4:8], t[8:12], (0.0, 0.0, 0.0, 1.0)] for t in T],
+        "counts": [float(part) for part in model.task.counts],
+    }
+    theirs = [peers.figures("toolbox_peer", work)]
+    if model.joint_count == 6:
+        theirs.append(peers.figures("eaik_peer", _links_of(model, work)))
+    searched = len(arm.ways) == 1
+    many = np.random.default_rng(7).uniform(model.lower, model.upper, (FEW if searched else MANY, model.joint_count))
+    poses = arm.forward_batch(many)
+    ways = "a search" if searched else f"{len(arm.ways)} branches"
+    return [
+        Figure("forward, one pose", each(arm.forward, q, rounds=ROUNDS), "", beside("forward", *theirs)),
+        Figure(f"inverse, {ways}", each(arm.branches, T, rounds=1), "", beside("inverse", *theirs)),
+        Figure("inverse, 1 branch", each(arm.branch_joints, T, own, near, rounds=1)),
+        Figure("Jacobian", each(arm.jacobian, q, rounds=ROUNDS), "", beside("jacobian", *theirs)),
+        Figure("joint velocity", each(arm.joint_velocity, q, [arm.twist(row, row) for row in q], rounds=1)),
+        Figure("many poses, per pose: forward", at_once(lambda: arm.forward_batch(many), len(many))),
+        Figure(
+            f"- inverse, {ways}",
+            at_once(lambda: arm.inverse_batch(poses), len(many)),
+            "",
+            beside("inverse many", *theirs),
+        ),
+    ]
+
+
+def _links_of(model: RobotModel, work: dict[str, Any]) -> dict[str, Any]:
+    links = {key: [getattr(link, key) for link in model.links] for key in ("alpha", "a", "d")}
+    return {**links, "joints": work["joints"], "poses": work["poses"]}
+
+
+if __name__ == "__main__":
+    main()

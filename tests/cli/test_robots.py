@@ -1,0 +1,81 @@
+"""`vrs robots`, and `--robot` of the other subcommands."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Vrs
+from vrs_cli.kinematics.model import robot_names
+
+URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
+TILTED = """\
+.PROGRAM pick
+    MOVE part
+    MOVE tilted
+    MOVE #far
+.END
+.LOCATIONS
+part 400 0 300 90 90 0
+tilted 400 0 300 90 60 0
+#far 0 90 300 0
+.END
+"""
+
+
+def test_the_list_names_every_robot(vrs: Vrs) -> None:
+    ended = vrs("robots")
+    assert ended.status == 0
+    assert [line.split()[0] for line in ended.out.splitlines()[1:]] == list(robot_names())
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_all_about_one(vrs: Vrs, name: str) -> None:
+    ended = vrs("robots", name)
+    assert ended.status == 0
+    assert f"({name})" in ended.out.splitlines()[0]
+    assert "Inverse kinematics: closed form" in ended.out
+
+
+def test_a_robot_of_a_file(vrs: Vrs) -> None:
+    ended = vrs("robots", URDF / "seven.urdf")
+    assert ended.status == 0
+    assert "seven (seven), 7 joints\nInverse kinematics: damped least squares" in ended.out
+    assert ended.out.splitlines()[-1].startswith("JT7  deg")
+
+
+def test_a_robot_that_is_not_there(vrs: Vrs) -> None:
+    ended = vrs("robots", "puma")
+    assert ended.status == 2
+    assert "no robot is called 'puma' (there is cobra600," in ended.err
+
+
+def test_check_knows_what_the_robot_cannot_reach(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "pick.v2").write_text(TILTED)
+    ended = vrs("check", "pick.v2", "--robot", "cobra600")
+    assert "pick.v2:3:10: warning: *Location out of range* tilted: this robot keeps its tool vertical" in ended.out
+    assert "pick.v2:4:10: warning: *Joint 3 out of range* #far: would be 300.00 mm" in ended.out
+    assert ended.out.splitlines()[-1] == "0 errors, 2 warnings"
+
+
+def test_json_says_the_unit_of_a_joint_that_slides(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "go.v2").write_text(".PROGRAM go\n  DRIVE 3, 25, 100\n.END\n")
+    final = json.loads(vrs("run", "go.v2", "--robot", "cobra600", "--json", "--save", "go.vrst").out)["final"]
+    assert final["joints_deg"] == pytest.approx([-45, 90, 75, 45])
+    assert final["joint_units"] == ["deg", "deg", "mm", "deg"]
+    there = json.loads(vrs("where", "go.vrst", "--at", 100, "--json").out)[0]
+    assert there["joints_deg"] == pytest.approx([-45, 90, 75, 45])
+    assert "75.000" in vrs("where", "go.vrst", "--at", 100).out
+    (tmp_path / "go.v2").write_text(".PROGRAM go\n  DRIVE 1, 25, 100\n.END\n")
+    final = json.loads(vrs("run", "go.v2", "--robot", "ur5e", "--json").out)["final"]
+    assert "joint_units" not in final
+
+
+def test_a_plot_and_a_table_of_four_joints(vrs: Vrs, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    (tmp_path / "go.v2").write_text(".PROGRAM go\n  DRIVE 3, 25, 100\n  NEST\n.END\n")
+    assert vrs("run", "go.v2", "--robot", "cobra600", "--plot", "go.svg", "--csv", "go.csv").status == 0
+    assert "joints [deg/mm]" in (tmp_path / "go.svg").read_text()
+    assert (tmp_path / "go.csv").read_text().startswith("t,jt1,jt2,jt3,jt4,x,y,z,")

@@ -1,0 +1,100 @@
+from __future__ import annotations
+
+import io
+import json
+from math import cos, pi
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Vrs
+from vrs_cli.files.trajectory_file import read_trajectory
+
+
+def wave(path: Path, seconds: float = 4.0, degrees: float = 20.0) -> Path:
+    rows = [
+        f"{k * 0.02:.2f},{degrees * (1 - cos(pi * k * 0.01)) / 2:.6f},-90,90,0,0,0" for k in range(round(seconds * 50))
+    ]
+    path.write_text("\n".join(rows))
+    return path
+
+
+def test_it_follows_a_file_and_tells_how_well(vrs: Vrs, tmp_path: Path) -> None:
+    wave(tmp_path / "wave.csv")
+    ended = vrs("steer", "wave.csv", "--csv", "followed.csv", "--rate", 50)
+    assert (ended.status, ended.err) == (0, "")
+    assert ended.out.startswith("200 targets in ")
+    assert "followed to 0.0" in ended.out
+    rows = (tmp_path / "followed.csv").read_text().splitlines()
+    t, joint_1 = map(float, rows[101].split(",")[:2])
+    assert t == 2.0
+    assert joint_1 == pytest.approx(20.0, abs=0.2)
+
+
+def test_json(vrs: Vrs, tmp_path: Path) -> None:
+    wave(tmp_path / "wave.csv")
+    told = json.loads(vrs("steer", "wave.csv", "--json").out)
+    assert (told["targets"], told["held"], told["out_of_reach"]) == (200, 0, 0)
+    assert told["error_deg"]["rms"] < told["error_deg"]["max"] < 0.2
+    last = float((tmp_path / "wave.csv").read_text().splitlines()[-1].split(",")[1])
+    assert told["final"]["joints_deg"][0] == pytest.approx(last, abs=1e-5)
+
+
+def test_what_it_saves_can_be_read(vrs: Vrs, tmp_path: Path) -> None:
+    wave(tmp_path / "wave.csv")
+    vrs("steer", "wave.csv", "--save", "wave.vrst")
+    recording = read_trajectory(tmp_path / "wave.vrst")
+    assert len(recording.deltas) == 201
+    assert vrs("where", "wave.vrst", "--at", "2").out.splitlines()[0].startswith("At 2.000 s, STEER")
+
+
+def test_standard_input_is_followed_in_real_time(vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = wave(tmp_path / "wave.csv", 1.0).read_text()
+    text = "".join(f"170000000{line}\n" for line in text.splitlines())  # the time of the day, as loggers write it
+    monkeypatch.setattr("sys.stdin", io.StringIO(text))
+    ended = vrs("steer", "-", "--realtime", 1000)
+    assert ended.status == 0
+    assert ended.out.startswith("50 targets")
+
+
+def test_targets_beyond_a_range_stop_at_its_end(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "far.csv").write_text("0,0,-90,90,0,0,0\n1,300,-90,90,0,0,0\n20,300,-90,90,0,0,0\n")
+    ended = vrs("steer", "far.csv")
+    assert ended.status == 0
+    assert "2 targets were beyond the range of a joint, which stopped at its end" in ended.out
+
+
+def test_poses_out_of_reach_are_named_and_passed_over(vrs: Vrs, tmp_path: Path) -> None:
+    far = "".join(f"{k},3000,0,0,90,90,0\n" for k in range(1, 9))
+    (tmp_path / "far.csv").write_text(f"t,x,y,z,o,a,t_angle\n0,0,450,-150,90,90,0\n{far}9,0,460,-150,90,90,0\n")
+    ended = vrs("steer", "far.csv", "--json")
+    assert ended.status == 1
+    assert ended.err.startswith("vrs steer: far.csv:3: *Location too far*")
+    assert ended.err.splitlines()[-1] == "vrs steer: and others"
+    told = json.loads(ended.out)
+    assert (told["targets"], told["out_of_reach"]) == (2, 8)
+    assert told["final"]["xyz_mm"] == pytest.approx([0.0, 460.0, -150.0], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "message"),
+    [
+        (("none.csv",), 2, "none.csv cannot be read: No such file or directory"),
+        (("empty.csv",), 2, "empty.csv holds no target"),
+        (("bad.csv",), 1, "bad.csv:1: 2 fields where 7 are wanted"),
+        (("bad.csv", "--speed", "120"), 2, "--speed: 120 % is more than full speed"),
+        (("bad.csv", "--realtime", "0"), 2, "--realtime: 0 is not above 0"),
+        (("bad.csv", "--realtime", "1e9"), 2, "--realtime: a rate of 1e9"),
+        (("bad.csv", "--json", "--csv", "-"), 2, "both want standard output"),
+        (("bad.csv", "--save", "bad.csv"), 2, "named twice"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(
+    vrs: Vrs, tmp_path: Path, arguments: tuple[str, ...], status: int, message: str
+) -> None:
+    (tmp_path / "empty.csv").write_text("; nothing\n")
+    (tmp_path / "bad.csv").write_text("1,2\n")
+    ended = vrs("steer", *arguments)
+    assert ended.status == status
+    assert message in ended.err
+    assert len(ended.err.splitlines()) == 1

@@ -1,0 +1,148 @@
+"""Steering: a stream of targets, each an edit at the present instant that the next one replaces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import cos, pi, radians, sqrt
+
+import pytest
+
+from vrs_cli.engine.commands import JointTarget, Move, SetSwitch
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import joints_at
+from vrs_cli.errors import JointOutOfRange, PowerOff
+from vrs_cli.kinematics.joints import Joints, largest_change
+from vrs_cli.kinematics.model import load_robot
+from vrs_cli.trajectory.steered import Target
+from vrs_cli.trajectory.timeline import Timeline
+
+MODEL = load_robot("puma560")
+READY = MODEL.poses["ready"]
+STILL = (0.0,) * 6
+TICK = 0.02  # 50 Hz
+AWAY = tuple(q + radians(10.0) for q in READY)
+
+
+@pytest.fixture
+def engine() -> Engine:
+    return Engine(MODEL)
+
+
+def follow(engine: Engine, want: Callable[[float], Joints], seconds: float, speed: float = 1.0) -> None:
+    """Feed targets at 50 Hz, each with the velocity that it has had since the one before."""
+    before, begun = want(0.0), engine.now
+    for k in range(round(seconds / TICK)):
+        target = want(k * TICK)
+        velocity = tuple((b - a) / TICK for a, b in zip(before, target, strict=True))
+        engine.clock.advance(begun + k * TICK)
+        engine.steer(Target(target, velocity), TICK, speed=speed)
+        before = target
+
+
+def swinging(degrees: float, period: float) -> Callable[[float], Joints]:
+    return lambda t: tuple(q + radians(degrees) * (1.0 - cos(2.0 * pi * t / period)) / 2.0 for q in READY)
+
+
+def test_it_follows_a_swinging_target_closely(engine: Engine) -> None:
+    want = swinging(40.0, 4.0)
+    follow(engine, want, 8.0)
+    errors = [
+        largest_change(joints_at(engine.arm, engine.timeline, t), want(t)) for t in (k * 0.0173 for k in range(60, 460))
+    ]
+    assert sqrt(sum(e * e for e in errors) / len(errors)) < radians(0.15)
+    assert max(errors) < radians(0.2)
+
+
+def test_a_target_that_stands_is_reached_without_going_beyond(engine: Engine) -> None:
+    follow(engine, lambda _t: AWAY, 3.0)
+    assert largest_change(joints_at(engine.arm, engine.timeline, 3.0), AWAY) < radians(1e-6)
+    first = [joints_at(engine.arm, engine.timeline, k * 0.01)[0] for k in range(300)]
+    assert first == sorted(first)
+    assert max(first) <= AWAY[0]
+
+
+def test_without_a_next_target_the_arm_brakes(engine: Engine) -> None:
+    follow(engine, swinging(40.0, 4.0), 1.0)
+    assert engine.now < engine.end < engine.now + 0.3
+    assert max(map(abs, engine.position(engine.end).velocity)) == 0.0
+
+
+def test_redirect_goes_there_and_stops(engine: Engine) -> None:
+    follow(engine, swinging(40.0, 4.0), 1.0)
+    engine.redirect(AWAY)
+    assert engine.position(engine.end).joints == pytest.approx(AWAY)
+
+
+def test_speed_is_a_part_of_full_speed(engine: Engine) -> None:
+    follow(engine, lambda _t: tuple(q + 0.5 for q in READY), 1.0, speed=0.2)
+    fastest = max(abs(engine.position(k * 0.01).velocity[0]) for k in range(100))
+    assert fastest == pytest.approx(0.2 * MODEL.max_velocity[0], rel=1e-6)
+
+
+def test_a_stream_is_one_segment_a_target(engine: Engine) -> None:
+    follow(engine, swinging(40.0, 4.0), 20.0)
+    assert len(engine.timeline) <= 20.0 / TICK + 4
+    assert len(engine.deltas) == 20.0 / TICK
+
+
+def test_what_was_scheduled_is_dropped(engine: Engine) -> None:
+    engine.perform(Move(JointTarget(AWAY), straight=False), program=True)
+    end = engine.end
+    engine.clock.advance(0.2)
+    engine.steer(Target(READY, STILL), TICK)
+    assert engine.end < end
+
+
+# --- what is kept ----------------------------------------------------------------------------------------------------
+
+
+def replayed(engine: Engine) -> Timeline:
+    timeline = engine.initial
+    for delta in engine.deltas:
+        timeline = timeline.apply(delta)
+    return timeline
+
+
+def test_deltas_and_listeners_give_the_timeline(engine: Engine) -> None:
+    heard = [engine.timeline]
+    engine.listeners.append(lambda delta, _timeline: heard.append(heard[-1].apply(delta)))
+    engine.perform(Move(JointTarget(AWAY), straight=False), program=True)
+    follow(engine, swinging(20.0, 2.0), 1.0)
+    engine.steer(Target(READY, STILL), TICK)  # twice at one instant
+    engine.redirect(AWAY)
+    follow(engine, swinging(20.0, 2.0), 0.5)
+    assert replayed(engine) == engine.timeline == heard[-1]
+
+
+def test_undo_takes_back_the_stream_as_a_whole(engine: Engine) -> None:
+    engine.perform(Move(JointTarget(AWAY), straight=False), program=True)
+    before = engine.timeline
+    engine.clock.advance(0.1)
+    follow(engine, swinging(20.0, 2.0), 1.0)
+    assert [record.text for record in engine.records()] == ["", "STEER"]
+    streamed = engine.timeline
+    engine.redirect(AWAY)
+    engine.undo()
+    assert engine.timeline == streamed
+    engine.undo()
+    assert engine.timeline == before
+    assert replayed(engine) == before
+
+
+# --- what is refused -------------------------------------------------------------------------------------------------
+
+
+def test_a_target_outside_the_range_is_refused(engine: Engine) -> None:
+    with pytest.raises(JointOutOfRange):
+        engine.steer(Target((radians(200.0), *READY[1:]), STILL), TICK)
+    with pytest.raises(JointOutOfRange):
+        engine.redirect((radians(200.0), *READY[1:]))
+    assert engine.timeline == engine.initial
+
+
+def test_no_power_no_steering(engine: Engine) -> None:
+    engine.perform(SetSwitch("POWER", on=False))
+    with pytest.raises(PowerOff):
+        engine.steer(Target(READY, STILL), TICK)
+    with pytest.raises(PowerOff):
+        engine.redirect(READY)

@@ -1,0 +1,257 @@
+"""JOG: steps of joints and of the tool, in virtual and in real time."""
+
+from __future__ import annotations
+
+from math import degrees, radians
+
+import pytest
+
+from tests.engine.wall import ManualWall
+from tests.interfaces.terminals import RecordingTerminal
+from tests.laws.motion_laws import check_continuous, check_limits
+from vrs_cli.errors import IllegalJoint, IllegalValue, PowerOff, RobotNotAttached, TooNear, UndefinedValue, UsageError
+from vrs_cli.interfaces.jogging import AHEAD, AXES, Axis, Frame, Jogger, Panel, axis_of
+from vrs_cli.interfaces.replies import Message
+from vrs_cli.interfaces.session import Session
+from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
+from vrs_cli.language.diagnostics import LineRefused
+
+TABLE = "MOVE TRANS(0, 450, -150, 90, 90, 0)"
+FREE = "DO MOVE #PPOINT(0, -45, 180, 20, 45, 0)"
+
+
+@pytest.fixture
+def terminal() -> RecordingTerminal:
+    return RecordingTerminal()
+
+
+@pytest.fixture
+def session(terminal: RecordingTerminal) -> Session:
+    session = Session(terminal)
+    session.perform(TABLE)
+    return session
+
+
+def told(terminal: RecordingTerminal) -> list[str]:
+    return [reply.text for reply in terminal.replies if isinstance(reply, Message)]
+
+
+# --- virtual time ----------------------------------------------------------------------------------------------------
+
+
+def test_a_joint_moves_by_a_step(session: Session) -> None:
+    before = session.engine.position().joints
+    session.perform("JOG 2, 5")
+    after = session.engine.position()
+    assert [degrees(b - a) for a, b in zip(before, after.joints, strict=True)] == pytest.approx([0, 5, 0, 0, 0, 0])
+    assert not after.moving
+    assert session.engine.records()[-1].text == "JOG 2, 5"
+
+
+@pytest.mark.parametrize("name", ["X", "Y", "Z", "TX", "TY", "TZ"])
+def test_the_tool_moves_along_an_axis(session: Session, name: str) -> None:
+    before = session.engine.position().T_world_tool
+    session.perform(f"JOG {name}, 12.5")
+    after = session.engine.position().T_world_tool
+    assert distance(before, after) == pytest.approx(0.0125)
+    assert angle_between(before, after) == pytest.approx(0.0, abs=1e-7)
+    seen = compose(inverse(before), after) if name.startswith("T") else None
+    moved = (after.px - before.px, after.py - before.py, after.pz - before.pz)
+    along = (seen.px, seen.py, seen.pz) if seen is not None else moved
+    assert along["XYZ".index(name[-1])] == pytest.approx(0.0125)
+
+
+@pytest.mark.parametrize("name", ["RX", "RY", "RZ", "TRX", "TRY", "TRZ"])
+def test_the_tool_turns_about_an_axis_and_its_tip_stays(session: Session, name: str) -> None:
+    session.perform(FREE)
+    before = session.engine.position().T_world_tool
+    session.perform(f"JOG {name}, -3")
+    after = session.engine.position().T_world_tool
+    assert distance(before, after) == pytest.approx(0.0, abs=1e-9)
+    assert angle_between(before, after) == pytest.approx(radians(3.0))
+    turn = compose(inverse(before), after) if name.startswith("T") else compose(after, inverse(before))
+    column = {"X": (turn.nx, 0), "Y": (turn.sy, 1), "Z": (turn.az, 2)}[name[-1]][0]
+    assert column == pytest.approx(1.0)
+
+
+def test_a_joint_stops_at_the_end_of_its_range(session: Session, terminal: RecordingTerminal) -> None:
+    session.perform("JOG 1, 500")
+    limit = session.engine.model.upper[0]
+    assert session.engine.position().joints[0] == pytest.approx(limit)
+    said = f"Joint 1 stops at the end of its range, {degrees(limit):.1f} deg"
+    count = len(session.engine.records())
+    session.perform("JOG 1, 1")
+    assert told(terminal) == [said, said]
+    assert len(session.engine.records()) == count
+
+
+def test_the_tool_stops_where_the_arm_ends(session: Session, terminal: RecordingTerminal) -> None:
+    session.perform("JOG Y, 800")
+    assert told(terminal)[0].startswith("The arm reaches no farther along Y: the wrist would be")
+    reached = session.engine.position().T_world_tool
+    assert (reached.px, reached.pz) == pytest.approx((0.0, -0.15), abs=1e-9)
+    session.perform("JOG Y, 1")
+    assert session.engine.position().T_world_tool.py == pytest.approx(reached.py, abs=2e-5)
+
+
+def test_too_near_a_singularity_nothing_moves(session: Session) -> None:
+    session.perform("MOVE #PPOINT(0, -60, 120, 0, 0, 0)")
+    before = session.engine.position().joints
+    with pytest.raises(TooNear, match="jog the joints away"):
+        session.perform("JOG RX, 2")
+    assert session.engine.position().joints == before
+
+
+def test_the_arm_of_a_task_is_not_jogged(session: Session) -> None:
+    session.load_text(".PROGRAM own()\nATTACH\nWAIT SIG(1001)\n.END\n")
+    session.perform("PCEXECUTE own")
+    with pytest.raises(RobotNotAttached):
+        session.perform("JOG 1, 5")
+
+
+def test_a_task_goes_on_beside(session: Session) -> None:
+    session.load_text(".PROGRAM count()\nFOR i = 1 TO 100\nWAIT.EVENT , 0.01\nEND\n.END\n")
+    session.perform("PCEXECUTE count")
+    begun = session.engine.now
+    session.perform("JOG 1, 20")
+    passed = session.engine.now - begun
+    assert session.environment.reference("i").value() == pytest.approx(passed / 0.01, abs=2.0)
+
+
+def test_what_is_planned_stays(session: Session) -> None:
+    session.perform("READY IN 5")
+    session.perform("JOG 1, 5")
+    assert [record.text for record in session.engine.records()] == [TABLE, "READY IN 5", "JOG 1, 5"]
+    assert None not in [record.end for record in session.engine.records()]
+
+
+@pytest.mark.parametrize(
+    ("line", "kind", "message"),
+    [
+        ("JOG 7, 5", IllegalJoint, "1 to 6"),
+        ("JOG U, 5", UsageError, "there is no axis U"),
+        ("JOG 1", UsageError, "an axis and an amount"),
+        ("JOG 1, far", UndefinedValue, "far"),
+        ("JOG 1, $ENCODE(1)", LineRefused, "real"),
+        ("JOG 1.5, 2", UsageError, "there is no axis 1.5"),
+        ("JOG 1, 2000", IllegalValue, "up to 1000"),
+        ("JOG", UsageError, "needs a terminal with keys"),
+    ],
+)
+def test_what_it_does_not_take(session: Session, line: str, kind: type[Exception], message: str) -> None:
+    with pytest.raises(kind, match=message):
+        session.perform(line)
+
+
+def test_without_power_nothing_moves(session: Session) -> None:
+    session.perform("DISABLE POWER")
+    with pytest.raises(PowerOff):
+        session.perform("JOG 1, 5")
+
+
+def test_amounts_and_joints_may_be_expressions(session: Session) -> None:
+    before = session.engine.position().joints
+    session.perform("far = 4")
+    session.perform("JOG 1+1, -far/2")
+    assert degrees(session.engine.position().joints[1] - before[1]) == pytest.approx(-2.0)
+
+
+def test_every_axis_has_its_name() -> None:
+    session = Session(RecordingTerminal())
+    for name, axis in AXES.items():
+        assert (axis_of(session.engine, name.lower()), axis.name) == (axis, name)
+
+
+# --- real time -------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def wall() -> ManualWall:
+    return ManualWall()
+
+
+@pytest.fixture
+def live(terminal: RecordingTerminal, wall: ManualWall) -> Session:
+    session = Session(terminal, clock=wall.clock())
+    session.perform(TABLE)
+    session.perform("BREAK")
+    return session
+
+
+def hold(session: Session, wall: ManualWall, axis: Axis, amount: float, presses: int) -> None:
+    """A key that repeats 30 times a second."""
+    jogger = Jogger(session, speed=50.0)
+    for _ in range(presses):
+        session.settle()
+        jogger.press(axis, amount)
+        wall.seconds += 1 / 30
+
+
+@pytest.mark.parametrize("axis", [Axis(Frame.JOINT, 0), AXES["Z"], AXES["TRX"]], ids=lambda axis: axis.name)
+def test_a_key_that_is_held_moves_the_arm_smoothly(live: Session, wall: ManualWall, axis: Axis) -> None:
+    begun, before = live.engine.now, live.engine.position()
+    hold(live, wall, axis, 1.0, 60)
+    live.settle()
+    engine = live.engine
+    assert engine.end - engine.now <= AHEAD + 0.4
+    times = [begun + 0.3 + k * 0.02 for k in range(70)]
+    assert all(engine.position(t).moving for t in times)
+    assert any(a != b for a, b in zip(before.joints, engine.position().joints, strict=True))
+    check_continuous(engine, engine.timeline)
+    check_limits(engine, engine.timeline)
+
+
+def test_what_is_planned_gives_way(live: Session) -> None:
+    live.perform("READY IN 5")
+    live.perform("JOG 1, 5")
+    assert live.engine.records()[1].end is None
+    assert live.engine.end < 5.0 + live.engine.now
+
+
+def test_a_step_is_issued_and_executed_now(live: Session, wall: ManualWall) -> None:
+    wall.seconds += 2.0
+    live.perform("JOG 1, 5")
+    record = live.engine.records()[-1]
+    assert record.issued == record.executed == pytest.approx(live.engine.now)
+
+
+def test_space_stops(live: Session, wall: ManualWall) -> None:
+    panel = Panel(Jogger(live))
+    panel.step = 50.0
+    panel.move(1.0)
+    wall.seconds += 0.3
+    live.settle()
+    end = live.engine.end
+    panel.stop()
+    assert live.engine.end < end
+
+
+# --- the panel -------------------------------------------------------------------------------------------------------
+
+
+def test_the_panel_steps_through_axes_frames_steps_and_speeds(session: Session) -> None:
+    panel = Panel(Jogger(session))
+    assert (panel.axis, panel.unit) == (Axis(Frame.JOINT, 0), "deg")
+    panel.next_axis(-1)
+    assert panel.axis.name == "6"
+    panel.next_frame()
+    assert (panel.axis.name, panel.unit) == ("RZ", "deg")
+    panel.choose(1)
+    panel.choose(17)
+    panel.next_frame()
+    assert (panel.axis.name, panel.unit) == ("TY", "mm")
+    panel.longer(1)
+    panel.faster(-1)
+    panel.faster(-1)
+    assert (panel.step, panel.jogger.speed) == (5.0, 20.0)
+    for _ in range(20):
+        panel.longer(-1)
+        panel.faster(1)
+    assert (panel.step, panel.jogger.speed) == (0.1, 100.0)
+
+
+def test_the_panel_says_why_nothing_moves(session: Session) -> None:
+    panel = Panel(Jogger(session))
+    session.perform("DISABLE POWER")
+    panel.move(1.0)
+    assert "ENABLE POWER" in panel.said

@@ -1,0 +1,93 @@
+"""Streams of targets: joints or poses, at their times, with what became of them."""
+
+from __future__ import annotations
+
+from math import cos, pi, radians
+
+import pytest
+
+from tests.engine.wall import ManualWall
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import LocationOutOfRange
+from vrs_cli.interfaces.steering import Steering
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.transform import distance, from_oat
+
+MODEL = load_robot("puma560")
+READY = MODEL.poses["ready"]
+
+
+def swing(t: float) -> Joints:
+    return (READY[0] + radians(20.0) * (1.0 - cos(pi * t / 2.0)), *READY[1:])
+
+
+def follow(steering: Steering, seconds: float) -> None:
+    for k in range(round(seconds * 50)):
+        steering.to(swing(k * 0.02), k * 0.02)
+
+
+@pytest.mark.parametrize("wall", [None, ManualWall()])
+def test_the_same_in_virtual_and_in_real_time(wall: ManualWall | None) -> None:
+    engine = Engine(MODEL, clock=None if wall is None else wall.clock())
+    steering = Steering(engine)
+    follow(steering, 4.0)
+    steering.finish()
+    assert engine.now == pytest.approx(3.98)
+    assert steering.following.targets == 200
+    assert steering.following.rms < radians(0.15)
+    assert engine.position(engine.end).joints == pytest.approx(swing(3.98))
+    if wall is not None:
+        assert sum(wall.slept) == pytest.approx(3.98)
+
+
+def test_a_late_target_is_followed_at_once() -> None:
+    wall = ManualWall()
+    engine = Engine(MODEL, clock=wall.clock())
+    steering = Steering(engine)
+    follow(steering, 1.0)
+    wall.seconds += 5.0
+    engine.clock.advance(engine.clock.reached)
+    steering.to(swing(1.0), 1.0)
+    assert engine.deltas[-1].executed == pytest.approx(5.98, abs=0.001)
+
+
+def test_poses_are_followed_too() -> None:
+    engine = Engine(MODEL, start=tuple(map(radians, (-70.0, -135.0, -26.0, 0.0, -18.0, -70.0))))
+    steering = Steering(engine)
+    for k in range(200):
+        pose = from_oat(0.0, 0.45, -0.15 + 0.05 * (1.0 - cos(pi * k * 0.01)), pi / 2, pi / 2, 0.0)
+        steering.to(pose, k * 0.02)
+    steering.finish()
+    assert distance(engine.position(engine.end).T_world_tool, pose) < 1e-9
+    assert distance(engine.position(2.0).T_world_tool, from_oat(0.0, 0.45, -0.05, 0.0, 0.0, 0.0)) < 1e-3
+
+
+def test_a_pose_out_of_reach_changes_nothing() -> None:
+    engine = Engine(MODEL)
+    steering = Steering(engine)
+    steering.to(READY, 0.0)
+    timeline = engine.timeline
+    with pytest.raises(LocationOutOfRange):
+        steering.to(from_oat(3.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.02)
+    assert engine.timeline is timeline
+    assert steering.following.targets == 1
+
+
+def test_targets_far_apart_are_reached_one_by_one() -> None:
+    engine = Engine(MODEL)
+    steering = Steering(engine)
+    for k in range(3):
+        goal = (READY[0] + radians(20.0 * k), *READY[1:])
+        steering.to(goal, 3.0 * k)
+        assert engine.position(engine.end).joints == pytest.approx(goal)
+
+
+def test_beyond_a_range_it_stops_at_the_end() -> None:
+    engine = Engine(MODEL)
+    steering = Steering(engine)
+    for k in range(400):
+        steering.to((READY[0] + radians(k), *READY[1:]), k * 0.02)
+    steering.finish()
+    assert steering.following.held == 400 - 161
+    assert engine.position(engine.end).joints[0] == pytest.approx(MODEL.upper[0])

@@ -1,0 +1,130 @@
+"""Arms without a closed form, from URDF files: too many joints, too few, crooked ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, Stamp, ToolOffsetTarget
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
+from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.elimination import determinant, solve
+from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.transform import compose, translation
+from vrs_cli.trajectory.segment import CartesianPath
+
+URDF = Path(__file__).parent / "urdf"
+
+
+def arm_of(name: str) -> RobotArm:
+    return arm_for(load_robot(URDF / f"{name}.urdf"))
+
+
+@pytest.fixture(params=["seven", "crooked", "five", "gantry"])
+def arm(request: pytest.FixtureRequest) -> RobotArm:
+    return arm_of(request.param)
+
+
+def random_joints(arm: RobotArm, count: int) -> list[tuple[float, ...]]:
+    """Well inside the ranges, where no arm of these is near a singularity of its own making."""
+    parts = np.random.default_rng(3).uniform(0.15, 0.85, (count, arm.model.joint_count))
+    lower, upper = np.array(arm.model.lower), np.array(arm.model.upper)
+    return [tuple(row) for row in (lower + parts * (upper - lower)).tolist()]
+
+
+def test_joints_that_are_near_are_found(arm: RobotArm) -> None:
+    for q in random_joints(arm, 40):
+        T = arm.forward(q)
+        near = tuple(x + 0.02 for x in q)
+        found = arm.branch_joints(T, arm.ways[0], near)
+        assert found is not None
+        assert arm.forward(found) == pytest.approx(T, abs=1e-9)
+        if arm.model.joint_count <= 6 and min(arm.singularity(q)) > 0.05:
+            assert found == pytest.approx(q, abs=1e-6)
+
+
+def test_select_reaches_every_pose_from_afar_and_always_the_same_way(arm: RobotArm) -> None:
+    start = random_joints(arm, 1)[0]
+    for q in random_joints(arm, 15)[1:]:
+        found = arm.select(arm.forward(q), start)
+        assert arm.limits_ok(found)
+        assert arm.forward(found) == pytest.approx(arm.forward(q), abs=1e-9)
+        assert arm.select(arm.forward(q), start) == found
+
+
+def test_arrays_are_solved_within_the_limits(arm: RobotArm) -> None:
+    q = np.array(random_joints(arm, 200))
+    T = arm.forward_batch(q)
+    found, inside = arm.inverse_batch(T)
+    assert found.shape == (200, 1, arm.model.joint_count)
+    assert inside.mean() > 0.97
+    reached = found[inside[:, 0], 0]
+    assert np.abs(arm.forward_batch(reached) - T[inside[:, 0]]).max() < 1e-9
+    near = arm.inverse_branch_batch(T, arm.ways[0], q + 0.02)
+    found_near = ~np.isnan(near[:, 0])
+    assert found_near.mean() > 0.98
+    assert np.abs(arm.forward_batch(near[found_near]) - T[found_near]).max() < 1e-9
+
+
+def test_one_joint_too_many_stands_still_on_a_straight_line() -> None:
+    arm = arm_of("seven")
+    q = arm.model.units.read((10.0, 30.0, 20.0, -70.0, 15.0, 60.0, 5.0))
+    engine = Engine(arm.model, start=q)
+    engine.perform(Move(ToolOffsetTarget(translation(0.03, 0.02, -0.1)), straight=True))
+    before, after = q, engine.position(engine.end).joints
+    assert [a == pytest.approx(b, abs=1e-12) for a, b in zip(before, after, strict=True)].count(True) == 1
+    assert engine.position(engine.end / 2).joints[2] == q[2]
+
+
+def test_a_line_out_of_a_motion_of_that_joint_is_braked_first() -> None:
+    arm = arm_of("seven")
+    start = arm.model.units.read((10.0, 30.0, 0.0, -70.0, 15.0, 60.0, 5.0))
+    goal = arm.model.units.read((20.0, 35.0, 40.0, -60.0, 10.0, 50.0, 0.0))
+    engine = Engine(arm.model, start=start)
+    engine.perform(Move(JointTarget(goal), straight=False))
+    pose = engine.position(0.5).T_world_tool
+    engine.perform(Move(PoseTarget(compose(pose, translation(0.0, 0.0, -0.02))), straight=True, stamp=Stamp(0.3)))
+    line = [segment for segment in engine.timeline if isinstance(segment.path, CartesianPath)]
+    assert line[0].start > 0.3
+    assert not any(engine.position(line[0].start).velocity)
+
+
+def test_five_joints_follow_a_line_that_they_can() -> None:
+    model = load_robot(URDF / "five.urdf")
+    assert model.task is Task.POSE
+    down = model.units.read((0.0, 20.0, 100.0, 60.0, 0.0))  # the sum of 180 deg points the flange down
+    engine = Engine(model, start=down)
+    goal = engine.arm.forward(model.units.read((40.0, 30.0, 80.0, 70.0, 40.0)))
+    engine.perform(Move(PoseTarget(goal), straight=True))
+    for part in (0.3, 0.6, 1.0):
+        assert engine.position(engine.end * part).T_world_tool.az == pytest.approx(-1.0, abs=1e-9)
+    assert engine.position(engine.end).T_world_tool == pytest.approx(goal, abs=1e-9)
+    sideways = engine.arm.forward(down)._replace(nx=0.0, ny=1.0, nz=0.0, sx=0.0, sy=0.0, sz=1.0, ax=1.0, ay=0.0, az=0.0)
+    with pytest.raises(LocationOutOfRange, match=r"5 joints cannot turn the tool every way"):
+        engine.perform(Move(PoseTarget(sideways._replace(py=0.2)), straight=False))
+
+
+def test_what_cannot_be_reached_is_said() -> None:
+    arm = arm_of("crooked")
+    far = arm.forward(arm.model.poses["ready"])._replace(px=3.0)
+    with pytest.raises(LocationTooFar, match=r"all links in one line are 922.0 mm; the search from here comes as near"):
+        arm.select(far, arm.model.poses["ready"])
+    gantry = arm_of("gantry")
+    beyond = gantry.forward(gantry.model.poses["ready"])._replace(px=5.0)
+    with pytest.raises(JointOutOfRange, match=r"Joint 1 out of range\* would be 5000.00 mm, .* 0.00 to 1200.00 mm"):
+        gantry.select(beyond, gantry.model.poses["ready"])
+
+
+def test_small_systems() -> None:
+    rows = ((0.0, 2.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 3.0))
+    x = solve(rows, (4.0, 5.0, 7.0))
+    assert x is not None
+    assert [sum(a * b for a, b in zip(row, x, strict=True)) for row in rows] == pytest.approx([4.0, 5.0, 7.0])
+    assert determinant(rows) == pytest.approx(np.linalg.det(rows))
+    assert solve(((1.0, 0.0), (2.0, 0.0)), (3.0, 6.0)) == (3.0, 0.0)  # what nothing decides is 0
+    assert solve(((1.0, 0.0), (2.0, 0.0)), (3.0, 5.0)) is None
+    assert determinant(((1.0, 2.0), (2.0, 4.0))) == 0.0

@@ -1,0 +1,250 @@
+"""Every robot that is built in: its file, its zeros, and that the closed forms are its own."""
+
+from __future__ import annotations
+
+import tomllib
+from math import degrees
+
+import numpy as np
+import pytest
+
+from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, LocationTooClose, LocationTooFar
+from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.configuration import ALL, SIDES, Arm, Elbow, Wrist
+from vrs_cli.kinematics.model import ROBOTS, from_dict, load_robot, robot_names, to_dict
+from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.transform import Transform, angle_between, from_oat, to_oat, translation
+
+NAMES = robot_names()
+N = 4000
+
+
+def arm_of(name: str) -> RobotArm:
+    return arm_for(load_robot(name))
+
+
+def shown(T: Transform) -> list[float]:
+    """X, Y, Z, O, A, T in mm and deg."""
+    return [*(1000.0 * x for x in (T.px, T.py, T.pz)), *map(degrees, to_oat(T))]
+
+
+@pytest.fixture(params=NAMES)
+def arm(request: pytest.FixtureRequest) -> RobotArm:
+    return arm_of(request.param)
+
+
+def random_joints(arm: RobotArm, count: int = N) -> np.ndarray:
+    return np.random.default_rng(7).uniform(arm.model.lower, arm.model.upper, (count, arm.model.joint_count))
+
+
+def test_the_robots_that_are_promised() -> None:
+    assert NAMES == ("cobra600", "irb120", "planar2", "planar3", "puma260", "puma560", "ur5e")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_file_says_where_its_figures_come_from(name: str) -> None:
+    text = (ROBOTS / f"{name}.toml").read_text(encoding="utf-8")
+    assert tomllib.loads(text)["name"] == name
+    comments = " ".join(line for line in text.splitlines() if line.startswith("#"))
+    assert "ours" in comments.lower()
+    assert "Links:" in comments or "All figures are ours" in comments
+
+
+@pytest.mark.parametrize(
+    ("name", "joints", "pose"),
+    [
+        ("cobra600", (0, 0, 0, 0), (600, 0, 387, 90, 90, 180)),  # both arms along X, the flange down
+        ("cobra600", (90, 0, 100, 0), (0, 600, 287, 90, 90, 90)),
+        ("irb120", (0, 0, 0, 0, 0, 0), (374, 0, 630, 90, 0, 0)),  # ABB's zero: 302 + 72 out, 290 + 270 + 70 up
+        ("irb120", (0, 90, 0, 0, 0, 0), (340, 0, 290 - 374, 90, 90, 0)),
+        ("planar2", (0, 90), (300, 200, 0, 90, -90, 90)),
+        ("planar3", (90, -90, 0), (300, 300, 0, 90, -90, 0)),
+        ("puma260", (0, -90, 90, 0, 0, 0), (0, 127, 469.9, 90, -90, 0)),
+        ("puma260", (0, 0, 90, 0, 0, 0), (469.9, 127, 0, 90, 0, 0)),
+        ("ur5e", (0, 0, 0, 0, 0, 0), (-817.2, -232.9, 62.8, 0, 0, 90)),  # the maker's zero
+        ("ur5e", (0, -90, 0, -90, 0, 0), (0, -232.9, 1079.4, 0, 0, -90)),  # straight up: 162.5 + 425 + 392.2 + 99.7
+    ],
+)
+def test_where_the_flange_is(name: str, joints: tuple[float, ...], pose: tuple[float, ...]) -> None:
+    model = load_robot(name)
+    T = arm_for(model).forward(model.units.read(joints))
+    assert shown(T)[:3] == pytest.approx(pose[:3], abs=1e-6)
+    expected = from_oat(0.0, 0.0, 0.0, *np.radians(pose[3:]))
+    assert angle_between(T, expected) == pytest.approx(0.0, abs=1e-7)
+
+
+def test_plain_data_gives_every_bit_back(arm: RobotArm) -> None:
+    again = from_dict(to_dict(arm.model))
+    assert again == arm.model
+    assert arm_for(again) is arm
+
+
+def test_frames_end_at_the_flange(arm: RobotArm) -> None:
+    q = arm.model.poses["ready"]
+    frames = arm.frames(q)
+    assert len(frames) == len(q) + 1
+    assert frames[-1] == pytest.approx(arm.forward(q), abs=1e-12)
+
+
+def test_joints_come_back_in_their_own_configuration(arm: RobotArm) -> None:
+    for row in random_joints(arm, 300).tolist():
+        q = tuple(row)
+        T = arm.forward(q)
+        assert arm.inverse_branch(T, arm.configuration(q), q) == pytest.approx(q, abs=1e-9)
+        for solution in arm.inverse_all(T):
+            if solution.joints is not None:
+                assert arm.configuration(solution.joints) is solution.configuration
+
+
+def test_every_branch_leads_back(arm: RobotArm) -> None:
+    T = arm.forward_batch(random_joints(arm))
+    found, inside = arm.inverse_batch(T)
+    assert inside.any(axis=1).all()
+    reached = ~np.isnan(found[..., 0])
+    back = arm.forward_batch(found[reached])
+    expected = np.broadcast_to(T[:, None], (*found.shape[:2], 3, 4))[reached]
+    assert np.abs(back - expected)[..., 3].max() < 1e-9
+    if arm.model.task is not Task.POINT:
+        assert np.abs(back - expected).max() < 1e-9
+
+
+def test_the_jacobian_is_the_derivative(arm: RobotArm) -> None:
+    h = 1e-6
+    q = random_joints(arm)
+    J = arm.jacobian_batch(q, translation(0.02, -0.03, 0.1))
+    tip = np.array([[0.02, -0.03, 0.1, 1.0]])
+    for i in range(q.shape[1]):
+        step = np.zeros(q.shape[1])
+        step[i] = h
+        before, after = arm.forward_batch(q - step), arm.forward_batch(q + step)
+        slope = (after - before) / (2 * h)
+        spin = np.einsum("nij,nkj->nik", slope[..., :3], arm.forward_batch(q)[..., :3])
+        assert np.abs(J[:, :3, i] - np.einsum("nij,kj->ni", slope, tip)).max() < 1e-8
+        assert np.abs(J[:, 3:, i] - np.stack((spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]), 1)).max() < 1e-8
+
+
+def test_velocities_there_and_back(arm: RobotArm) -> None:
+    q = random_joints(arm, 200)
+    rates = np.random.default_rng(1).uniform(-1, 1, q.shape)
+    tool = translation(0.0, 0.0, 0.1)
+    batch = arm.joint_velocity_batch(q, np.einsum("nij,nj->ni", arm.jacobian_batch(q, tool), rates), tool)
+    for row, qd, found in zip(map(tuple, q.tolist()), rates, batch, strict=True):
+        if min(arm.singularity(row)) > 1e-3:
+            assert arm.joint_velocity(row, arm.twist(row, tuple(qd), tool), tool) == pytest.approx(qd, abs=1e-7)
+            assert found == pytest.approx(qd, abs=1e-7)
+
+
+def test_the_bias_is_the_acceleration_at_constant_rates(arm: RobotArm) -> None:
+    h = 1e-5
+    q, qd = random_joints(arm, 50), np.random.default_rng(2).uniform(-1, 1, (50, arm.model.joint_count))
+    for at, rate in zip(q, qd, strict=True):
+        before, after = (arm.twist(tuple(at + s * h * rate), tuple(rate)) for s in (-1, 1))
+        slope = [(b - a) / (2 * h) for a, b in zip(before, after, strict=True)]
+        assert arm.acceleration_bias(tuple(at), tuple(rate)) == pytest.approx(slope, abs=1e-6)
+
+
+def test_scalar_and_array_agree(arm: RobotArm) -> None:
+    q = random_joints(arm, 300)
+    T = arm.forward_batch(q)
+    assert np.abs(T.reshape(-1, 12) - [arm.forward(tuple(row)) for row in q.tolist()]).max() < 1e-14
+    found, inside = arm.inverse_batch(T)
+    for row, ways, flags in zip(q.tolist(), found, inside, strict=True):
+        solutions = arm.inverse_all(arm.forward(tuple(row)))
+        assert [s.usable for s in solutions] == flags.tolist()
+        for way, solution in zip(ways, solutions, strict=True):
+            if solution.joints is not None:
+                assert np.abs(np.sin((way - solution.joints) / 2)).max() < 1e-7
+        near = np.array(row) + 0.01
+        one = arm.inverse_branch_batch(arm.forward_batch(np.array([row])), arm.configuration(tuple(row)), near)
+        assert np.abs(one[0] - row).max() < 1e-9
+
+
+# --- configurations ------------------------------------------------------------------------------------------------
+
+
+def test_which_words_an_arm_has() -> None:
+    assert arm_of("ur5e").ways == arm_of("irb120").ways == ALL
+    assert arm_of("cobra600").ways == arm_of("planar2").ways == SIDES
+    assert arm_of("cobra600").words == (Arm.RIGHTY, Arm.LEFTY)
+    assert arm_of("ur5e").words == (*Arm, *Elbow, *Wrist)
+    assert str(arm_of("planar3").configuration((0.0, -1.0, 0.0))) == "LEFTY"
+
+
+def test_a_right_arm_has_its_elbow_on_the_right() -> None:
+    arm = arm_of("cobra600")
+    q = arm.model.units.read((-45.0, 90.0, 0.0, 0.0))  # elbow at (230, -230), hand at (424, -35): to its left
+    assert arm.configuration(q).arm is Arm.RIGHTY
+    lefty = arm.select(arm.forward(q), q, arm=Arm.LEFTY)
+    assert arm.configuration(lefty).arm is Arm.LEFTY
+    assert lefty[1] == pytest.approx(-q[1])
+    assert arm.forward(lefty) == pytest.approx(arm.forward(q), abs=1e-12)
+
+
+def test_the_elbow_of_a_ur_is_above_where_it_looks_so() -> None:
+    arm = arm_of("ur5e")
+    q = arm.model.units.read((0.0, -90.0, -90.0, -90.0, 90.0, 0.0))  # upper arm straight up, forearm level
+    assert arm.configuration(q).elbow is Elbow.ABOVE
+    below = arm.select(arm.forward(q), q, elbow=Elbow.BELOW)
+    elbows = [arm.frames(joints)[2].pz for joints in (q, below)]
+    _, shoulder, _, wrist, *_ = arm.frames(q)
+    assert elbows[0] > (shoulder.pz + wrist.pz) / 2 > elbows[1]
+
+
+def test_at_a_straight_wrist_both_wrists_hold() -> None:
+    arm = arm_of("ur5e")
+    q = arm.model.units.read((10.0, -80.0, -70.0, -60.0, 0.0, 20.0))
+    assert [way.wrist for way in arm.twins(q)] == [Wrist.FLIP]
+    assert arm.branch_joints(arm.forward(q), arm.twins(q)[0], q) == pytest.approx(q, abs=1e-7)
+    assert arm.twins(arm.model.poses["ready"]) == ()
+
+
+# --- what is out of reach ------------------------------------------------------------------------------------------
+
+
+def test_a_scara_keeps_its_tool_vertical() -> None:
+    arm = arm_of("cobra600")
+    ready = arm.model.poses["ready"]
+    tilted = from_oat(0.4, 0.0, 0.3, *np.radians((90.0, 78.0, 0.0)))
+    message = r"keeps its tool vertical, pointing down; the location tilts it by 12.00 deg \(give O 90, A 90, and turn"
+    with pytest.raises(LocationOutOfRange, match=message):
+        arm.select(tilted, ready)
+    assert not any(solution.usable for solution in arm.inverse_all(tilted))
+    told = from_oat(0.4, 0.0, 0.3, *np.radians((90.0, 89.999, 0.0)))  # three decimals of a listing
+    assert arm.forward(arm.select(told, ready))[3::4] == pytest.approx(told[3::4], abs=1e-5)
+
+
+def test_a_planar_arm_stays_in_its_plane() -> None:
+    arm = arm_of("planar2")
+    with pytest.raises(LocationOutOfRange, match=r"moves in the plane Z = 0.0 mm, .* Z = 50.0 mm .*-50.0 mm along Z"):
+        arm.select(translation(0.3, 0.1, 0.05), arm.model.poses["ready"])
+    turned = from_oat(0.3, 0.1, 0.0, *np.radians((90.0, -90.0, 77.0)))  # its turn does not count
+    assert arm.forward(arm.select(turned, arm.model.poses["ready"]))[3::4] == pytest.approx((0.3, 0.1, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "error", "message"),
+    [
+        ("cobra600", (0.7, 0.0, 0.3), LocationTooFar, r"reach 700.0 mm, it reaches 600.0 mm \(.* 100.0 mm nearer"),
+        ("cobra600", (0.03, 0.0, 0.3), LocationTooClose, r"no nearer than 50.0 mm \(.* 20.0 mm away"),
+        ("cobra600", (0.4, 0.0, 0.1), JointOutOfRange, r"would be 287.00 mm, its range is 0.00 to 210.00 mm"),
+        ("planar3", (0.9, 0.0, 0.0), LocationTooFar, r"it reaches 500.0 mm"),
+        ("ur5e", (1.5, 0.0, 0.3), LocationTooFar, r"the arm reaches 817.2 mm"),
+        ("ur5e", (0.05, 0.0, 0.3), LocationTooClose, r"nearer than 133.3 mm"),
+        ("irb120", (1.5, 0.0, 0.3), LocationTooFar, r"mm nearer"),
+    ],
+)
+def test_out_of_reach_is_said_in_millimetres(
+    name: str, place: tuple[float, ...], error: type[LocationOutOfRange], message: str
+) -> None:
+    arm = arm_of(name)
+    upright = (90.0, -90.0, 0.0) if name.startswith("planar") else (90.0, 90.0, 0.0)
+    with pytest.raises(error, match=message):
+        arm.select(from_oat(*place, *np.radians(upright)), arm.model.poses["ready"])
+
+
+def test_a_tool_that_sticks_out_where_no_turn_is_chosen_is_refused() -> None:
+    with pytest.raises(IllegalValue, match=r"20.0 mm beside an axis whose turn this robot does not choose"):
+        arm_of("planar2").check_tool(translation(0.0, 0.02, 0.1))
+    arm_of("planar2").check_tool(translation(0.0, 0.0, 0.1))
+    arm_of("planar3").check_tool(translation(0.0, 0.02, 0.1))
+    arm_of("cobra600").check_tool(translation(0.05, 0.02, 0.1))

@@ -1,0 +1,101 @@
+"""The laws of every timeline, for robots of every kind: closed forms and the numerical one, 2 to 7 joints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.laws.motion_laws import check_continuous, check_limits, check_lines
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSpeed, Stamp
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.planner import segment_joints
+from vrs_cli.errors import VrsError
+from vrs_cli.kinematics.joints import largest_change
+from vrs_cli.kinematics.model import RobotModel, load_robot, robot_names
+from vrs_cli.kinematics.transform import Transform, angle_between, compose, distance
+
+URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
+ROBOTS = [name for name in robot_names() if name != "puma560"]
+DESCRIBED = ["seven", "crooked", "five", "gantry"]
+NEAR = 0.15  # of the ranges: a straight line that far is often possible
+
+fractions = st.lists(st.floats(0.0, 1.0), min_size=7, max_size=7)
+steps = st.lists(
+    st.tuples(st.sampled_from(["joints", "pose", "line", "line", "speed"]), fractions, st.none() | st.floats(0.0, 6.0)),
+    min_size=3,
+    max_size=8,
+)
+
+
+def joints_at(model: RobotModel, parts: list[float], around: tuple[float, ...] | None = None) -> tuple[float, ...]:
+    """In the ranges, or around a place in them."""
+    rows = zip(parts, model.lower, model.upper, around or model.lower, strict=False)
+    if around is None:
+        return tuple(low + part * (high - low) for part, low, high, _ in rows)
+    return tuple(
+        min(max(at + (part - 0.5) * NEAR * (high - low), low), high) for part, low, high, at in rows
+    )  # fmt: skip
+
+
+def perform(engine: Engine, kind: str, parts: list[float], at: float | None) -> None:
+    if kind == "speed":
+        engine.perform(SetSpeed(5.0 + 95.0 * parts[0], always=True))
+        return
+    goal = joints_at(engine.model, parts, engine.destination(engine.end).joints if kind == "line" else None)
+    target = JointTarget(goal) if kind == "joints" else PoseTarget(engine.arm.forward(goal))
+    stamp = None if at is None else Stamp(at)
+    engine.perform(Move(target, straight=kind == "line", stamp=stamp, text=kind), program=True)
+
+
+def check_goal(engine: Engine) -> None:
+    last = engine.timeline[len(engine.timeline) - 1]
+    q = segment_joints(engine.arm, last, last.duration)
+    motion = last.motion
+    if motion.goal is not None:
+        assert largest_change(q, motion.goal) <= 1e-9
+    if motion.pose is not None:
+        check_pose(engine, compose(engine.arm.forward(q), motion.frames.tool), motion.pose)
+
+
+def check_pose(engine: Engine, have: Transform, want: Transform) -> None:
+    counts = engine.model.task.counts
+    assert distance(have, want) <= 1e-8
+    if all(counts[3:]) or engine.arm.model.task.value in ("upright", "plane"):
+        assert angle_between(have, want) <= 1e-7
+
+
+def check_robot(model: RobotModel, sequence: list[tuple[str, list[float], float | None]]) -> int:
+    """How many requests were possible."""
+    engine, done = Engine(model), 0
+    for kind, parts, at in sequence:
+        before = engine.timeline
+        try:
+            perform(engine, kind, parts, at)
+            done += 1
+        except VrsError:
+            assert engine.timeline is before
+    segments = list(engine.timeline)
+    check_continuous(engine, segments)
+    check_limits(engine, segments)
+    check_lines(engine, segments)
+    check_goal(engine)
+    return done
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@given(sequence=steps)
+def test_every_robot_keeps_the_laws(name: str, sequence: list[tuple[str, list[float], float | None]]) -> None:
+    check_robot(load_robot(name), sequence)
+
+
+@pytest.mark.parametrize("name", DESCRIBED)
+@settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@given(sequence=steps)
+def test_a_robot_of_a_urdf_file_keeps_the_laws(
+    name: str, sequence: list[tuple[str, list[float], float | None]]
+) -> None:
+    check_robot(load_robot(URDF / f"{name}.urdf"), sequence)

@@ -1,0 +1,41 @@
+"""JOG with keys."""
+
+from __future__ import annotations
+
+from math import degrees
+
+import pytest
+from prompt_toolkit.application import create_app_session
+from prompt_toolkit.input import create_pipe_input
+from prompt_toolkit.output import DummyOutput
+
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.interfaces.jogging import Jogger
+from vrs_cli.interfaces.session import Session
+from vrs_cli.repl.jog_panel import JogPanel
+
+UP, DOWN, RIGHT = "\x1b[A", "\x1b[B", "\x1b[C"
+
+
+@pytest.mark.parametrize("leave", ["q", "\x03", "\x04", "\x1b"])
+def test_keys_move_the_arm_and_leave(leave: str) -> None:
+    session = Session(RecordingTerminal())
+    with create_pipe_input() as keys, create_app_session(input=keys, output=DummyOutput()):
+        keys.send_text(UP + UP + DOWN + RIGHT + "]" + UP + "5-" + DOWN + leave)
+        JogPanel(Jogger(session)).run()
+    ready = session.engine.model.poses["ready"]
+    changes = [degrees(b - a) for a, b in zip(ready, session.engine.position().joints, strict=True)]
+    assert changes == pytest.approx([2.0, 5.0, 0.0, 0.0, -5.0, 0.0])
+
+
+def test_it_shows_axes_step_speed_place_and_keys() -> None:
+    session = Session(RecordingTerminal())
+    panel = JogPanel(Jogger(session))
+    panel.panel.next_frame()
+    panel.panel.choose(2)
+    panel.panel.move(-1.0)
+    text = panel.text()
+    assert text.startswith("JOG world:  X    Y   [Z]   RX    RY    RZ    step 2 mm, speed 100 %\n")
+    assert "at rest" in text
+    assert "919.120" in text
+    assert text.endswith("q leave")

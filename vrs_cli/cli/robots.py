@@ -1,0 +1,76 @@
+"""`vrs robots`: the robots that are built in, and all about one of them or of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from vrs_cli.cli.command_line import Parser
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.arm import RobotArm
+    from vrs_cli.render.blocks import Block
+
+OK = 0
+
+EPILOG = """\
+With the name of one of them, or with a TOML or URDF file: its joints, its poses, and how its locations are solved.
+
+  vrs robots
+  vrs robots cobra600
+  vrs robots arm.urdf
+"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Print the list, or one robot."""
+    from vrs_cli.kinematics.arm import arm_for
+    from vrs_cli.kinematics.model import load_robot
+    from vrs_cli.render.text import text_of
+
+    options = _parser(prog).parse(arguments)
+    shown = _list() if options.robot is None else _one(arm_for(load_robot(options.robot)))
+    print(text_of(shown), end="")
+    return OK
+
+
+def _parser(prog: str) -> Parser:
+    parser = Parser(prog, "The robots that are built in, or all about one robot.", EPILOG)
+    parser.add_argument("robot", metavar="NAME|FILE", nargs="?", help="a robot's name, or its TOML or URDF file")
+    return parser
+
+
+def _list() -> Iterator[Block]:
+    from vrs_cli.kinematics.arm import arm_for
+    from vrs_cli.kinematics.model import load_robot, robot_names
+    from vrs_cli.render.blocks import Column, Grid
+
+    arms = [arm_for(load_robot(name)) for name in robot_names()]
+    headings = ("Name", "Robot", "Joints", "Configurations")
+    rows = tuple((arm.model.name, arm.model.title, str(arm.model.joint_count), _words(arm)) for arm in arms)
+    yield Grid(tuple(map(Column, headings)), rows)
+
+
+def _words(arm: RobotArm) -> str:
+    return " ".join(flag.name for flag in arm.words) or "none"
+
+
+def _one(arm: RobotArm) -> Iterator[Block]:
+    from vrs_cli.render.blocks import Column, Grid, line, number_column
+
+    model = arm.model
+    yield line(f"{model.title} ({model.name}), {model.joint_count} joints")
+    yield line(f"Inverse kinematics: {arm.method}")
+    yield line(f"Configurations: {_words(arm)}")
+    yield line(f"What counts of a location: {model.task.value}")
+    yield line()
+    headings = ("lower", "upper", "velocity/s", "accel/s2")
+    rates = (model.lower, model.upper, model.max_velocity, model.max_acceleration)
+    poses = tuple(model.poses)
+    columns = tuple(map(number_column, (*headings, *(pose.upper() for pose in poses))))
+    table = [model.units.shown(row) for row in (*rates, *model.poses.values())]
+    rows = tuple(
+        (f"JT{i}", model.units.unit(i), *(f"{row[i - 1]:.2f}" for row in table))
+        for i in range(1, model.joint_count + 1)
+    )
+    yield Grid((Column(""), Column("", width=4), *columns), rows)

@@ -1,0 +1,87 @@
+"""A stream of targets for a robot: joints or tool poses, each the latest word on where it is to be.
+
+In virtual time a stream of an hour takes a minute; in real time each target waits for its time on the clock.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+
+from vrs_cli.engine.engine import Engine
+from vrs_cli.kinematics.joints import Joints, largest_change
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.trajectory.steered import Target
+
+SHORTEST, LONGEST = 0.001, 0.5  # [s] between targets of a stream: a longer time is a gap
+
+
+@dataclass(slots=True)
+class Following:
+    """How well it goes: targets taken, those held at the end of a joint's range, and how far the joints were from
+    each target when the next one came [rad].
+    """
+
+    targets: int = 0
+    held: int = 0
+    squares: float = 0.0
+    worst: float = 0.0
+
+    @property
+    def rms(self) -> float:
+        return sqrt(self.squares / self.targets) if self.targets else 0.0
+
+    def count(self, error: float, held: bool) -> None:
+        self.targets += 1
+        self.held += held
+        self.squares += error * error
+        self.worst = max(self.worst, error)
+
+
+class Steering:
+    """Feeds targets to an engine. Where joints are to be, and how fast that changes, follows from two targets."""
+
+    def __init__(self, engine: Engine, *, speed: float = 1.0, text: str = "STEER") -> None:
+        self.engine, self.speed, self.text = engine, speed, text
+        self.following = Following()
+        self._last: tuple[float, Joints] | None = None
+
+    def to(self, target: Joints | Transform, t: float | None = None) -> None:
+        """Be there at time t [s], or now. A target outside the range of a joint is taken at its end.
+
+        Raises LocationOutOfRange and others for a pose that no configuration reaches; the robot follows the target
+        before then until it stands.
+        """
+        engine = self.engine
+        if t is not None:
+            engine.clock.advance(t)
+        asked = engine.joints_for(target, self._near()) if isinstance(target, Transform) else target
+        goal = self._inside(asked)
+        at = engine.now if t is None else t
+        self.following.count(largest_change(engine.position().joints, goal), goal != asked)
+        self._go(goal, at)
+        self._last = at, goal
+
+    def finish(self) -> None:
+        """No more targets: come to rest at the last one."""
+        if self._last is not None:
+            self.engine.redirect(self._last[1], speed=self.speed, text=f"{self.text} ends")
+            self._last = None
+
+    def _near(self) -> Joints:
+        return self.engine.position().joints if self._last is None else self._last[1]
+
+    def _inside(self, joints: Joints) -> Joints:
+        model = self.engine.model
+        return tuple(min(max(q, low), high) for q, low, high in zip(joints, model.lower, model.upper, strict=True))
+
+    def _go(self, goal: Joints, at: float) -> None:
+        """Chase a target that moves; go to the first one, and to one after a gap, which are not known to."""
+        last = self._last
+        since = at - last[0] if last is not None else 0.0
+        if last is None or not 0.0 < since <= LONGEST:
+            self.engine.redirect(goal, speed=self.speed, text=self.text)
+            return
+        tick = max(since, SHORTEST)
+        velocity = tuple((b - a) / tick for a, b in zip(last[1], goal, strict=True))
+        self.engine.steer(Target(goal, velocity), tick, speed=self.speed, text=self.text)

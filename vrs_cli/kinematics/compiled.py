@@ -1,0 +1,172 @@
+"""Forward kinematics and Jacobian of any serial arm, written out as Python for that arm alone.
+
+A chain of matrices is mostly zeros and ones. Multiplied out once, symbolically, a few dozen products are left: two
+functions, which work on floats and, with the sine and cosine of numpy, on arrays as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from math import cos, sin
+from typing import Any
+
+from vrs_cli.kinematics.axes import Link
+from vrs_cli.kinematics.joints import JointKind
+from vrs_cli.kinematics.transform import Transform
+
+Entry = float | str  # a number that is known, or the name of a variable
+Column = tuple[Entry, Entry, Entry]
+
+NOTHING = 1e-15  # an entry so small is the rounding of a right angle
+
+
+@dataclass(frozen=True)
+class Formulas:
+    """`forward(q)`: the twelve entries of T_base_flange, row by row. `jacobian(q, tx, ty, tz)`: its six rows of n, for
+    the point of a tool at (tx, ty, tz) of the flange. Entries that do not depend on q are plain numbers.
+    """
+
+    forward: Callable[..., tuple[Any, ...]]
+    jacobian: Callable[..., tuple[tuple[Any, ...], ...]]
+
+
+@cache
+def formulas(links: tuple[Link, ...], base: Transform, flange: Transform, *, arrays: bool = False) -> Formulas:
+    """The functions of an arm, for floats or for arrays (one for each joint)."""
+    names: dict[str, Any] = {"cos": cos, "sin": sin, "T": Transform, "new": tuple.__new__}
+    if arrays:
+        import numpy as np
+
+        names |= {"cos": np.cos, "sin": np.sin, "new": lambda _, entries: entries}
+    exec(compile(_Writer(links, base, flange).text(), "<kinematics>", "exec"), names)
+    return Formulas(names["forward"], names["jacobian"])
+
+
+class _Writer:
+    """Writes the two functions; `lines` are the assignments so far."""
+
+    def __init__(self, links: Sequence[Link], base: Transform, flange: Transform) -> None:
+        self.links, self.lines, self.count = links, list[str](), 0
+        self.axes: list[tuple[Column, Column]] = []  # direction and point, joint by joint
+        self.columns = self._columns_of(base)
+        for i, link in enumerate(links):
+            self.axes.append((self.columns[2], self.columns[3]))
+            self._joint(i, link)
+        self.columns = self._product(self._columns_of(flange))
+
+    def text(self) -> str:
+        n, s, a, p = self.columns
+        entries = [_said(entry) for row in zip(n, s, a, p, strict=True) for entry in row]
+        arguments = "".join(f"q{i}, " for i in range(len(self.links)))
+        head = [f"({arguments.rstrip()}) = q", *self.lines]
+        forward = [*head, f"return new(T, ({', '.join(entries)}))"]
+        self.lines = []
+        rows = self._rows()
+        jacobian = [*head, *self.lines, f"return ({', '.join(f'({r})' for r in rows)})"]
+        return _function("forward(q)", forward) + _function("jacobian(q, tx=0.0, ty=0.0, tz=0.0)", jacobian)
+
+    @staticmethod
+    def _columns_of(T: Transform) -> tuple[Column, Column, Column, Column]:
+        rows = [[_whole(x) for x in T[i : i + 4]] for i in (0, 4, 8)]
+        n, s, a, p = zip(*rows, strict=True)
+        return n, s, a, p
+
+    def _joint(self, i: int, link: Link) -> None:
+        n, s, a, p = self.columns
+        turns = link.kind is JointKind.REVOLUTE
+        angle = (f"q{i} + {link.theta!r}" if link.theta else f"q{i}") if turns else None
+        c, z = (self._new(f"cos({angle})"), self._new(f"sin({angle})")) if angle else (cos(link.theta), sin(link.theta))
+        n, s = self._mix((c, n), (z, s)), self._mix((c, s), (_minus(z), n))
+        d: Entry = link.d if turns else self._sum(((1.0, f"q{i}"), (link.d, 1.0)))
+        p = self._mix((1.0, p), (link.a, n), (d, a))
+        ca, sa = _whole(cos(link.alpha)), _whole(sin(link.alpha))
+        s, a = self._mix((ca, s), (sa, a)), self._mix((ca, a), (-sa, s))
+        self.columns = n, s, a, p
+
+    def _product(self, other: tuple[Column, Column, Column, Column]) -> tuple[Column, Column, Column, Column]:
+        n, s, a, p = self.columns
+        turned = [self._mix((x, n), (y, s), (z, a)) for x, y, z in other[:3]]
+        x, y, z = other[3]
+        return turned[0], turned[1], turned[2], self._mix((1.0, p), (x, n), (y, s), (z, a))
+
+    def _rows(self) -> list[str]:
+        n, s, a, p = self.columns
+        tip = self._mix((1.0, p), ("tx", n), ("ty", s), ("tz", a))
+        columns: list[tuple[Entry, ...]] = []
+        for link, (z, o) in zip(self.links, self.axes, strict=True):
+            if link.kind is JointKind.PRISMATIC:
+                columns.append((*z, 0.0, 0.0, 0.0))
+                continue
+            x = self._mix((1.0, tip), (-1.0, o))
+            moved = (
+                self._sum(((z[1], x[2]), (_minus(z[2]), x[1]))),
+                self._sum(((z[2], x[0]), (_minus(z[0]), x[2]))),
+                self._sum(((z[0], x[1]), (_minus(z[1]), x[0]))),
+            )
+            columns.append((*moved, *z))
+        return ["".join(f"{_said(entry)}, " for entry in row) for row in zip(*columns, strict=True)]
+
+    # --- entries ---
+
+    def _mix(self, *terms: tuple[Entry, Column]) -> Column:
+        """A sum of columns, each times a factor."""
+        x, y, z = (self._sum((factor, column[i]) for factor, column in terms) for i in range(3))
+        return x, y, z
+
+    def _sum(self, terms: Iterable[tuple[Entry, Entry]]) -> Entry:
+        """A sum of products: a number, a name that is there, or a new one."""
+        known, rest = 0.0, list[str]()
+        for a, b in terms:
+            if isinstance(a, str) and isinstance(b, str):
+                rest.append(_signed(f"{a.lstrip('-')}*{b.lstrip('-')}", a.startswith("-") != b.startswith("-")))
+            elif isinstance(a, str) or isinstance(b, str):
+                factor, name = (b, a) if isinstance(a, str) else (a, b)
+                rest += _scaled(float(factor), str(name))
+            else:
+                known += a * b
+        if not rest:
+            return known
+        if abs(known) > NOTHING:
+            rest.append(repr(known))
+        return rest[0] if len(rest) == 1 and "*" not in rest[0] else self._new(" + ".join(rest).replace("+ -", "- "))
+
+    def _new(self, expression: str) -> str:
+        self.count += 1
+        self.lines.append(f"t{self.count} = {expression}")
+        return f"t{self.count}"
+
+
+def _scaled(factor: float, name: str) -> list[str]:
+    if abs(factor) <= NOTHING:
+        return []
+    negative = (factor < 0.0) != name.startswith("-")
+    bare = name.lstrip("-")
+    return [_signed(bare if abs(factor) == 1.0 else f"{abs(factor)!r}*{bare}", negative)]
+
+
+def _signed(text: str, negative: bool) -> str:
+    return f"-{text}" if negative else text
+
+
+def _minus(entry: Entry) -> Entry:
+    if isinstance(entry, str):
+        return entry[1:] if entry.startswith("-") else f"-{entry}"
+    return 0.0 - entry
+
+
+def _whole(x: float) -> float:
+    """The rounding of a right angle taken away."""
+    for exact in (0.0, 1.0, -1.0):
+        if abs(x - exact) < NOTHING:
+            return exact
+    return x
+
+
+def _said(entry: Entry) -> str:
+    return entry if isinstance(entry, str) else repr(float(entry))
+
+
+def _function(head: str, lines: Iterable[str]) -> str:
+    return f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)

@@ -1,0 +1,91 @@
+"""Small systems of linear equations in plain floats: numpy costs more to call than six unknowns to solve."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+LOST = 1e-10  # of the largest coefficient: a pivot below it is rounding
+SMALL = 1e-4  # [m, 1] a pivot from which on it is looked more closely
+DEMAND = 1e-9  # what an equation without unknowns left may ask for, in its own unit
+
+
+def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
+    """x with rows @ x = wanted; unknowns that nothing decides are 0.
+
+    None where an equation asks for what no unknown can give.
+    """
+    if len(rows) == len(rows[0]):
+        x = square(rows, wanted)
+        if x is not None:
+            return x
+    return _any(rows, wanted)
+
+
+def square(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
+    """`solve` for as many equations as unknowns, by elimination with partial pivoting; None near a singular matrix."""
+    table = [[*row, value] for row, value in zip(rows, wanted, strict=True)]
+    n = len(table)
+    for k in range(n):
+        r = k
+        for i in range(k + 1, n):
+            if abs(table[i][k]) > abs(table[r][k]):
+                r = i
+        pivot = table[r]
+        if abs(pivot[k]) < SMALL:
+            return None
+        table[r], table[k] = table[k], pivot
+        for i in range(k + 1, n):
+            row = table[i]
+            if row[k]:
+                factor = row[k] / pivot[k]
+                table[i] = [x - factor * y for x, y in zip(row, pivot, strict=True)]
+    return _back(table, list(range(n)), n)
+
+
+def _any(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
+    """By elimination with complete pivoting."""
+    table = [[*row, value] for row, value in zip(rows, wanted, strict=True)]
+    count = len(rows[0])
+    order: list[int] = []
+    least = LOST * max([abs(x) for row in rows for x in row], default=0.0)
+    for k in range(len(table)):
+        size, r, c = max(
+            [(abs(table[r][c]), r, c) for r in range(k, len(table)) for c in range(count) if c not in order],
+            default=(0.0, k, 0),
+        )
+        if size <= least:
+            if any(abs(row[count]) > DEMAND for row in table[k:]):
+                return None
+            break
+        table[k], table[r] = table[r], table[k]
+        order.append(c)
+        pivot = table[k]
+        for i in range(k + 1, len(table)):
+            factor = table[i][c] / pivot[c]
+            if factor:
+                table[i] = [x - factor * y for x, y in zip(table[i], pivot, strict=True)]
+    return _back(table, order, count)
+
+
+def determinant(rows: Sequence[Sequence[float]]) -> float:
+    """Of a square matrix, by elimination with partial pivoting."""
+    table, result = [list(row) for row in rows], 1.0
+    for k in range(len(table)):
+        r = max(range(k, len(table)), key=lambda i: abs(table[i][k]))
+        if not table[r][k]:
+            return 0.0
+        if r != k:
+            table[k], table[r], result = table[r], table[k], -result
+        result *= table[k][k]
+        for i in range(k + 1, len(table)):
+            factor = table[i][k] / table[k][k]
+            table[i] = [x - factor * y for x, y in zip(table[i], table[k], strict=True)]
+    return result
+
+
+def _back(table: list[list[float]], order: list[int], count: int) -> tuple[float, ...]:
+    x = [0.0] * count
+    for row, c in zip(reversed(table[: len(order)]), reversed(order), strict=True):
+        known = sum([a * b for a, b in zip(row, x, strict=False)])
+        x[c] = (row[count] - known) / row[c]
+    return tuple(x)

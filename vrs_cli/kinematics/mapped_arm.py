@@ -1,0 +1,96 @@
+"""A robot that is, under other names of directions, zeros and frames, an arm that a closed form knows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from vrs_cli.errors import LocationOutOfRange
+from vrs_cli.kinematics.axes import Chain, chain_of
+from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.jacobian import Singularity, Twist
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
+from vrs_cli.kinematics.serial_arm import SerialArm
+from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, rotate
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.serial_batch import MappedBatch
+
+
+@dataclass(frozen=True)
+class Canonical:
+    """A robot's chain with the links of a closed form, and the model that it solves, limits included."""
+
+    chain: Chain
+    model: RobotModel
+
+    def to(self, q: Joints) -> Joints:
+        """The joints of the robot as the arm has them."""
+        return self.chain.of(q)
+
+    def back(self, q: Joints) -> Joints:
+        return tuple([s * (x - link.theta) for s, x, link in zip(self.chain.signs, q, self.chain.links, strict=True)])
+
+
+def canonical(model: RobotModel, alphas: Sequence[float]) -> Canonical | None:
+    """The way to an arm of turning joints with these alphas; None where the axes of the robot do not lie so."""
+    if model.joint_count != len(alphas) + 1 or any(map(model.units.slides, range(1, model.joint_count + 1))):
+        return None
+    T_base_flange = link_frames(model, (0.0,) * model.joint_count)[-1]
+    chain = chain_of(joint_axes(model), model.units.kinds, T_base_flange, alphas)
+    if chain is None:
+        return None
+    ends = zip(chain.of(model.lower), chain.of(model.upper), strict=True)
+    lower, upper = zip(*((min(pair), max(pair)) for pair in ends), strict=True)
+    links = tuple(link._replace(theta=0.0) for link in chain.links)
+    inner = replace(model, links=links, base=IDENTITY, flange=IDENTITY, lower=lower, upper=upper)
+    return Canonical(chain, inner)
+
+
+class MappedArm(SerialArm):
+    """Asks the arm that the closed form solves; documented in `arm.RobotArm`."""
+
+    def __init__(self, model: RobotModel, way: Canonical, inner: SerialArm) -> None:
+        super().__init__(model)
+        self.way, self.inner, self.ways = way, inner, inner.ways
+        self.method = inner.method
+        self.to_inner, self.from_flange = inverse(way.chain.base), inverse(way.chain.flange)
+
+    def _seen(self, T: Transform) -> Transform:
+        """The pose of the flange as the inner arm has it."""
+        return compose(compose(self.to_inner, T), self.from_flange)
+
+    def configuration(self, q: Joints) -> Configuration:
+        return self.inner.configuration(self.way.to(q))
+
+    def twins(self, q: Joints) -> tuple[Configuration, ...]:
+        return self.inner.twins(self.way.to(q))
+
+    def branches(self, T: Transform) -> tuple[Joints | None, ...]:
+        back = self.way.back
+        return tuple([None if q is None else back(q) for q in self.inner.branches(self._seen(T))])
+
+    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+        q = self.inner.branch_joints(self._seen(T), configuration, self.way.to(near))
+        return None if q is None else self.way.back(q)
+
+    def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
+        return self.inner._out_of_reach(self._seen(T), configuration, hint)
+
+    def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+        v, w = rotate(self.to_inner, twist[:3]), rotate(self.to_inner, twist[3:])
+        tool = compose(self.way.chain.flange, T_flange_tool)
+        qd = self.inner.joint_velocity(self.way.to(q), (*v, *w), tool)
+        return tuple([s * rate for s, rate in zip(self.way.chain.signs, qd, strict=True)])
+
+    def singularity(self, q: Joints) -> Singularity:
+        return self.inner.singularity(self.way.to(q))
+
+    @cached_property
+    def _batch(self) -> MappedBatch:
+        from vrs_cli.kinematics.serial_batch import MappedBatch
+
+        return MappedBatch(self)

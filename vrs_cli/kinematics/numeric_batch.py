@@ -1,0 +1,108 @@
+"""`numeric_arm` over arrays: many searches at once, each row by itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.numeric_arm import CONVERGED, LARGEST_STEP, LEAST_DAMPING, STEPS, NumericArm
+from vrs_cli.kinematics.serial_batch import Flags, Floats, SerialBatch
+from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.transform import Transform
+
+
+class NumericBatch(SerialBatch):
+    """Rows that do not converge are NaN."""
+
+    def __init__(self, arm: NumericArm) -> None:
+        super().__init__(arm)
+        self.numeric = arm
+
+    def held(self) -> Flags:
+        return np.isin(np.arange(self.joints), self.numeric.held)
+
+    def inverse(self, T: Floats) -> tuple[Floats, Flags]:
+        """One way: from the middle of the ranges, and for the rows that fail from one start after the other."""
+        q = np.full((len(T), self.joints), np.nan)
+        for start in self.numeric.starts():
+            missing = np.flatnonzero(np.isnan(q[:, 0]))
+            if not len(missing):
+                break
+            q[missing] = self.search(T[missing], np.array(start), bounded=True)
+        return q[:, None], self.inside(q)[:, None]
+
+    def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
+        return self.search(T, near, fixed=self.held(), bounded=False)
+
+    def search(
+        self, T: Floats, near: Floats, *, bounded: bool, fixed: Flags | None = None, enough: int | None = None
+    ) -> Floats:
+        """(N, 3, 4) and starts (N, n) or (n,) -> (N, n). With `enough` rows found the search ends."""
+        q = np.array(np.broadcast_to(near, (len(T), self.joints)))
+        found = np.full_like(q, np.nan)
+        rows = np.flatnonzero(self.in_task(T))
+        for _ in range(STEPS):
+            if not len(rows) or (enough is not None and np.count_nonzero(~np.isnan(found[:, 0])) >= enough):
+                break
+            J, error = self._error(q[rows], T[rows])
+            done = np.abs(error).max(axis=1) < CONVERGED
+            found[rows[done]] = q[rows[done]]
+            rows, J, error = rows[~done], J[~done], error[~done]
+            before = q[rows]
+            q[rows] = self._stepped(before, J, error, bounded=bounded, fixed=fixed)
+            if self.numeric.short:
+                stuck = rows[np.abs(q[rows] - before).max(axis=1) < CONVERGED]
+                for row in stuck[self._reached(q[stuck], T[stuck])]:
+                    found[row] = q[row]
+                rows = np.setdiff1d(rows, stuck)
+        return found
+
+    def _reached(self, q: Floats, T: Floats) -> Flags:
+        """(N, n) and (N, 3, 4) -> (N,): whether what is missed is no more than three decimals tell."""
+        poses = map(Transform._make, T.reshape(-1, 12).tolist())
+        rows = zip(map(tuple, q.tolist()), poses, strict=True)
+        return np.array([self.numeric.reaches(at, pose) for at, pose in rows], dtype=np.bool_)
+
+    def _stepped(self, q: Floats, J: Floats, error: Floats, *, bounded: bool, fixed: Flags | None) -> Floats:
+        """One damped step; where it pushes joints out of their range, again without these."""
+        still = np.zeros(q.shape, dtype=np.bool_) if fixed is None else np.broadcast_to(fixed, q.shape).copy()
+        step = self._step(J, error, still)
+        if bounded:
+            for _ in range(self.joints):
+                pushed = ~still & (((q <= self.lower) & (step < 0.0)) | ((q >= self.upper) & (step > 0.0)))
+                if not pushed.any():
+                    break
+                still |= pushed
+                step = self._step(J, error, still)
+        largest = np.abs(step).max(axis=1, keepdims=True)
+        q = q + step * np.minimum(1.0, LARGEST_STEP / np.maximum(largest, 1e-300))
+        return np.clip(q, self.lower, self.upper) if bounded else q
+
+    def _step(self, J: Floats, error: Floats, still: Flags) -> Floats:
+        J = np.where(still[:, None, :], 0.0, J)
+        damping = 0.5 * (error * error).sum(axis=1) + LEAST_DAMPING
+        gram = J @ np.swapaxes(J, 1, 2) + damping[:, None, None] * np.eye(J.shape[1])
+        step: Floats = np.einsum("nij,ni->nj", J, np.linalg.solve(gram, error[..., None])[..., 0])
+        return step
+
+    def _error(self, q: Floats, T: Floats) -> tuple[Floats, Floats]:
+        have = self.forward(q)
+        if self.arm.model.task is Task.POINTING:
+            a, b = have[..., 2], T[..., 2]
+            turn = _as_long_as_angle(np.cross(a, b), (a * b).sum(axis=1))
+        else:
+            h, w = have[..., :3], T[..., :3]
+            v = 0.5 * np.cross(h, w, axis=1).sum(axis=2)
+            turn = _as_long_as_angle(v, 0.5 * ((h * w).sum(axis=(1, 2)) - 1.0))
+        missing = np.concatenate((T[..., 3] - have[..., 3], turn), axis=1)
+        return self.counted(q, self.jacobian(q), missing)
+
+
+def _as_long_as_angle(v: Floats, cosine: Floats) -> Floats:
+    """(N, 3) as long as the sines of angles -> as long as the angles."""
+    sine = np.linalg.norm(v, axis=1)
+    factor = np.arctan2(sine, cosine) / np.maximum(sine, 1e-12)
+    half = (sine < 1e-12) & (cosine < 0.0)  # half a turn: about any axis, the next step sees which
+    turn = v * np.where(sine < 1e-12, 1.0, factor)[:, None]
+    turn[half] = (1e-3, 0.0, 0.0)
+    return turn

@@ -1,0 +1,217 @@
+"""Six joints without a common point of the wrist: the arm of Universal Robots and its like, in closed form.
+
+    i   theta   d     a    alpha
+    1   q1      d1    0    +90 deg
+    2   q2      d2    a2     0
+    3   q3      d3    a3     0
+    4   q4      d4    0    +90
+    5   q5      d5    0    -90
+    6   q6      d6    0      0
+
+The axes of joints 2, 3 and 4 are parallel; joint 6 does not turn its own axis, and the axis of joint 5 leaves the plane
+of the arm at w = d2 + d3 + d4 from the axis of joint 1. With p the origin of frame 5 and y = (s1, -c1, 0) the axes of
+joints 2 to 4:  p . y = w  gives joint 1,  a . y = cos q5  joint 5,  (n . y, s . y) = sin q5 (c6, -s6)  joint 6, and two
+bars a2 and a3 in the plane the rest. Source: Hawkins, "Analytic inverse kinematics for the Universal Robots" (2013).
+
+The configurations, in V+'s words as they suit this arm:
+
+    RIGHTY / LEFTY    the arm to the right / left of the axis of joint 1, seen along the arm
+    ABOVE / BELOW     the elbow above / below the line from shoulder to wrist
+    NOFLIP / FLIP     joint 5 positive (or zero) / negative, as on a PUMA
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from math import acos, atan2, cos, hypot, pi, sin, sqrt
+from typing import TYPE_CHECKING, NamedTuple
+
+from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
+from vrs_cli.kinematics.axes import EXACT
+from vrs_cli.kinematics.configuration import ALL, Configuration, Wrist
+from vrs_cli.kinematics.jacobian import Singularity
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.serial_arm import SerialArm, turned_near
+from vrs_cli.kinematics.spherical_wrist import BOUNDARY, SINGULAR
+from vrs_cli.kinematics.transform import Transform
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.serial_batch import OffsetWristBatch
+
+ALPHAS = (pi / 2, 0.0, 0.0, pi / 2, -pi / 2)
+WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP meet
+
+
+class Offsets(NamedTuple):
+    """Lengths [m]; `right` is the side of the arm: +1.0 where w is positive, else -1.0."""
+
+    d1: float
+    a2: float
+    a3: float
+    side: float
+    d5: float
+    d6: float
+    right: float
+
+
+def offset_wrist_arm(model: RobotModel) -> MappedArm | None:
+    """The arm of a model of this kind; None for every other robot."""
+    way = canonical(model, ALPHAS)
+    if way is None:
+        return None
+    l1, l2, l3, l4, l5, l6 = way.model.links
+    if max(abs(l1.a), abs(l4.a), abs(l5.a)) > EXACT or min(l2.a, l3.a) <= EXACT:
+        return None
+    side = l2.d + l3.d + l4.d
+    offsets = Offsets(l1.d, l2.a, l3.a, side, l5.d, l6.d, -1.0 if side < 0.0 else 1.0)
+    return MappedArm(model, way, OffsetWristArm(way.model, offsets))
+
+
+class OffsetWristArm(SerialArm):
+    """Documented in `arm.RobotArm`; the links are those above."""
+
+    ways = ALL
+    method = "closed form, joints 2 to 4 parallel"
+
+    def __init__(self, model: RobotModel, offsets: Offsets) -> None:
+        super().__init__(model)
+        self.offsets = offsets
+
+    def configuration(self, q: Joints) -> Configuration:
+        g = self.offsets
+        outward = self._outward(q)
+        lefty = outward * g.right < -SINGULAR
+        forward = -1.0 if outward < -SINGULAR or (abs(outward) <= SINGULAR and g.right < 0.0) else 1.0
+        below = sin(q[2]) * forward > SINGULAR
+        return ALL[4 * lefty + 2 * below + (sin(q[4]) < -SINGULAR)]
+
+    def _outward(self, q: Joints) -> float:
+        """Of the origin of frame 5 in the arm's plane, from the axis of joint 1 [m]."""
+        _, q2, q3, q4, _, _ = q
+        g = self.offsets
+        return g.a2 * cos(q2) + g.a3 * cos(q2 + q3) + g.d5 * sin(q2 + q3 + q4)
+
+    def twins(self, q: Joints) -> tuple[Configuration, ...]:
+        present = self.configuration(q)
+        if abs(sin(q[4])) >= WRIST_SINGULAR:
+            return ()
+        other = Wrist.FLIP if present.wrist is Wrist.NOFLIP else Wrist.NOFLIP
+        return (Configuration(present.arm, present.elbow, other),)
+
+    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+        arm, elbow, wrist = configuration.signs
+        forward = arm * self.offsets.right
+        shoulder = self._shoulder(T, forward, near[0])
+        if shoulder is None:
+            return None
+        q1, c1, s1 = shoulder
+        q5, q6, *plane = self._wrist(T, c1, s1, wrist, near[5])
+        bars = self._bars(plane, -elbow * forward)
+        return None if bars is None else turned_near((q1, *bars, q5, q6), near)
+
+    def branches(self, T: Transform) -> tuple[Joints | None, ...]:
+        near, found = self._middle, list[Joints | None]()
+        for arm in (1.0, -1.0):
+            forward = arm * self.offsets.right
+            shoulder = self._shoulder(T, forward, near[0])
+            if shoulder is None:
+                found += (None,) * 4
+                continue
+            q1, c1, s1 = shoulder
+            wrists = [self._wrist(T, c1, s1, wrist, near[5]) for wrist in (1.0, -1.0)]
+            for elbow in (1.0, -1.0):
+                for q5, q6, *plane in wrists:
+                    bars = self._bars(plane, -elbow * forward)
+                    found.append(None if bars is None else turned_near((q1, *bars, q5, q6), near))
+        return tuple(found)
+
+    def _shoulder(self, T: Transform, forward: float, rest: float) -> tuple[float, float, float] | None:
+        """Joint 1, its cosine and its sine; `rest` where it may stand anywhere."""
+        _, _, _, side, _, d6, _ = self.offsets
+        x, y = T[3] - d6 * T[2], T[7] - d6 * T[6]
+        reach2 = x * x + y * y
+        outward2 = reach2 - side * side
+        if outward2 < -BOUNDARY:
+            return None
+        outward = forward * sqrt(max(outward2, 0.0))
+        if reach2 <= SINGULAR * SINGULAR:
+            return rest, cos(rest), sin(rest)
+        c1, s1 = (outward * x - side * y) / reach2, (outward * y + side * x) / reach2
+        return atan2(s1, c1), c1, s1
+
+    def _wrist(
+        self, T: Transform, c1: float, s1: float, wrist: float, rest: float
+    ) -> tuple[float, float, float, float, float, float]:
+        """Joints 5 and 6; sine and cosine of q2 + q3 + q4; where joint 4 is in the arm's plane, outward and up."""
+        nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
+        d1, _, _, _, d5, d6, _ = self.offsets
+        n, s = nx * s1 - ny * c1, sx * s1 - sy * c1  # n . y, s . y
+        s5 = hypot(n, s)
+        c5 = ax * s1 - ay * c1
+        q6 = atan2(-s * wrist, n * wrist) if s5 > SINGULAR else rest
+        s5 *= wrist
+        c6, s6 = cos(q6), sin(q6)
+        u, v = c5 * c6, -c5 * s6  # x axis of frame 4 seen from the flange: (u, v, -s5)
+        level = c1 * (nx * u + sx * v - ax * s5) + s1 * (ny * u + sy * v - ay * s5)
+        lift = nz * u + sz * v - az * s5
+        outward = c1 * (px - d6 * ax) + s1 * (py - d6 * ay) - d5 * lift
+        return atan2(s5, c5), q6, lift, level, outward, pz - d6 * az - d1 + d5 * level
+
+    def _bars(self, plane: Sequence[float], fold: float) -> tuple[float, float, float] | None:
+        """Joints 2, 3 and 4, from what `_wrist` says of the plane."""
+        lift, level, h, v = plane
+        _, a2, a3, _, _, _, _ = self.offsets
+        k = (h * h + v * v - a2 * a2 - a3 * a3) / (2.0 * a2 * a3)
+        if not -1.0 < k < 1.0:
+            if not -1.0 - BOUNDARY < k < 1.0 + BOUNDARY:
+                return None
+            k = 1.0 if k > 0.0 else -1.0
+        q3 = fold * acos(k)
+        q2 = atan2(v, h) - atan2(a3 * fold * sqrt((1.0 - k) * (1.0 + k)), a2 + a3 * k)
+        return q2, q3, atan2(lift, level) - q2 - q3
+
+    def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
+        g = self.offsets
+        x, y = T.px - g.d6 * T.ax, T.py - g.d6 * T.ay
+        across, side = hypot(x, y), abs(g.side)
+        if across < side:
+            return LocationTooClose(
+                f"the wrist would be {1000 * across:.1f} mm from the axis of joint 1, "
+                f"it cannot come nearer than {1000 * side:.1f} mm",
+                hint or f"move the location {1000 * (side - across):.1f} mm away from the axis",
+            )
+        far = self._from_shoulder(T, configuration)
+        where = f"joint 4 would be {1000 * far:.1f} mm from the shoulder, "
+        if far > g.a2 + g.a3:
+            return LocationTooFar(
+                where + f"the arm reaches {1000 * (g.a2 + g.a3):.1f} mm",
+                hint or f"move the location {1000 * (far - g.a2 - g.a3):.1f} mm nearer",
+            )
+        return LocationTooClose(
+            where + f"the folded arm comes no nearer than {1000 * abs(g.a2 - g.a3):.1f} mm",
+            hint or f"move the location {1000 * (abs(g.a2 - g.a3) - far):.1f} mm away",
+        )
+
+    def _from_shoulder(self, T: Transform, configuration: Configuration) -> float:
+        """Where joint 4 would have to be [m]: the arm is solved with bars so long that they reach."""
+        g = self.offsets
+        length = 10.0 * (g.a2 + g.a3) + hypot(T.px, T.py, T.pz)
+        long = OffsetWristArm(self.model, g._replace(a2=length, a3=length))
+        stretched = long.branch_joints(T, configuration, (0.0,) * 6)
+        if stretched is None:
+            return g.a2 + g.a3
+        bars = long.offsets
+        return sqrt(bars.a2**2 + bars.a3**2 + 2.0 * bars.a2 * bars.a3 * cos(stretched[2]))
+
+    @cached_property
+    def _batch(self) -> OffsetWristBatch:
+        from vrs_cli.kinematics.serial_batch import OffsetWristBatch
+
+        return OffsetWristBatch(self)
+
+    def singularity(self, q: Joints) -> Singularity:
+        g = self.offsets
+        return Singularity(abs(self._outward(q)) / (g.a2 + g.a3 + abs(g.d5)), abs(sin(q[2])), abs(sin(q[4])))

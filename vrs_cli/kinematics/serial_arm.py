@@ -1,0 +1,394 @@
+"""What every serial arm can do whatever its links: the common part of all classes behind `arm.RobotArm`.
+
+A class adds `branch_joints`, the inverse of one branch, and says which branches there are. The rest is here: choosing a
+branch for a motion, the limits, what a refusal says, the velocities.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
+from math import acos, degrees, dist
+from typing import TYPE_CHECKING, NamedTuple, cast
+
+from vrs_cli.errors import (
+    IllegalValue,
+    JointOutOfRange,
+    LocationOutOfRange,
+    LocationTooFar,
+    StraightLineSingular,
+)
+from vrs_cli.kinematics.axes import along, axis_of, cross, dot, from_to
+from vrs_cli.kinematics.compiled import Formulas, formulas
+from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
+from vrs_cli.kinematics.elimination import solve
+from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, bias_of
+from vrs_cli.kinematics.joints import (
+    LIMIT_TOLERANCE,
+    JointKind,
+    Joints,
+    joints_outside,
+    nearest_turn,
+    turn_within,
+)
+from vrs_cli.kinematics.model import SAMPLES, RobotModel, joint_axes, link_frames
+from vrs_cli.kinematics.task import ALL_PARTS
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, position, to_oat
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from vrs_cli.kinematics.serial_batch import SerialBatch
+
+    Floats = NDArray[np.float64]
+    Flags = NDArray[np.bool_]
+
+LEVEL, STRAIGHT = 1e-5, 2e-4  # [m, rad] what a location may be beside the arm's plane or tilted: three decimals do it
+CONSTANT = 1e-9  # [m, sine] an arm that changes it by less does not
+
+
+class Solution(NamedTuple):
+    """One branch of the inverse: joints [rad, m] (None: out of reach) and those of them that are out of limits."""
+
+    configuration: Configuration
+    joints: Joints | None
+    outside: tuple[int, ...]  # counted from 1, as JT1 is
+
+    @property
+    def usable(self) -> bool:
+        return self.joints is not None and not self.outside
+
+
+class Unchanging(NamedTuple):
+    """What no joint of an arm changes: coordinates of the flange (0 to 2 and the value [m]), and where it points."""
+
+    places: tuple[tuple[int, float], ...]
+    approach: Vector | None
+
+
+_new = tuple.__new__
+
+
+class SerialArm:
+    """The methods are documented in `arm.RobotArm`."""
+
+    ways: tuple[Configuration, ...] = (NONE,)
+    seed_step = 1.0
+    method = "closed form"
+
+    def __init__(self, model: RobotModel) -> None:
+        self.model = model
+        self._limits = tuple(zip(model.lower, model.upper, strict=True))
+        self.turning = tuple(link.kind is JointKind.REVOLUTE for link in model.links)
+
+    @cached_property
+    def forward(self) -> Callable[[Joints], Transform]:  # a function by itself: read once, called often
+        return cast(Callable[[Joints], Transform], self._formulas.forward)
+
+    @cached_property
+    def _formulas(self) -> Formulas:
+        return formulas(self.model.links, self.model.base, self.model.flange)
+
+    def frames(self, q: Joints) -> tuple[Transform, ...]:
+        return link_frames(self.model, q)
+
+    def configuration(self, q: Joints) -> Configuration:  # noqa: ARG002 (others look at q)
+        return self.ways[0]
+
+    def twins(self, q: Joints) -> tuple[Configuration, ...]:  # noqa: ARG002 (others look at q)
+        return ()
+
+    def limits_ok(self, q: Joints) -> bool:
+        return not self._outside(q)
+
+    def _outside(self, q: Joints) -> tuple[int, ...]:
+        return joints_outside(q, self.model.lower, self.model.upper)
+
+    @cached_property
+    def words(self) -> tuple[Flag, ...]:
+        parts = zip(*(way.flags for way in self.ways), strict=True)
+        return tuple(dict.fromkeys(flag for part in parts for flag in part if flag is not None))
+
+    # --- inverse -----------------------------------------------------------------------------------------
+
+    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+        raise NotImplementedError
+
+    def branches(self, T: Transform) -> tuple[Joints | None, ...]:
+        middle = self._middle
+        found = (self.branch_joints(T, way, middle) for way in self.ways)
+        return tuple([None if q is None else self._best_turns(q) for q in found])
+
+    @cached_property
+    def _middle(self) -> Joints:
+        return tuple((low + high) / 2 for low, high in self._limits)
+
+    def inverse_all(self, T: Transform) -> tuple[Solution, ...]:
+        outside = self._outside
+        return tuple(
+            [  # a list first: a generator costs a fifth more
+                _new(Solution, (way, q, () if q is None else outside(q)))
+                for way, q in zip(self.ways, self.branches(T), strict=True)
+            ]
+        )
+
+    def inverse_branch(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+        q = self.branch_joints(T, configuration, near)
+        return None if q is None else self._inside(q, near)
+
+    def _inside(self, q: Joints, near: Joints) -> Joints | None:
+        """The turns of q inside the limits, each the nearest to `near`."""
+        turned: list[float] = []
+        for x, reference, (low, high), turns in zip(q, near, self._limits, self.turning, strict=True):
+            turn = turn_within(x, reference, low, high) if turns else _within(x, low, high)
+            if turn is None:
+                return None
+            turned.append(turn)
+        return tuple(turned)
+
+    def select(
+        self,
+        T: Transform,
+        near: Joints,
+        *,
+        arm: Arm | None = None,
+        elbow: Elbow | None = None,
+        wrist: Wrist | None = None,
+    ) -> Joints:
+        self.check_task(T)
+        wanted = self._wanted(self.configuration(near), arm, elbow, wrist)
+        found = [q for way in wanted if (q := self.inverse_branch(T, way, near)) is not None]
+        if not found:
+            raise self._refusal(T, near, wanted)
+        return min(found, key=lambda q: self._duration(near, q))
+
+    def _wanted(
+        self, have: Configuration, arm: Arm | None, elbow: Elbow | None, wrist: Wrist | None
+    ) -> tuple[Configuration, ...]:
+        """Those with what is asked; arm and elbow that are not asked stay, of the wrists the present one is first."""
+        arm, elbow = arm or have.arm, elbow or have.elbow
+        suited = [
+            way
+            for way in self.ways
+            if way.arm in (None, arm) and way.elbow in (None, elbow) and (wrist is None or way.wrist in (None, wrist))
+        ]
+        return tuple(sorted(suited, key=lambda way: way.wrist is not have.wrist))
+
+    def _duration(self, a: Joints, b: Joints) -> float:
+        """The time that the slowest joint needs at its full velocity [s]."""
+        return max(abs(y - x) / v for x, y, v in zip(a, b, self.model.max_velocity, strict=True))
+
+    # --- refusals ----------------------------------------------------------------------------------------
+
+    def _refusal(
+        self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]
+    ) -> LocationOutOfRange | JointOutOfRange:
+        """Why none of the wanted configurations reaches T, and which other one would."""
+        q = self.branch_joints(T, wanted[0], near)
+        hint = self._other_way(T, near, wanted)
+        if q is None:
+            return self._out_of_reach(T, wanted[0], hint)
+        tries = [self._best_turns(joints) for c in wanted if (joints := self.branch_joints(T, c, near)) is not None]
+        q = min(tries, key=lambda joints: len(self._outside(joints)))
+        return self._joint_refusal(q, hint)
+
+    def _joint_refusal(self, q: Joints, hint: str) -> JointOutOfRange:
+        joint, model = self._outside(q)[0], self.model
+        detail = f"would be {model.said(joint, q[joint - 1])}, its range is {model.range_of(joint)}"
+        return JointOutOfRange(joint, detail, hint or self._no_other_way)
+
+    @property
+    def _no_other_way(self) -> str:
+        return "no other configuration reaches the location either" if len(self.ways) > 1 else ""
+
+    def _best_turns(self, q: Joints) -> Joints:
+        """Each joint on the turn nearest to the middle of its range: outside only if every turn is."""
+        rows = zip(q, self._middle, self.turning, strict=True)
+        return tuple(nearest_turn(x, middle) if turns else x for x, middle, turns in rows)
+
+    def _other_way(self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]) -> str:
+        """The words that bring T in reach: the fewest that do, then those of the shortest way; empty if none do."""
+        ways = [
+            (len(words), self._duration(near, q), words)
+            for configuration, q, outside in self.inverse_all(T)
+            if q is not None and not outside and (words := configuration.words_beside(wanted))
+        ]
+        if not ways:
+            return ""
+        said = " ".join(min(ways)[2])
+        return f"in reach {said}; say {said} first"
+
+    def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:  # noqa: ARG002
+        """Too far, in millimetres, or out of reach in a way that has no name."""
+        start, most = self._reach
+        far = dist(position(T), start)
+        if far > most:
+            return LocationTooFar(
+                f"the flange would be {1000 * far:.1f} mm from the axis of joint 1, "
+                f"all links in one line are {1000 * most:.1f} mm",
+                hint or f"move the location at least {1000 * (far - most):.1f} mm nearer",
+                far - most,
+            )
+        return LocationOutOfRange("no joints bring the flange there", hint or "turn the location, or move it nearer")
+
+    @cached_property
+    def _reach(self) -> tuple[Vector, float]:
+        """A point on the axis of joint 1, and a distance from it that the flange never exceeds [m].
+
+        The foot of the flange on the last axis, the foot of that on the one before, ...: each keeps its distance
+        from the next, but for what a joint slides.
+        """
+        at = position(link_frames(self.model, (0.0,) * self.model.joint_count)[-1])
+        length = 0.0
+        rows = zip(joint_axes(self.model), self._limits, self.turning, strict=True)
+        for axis, limits, turns in reversed(list(rows)):
+            foot = along(axis.point, axis.direction, dot(from_to(axis.point, at), axis.direction))
+            length += dist(foot, at) + (0.0 if turns else max(map(abs, limits)))
+            at = foot
+        return at, length
+
+    # --- the part of a pose that counts --------------------------------------------------------------------
+
+    @cached_property
+    def unchanging(self) -> Unchanging:
+        """What no joint changes, seen on a few poses; nothing for an arm that has all six freedoms."""
+        if self.model.joint_count >= ALL_PARTS and all(self.model.task.counts):
+            return Unchanging((), None)
+        poses = [self.forward(tuple(low + part * (high - low) for low, high in self._limits)) for part in SAMPLES]
+        first = poses[0]
+        places = tuple(
+            (i, first[k]) for i, k in enumerate((3, 7, 11)) if all(abs(T[k] - first[k]) < CONSTANT for T in poses)
+        )
+        approach = axis_of(first).direction
+        steady = all(dist(axis_of(T).direction, approach) < CONSTANT for T in poses)
+        return Unchanging(places, approach if steady else None)
+
+    def check_task(self, T: Transform) -> None:
+        """Raises LocationOutOfRange for a pose of the flange outside of what this arm can do at all."""
+        places, approach = self.unchanging
+        for i, value in places:
+            if abs(position(T)[i] - value) > LEVEL:
+                axis, at = "XYZ"[i], f"{1000.0 * position(T)[i]:.1f} mm"
+                raise LocationOutOfRange(
+                    f"this robot moves in the plane {axis} = {1000.0 * value:.1f} mm, "
+                    f"the flange would be at {axis} = {at}",
+                    f"move the location into the plane: {1000.0 * (value - position(T)[i]):+.1f} mm along {axis}",
+                )
+        if approach is not None and (tilt := _angle(approach, axis_of(T).direction)) > STRAIGHT:
+            raise self._tilted(approach, tilt)
+
+    def in_task(self, T: Transform) -> bool:
+        """Whether `check_task` has nothing to say."""
+        places, approach = self.unchanging
+        return all(abs(position(T)[i] - value) <= LEVEL for i, value in places) and (
+            approach is None or _angle(approach, axis_of(T).direction) <= STRAIGHT
+        )
+
+    def _tilted(self, approach: Vector, tilt: float) -> LocationOutOfRange:
+        o, a, _ = map(degrees, to_oat(self.forward(self.model.poses["ready"])))
+        upright = abs(approach[2]) > 1.0 - CONSTANT
+        how = (
+            ("vertical, pointing down" if approach[2] < 0.0 else "vertical, pointing up")
+            if upright
+            else "in one direction"
+        )
+        return LocationOutOfRange(
+            f"this robot keeps its tool {how}; the location tilts it by {degrees(tilt):.2f} deg",
+            f"give O {o:g}, A {a:g}, and turn the tool by T",
+        )
+
+    def check_tool(self, T_flange_tool: Transform) -> None:
+        free = [not counts for counts in self.model.task.counts[3:]]
+        x, y, z = position(T_flange_tool)
+        levers = ((y, z), (z, x), (x, y))  # of a turn about X, Y, Z
+        steady = self.unchanging.approach is not None  # then only turns about it happen at all
+        for axis, (loose, lever) in enumerate(zip(free, levers, strict=True)):
+            if loose and (axis == 2 or not steady) and max(map(abs, lever)) > LEVEL:
+                raise IllegalValue(
+                    f"a tool {1000 * max(map(abs, lever)):.1f} mm beside an axis whose turn this robot does not choose",
+                    "make the last link of the robot file as long as link and tool",
+                )
+
+    # --- velocities --------------------------------------------------------------------------------------
+
+    def jacobian(self, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
+        return cast(Jacobian, self._formulas.jacobian(q, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11]))
+
+    def twist(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
+        rows = self.jacobian(q, T_flange_tool)
+        vx, vy, vz, wx, wy, wz = (sum([a * b for a, b in zip(row, qd, strict=True)]) for row in rows)
+        return vx, vy, vz, wx, wy, wz
+
+    def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+        return self._solved(q, *self._counted(q, self.jacobian(q, T_flange_tool), twist))
+
+    def _solved(self, q: Joints, rows: Sequence[Joints], wanted: Sequence[float]) -> Joints:
+        qd = solve(rows, wanted)
+        if qd is None:
+            raise StraightLineSingular(
+                f"{self.singularity(q).nearest}: the joints cannot move the tool that way there",
+                "take another path, or go there by MOVE",
+            )
+        return qd
+
+    def _counted(self, q: Joints, J: Sequence[Joints], twist: Twist) -> tuple[list[Joints], list[float]]:
+        """The rows of J and of the twist that count; turns are those about the axes of the flange."""
+        counts = self.model.task.counts
+        if all(counts):
+            return list(J), list(twist)
+        T = self.forward(q)
+        axes = ((T.nx, T.ny, T.nz), (T.sx, T.sy, T.sz), (T.ax, T.ay, T.az))
+        rows = [row for row, counted in zip(J[:3], counts, strict=False) if counted]
+        wanted = [v for v, counted in zip(twist[:3], counts, strict=False) if counted]
+        for (x, y, z), counted in zip(axes, counts[3:], strict=True):
+            if counted:
+                rows.append(tuple([x * a + y * b + z * c for a, b, c in zip(*J[3:], strict=True)]))
+                wanted.append(x * twist[3] + y * twist[4] + z * twist[5])
+        return rows, wanted
+
+    def acceleration_bias(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
+        return bias_of(self.jacobian(q, T_flange_tool), qd)
+
+    def singularity(self, q: Joints) -> Singularity:  # noqa: ARG002 (others look at q)
+        return Singularity(1.0, 1.0, 1.0)
+
+    # --- arrays ------------------------------------------------------------------------------------------
+
+    def forward_batch(self, q: Floats) -> Floats:
+        return self._batch.forward(q)
+
+    def inverse_batch(self, T: Floats) -> tuple[Floats, Flags]:
+        return self._batch.inverse(T)
+
+    def inverse_branch_batch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
+        return self._batch.inverse_branch(T, configuration, near)
+
+    def jacobian_batch(self, q: Floats, T_flange_tool: Transform = IDENTITY) -> Floats:
+        return self._batch.jacobian(q, T_flange_tool)
+
+    def joint_velocity_batch(self, q: Floats, twist: Floats, T_flange_tool: Transform = IDENTITY) -> Floats:
+        return self._batch.joint_velocity(q, twist, T_flange_tool)
+
+    @cached_property
+    def _batch(self) -> SerialBatch:
+        # Here and not above: it brings numpy, which is most of the start-up time of a shell that needs no arrays.
+        from vrs_cli.kinematics.serial_batch import SerialBatch
+
+        return SerialBatch(self)
+
+
+def _within(x: float, low: float, high: float) -> float | None:
+    """A joint that slides has no other turn; rounding beyond a limit is forgiven."""
+    return min(max(x, low), high) if low - LIMIT_TOLERANCE <= x <= high + LIMIT_TOLERANCE else None
+
+
+def _angle(a: Vector, b: Vector) -> float:
+    """Between two directions [rad]."""
+    sine = dist(cross(a, b), (0.0, 0.0, 0.0))
+    return sine if dot(a, b) > 0.0 and sine < STRAIGHT else acos(min(max(dot(a, b), -1.0), 1.0))
+
+
+def turned_near(angles: Iterable[float], near: Joints) -> Joints:
+    """Each angle on the turn nearest to the reference."""
+    return tuple([nearest_turn(angle, reference) for angle, reference in zip(angles, near, strict=True)])

@@ -1,0 +1,136 @@
+"""Arms with six joints of which the last three meet in one point, as the PUMA 560.
+
+Formulas: `spherical_wrist`, `inverse`, `jacobian`. A robot whose links are those of the formulas is solved as it is;
+one that only has its axes like that, by way of `mapped_arm`.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from math import hypot
+from typing import TYPE_CHECKING, NamedTuple
+
+from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
+from vrs_cli.kinematics import jacobian as velocity
+from vrs_cli.kinematics.configuration import ALL, Configuration, Wrist
+from vrs_cli.kinematics.forward import make_forward
+from vrs_cli.kinematics.inverse import make_branch, make_branches, make_outside, make_within
+from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.serial_arm import SerialArm
+from vrs_cli.kinematics.spherical_wrist import ALPHAS, Geometry, configuration_of, geometry_of, wrist_centre
+from vrs_cli.kinematics.transform import IDENTITY, Transform
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.arm_batch import ArmBatch
+
+WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP meet
+
+
+def spherical_wrist_arm(model: RobotModel) -> SphericalWristArm | MappedArm | None:
+    """The arm of a model of this kind; None for every other robot."""
+    geometry = geometry_of(model)
+    if geometry is not None:
+        return SphericalWristArm(model, geometry)
+    way = canonical(model, ALPHAS[:5])
+    geometry = None if way is None else geometry_of(way.model)
+    if way is None or geometry is None:
+        return None
+    return MappedArm(model, way, SphericalWristArm(way.model, geometry))
+
+
+class Reach(NamedTuple):
+    """Where the wrist centre can be, limits of joints left aside [m].
+
+    Between `inner` and `outer` from the axis of joint 2, and no nearer than `axis` to the axis of joint 1.
+    """
+
+    outer: float
+    inner: float
+    axis: float
+
+
+class SphericalWristArm(SerialArm):
+    """Six revolute joints, the last three meeting in one point; the formulas are those of `spherical_wrist`.
+
+    The methods are documented in `RobotArm`.
+    """
+
+    ways = ALL
+    method = "closed form, spherical wrist"
+
+    def __init__(self, model: RobotModel, geometry: Geometry) -> None:
+        super().__init__(model)
+        self.geometry = geometry
+        self.forward = make_forward(geometry)
+        self.branches = make_branches(geometry, model)  # type: ignore[method-assign, assignment] # written out, for speed
+        self.branch_joints = make_branch(geometry)  # type: ignore[method-assign, assignment]
+        self._outside = make_outside(model)  # type: ignore[method-assign, assignment]
+        self._within = make_within(model)
+        a2, forearm, side = geometry.a2, geometry.forearm, abs(geometry.side)
+        self.reach = Reach(outer=a2 + forearm, inner=abs(a2 - forearm), axis=side)
+
+    def configuration(self, q: Joints) -> Configuration:
+        return configuration_of(self.geometry, q)
+
+    def twins(self, q: Joints) -> tuple[Configuration, ...]:
+        present = self.configuration(q)
+        if abs(q[4]) >= WRIST_SINGULAR:
+            return ()
+        other = Wrist.FLIP if present.wrist is Wrist.NOFLIP else Wrist.NOFLIP
+        return (Configuration(present.arm, present.elbow, other),)
+
+    def _inside(self, q: Joints, near: Joints) -> Joints | None:
+        return q if self._within(q) else super()._inside(q, near)
+
+    def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
+        """Too far or too close, in millimetres, for the arm of this configuration."""
+        outward, down, across = wrist_centre(self.geometry, T, configuration)
+        if across < self.reach.axis:
+            return LocationTooClose(
+                f"the wrist would be {1000 * across:.1f} mm from the axis of joint 1, "
+                f"it cannot come nearer than {1000 * self.reach.axis:.1f} mm",
+                hint or f"move the location {1000 * (self.reach.axis - across):.1f} mm away from the axis",
+                self.reach.axis - across,
+            )
+        far = hypot(outward, down)
+        where = f"the wrist would be {1000 * far:.1f} mm from the shoulder, "
+        if far > self.reach.outer:
+            return LocationTooFar(
+                where + f"the arm reaches {1000 * self.reach.outer:.1f} mm",
+                hint or f"move the location {1000 * (far - self.reach.outer):.1f} mm nearer",
+                far - self.reach.outer,
+            )
+        return LocationTooClose(
+            where + f"the folded arm comes no nearer than {1000 * self.reach.inner:.1f} mm",
+            hint or f"move the location {1000 * (self.reach.inner - far):.1f} mm away",
+            self.reach.inner - far,
+        )
+
+    # --- velocities --------------------------------------------------------------------------------------
+
+    def jacobian(self, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
+        return velocity.jacobian(self.geometry, q, T_flange_tool)
+
+    def twist(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
+        return velocity.twist(self.geometry, q, qd, T_flange_tool)
+
+    def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+        return velocity.joint_velocity(self.geometry, q, twist, T_flange_tool)
+
+    def acceleration_bias(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
+        return velocity.acceleration_bias(self.geometry, q, qd, T_flange_tool)
+
+    def singularity(self, q: Joints) -> Singularity:
+        return velocity.singularity(self.geometry, q)
+
+    # --- arrays ------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _batch(self) -> ArmBatch:  # type: ignore[override] # the same methods, by the closed form
+        # Here and not above: it brings numpy, which is most of the start-up time of a shell that needs no arrays.
+        from vrs_cli.kinematics.arm_batch import ArmBatch
+
+        return ArmBatch(self.geometry, self.model)

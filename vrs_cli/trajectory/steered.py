@@ -1,0 +1,107 @@
+"""One tick of steering: the joints chase a target that moves, each as well as its limits allow.
+
+Every joint wants the velocity `w + g(e)`: that of its target, and one that takes away the error e within a short time,
+but no more than it can brake from on the way: g(e) = e / (2 D), at most sqrt(a |e|). It changes its velocity towards
+that within D / 2. Where limits do not matter this is the critically damped law  q'' = e / D^2 + 2 (w - q') / D  for a
+target that keeps its velocity w, so it follows such a target without a lag. It is held for one tick, as a parabola.
+
+When no other target comes, the joints coast for a while and then brake. A joint always leaves itself room for both
+before the end of its range; so it stays inside whatever comes, if it did at the beginning.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import copysign, sqrt
+from typing import NamedTuple
+
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.trajectory.blend import JointLimits, JointState, joint_stop, joint_stop_each, laid
+from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.polynomial import parabola
+from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+
+RESPONSE = 2.5  # D in ticks: quick, and steady for targets that are known once a tick
+COASTING = 1.0  # ticks: how late the next target may come without a jolt
+SPARE = 1.0 - 1e-9  # of limits, for rounding
+
+
+class Target(NamedTuple):
+    """Where the joints are to be now [rad], and how fast that place moves [rad/s]."""
+
+    joints: Joints
+    velocity: Joints
+
+
+class Room(NamedTuple):
+    """The ranges of the joints [rad]."""
+
+    lower: Joints
+    upper: Joints
+
+
+def steered(
+    state: JointState, target: Target, limits: JointLimits, room: Room, tick: float, start: float, motion: Motion
+) -> tuple[Segment, ...]:
+    """A tick [s] towards the target, on the time grid, then coasting and braking to rest."""
+    v1 = tuple(
+        _next_velocity(q, v, p, w, v_max * SPARE, a_max * SPARE, low, high, tick)
+        for q, v, p, w, v_max, a_max, low, high in zip(
+            state.joints, state.velocity, *target, limits.velocity, limits.acceleration, *room, strict=True
+        )
+    )
+    chase = laid(start, motion, _chase(state, v1, tick))
+    last = chase[-1]
+    assert isinstance(last.path, JointPath)
+    after = JointState(last.path.joints(last.duration), v1)
+    return (*chase, *_stop(after, limits, room, last.finish, motion))
+
+
+def _chase(state: JointState, v1: Joints, tick: float) -> Iterator[tuple[float, Phase, Path]]:
+    path = tuple(map(parabola, state.joints, state.velocity, v1, (tick,) * len(v1)))
+    yield tick, Phase.BLEND, JointPath(path)
+    if any(v1):
+        q = JointPath(path).joints(tick)
+        yield COASTING * tick, Phase.CRUISE, JointPath(tuple(zip(q, v1, strict=True)))
+
+
+def _stop(state: JointState, limits: JointLimits, room: Room, start: float, motion: Motion) -> tuple[Segment, ...]:
+    """All joints together where there is room for that, each in its own time where not."""
+    together = joint_stop(state, limits, start, motion)
+    if not together:
+        return ()
+    path = together[-1].path
+    assert isinstance(path, JointPath)
+    ends = path.joints(together[-1].duration)
+    if all(low <= q <= high for q, low, high in zip(ends, *room, strict=True)):
+        return together
+    return joint_stop_each(state, limits, start, motion)
+
+
+def _next_velocity(
+    q: float, v: float, p: float, w: float, v_max: float, a_max: float, low: float, high: float, tick: float
+) -> float:
+    """The velocity of a joint at the end of the tick."""
+    response = RESPONSE * tick
+    error = p - q
+    closing = copysign(min(abs(error) / (2.0 * response), sqrt(a_max * abs(error))), error)
+    wanted = v + (min(max(w + closing, -v_max), v_max) - v) * min(2.0 * tick / response, 1.0)
+    change = a_max * tick
+    v1 = min(max(wanted, v - change), v + change)
+    fastest = _fastest(high - q, v, a_max, tick)
+    if v1 > fastest:
+        return max(fastest, v - change)
+    slowest = -_fastest(q - low, -v, a_max, tick)
+    return min(slowest, v + change) if v1 < slowest else v1
+
+
+def _fastest(room: float, v: float, a_max: float, tick: float) -> float:
+    """The greatest velocity at the end of the tick from which the way to the end of the range is enough:
+
+    (v + v1) tick / 2 + v1 coasting + v1^2 / (2 a) <= room, for v1 >= 0; 0 where there is no such velocity.
+    """
+    left = room - 0.5 * v * tick
+    if left <= 0.0:
+        return 0.0
+    b = a_max * tick * (0.5 + COASTING)
+    return sqrt(b * b + 2.0 * a_max * left) - b
