@@ -7,22 +7,26 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from math import radians
+from statistics import fmean
 from typing import Any
 
 import numpy as np
 
-from benchmarks.peers import Peers, beside
+from benchmarks.peers import Figures, Peers, beside
 from benchmarks.peers.timing import at_once, each
 from benchmarks.report import Figure, show
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import Here, plan, plan_motion
 from vrs_cli.engine.position import joints_at, joints_over, positions_at
+from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import load_robot
 from vrs_cli.trajectory.blend import JointState
-from vrs_cli.trajectory.motion import Kind, Motion, Start
-from vrs_cli.trajectory.segment import JointPath
+from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
+from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
 MODEL = load_robot("puma560")
@@ -30,13 +34,14 @@ MOTIONS = 3400  # of three segments each
 TIMES = 1000  # read one by one
 MANY = 100_000  # read at once, sorted
 TASKS = 40  # motions planned
-JERK_TIME = 0.1  # [s] to full acceleration, for peers that limit jerk
+ARM = Engine(MODEL).arm
 
 
 def main() -> None:
     peers = Peers()
     engine = wandering(MOTIONS)
-    figures = [*reading(engine, peers), *planning(peers), *editing(engine), straight()]
+    lines = [straight(Profile.LSPB), straight(Profile.SCURVE)]
+    figures = [*reading(engine, peers), *planning(peers), *editing(engine), *lines]
     title = f"Engine; g on a timeline of {len(engine.timeline)} segments, {engine.end:.0f} s"
     show(title, figures, peers.missing)
 
@@ -96,28 +101,46 @@ def planning(peers: Peers) -> list[Figure]:
     still = (0.0,) * MODEL.joint_count
     from_rest = [(_somewhere(source), still, _somewhere(source)) for _ in range(TASKS)]
     from_motion = [(q, tuple(0.5 * v for v in MODEL.max_velocity), goal) for q, _, goal in from_rest]
+    from_acceleration = [(*task, _accelerating(source)) for task in from_motion]
     work = {
         "from_rest": from_rest,
         "from_motion": from_motion,
+        "from_acceleration": from_acceleration,
         "velocity": MODEL.max_velocity,
         "acceleration": MODEL.max_acceleration,
-        "jerk": [a / JERK_TIME for a in MODEL.max_acceleration],
+        "jerk": MODEL.max_jerk,
     }
     rest, motion = _planned(from_rest), _planned(from_motion)
     theirs = [peers.figures(name, work) for name in ("ruckig_peer", "toppra_peer", "toolbox_peer")]
     return [
         Figure("f, MOVE from rest", rest, "60", beside("f from_rest", *theirs)),
         Figure("f, MOVE out of motion", motion, "60", beside("f from_motion", *theirs)),
+        *_jerk_limited("from rest", "from_rest", from_rest, theirs[0]),
+        *_jerk_limited("out of motion", "from_motion", from_motion, theirs[0]),
+        *_jerk_limited("out of acceleration", "from_acceleration", from_acceleration, theirs[0]),
     ]
 
 
-def _planned(tasks: list[tuple[tuple[float, ...], ...]]) -> float:
-    arm = Engine(MODEL).arm
+def _accelerating(source: random.Random) -> Joints:
+    return tuple(source.uniform(-a, a) for a in MODEL.max_acceleration)
 
-    def work(q: tuple[float, ...], v: tuple[float, ...], goal: tuple[float, ...]) -> object:
-        return plan_motion(arm, Here(JointState(q, v)), Motion(1, Kind.JOINT, Start.AT, goal=goal), 0.0)
 
-    return each(work, *zip(*tasks, strict=True), rounds=5)
+def _jerk_limited(words: str, kind: str, tasks: list[tuple[Joints, ...]], ruckig: Figures) -> list[Figure]:
+    """SCURVE beside Ruckig, which solves the same problem for the least time, each joint on a path of its own."""
+    lasting = [_plan(Profile.SCURVE, *task)[-1].finish for task in tasks]
+    return [
+        Figure(f"f, MOVE {words}, SCURVE", _planned(tasks, Profile.SCURVE), "", beside(f"f {kind}", ruckig)),
+        Figure("- the motions, on the average", 1e6 * fmean(lasting), "", beside(f"duration {kind}", ruckig)),
+    ]
+
+
+def _planned(tasks: list[tuple[Joints, ...]], profile: Profile = Profile.LSPB) -> float:
+    return each(partial(_plan, profile), *zip(*tasks, strict=True), rounds=5)
+
+
+def _plan(profile: Profile, q: Joints, v: Joints, goal: Joints, a: Joints = ()) -> tuple[Segment, ...]:
+    motion = Motion(1, Kind.JOINT, Start.AT, goal=goal, profile=profile)
+    return plan_motion(ARM, Here(JointState(q, v, a)), motion, 0.0)
 
 
 def editing(engine: Engine) -> list[Figure]:
@@ -145,7 +168,7 @@ def _insertion(engine: Engine) -> Any:
     return plan(engine.arm, timeline, engine.deltas[-1].motion, at, at)
 
 
-def straight() -> Figure:
+def straight(profile: Profile) -> Figure:
     """f for a straight line of 200 mm, with every joint verified."""
     engine = Engine(MODEL)
     engine.perform(Move(JointTarget(tuple(map(radians, (0, -45, 180, 0, 45, 0)))), straight=False))
@@ -153,10 +176,11 @@ def straight() -> Figure:
     engine.perform(Move(PoseTarget(pose._replace(py=pose.py + 0.2)), straight=True))
     before, at = engine.timeline, engine.end
     engine.perform(Move(PoseTarget(pose), straight=True))
-    motion = engine.deltas[-1].motion
-    return Figure(
-        "f, MOVES of 200 mm, verified", each(lambda _: plan(engine.arm, before, motion, at, at), range(20)), "600"
-    )
+    motion = replace(engine.deltas[-1].motion, profile=profile)
+    planned = each(lambda _: plan(engine.arm, before, motion, at, at), range(20))
+    if profile is Profile.LSPB:
+        return Figure("f, MOVES of 200 mm, verified", planned, "600")
+    return Figure("f, MOVES of 200 mm, SCURVE, verified", planned)
 
 
 if __name__ == "__main__":

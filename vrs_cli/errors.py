@@ -15,7 +15,7 @@ The raiser gives what happened (`detail`) and what would be right (`hint`); the 
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import ClassVar, Self
 
 
 class VrsError(Exception):
@@ -202,7 +202,14 @@ class EndOfInput(ProgramError):
 
 
 class MotionError(VrsError):
-    """The robot cannot do the motion."""
+    """The robot cannot do the motion. `place`: where on a straight line, the tool tip in the robot's frame [m]."""
+
+    place: tuple[float, float, float] | None = None
+
+    def at(self, x: float, y: float, z: float) -> Self:
+        """The same error, with its place."""
+        self.place = x, y, z
+        return self
 
 
 class RobotNotAttached(MotionError):
@@ -232,7 +239,13 @@ class IllegalJoint(MotionError):
 
 
 class LocationOutOfRange(MotionError):
+    """`by`: how much nearer, or farther away, the location would have to be [m]; None where that is not known."""
+
     code, text = -610, "Location out of range"
+
+    def __init__(self, detail: str = "", hint: str = "", by: float | None = None) -> None:
+        super().__init__(detail, hint)
+        self.by = by
 
 
 class StraightLineConfiguration(MotionError):

@@ -7,17 +7,18 @@ from math import radians
 import numpy as np
 import pytest
 
-from vrs_cli.engine.commands import Delay, JointTarget, Move, OperateHand, PoseTarget, SetBase, SetTool
+from vrs_cli.engine.commands import Delay, JointTarget, Move, OperateHand, PoseTarget, SetBase, SetParameter, SetTool
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at, joints_over, position_at, positions_at
 from vrs_cli.kinematics.model import load_robot
 from vrs_cli.kinematics.transform import translation
 
 
-@pytest.fixture(scope="module")
-def engine() -> Engine:
+@pytest.fixture(scope="module", params=["LSPB", "SCURVE"])
+def engine(request: pytest.FixtureRequest) -> Engine:
     """Joint and straight motions, blended and not, a delay, the hand, a tool and a base."""
     engine = Engine(load_robot("puma560"))
+    engine.perform(SetParameter("PROFILE", request.param))
     table = JointTarget(tuple(map(radians, (0, -45, 180, 0, 45, 0))))
     engine.perform(Move(table, straight=False))
     pose = engine.position().T_world_tool

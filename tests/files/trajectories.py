@@ -21,6 +21,7 @@ from vrs_cli.trajectory.motion import (
     JointOffsetTarget,
     Kind,
     Motion,
+    Profile,
     Start,
     ToolOffsetTarget,
 )
@@ -85,6 +86,7 @@ def motion(rng: random.Random, number: int) -> Motion:
         hand=rng.choice((0.0, 1.0)),
         frames=frames,
         text=f"MOVE p[{number}] ;größer",
+        profile=rng.choice(list(Profile)),
     )
 
 
@@ -116,6 +118,8 @@ motions = st.builds(
     frames=frames,
     text=st.text(st.characters(codec="utf-8")),
     relative=st.none() | relatives,
+    profile=st.sampled_from(Profile),
+    rounding=st.none() | floats,
 )
 joint_paths = st.tuples(*[polynomials] * JOINTS).map(JointPath)
 lines = st.builds(

@@ -177,3 +177,14 @@ def test_links_without_a_closed_form_are_an_arm_all_the_same(tmp_path: Path) -> 
     path = tmp_path / "bent.toml"
     path.write_text(TEXT.replace("alpha = 90.0", "alpha = 80.0"))
     assert arm_for(load_robot(path)).method == "damped least squares within the limits"
+
+
+def test_a_robot_may_name_its_profile(tmp_path: Path) -> None:
+    smooth = tmp_path / "smooth.toml"
+    smooth.write_text(TEXT.replace('name = "puma560"', 'name = "smooth"\nprofile = "SCURVE"'), encoding="utf-8")
+    model = load_robot(smooth)
+    assert (PUMA.profile, model.profile) == ("LSPB", "SCURVE")
+    assert from_dict(to_dict(model)) == model
+    smooth.write_text(TEXT.replace('name = "puma560"', 'name = "smooth"\nprofile = "SQUARE"'), encoding="utf-8")
+    with pytest.raises(FileDamaged, match=r"profile: 'SQUARE' is no profile.*LSPB, SCURVE"):
+        load_robot(smooth)

@@ -12,12 +12,15 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
 from vrs_cli.kinematics.transform import angle_between, compose, distance
 from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.motion import Kind, Start
-from vrs_cli.trajectory.segment import CartesianPath, Segment
+from vrs_cli.trajectory.motion import Kind, Profile, Start
+from vrs_cli.trajectory.polynomial import derivative, value
+from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
 POSITION = 1e-8  # [rad] joints at a boundary, where one side may be found by inverse kinematics
 VELOCITY = 1e-6  # [rad/s]
+ACCELERATION = 1e-4  # [rad/s2]
+JERK_ON_LINE = 1.02  # of a joint on a straight line, where it is found by differences
 LIMIT = 1.0 + 1e-5  # rounding
 ON_LINE = 1e-6  # [m]
 PARTS = (1e-6, *((k + 0.37) / 9.4 for k in range(9)), 1.0 - 1e-6)  # of a segment: inside, and next to both ends
@@ -31,6 +34,8 @@ def check_continuous(engine: Engine, segments: Iterable[Segment]) -> None:
         assert largest_change(left.joints, right.joints) <= POSITION, (a, b)
         if a.finish == b.start and a.duration and b.duration:
             assert largest_change(left.velocity, right.velocity) <= VELOCITY, (a, b)
+            if left.acceleration and right.acceleration and not singular(engine, right.joints):
+                assert largest_change(left.acceleration, right.acceleration) <= ACCELERATION, (a, b)
         if a.finish < b.start:
             assert max(map(abs, left.velocity)) <= VELOCITY, "the robot stands still in a gap"
 
@@ -53,6 +58,28 @@ def check_limits(engine: Engine, segments: Iterable[Segment]) -> None:
             if not isinstance(segment.path, CartesianPath) or not singular(engine, here.joints):
                 for a, a_max in zip(here.acceleration, model.max_acceleration, strict=True):
                     assert abs(a) <= a_max * LIMIT, (segment, t)
+                if segment.motion.profile is Profile.SCURVE and segment.duration:
+                    check_jerk(engine, segment, segment.duration * part)
+
+
+def check_jerk(engine: Engine, segment: Segment, s: float) -> None:
+    """No joint has too much jerk s seconds into a segment of a jerk-limited motion."""
+    for j, j_max in zip(jerk(engine, segment, s), engine.model.max_jerk, strict=True):
+        allowed = LIMIT if isinstance(segment.path, JointPath) else JERK_ON_LINE
+        assert abs(j) <= j_max * allowed, (segment, s, j / j_max)
+
+
+def jerk(engine: Engine, segment: Segment, s: float) -> Joints:
+    """Joint jerks: of polynomials, or from the accelerations a little earlier and later."""
+    path = segment.path
+    if isinstance(path, JointPath):
+        return tuple(value(derivative(derivative(derivative(a))), s) for a in path.coefficients)
+    step = 1e-4 * segment.duration
+    middle = min(max(s, step), segment.duration - step)
+    before, after = (state_at(engine.arm, segment, middle + side).joints for side in (-step, step))
+    if not (before.acceleration and after.acceleration):  # it rests
+        return (0.0,) * len(before.joints)
+    return tuple((b - a) / (2.0 * step) for a, b in zip(before.acceleration, after.acceleration, strict=True))
 
 
 def check_target(engine: Engine) -> None:

@@ -142,6 +142,8 @@ class Session:
                 lambda: SetDuration(r.uniform(0.1, 3.0), always=r.random() < 0.2),
                 lambda: SetMode(Mode.CONTINUOUS_PATH, r.random() < 0.7, always=r.random() < 0.5),
                 lambda: SetParameter("INSERT", r.choice(("ON", "ON", "OFF"))),
+                lambda: SetParameter("PROFILE", r.choice(("LSPB", "SCURVE", "SCURVE"))),
+                lambda: SetParameter("ROUNDING", r.choice(("DECEL", 0.0, r.uniform(0.0, 60.0)))),
                 lambda: SetTool(translation(0.0, 0.0, r.choice((0.0, r.uniform(0.0, 0.1))))),
                 lambda: SetBase(
                     compose(translation(0.0, 0.0, r.uniform(-0.1, 0.1)), rotation_z(r.choice((0.0, r.uniform(-1, 1)))))

@@ -17,6 +17,8 @@ from vrs_cli.engine.commands import (
     Move,
     OperateHand,
     PoseTarget,
+    SetAcceleration,
+    SetDuration,
     SetMonitorSpeed,
     SetParameter,
     SetSpeed,
@@ -73,9 +75,12 @@ others = (
 steps = st.lists(st.tuples(moves | moves | moves | others, st.booleans()), min_size=4, max_size=16)
 
 
-def performed(sequence: list[tuple[object, bool]]) -> tuple[Engine, list[tuple[Timeline, TimelineDelta, Timeline]]]:
+def performed(
+    sequence: list[tuple[object, bool]], profile: str = "LSPB"
+) -> tuple[Engine, list[tuple[Timeline, TimelineDelta, Timeline]]]:
     """The engine after a sequence of requests (impossible ones are refused), and every edit: before, delta, after."""
     engine = Engine(MODEL)
+    engine.perform(SetParameter("PROFILE", profile))
     edits: list[tuple[Timeline, TimelineDelta, Timeline]] = []
     before = [engine.timeline]
 
@@ -96,7 +101,23 @@ def performed(sequence: list[tuple[object, bool]]) -> tuple[Engine, list[tuple[T
 @settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
 @given(steps)
 def test_every_timeline_keeps_the_laws(sequence: list[tuple[object, bool]]) -> None:
-    engine, edits = performed(sequence)
+    check_laws(*performed(sequence))
+
+
+profiles = st.builds(SetParameter, name=st.just("PROFILE"), value=st.sampled_from(["SCURVE", "SCURVE", "LSPB"]))
+accelerations = st.builds(SetAcceleration, acceleration=st.floats(20.0, 100.0))
+durations = st.builds(SetDuration, seconds=st.floats(0.1, 3.0))
+roundings = st.builds(SetParameter, name=st.just("ROUNDING"), value=st.just("DECEL") | st.floats(0.0, 50.0))
+any_request = moves | moves | moves | others | profiles | accelerations | durations | roundings
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@given(st.lists(st.tuples(any_request, st.booleans()), min_size=4, max_size=16))
+def test_every_jerk_limited_timeline_keeps_the_laws(sequence: list[tuple[object, bool]]) -> None:
+    check_laws(*performed(sequence, "SCURVE"))
+
+
+def check_laws(engine: Engine, edits: list[tuple[Timeline, TimelineDelta, Timeline]]) -> None:
     segments = list(engine.timeline)
     check_continuous(engine, segments)
     check_limits(engine, segments)

@@ -39,8 +39,9 @@ from vrs_cli.engine.commands import (
 )
 from vrs_cli.engine.history import CommandRecord, History, Step
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
-from vrs_cli.engine.planner import plan, plan_steering
+from vrs_cli.engine.planner import plan, plan_steering, rounding_begins, slowing_down
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
+from vrs_cli.engine.reach import Reach, explained
 from vrs_cli.engine.targets import Situation, check_joint_limits, check_near, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
@@ -55,8 +56,7 @@ from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.blend import rest
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start
-from vrs_cli.trajectory.segment import Phase
+from vrs_cli.trajectory.motion import Frames, Kind, Motion, Profile, RelativeTarget, Start
 from vrs_cli.trajectory.steered import Target
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -101,6 +101,7 @@ class Engine:
         self.arm: RobotArm = arm_for(model)
         self.clock: Clock = clock or VirtualClock()
         self.parameters = Parameters()
+        self.parameters.set_parameter("PROFILE", model.profile)
         self.listeners: list[DeltaListener] = []
         self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
         self.heard = True
@@ -220,9 +221,9 @@ class Engine:
             return Start.AT, self._stamped(move.stamp)
         if now >= end:
             return Start.AFTER, now
-        last = self.timeline[len(self.timeline) - 1]
-        if program and last.phase is Phase.DECELERATE and self._may_blend(move):
-            return Start.BLEND, max(now, last.start)
+        slowing = slowing_down(self.timeline)
+        if program and slowing and self._may_blend(move):
+            return Start.BLEND, max(now, rounding_begins(self.arm, slowing, self._rounding))
         return Start.AFTER, end
 
     def _stamped(self, stamp: Stamp) -> float:
@@ -281,6 +282,8 @@ class Engine:
             frames=under_way.frames,
             text=move.text,
             relative=move.target if isinstance(move.target, RelativeTarget) else None,
+            profile=self._profile,
+            rounding=self._rounding if start is Start.BLEND else None,
         )
         return self._at_speed(motion, move)
 
@@ -306,6 +309,16 @@ class Engine:
         fraction = _fraction(tip / self.model.linear_speed)
         rotation = fraction if program.rotation is None else _fraction(monitor * program.rotation / FULL_SPEED)
         return replace(motion, speed=fraction, tip_speed=min(tip, self.model.linear_speed), rotation=rotation)
+
+    @property
+    def _profile(self) -> Profile:
+        return Profile[str(self.parameters.values["PROFILE"])]
+
+    @property
+    def _rounding(self) -> float | None:
+        """How near a corner the tip comes before it is rounded [m]; None: as near as it is when the arm slows down."""
+        value = self.parameters.values["ROUNDING"]
+        return None if isinstance(value, str) else value * MM
 
     # --- standing still ---
 
@@ -337,6 +350,7 @@ class Engine:
             hand=last.hand if hand is None else hand,
             frames=frames or last.frames,
             text=text,
+            profile=self._profile,
         )
         if not self.parameters.switch("DRY.RUN"):
             self._edit(motion, executed)
@@ -351,7 +365,15 @@ class Engine:
         now, self._issued = on_grid(self.now), None
         if now < self.end:
             last = self.timeline.locate(now)[0].motion
-            motion = Motion(self._number + 1, Kind.REST, Start.AT, hand=last.hand, frames=last.frames, text="BRAKE")
+            motion = Motion(
+                self._number + 1,
+                Kind.REST,
+                Start.AT,
+                hand=last.hand,
+                frames=last.frames,
+                text="BRAKE",
+                profile=self._profile,
+            )
             self._edit(motion, now, False)
 
     # --- targets that come one after the other ---
@@ -388,7 +410,8 @@ class Engine:
 
     def _steered_motion(self, goal: Joints, speed: float, text: str) -> Motion:
         """The motion of the targets before, if this is one more of them."""
-        motion, steered = self._motion_from_now(goal, speed, text), self._steered
+        motion = replace(self._motion_from_now(goal, speed, text), profile=Profile.LSPB)  # its accelerations jump
+        steered = self._steered
         if steered is not None and replace(motion, number=steered.number, goal=steered.goal) == steered:
             return steered
         return motion
@@ -424,6 +447,7 @@ class Engine:
             hand=under_way.hand,
             frames=under_way.frames,
             text=text,
+            profile=self._profile,
         )
 
     # --- changing the timeline ---
@@ -599,6 +623,28 @@ class Engine:
         frames = self.frames
         T_robot_flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
         return select(self.arm, self.parameters, T_robot_flange, self.position().joints if near is None else near)
+
+    def explain(self, target: PoseTarget | JointTarget) -> Reach:
+        """Why a MOVE or MOVES to a target from here is possible or not.
+
+        Raises IllegalValue for the joints of another robot.
+        """
+        here = self.position().joints
+        if isinstance(target, JointTarget) and len(target.joints) != self.model.joint_count:
+            raise IllegalValue(
+                f"a precision point of {len(target.joints)} joints", f"this robot has {self.model.joint_count}"
+            )
+        line = Motion(
+            self._number + 1,
+            Kind.STRAIGHT,
+            Start.AT,
+            acceleration=self.parameters.acceleration,
+            frames=self.frames,
+            profile=self._profile,
+        )
+        line = self._at_speed(line, Move(target, straight=True))
+        slowest = float(self.parameters.values["STRETCH"])
+        return explained(self.arm, self.parameters, target, here, line, slowest)
 
 
 _SETTERS: dict[type, Callable[[Engine, Any], None]] = {

@@ -10,17 +10,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import sqrt
+from math import cbrt, sqrt
 from typing import NamedTuple
 
-from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, StraightLineSingular
+from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooClose, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
-from vrs_cli.kinematics.transform import Transform, compose, inverse
-from vrs_cli.trajectory.segment import CartesianPath
+from vrs_cli.kinematics.joints import Joints, joints_outside
+from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
+from vrs_cli.trajectory.segment import CartesianPath, Twist
 
 SAMPLES = 8  # a stretch, before it is refined
+FEWER_SAMPLES = 4  # a stretch of a jerk-limited motion, which has more of them
 FINEST = 2.0**-10  # of a stretch: no finer
 JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
@@ -30,9 +31,21 @@ MARGIN = 1.01  # velocities are taken so much higher than the samples show, for 
 SMALL_MARGIN = 1.0005
 ROUNDING = 1e-6  # a velocity that is this little above its limit is at it
 ACCELERATION_MARGIN = 1.025
+JERK_MARGIN = 1.1
+NEAR_LIMIT_OF_JERK = 0.7  # a mean jerk between two samples from which it is looked at more closely
 NEAR_LIMIT = 0.9  # of an acceleration limit: the mean between two samples may hide a peak above it
 NEAR_PEAK = 0.95  # of the worst joint's part of its limit: the joints whose peaks between samples are looked for
 GOLDEN = 0.6180339887498949
+CLOSE_BY = 0.2  # measure of a pose that a singularity is to blame for
+PASSED = "use MOVE there, or a via point farther from the singularity"
+WAYS_ROUND = {  # by the singularity
+    "shoulder": "use MOVE there, or a via point that keeps the wrist farther from the axis of joint 1",
+    "elbow": "use MOVE there, or a via point where the arm is neither stretched out nor folded up",
+    "wrist": "use MOVE there, or a via point with the tool tilted, so that joint 5 does not come to 0",
+}
+DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # the joints that a singularity turns far
+AT_REST = (0.0,) * 6
+EDGE_STEPS = 30  # to find the place where a line is no longer possible, as well as it is shown
 PEAK_STEPS = 14  # leave a thousandth of the way between two samples
 
 
@@ -46,42 +59,55 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """The greatest joint velocity and acceleration as parts of their limits; which joint asks most, and where."""
+    """The greatest joint velocity, acceleration and jerk as parts of their limits; which joint asks most, and where."""
 
     velocity: float = 0.0
     acceleration: float = 0.0
     joint: int = 0
     place: Transform | None = None
+    jerk: float = 0.0
 
     @property
     def slowing(self) -> float:
         """By how much time would have to be stretched for the joints to follow."""
-        return max(self.velocity, sqrt(self.acceleration))
+        return max(self.velocity, sqrt(self.acceleration), cbrt(self.jerk))
 
     def worse(self, other: Load) -> Load:
         worst = self if self.slowing >= other.slowing else other
         velocity, acceleration = max(self.velocity, other.velocity), max(self.acceleration, other.acceleration)
-        return Load(velocity, acceleration, worst.joint, worst.place)
+        return Load(velocity, acceleration, worst.joint, worst.place, max(self.jerk, other.jerk))
 
 
 class Follower:
     """Follows paths of a tool with one arm in one configuration."""
 
-    def __init__(self, arm: RobotArm, configuration: Configuration, T_flange_tool: Transform) -> None:
+    def __init__(
+        self,
+        arm: RobotArm,
+        configuration: Configuration,
+        T_flange_tool: Transform,
+        T_robot_world: Transform = IDENTITY,
+    ) -> None:
         self.arm, self.configuration, self.tool = arm, configuration, T_flange_tool
+        self.T_world_robot = inverse(T_robot_world)
         self.T_tool_flange = inverse(T_flange_tool)
+        self.no_tool = T_flange_tool == IDENTITY
+        self._biased: tuple[Joints, Twist] = ((), AT_REST)
         self.max_velocity = arm.model.max_velocity
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
 
-    def samples(self, path: CartesianPath, duration: float, near: Joints) -> list[Sample]:
-        """In order of time; the first joints are next to `near`.
+    def samples(
+        self, path: CartesianPath, duration: float, near: Joints, steps: int = SAMPLES, before: Sample | None = None
+    ) -> list[Sample]:
+        """In order of time, at `steps` intervals or finer; the first joints are next to `near`. `before`: the last
+        sample of the stretch before, which is at the same instant.
 
         Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
         """
-        samples = [self._sample(path, 0.0, near)]
-        for step in range(1, SAMPLES + 1):
-            self._refine(path, samples, duration * step / SAMPLES, duration * FINEST)
+        samples = [self._sample(path, 0.0, near) if before is None else before._replace(s=0.0)]
+        for step in range(1, steps + 1):
+            self._refine(path, samples, duration * step / steps, duration * FINEST)
         return samples
 
     def _refine(self, path: CartesianPath, samples: list[Sample], until: float, finest: float) -> None:
@@ -89,7 +115,10 @@ class Follower:
         pending = [until]
         while pending:
             last = samples[-1]
-            sample = self._sample(path, pending[-1], last.joints)
+            try:
+                sample = self._sample(path, pending[-1], last.joints)
+            except (LocationOutOfRange, JointOutOfRange) as refusal:
+                raise self._earliest(path, last, pending[-1], refusal) from None
             if self._close(last, sample):
                 self._check_turns(path, last, sample)
                 samples.append(sample)
@@ -101,20 +130,37 @@ class Follower:
                 samples.append(sample)
                 pending.pop()
 
+    def _earliest(self, path: CartesianPath, good: Sample, until: float, refusal: MotionError) -> MotionError:
+        """The refusal where the line first leaves the reach or a range, after a good sample."""
+        low, high = good.s, until
+        for _ in range(EDGE_STEPS):
+            middle = 0.5 * (low + high)
+            try:
+                self._sample(path, middle, good.joints)
+                low = middle
+            except (LocationOutOfRange, JointOutOfRange) as earlier:
+                refusal, high = earlier, middle
+            except StraightLineSingular:
+                low = middle
+        return refusal
+
     def _close(self, a: Sample, b: Sample) -> bool:
         half = 0.5 * (b.s - a.s)
         for p, q, v, w, step in zip(a.joints, b.joints, a.velocity, b.velocity, self.rate_steps, strict=True):
             change = q - p
-            if abs(change) > JOINT_STEP or abs(w - v) > step or abs(change - half * (v + w)) > JUMP:
+            if not (
+                -JOINT_STEP <= change <= JOINT_STEP
+                and -step <= w - v <= step
+                and -JUMP <= change - half * (v + w) <= JUMP
+            ):
                 return False
         return True
 
     def _check_turns(self, path: CartesianPath, a: Sample, b: Sample) -> None:
         """A joint that turns back between two samples is farthest there: inside its range too?"""
         half = 0.5 * (b.s - a.s)
-        rows = zip(a.joints, a.velocity, b.velocity, self.lower, self.upper, strict=True)
-        for i, (q, v, w, low, high) in enumerate(rows):
-            if v * w < 0.0 and not low <= q + half * v <= high:
+        for i, (v, w) in enumerate(zip(a.velocity, b.velocity, strict=True)):
+            if v * w < 0.0 and not self.lower[i] <= a.joints[i] + half * v <= self.upper[i]:
                 self._turn(path, i, a, b)
 
     def _turn(self, path: CartesianPath, joint: int, a: Sample, b: Sample) -> None:
@@ -133,35 +179,72 @@ class Follower:
         rows = zip(a.joints, b.joints, a.velocity, b.velocity, strict=True)
         jumps = [abs(q - p - half * (v + w)) for p, q, v, w in rows]
         if max(jumps) > JUMP:
+            pose = path.pose(b.s)
+            near, hint = self.place(pose)
+            joint = jumps.index(max(jumps)) + 1
             raise StraightLineSingular(
-                f"near {shown_place(path.pose(b.s))} joint {jumps.index(max(jumps)) + 1} would have to jump by "
-                f"{self.arm.model.said(jumps.index(max(jumps)) + 1, max(jumps), 1)}",
-                "use MOVE there, or a via point farther from the singularity",
-            )
+                f"near {near} joint {joint} would have to jump by {self.arm.model.said(joint, max(jumps), 1)}",
+                hint or PASSED,
+            ).at(*position(pose))
+
+    def place(self, pose: Transform) -> tuple[str, str]:
+        """Where T_robot_tool is, with the singularity that it is close to, and the way round that; "" for none."""
+        which = self.singularity(pose)
+        return (f"{self.shown(pose)} ({which} singularity)", WAYS_ROUND[which]) if which else (self.shown(pose), "")
+
+    def shown(self, pose: Transform) -> str:
+        """The place of T_robot_tool in the world, as people read it."""
+        x, y, z = position(compose(self.T_world_robot, pose))
+        return f"X {x * 1e3:.1f} Y {y * 1e3:.1f} Z {z * 1e3:.1f} mm"
+
+    def singularity(self, pose: Transform) -> str:
+        """Which singularity T_robot_tool is close to, if one is: shoulder, elbow or wrist."""
+        joints = self.arm.branch_joints(compose(pose, self.T_tool_flange), self.configuration, self._middle)
+        if joints is None:
+            return ""
+        measures = self.arm.singularity(joints)
+        nearest = min(range(len(measures)), key=measures.__getitem__)
+        return measures._fields[nearest] if measures[nearest] < CLOSE_BY else ""
+
+    @property
+    def _middle(self) -> Joints:
+        return tuple(0.5 * (low + high) for low, high in zip(self.lower, self.upper, strict=True))
 
     def _sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
         pose, twist = path.state(s)
-        joints = self.arm.branch_joints(compose(pose, self.T_tool_flange), self.configuration, near)
+        flange = pose if self.no_tool else compose(pose, self.T_tool_flange)
+        joints = self.arm.branch_joints(flange, self.configuration, near)
         if joints is None:
-            raise LocationOutOfRange(
-                f"the straight line leaves the reach of the arm near {shown_place(pose)}",
-                "use MOVE, or a via point nearer to the robot",
-            )
+            raise self._out_of_reach(pose, near)
         if not self.arm.limits_ok(joints):
             raise self._outside(joints, pose)
         if max(twist) <= STILL and min(twist) >= -STILL:
             return Sample(s, joints, (0.0,) * len(joints))
         return Sample(s, joints, self.arm.joint_velocity(joints, twist, self.tool))
 
+    def _out_of_reach(self, pose: Transform, near: Joints) -> LocationOutOfRange:
+        """The refusal of a line that leaves the reach, outward or next to the robot."""
+        try:
+            self.arm.select(compose(pose, self.T_tool_flange), near)
+            close = False
+        except MotionError as error:
+            close = isinstance(error, LocationTooClose)
+        return LocationOutOfRange(
+            f"the straight line leaves the reach of the arm near {self.shown(pose)}, too {'close' if close else 'far'}",
+            f"use MOVE, or a via point {'farther from' if close else 'nearer to'} the robot",
+        ).at(*position(pose))
+
     def _outside(self, joints: Joints, pose: Transform) -> JointOutOfRange:
         model = self.arm.model
         joint = joints_outside(joints, model.lower, model.upper)[0]
+        near, hint = self.place(pose)
+        if joint not in DRIVEN_ROUND.get(self.singularity(pose), ()):
+            near, hint = self.shown(pose), ""
         return JointOutOfRange(
             joint,
-            f"the straight line needs {model.said(joint, joints[joint - 1], 1)} near {shown_place(pose)}, "
-            f"its range is {model.range_of(joint, 0)}",
-            "use MOVE, or another configuration",
-        )
+            f"the straight line leaves its range, {model.range_of(joint, 0)}, near {near}",
+            hint or "use MOVE, or another configuration",
+        ).at(*position(pose))
 
     # --- what the samples show ---
 
@@ -245,12 +328,55 @@ class Follower:
 
     def _acceleration(self, path: CartesianPath, sample: Sample) -> Joints | None:
         """The joint acceleration at a sample; None in a singular pose, where none is defined."""
-        bias = self.arm.acceleration_bias(sample.joints, sample.velocity, self.tool)
+        bias = self._bias(sample)
         vx, vy, vz, wx, wy, wz = (a - b for a, b in zip(path.twist_rate(sample.s), bias, strict=True))
         try:
             return self.arm.joint_velocity(sample.joints, (vx, vy, vz, wx, wy, wz), self.tool)
         except StraightLineSingular:
             return None
+
+    def _bias(self, sample: Sample) -> Twist:
+        """J' qd; the last one is kept, for a stretch begins where the one before it ends."""
+        if not any(sample.velocity):
+            return AT_REST
+        if self._biased[0] is not sample.joints:
+            self._biased = sample.joints, self.arm.acceleration_bias(sample.joints, sample.velocity, self.tool)
+        return self._biased[1]
+
+    def jerk_load(self, path: CartesianPath, samples: list[Sample]) -> Load:
+        """The greatest joint jerk, from the changes of the joint accelerations; where one is near its limit, also from
+        those at times between samples. At both ends the changes are carried on.
+        """
+        rates = [(sample, rate) for sample in samples if (rate := self._acceleration(path, sample)) is not None]
+        means = [mean for (a, before), (b, after) in pairwise(rates) for mean in self._jerks(path, a, before, b, after)]
+        if len(means) > 1:
+            ends = _carried_on(means[0], means[1], rates[0][0].s), _carried_on(means[-1], means[-2], rates[-1][0].s)
+            means += zip((rates[0][0].s, rates[-1][0].s), ends, strict=True)
+        load = Load()
+        for s, jerks in means:
+            ratios = self._jerk_ratios(jerks)
+            worst = max(ratios)
+            if worst > load.jerk:
+                load = Load(0.0, 0.0, ratios.index(worst) + 1, path.pose(s) if worst > 1.0 else None, worst)
+        return load
+
+    def _jerk_ratios(self, jerks: Joints) -> list[float]:
+        return [abs(j) / most * JERK_MARGIN for j, most in zip(jerks, self.arm.model.max_jerk, strict=True)]
+
+    def _jerks(
+        self, path: CartesianPath, a: Sample, before: Joints, b: Sample, after: Joints
+    ) -> list[tuple[float, Joints]]:
+        """The mean jerks between two samples with their accelerations; where they are near a limit, in four parts."""
+        whole = _mean_jerk(a.s, before, b.s, after)
+        if max(self._jerk_ratios(whole[1])) < NEAR_LIMIT_OF_JERK:
+            return [whole]
+        row = [(a.s, before)]
+        for part in (0.25, 0.5, 0.75):
+            sample = self._sample(path, a.s + part * (b.s - a.s), a.joints)
+            rates = self._acceleration(path, sample)
+            if rates is not None:
+                row.append((sample.s, rates))
+        return [_mean_jerk(s, first, t, then) for (s, first), (t, then) in pairwise([*row, (b.s, after)])]
 
     def _velocity_load(self, path: CartesianPath, s: float, rows: list[tuple[float, float]]) -> Load:
         """The load of joint velocities, each taken higher by its margin."""
@@ -262,6 +388,11 @@ class Follower:
 def _columns(rows: list[Joints]) -> list[list[float]]:
     """The sizes of the values of each joint, row after row."""
     return [[abs(v) for v in column] for column in zip(*rows, strict=True)]
+
+
+def _mean_jerk(s: float, before: Joints, t: float, after: Joints) -> tuple[float, Joints]:
+    """The time in the middle between s and t, and the mean change of accelerations."""
+    return 0.5 * (s + t), tuple([(w - v) / (t - s) for v, w in zip(before, after, strict=True)])
 
 
 def _first_peaks(samples: list[Sample], accelerations: list[tuple[float, Joints]]) -> Joints:
@@ -283,7 +414,9 @@ def _carried_on(near: tuple[float, Joints], far: tuple[float, Joints], s: float)
 
 def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
     """Joints at equal intervals from the first sample to the last, so many that neighbours are near: within `step`."""
-    travelled = sum(largest_change(a.joints, b.joints) for a, b in pairwise(samples))
+    travelled = 0.0
+    for a, b in pairwise(samples):
+        travelled += max([abs(y - x) for x, y in zip(a.joints, b.joints, strict=True)])
     count = 1 if travelled < step else 2 * (int(travelled / step) + 1)
     seeds = []
     at = 0
@@ -293,7 +426,3 @@ def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
             at += 1
         seeds.append(samples[at].joints)
     return tuple(seeds)
-
-
-def shown_place(pose: Transform) -> str:
-    return f"X {pose.px * 1e3:.1f} Y {pose.py * 1e3:.1f} Z {pose.pz * 1e3:.1f} mm"

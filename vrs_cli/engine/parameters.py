@@ -31,7 +31,7 @@ class Switch:
 
 @dataclass(frozen=True, slots=True)
 class ParameterRow:
-    """A row of the table of parameters. `words`: the words that may stand for a value."""
+    """A row of the table of parameters. `words`: the words that may stand for a value; with `numbers`, or a number."""
 
     name: str
     default: float | str
@@ -40,6 +40,7 @@ class ParameterRow:
     least: float = 0.0
     most: float = 1e9
     words: tuple[str, ...] = ()
+    numbers: bool = False
 
 
 def _table(*rows: V) -> Mapping[str, V]:
@@ -72,7 +73,22 @@ PARAMETERS: Mapping[str, ParameterRow] = _table(
         "ON: a motion with AT is inserted, later ones stay; OFF: what was scheduled after it is dropped",
         words=("ON", "OFF"),
     ),
-    ParameterRow("PROFILE", "LSPB", "velocity profile of motions: linear with parabolic blends", words=("LSPB",)),
+    ParameterRow(
+        "PROFILE",
+        "LSPB",
+        "velocity profile of motions; LSPB: linear with parabolic blends; SCURVE: jerk limited",
+        words=("LSPB", "SCURVE"),
+    ),
+    ParameterRow(
+        "ROUNDING",
+        "DECEL",
+        "how near a via point the tool comes before continuous path leaves it; DECEL: until the arm slows down",
+        "mm",
+        0.0,
+        1e4,
+        words=("DECEL",),
+        numbers=True,
+    ),
     ParameterRow(
         "STRETCH",
         20.0,
@@ -184,7 +200,8 @@ class Parameters:
     def set_parameter(self, name: str, value: float | str) -> None:
         """Raises UsageError for an unknown name, IllegalValue for a value that it cannot have."""
         row = row_of(PARAMETERS, name, "parameter")
-        self.values[row.name] = _word(row, value) if row.words else _number(row, value)
+        by_number = not row.words or (row.numbers and not isinstance(value, str))
+        self.values[row.name] = _number(row, value) if by_number else _word(row, value)
 
 
 def row_of(table: Mapping[str, V], name: str, what: str) -> V:
@@ -205,14 +222,22 @@ def _word(row: ParameterRow, value: float | str) -> str:
     """ON and OFF may come as -1 and 0, which is what the language makes of them."""
     word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")
     if word not in row.words:
-        raise IllegalValue(f"PARAMETER {row.name} = {value}", f"it is one of {', '.join(row.words)}")
+        raise _illegal(row, value)
     return word
 
 
 def _number(row: ParameterRow, value: float | str) -> float:
     if isinstance(value, str) or not row.least <= value <= row.most:
-        raise IllegalValue(
-            f"PARAMETER {row.name} = {value}",
-            f"it is a number from {row.least:g} to {row.most:g} {row.unit}".rstrip(),
-        )
+        raise _illegal(row, value)
     return value
+
+
+def _illegal(row: ParameterRow, value: float | str) -> IllegalValue:
+    numbers = f"a number from {row.least:g} to {row.most:g} {row.unit}".rstrip()
+    if not row.words:
+        right = numbers
+    elif row.numbers:
+        right = f"{', '.join(row.words)} or {numbers}"
+    else:
+        right = f"one of {', '.join(row.words)}"
+    return IllegalValue(f"PARAMETER {row.name} = {value}", f"it is {right}")

@@ -8,6 +8,7 @@ whose position and velocity are what they were, segments are only shifted in tim
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vrs_cli.engine.straight import SLOWEST, straight_segments
@@ -15,7 +16,8 @@ from vrs_cli.engine.targets import aimed
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, largest_change
-from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.kinematics.transform import Transform, compose, distance, inverse
+from vrs_cli.trajectory import smooth
 from vrs_cli.trajectory.blend import (
     JointLimits,
     JointState,
@@ -26,13 +28,15 @@ from vrs_cli.trajectory.blend import (
     rest,
 )
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
-from vrs_cli.trajectory.instant import on_grid
-from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.instant import on_grid, up_to_grid
+from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
 from vrs_cli.trajectory.polynomial import value
+from vrs_cli.trajectory.scurve import turns
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.steered import Room, Target, steered
 from vrs_cli.trajectory.timeline import Timeline
 
+NEARLY_NOW = 1e-6  # [s] to which the instant is found at which a corner is near
 SAME_PLACE = 1e-9  # [rad, m] two places that are one
 
 
@@ -56,7 +60,12 @@ class Here:
         if self.joints.at_rest:
             return ToolState(pose, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         vx, vy, vz, wx, wy, wz = arm.twist(q, qd, T_flange_tool)
-        return ToolState(pose, (vx, vy, vz), (wx, wy, wz))
+        if not self.joints.acceleration:
+            return ToolState(pose, (vx, vy, vz), (wx, wy, wz))
+        bias = arm.acceleration_bias(q, qd, T_flange_tool)
+        rates = arm.twist(q, self.joints.acceleration, T_flange_tool)
+        ax, ay, az, bx, by, bz = (a + b for a, b in zip(rates, bias, strict=True))
+        return ToolState(pose, (vx, vy, vz), (wx, wy, wz), (ax, ay, az), (bx, by, bz))
 
 
 def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
@@ -72,16 +81,29 @@ def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
 
 
 def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
-    """Position and velocity at t_s + s of a segment; at rest from its end on if it ends at rest."""
+    """Position, velocity and acceleration at t_s + s of a segment; at rest from its end on if it ends at rest.
+
+    The acceleration is that of a jerk-limited motion, for the next one to carry on with. That of a motion with
+    parabolic blends may jump, so it is not kept.
+    """
     path = segment.path
     joints = segment_joints(arm, segment, s)
+    smoothly = segment.motion.profile is Profile.SCURVE
     if isinstance(path, JointPath):
-        return Here(JointState(joints, path.velocity(s)))
-    twist = path.twist(s)
-    tool = ToolState(path.pose(s), twist[:3], twist[3:])
+        return Here(JointState(joints, path.velocity(s), path.acceleration(s) if smoothly else ()))
+    twist, frame = path.twist(s), segment.motion.frames.tool
+    rates = path.twist_rate(s) if smoothly else (0.0,) * 6
+    tool = ToolState(path.pose(s), twist[:3], twist[3:], rates[:3], rates[3:])
     still = (0.0,) * len(joints)
-    velocity = still if tool.at_rest else arm.joint_velocity(joints, twist, segment.motion.frames.tool)
-    return Here(JointState(joints, velocity), tool, segment.motion.frames.tool)
+    if tool.at_rest:
+        return Here(JointState(joints, still), tool, frame)
+    velocity = arm.joint_velocity(joints, twist, frame)
+    if not smoothly:
+        return Here(JointState(joints, velocity), tool, frame)
+    bias = arm.acceleration_bias(joints, velocity, frame)
+    vx, vy, vz, wx, wy, wz = (a - b for a, b in zip(rates, bias, strict=True))
+    acceleration = arm.joint_velocity(joints, (vx, vy, vz, wx, wy, wz), frame)
+    return Here(JointState(joints, velocity, acceleration), tool, frame)
 
 
 def standing(here: Here) -> Here:
@@ -105,7 +127,8 @@ def plan_motion(
 def _plan_joint(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
     assert motion.goal is not None
     limits = joint_limits(arm, motion)
-    segments = joint_motion(here.joints, motion.goal, limits, start, motion, motion.duration)
+    planned = smooth.joint_motion if motion.profile is Profile.SCURVE else joint_motion
+    segments = planned(here.joints, motion.goal, limits, start, motion, motion.duration)
     if here.joints.at_rest or _inside(arm, segments):
         return segments or _there_already(here, start, motion)
     return _braked_first(arm, here, motion, start, slowest)
@@ -137,21 +160,27 @@ _PLANS = {Kind.JOINT: _plan_joint, Kind.STRAIGHT: _plan_straight, Kind.REST: _pl
 
 
 def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
-    """Joint velocities and accelerations at the motion's fractions of them."""
+    """Joint velocities and accelerations at the motion's fractions of them; jerks as the robot has them."""
     model = arm.model
     return JointLimits(
         tuple(v * motion.speed for v in model.max_velocity),
         tuple(a * motion.acceleration for a in model.max_acceleration),
+        model.max_jerk,
+        model.max_velocity,
     )
 
 
 def _braked_first(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
     """Come to rest on the present way, which stays inside all limits, then go."""
     model = arm.model
-    limits = JointLimits(model.max_velocity, model.max_acceleration)
-    stop = joint_stop(here.joints, limits, start, motion)
-    if not _inside(arm, stop):
-        stop = joint_stop_each(here.joints, limits, start, motion)
+    limits = JointLimits(model.max_velocity, model.max_acceleration, model.max_jerk, model.max_velocity)
+    if motion.profile is Profile.SCURVE:
+        ranges = tuple(zip(model.lower, model.upper, strict=True))
+        stop = smooth.joint_stop(here.joints, limits, ranges, start, motion)
+    else:
+        stop = joint_stop(here.joints, limits, start, motion)
+        if not _inside(arm, stop):
+            stop = joint_stop_each(here.joints, limits, start, motion)
     last = stop[-1]
     place = standing(state_at(arm, last, last.duration))
     return stop + plan_motion(arm, place, motion, last.finish, slowest)
@@ -173,11 +202,63 @@ def _stays_inside(path: JointPath, duration: float, lower: Joints, upper: Joints
         low, high = least - LIMIT_TOLERANCE, most + LIMIT_TOLERANCE
         if not low <= value(a, duration) <= high:
             return False
-        if len(a) > 2 and a[2]:
+        if len(a) == 3 and a[2]:
             turning = -0.5 * a[1] / a[2]
             if 0.0 < turning < duration and not low <= a[0] + 0.5 * a[1] * turning <= high:
                 return False
+        elif len(a) > 3:
+            turning_points = [s for s in turns(a[1], 2.0 * a[2], 6.0 * a[3]) if 0.0 < s < duration]
+            if not all(low <= value(a, s) <= high for s in turning_points):
+                return False
     return True
+
+
+# --- continuous path -------------------------------------------------------------------------------------------
+
+
+def slowing_down(segments: Timeline | list[Segment]) -> list[Segment]:
+    """The last segments of a timeline, or of a part of it, in which the last motion slows down."""
+    found: list[Segment] = []
+    for index in range(len(segments) - 1, -1, -1):
+        segment = segments[index]
+        if segment.phase is not Phase.DECELERATE or (found and segment.motion.number != found[0].motion.number):
+            break
+        found.insert(0, segment)
+    return found
+
+
+def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float | None) -> float:
+    """When a motion begins that blends into one that slows down so [s]: then, or once the tip is within `rounding`
+    [m] of the place where that one would end.
+
+    From there on the path is another, and at that instant the tip is that near.
+    """
+    last = slowing[-1]
+    if rounding is None:
+        return slowing[0].start
+    corner = _tip(arm, last, last.duration)
+    for segment in slowing:
+        if distance(_tip(arm, segment, segment.duration), corner) <= rounding:
+            return _arrival(arm, segment, corner, rounding)
+    return last.finish
+
+
+def _arrival(arm: RobotArm, segment: Segment, corner: Transform, near: float) -> float:
+    """When the tip comes within `near` [m] of a place that it is so near to when the segment ends."""
+    low, high = 0.0, segment.duration
+    if distance(_tip(arm, segment, low), corner) <= near:
+        return segment.start
+    while high - low > NEARLY_NOW:
+        middle = 0.5 * (low + high)
+        if distance(_tip(arm, segment, middle), corner) <= near:
+            high = middle
+        else:
+            low = middle
+    return min(up_to_grid(segment.start + high), segment.finish)
+
+
+def _tip(arm: RobotArm, segment: Segment, s: float) -> Transform:
+    return compose(arm.forward(segment_joints(arm, segment, s)), segment.motion.frames.tool)
 
 
 # --- the edit --------------------------------------------------------------------------------------------------
@@ -334,8 +415,7 @@ class _Rescheduling:
     def _plan_again(self, following: Segment) -> None:
         motion, destination = following.motion, self.place.joints.joints
         if motion.start is Start.BLEND and self.planned and self.planned[-1].phase is Phase.DECELERATE:
-            slowing = self.planned.pop()
-            begin, here = slowing.start, state_at(self.arm, slowing, 0.0)
+            begin, here = self._rounded_into(motion)
         else:
             begin, here = self._begin(following), self.place
         try:
@@ -350,3 +430,13 @@ class _Rescheduling:
         else:
             self.end, self.place = begin, standing(here)
         self.index = self._after(motion, self.index)
+
+    def _rounded_into(self, motion: Motion) -> tuple[float, Here]:
+        """When and where a motion begins that blends into what is planned: that ends there."""
+        begin = rounding_begins(self.arm, slowing_down(self.planned), motion.rounding)
+        while self.planned[-1].start >= begin:
+            self.planned.pop()
+        last = self.planned[-1]
+        here = state_at(self.arm, last, min(begin - last.start, last.duration))
+        self.planned[-1] = last.truncated(begin)
+        return begin, here

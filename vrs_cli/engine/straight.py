@@ -7,18 +7,22 @@ a singularity, is refused before it starts, with the place.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import dist
 
-from vrs_cli.engine.following import ROUNDING, Follower, Load, Sample, seeds_of, shown_place
+from vrs_cli.engine.following import FEWER_SAMPLES, PASSED, ROUNDING, SAMPLES, Follower, Load, Sample, seeds_of
 from vrs_cli.errors import MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import at_position, position
+from vrs_cli.trajectory import smooth
 from vrs_cli.trajectory.blend import JointState, ToolLimits, ToolState, ToolStretch, straight_motion
-from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.motion import Motion, Profile
+from vrs_cli.trajectory.scurve import NoTimes
 from vrs_cli.trajectory.segment import CartesianPath, Segment, Turn
 
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
+NEAR_START = 0.05  # [m] of the start of a line, where its singular pose is what stops it
 SPARE = 1.001  # a line is slowed so much more than it must be, to be done with it
 SAME_VELOCITY = 5e-7  # [rad/s] two joint velocities that are one
 EAGER = 1.8
@@ -43,7 +47,7 @@ def straight_segments(
         except MotionError as error:
             failure = failure or error
     assert failure is not None
-    if state.at_rest and _nearly_singular(arm, joints.joints):
+    if state.at_rest and _nearly_singular(arm, joints.joints) and _near_start(state, failure):
         as_ready = ", as READY is" if _nearly_singular(arm, arm.model.poses["ready"]) else ""
         failure.hint = f"the line starts in a singular pose{as_ready}: MOVE away from it first"
     raise failure
@@ -51,6 +55,11 @@ def straight_segments(
 
 def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
     return min(arm.singularity(joints)) < NEARLY_SINGULAR
+
+
+def _near_start(state: ToolState, failure: MotionError) -> bool:
+    """Whether a line fails where it starts, or at a place that is not known."""
+    return failure.place is None or dist(failure.place, position(state.pose)) < NEAR_START
 
 
 def _configurations(arm: RobotArm, joints: Joints) -> Iterator[Configuration]:
@@ -72,6 +81,8 @@ def tool_limits(arm: RobotArm, motion: Motion) -> ToolLimits:
         model.linear_acceleration * motion.acceleration,
         model.angular_speed * (motion.speed if motion.rotation is None else motion.rotation),
         model.angular_acceleration * motion.acceleration,
+        model.linear_jerk,
+        model.angular_jerk,
     )
 
 
@@ -90,7 +101,8 @@ class _Line:
         self.state, self.joints, self.motion = _counted(arm, state), joints, motion
         self.arm, self.configuration, self.slowest = arm, configuration, slowest
         self.limits, self.least = tool_limits(arm, motion), motion.duration
-        self.follower = Follower(arm, configuration, motion.frames.tool)
+        self.smoothly = motion.profile is Profile.SCURVE
+        self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base)
 
     def segments(self, start: float) -> tuple[Segment, ...]:
         if self.state.at_rest:
@@ -102,12 +114,12 @@ class _Line:
             if load.slowing <= 1.0 + ROUNDING:
                 return self._laid(stretches, seeds, start)
             by_velocity, by_acceleration = _eased(load.velocity), _eased(load.acceleration)
-            self.limits = self.limits.slowed(by_velocity, by_acceleration)
+            self.limits = self.limits.slowed(by_velocity, by_acceleration, _eased(load.jerk))
             self.least *= by_velocity
             slowed *= by_velocity
             if slowed > self.slowest:
                 break
-        raise _too_singular(load)
+        raise self._too_singular(load)
 
     def _from_rest(self, start: float) -> tuple[Segment, ...]:
         """From rest the line is slowed down by stretching its time as a whole: once, exactly, on the same path."""
@@ -115,10 +127,10 @@ class _Line:
         seeds, load = self._follow(stretches)
         if load.slowing > 1.0:
             if load.slowing > self.slowest:
-                raise _too_singular(load)
+                raise self._too_singular(load)
             factor = load.slowing * SPARE
             self.least *= factor
-            stretches = self._stretches(self.limits.slowed(factor, factor * factor))
+            stretches = self._stretches(self.limits.slowed(factor, factor * factor, factor * factor * factor))
             if len(stretches) != len(seeds):  # a cruise of next to no time has come or gone
                 seeds, _ = self._follow(stretches)
         return self._laid(stretches, seeds, start)
@@ -128,20 +140,33 @@ class _Line:
         assert goal is not None
         if not self.arm.model.task.turns:
             goal = at_position(self.state.pose, *position(goal))
-        return straight_motion(self.state, goal, limits, self.least)
+        if not self.smoothly:
+            return straight_motion(self.state, goal, limits, self.least)
+        try:
+            return smooth.straight_motion(self.state, goal, limits, self.least)
+        except NoTimes:
+            raise StraightLineSingular(
+                "the tool moves too fast to go over to the line within its limits",
+                "use MOVE, or let the arm come to rest first",
+            ) from None
 
     def _follow(self, stretches: list[ToolStretch]) -> tuple[list[Seeds], Load]:
         """The joints of each stretch, and the greatest load on a joint."""
         seeds, load, near = [], Load(), self.joints.joints
         started: Joints | None = None
+        before: Sample | None = None
+        steps = FEWER_SAMPLES if self.smoothly else SAMPLES
         for stretch in stretches:
             path = self._path(stretch, (near,))
-            samples = self.follower.samples(path, stretch.duration, near)
+            samples = self.follower.samples(path, stretch.duration, near, steps, before)
             if started is None:
                 started = self._started(samples[0])
             load = load.worse(self.follower.load(path, samples, started))
+            if self.smoothly:
+                load = load.worse(self.follower.jerk_load(path, samples))
             seeds.append(seeds_of(samples, self.arm.seed_step))
-            near = samples[-1].joints
+            before = samples[-1]
+            near = before.joints
         return seeds, load
 
     def _started(self, first: Sample) -> Joints:
@@ -153,6 +178,14 @@ class _Line:
                 "use MOVE, or let the arm come to rest first",
             )
         return first.velocity
+
+    def _too_singular(self, load: Load) -> StraightLineSingular:
+        """The refusal of a line that would have to be slowed down too much: where, by which joint, what to do."""
+        wanted = f"joint {load.joint} would have to move {load.slowing:.0f} times too fast"
+        if load.place is None:
+            return StraightLineSingular(wanted, PASSED)
+        near, hint = self.follower.place(load.place)
+        return StraightLineSingular(f"near {near} {wanted}", hint or PASSED).at(*position(load.place))
 
     def _laid(self, stretches: list[ToolStretch], seeds: list[Seeds], start: float) -> tuple[Segment, ...]:
         segments = []
@@ -171,11 +204,3 @@ class _Line:
 def _eased(load: float) -> float:
     """By how much to slow down for a load: in motion the start stays as it is, so more than in proportion."""
     return 1.0 + EAGER * max(load - 1.0, 0.0) * SPARE
-
-
-def _too_singular(load: Load) -> StraightLineSingular:
-    near = f"near {shown_place(load.place)} " if load.place is not None else ""
-    return StraightLineSingular(
-        f"{near}joint {load.joint} would have to move {load.slowing:.0f} times too fast",
-        "use MOVE there, or a via point farther from the singularity",
-    )

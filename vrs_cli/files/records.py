@@ -20,6 +20,7 @@ from vrs_cli.trajectory.motion import (
     JointOffsetTarget,
     Kind,
     Motion,
+    Profile,
     RelativeTarget,
     Start,
     ToolOffsetTarget,
@@ -69,6 +70,8 @@ class MotionRecord(Record, frozen=True):
     hand: float | None = None
     frames: FramesRecord | None = None
     relative: RelativeRecord | None = None
+    profile: Profile | None = None
+    rounding: float | None = None
 
 
 class TurnRecord(Record, frozen=True):
@@ -220,6 +223,8 @@ def _motion_record(motion: Motion) -> MotionRecord:
         hand=_unless(motion.hand, 0.0),
         frames=_frames_record(motion.frames),
         relative=None if motion.relative is None else _relative_record(motion.relative),
+        profile=None if motion.profile is Profile.LSPB else motion.profile,
+        rounding=motion.rounding,
     )
 
 
@@ -331,6 +336,8 @@ def _motion(record: MotionRecord, joint_count: int) -> Motion:
         frames=_frames(record.frames),
         text=record.text,
         relative=None if record.relative is None else _relative(record.relative, joint_count),
+        profile=Profile.LSPB if record.profile is None else record.profile,
+        rounding=record.rounding,
     )
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
 
 from vrs_cli import __version__
 from vrs_cli.engine.branches import MAIN
-from vrs_cli.engine.commands import SetMonitorSpeed
+from vrs_cli.engine.commands import JointTarget, PoseTarget, SetMonitorSpeed
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, row_of
 from vrs_cli.errors import (
     FileError,
@@ -59,6 +59,7 @@ from vrs_cli.interfaces.replies import (
     ProgramStopped,
     ProgramText,
     Progress,
+    ReachReport,
     RealTable,
     Replay,
     Reply,
@@ -340,6 +341,16 @@ def _listl(session: Session, it: Instruction) -> Iterator[Reply]:
     rows = _rows(session, it, (Kind.LOCATION, Kind.PRECISION), "LISTR lists reals, LISTS strings")
     named = tuple(NamedLocation(name, cast("Transform | Joints", value)) for name, value in rows)
     yield LocationTable(named, session.environment.units)
+
+
+def _why(session: Session, it: Instruction) -> Iterator[Reply]:
+    asked = _argument(it, 0)
+    assert asked is not None
+    value = _sight(session, asked)()
+    if not isinstance(value, tuple):
+        raise TypeMismatch(f"{_shown(asked)} is a {kind_of_value(value).value}", "WHY explains a location")
+    target = PoseTarget(value) if isinstance(value, Transform) else JointTarget(value)
+    yield ReachReport(_shown(asked), session.engine.explain(target))
 
 
 def _listr(session: Session, it: Instruction) -> Iterator[Reply]:
@@ -1272,6 +1283,7 @@ def _leave(_session: Session, _it: Instruction) -> Iterator[Reply]:
 
 MONITOR: Mapping[str, Handler] = {
     "WHERE": _where,
+    "WHY": _why,
     "HERE": _here,
     "POINT": _point,
     "TEACH": _teach,

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from vrs_cli.engine.comparison import Comparison
     from vrs_cli.engine.history import CommandRecord
     from vrs_cli.engine.position import Position
+    from vrs_cli.engine.reach import Reach
     from vrs_cli.kinematics.configuration import Configuration
     from vrs_cli.kinematics.joints import Joints
     from vrs_cli.kinematics.model import RobotModel
@@ -92,6 +93,14 @@ class WhereaboutsTable:
 
     positions: tuple[Position, ...]
     units: JointUnits = TURNING
+
+
+@dataclass(frozen=True, slots=True)
+class ReachReport:
+    """WHY: the text of the location, and what was found."""
+
+    name: str
+    reach: Reach
 
 
 @dataclass(frozen=True, slots=True)
@@ -404,6 +413,7 @@ Reply = (
     | ProgramStopped
     | Whereabouts
     | WhereaboutsTable
+    | ReachReport
     | LocationTable
     | RealTable
     | StringTable

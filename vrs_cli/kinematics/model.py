@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 ROBOTS = Path(__file__).parent / "robots"
 NEEDED_POSES = ("ready", "nest")
+PROFILES = ("LSPB", "SCURVE")  # the first is that of a robot that names none
 SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show what an arm cannot change
 
 
@@ -36,7 +37,8 @@ class RobotModel:
     """One robot. Joint by joint: limits [rad, m], velocity [rad/s, m/s], acceleration and jerk likewise.
 
     T_base_flange = base . links . flange; `task` is the part of a pose that counts. The tool's linear [m/s, m/s2,
-    m/s3] and angular [rad/s, rad/s2, rad/s3] figures are those of a straight line at SPEED 100.
+    m/s3] and angular [rad/s, rad/s2, rad/s3] figures are those of a straight line at SPEED 100. `profile`: what
+    PARAMETER PROFILE is at the start.
     """
 
     name: str
@@ -57,6 +59,7 @@ class RobotModel:
     base: Transform = IDENTITY
     flange: Transform = IDENTITY
     task: Task = Task.POSE
+    profile: str = PROFILES[0]
 
     @property
     def joint_count(self) -> int:
@@ -145,8 +148,8 @@ TOOL_KEYS: Mapping[str, Quantity] = {
 }
 NEEDED_LINK_KEYS = ("a", "d", "alpha")
 MODEL_KEYS = ("name", "title", "joints", "tool", "poses")
-MODEL_OPTIONS = ("task", "base", "flange")
-URDF_OPTIONS = ("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task")
+MODEL_OPTIONS = ("task", "base", "flange", "profile")
+URDF_OPTIONS = ("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task", "profile")
 LENGTH, ANGLE = Quantity("mm"), Quantity("deg")
 TURN, SLIDE = (kind.value for kind in JointKind)
 HUGE = 1e9  # no length, angle or rate of a robot; keeps infinity and NaN out as well
@@ -167,6 +170,7 @@ def to_dict(model: RobotModel) -> dict[str, Any]:
         ],
         "tool": {key: getattr(model, key) for key in TOOL_KEYS},
         "poses": {name: list(q) for name, q in model.poses.items()},
+        **({} if model.profile == PROFILES[0] else {"profile": model.profile}),
     }
 
 
@@ -330,8 +334,14 @@ class _Reader:
             links=tuple(Link(**{key: joint[key] for key in Link._fields}) for joint in joints),
             poses=self.poses(table["poses"], joints),
             **figures,
+            profile=self.profile(table.get("profile", PROFILES[0])),
         )
         return replace(model, task=self.task(table.get("task"), model))
+
+    def profile(self, value: object) -> str:
+        if value not in PROFILES:
+            raise self.wrong("profile", f"{value!r} is no profile", f"write one of {', '.join(PROFILES)}")
+        return str(value)
 
     def joints(self, data: object) -> list[dict[str, Any]]:
         if not isinstance(data, list) or not data:

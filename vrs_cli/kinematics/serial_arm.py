@@ -228,6 +228,7 @@ class SerialArm:
                 f"the flange would be {1000 * far:.1f} mm from the axis of joint 1, "
                 f"all links in one line are {1000 * most:.1f} mm",
                 hint or f"move the location at least {1000 * (far - most):.1f} mm nearer",
+                far - most,
             )
         return LocationOutOfRange("no joints bring the flange there", hint or "turn the location, or move it nearer")
 

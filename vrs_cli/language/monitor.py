@@ -287,6 +287,14 @@ _SYSTEM = (
 
 _OURS = (
     _word(
+        "WHY",
+        (Argument("location", Shape.PLACE),),
+        "why a location is in reach or not: all configurations, what MOVE would choose, the straight line from here",
+        "WHY part",
+        "",
+        Route.POSITION,
+    ),
+    _word(
         "CLOCK",
         (Argument("PAUSE | GO | RATE", Shape.WORD, optional=True),),
         "show the clock; in real time stop it, let it go on, or make it faster or slower",

@@ -11,6 +11,7 @@ from typing import Any
 from vrs_cli.engine.comparison import Comparison, Extent, Pair
 from vrs_cli.engine.history import CommandRecord
 from vrs_cli.engine.position import Position, position_at
+from vrs_cli.engine.reach import Branch, LineCheck, WayOut
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.replies import Reply, Tone
 from vrs_cli.kinematics.arm import arm_for
@@ -97,6 +98,70 @@ def _whereabouts_table(reply: replies.WhereaboutsTable, _page: Page) -> Iterator
 
 def _row(position: Position, units: JointUnits) -> tuple[float, ...]:
     return (position.time, *numbers_of(position.T_world_tool), position.hand, *numbers_of(position.joints, units))
+
+
+def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
+    reach = reply.reach
+    branches = reach.branches or ((reach.goal,) if reach.goal else ())
+    joints = max((len(branch.joints) for branch in branches if branch.joints), default=0)
+    columns = (
+        Column("Configuration", Role.NAME),
+        Column("Reach", width=8),
+        *(number_column(f"JT{i}", 9) for i in range(1, joints + 1)),
+    )
+    rows = tuple(
+        (
+            str(branch.configuration),
+            _verdict(branch),
+            *(map(fixed, numbers_of(branch.joints)) if branch.joints else ("",) * joints),
+        )
+        for branch in branches
+    )
+    yield Grid(columns, rows, boxed=True, keys=1)
+    if reach.chosen is None:
+        yield from _told(f"MOVE: {reach.reason}", Role.ERROR, page)
+    else:
+        yield from _told(f"MOVE: {reach.chosen}; {reach.reason}", Role.NOTE, page)
+    yield from _line_check(reach.line, page)
+
+
+def _verdict(branch: Branch) -> str:
+    """In reach, which joints leave their range and by how much, or how far away the location is."""
+    if branch.usable:
+        return "in reach"
+    if branch.joints is not None:
+        return ", ".join(f"JT{over.joint} {degrees(over.by):+.1f}" for over in branch.overruns) + " deg"
+    if branch.too_far is None:
+        return "out of reach"
+    return f"{1e3 * abs(branch.too_far):.1f} mm too {'far' if branch.too_far > 0.0 else 'close'}"
+
+
+def _line_check(check: LineCheck, page: Page) -> Iterator[Block]:
+    way = f"{1e3 * check.length:.1f} mm"
+    if check.duration is not None:
+        yield line(f"MOVES: {way} in {seconds(check.duration)}", Role.NOTE)
+        return
+    at = ""
+    if check.at is not None and check.length > 0.0:
+        at = f" after {1e3 * check.at:.1f} of {way} ({100.0 * check.at / check.length:.0f} %)"
+    yield from _told(f"MOVES: stops{at}: {check.trouble}" if at else f"MOVES: {check.trouble}", Role.ERROR, page)
+    for out in check.ways_out:
+        yield from _told(_way_out(out), Role.NOTE, page)
+
+
+def _way_out(out: WayOut) -> str:
+    if out.words:
+        words = " ".join(out.words)
+        return f"Instead: the same line {words}; say {words} and MOVE to where it starts first"
+    if out.via is not None:
+        numbers = ", ".join(f"{round(number, 1):g}" for number in numbers_of(out.via))
+        return f"Instead: MOVES TRANS({numbers}) first"
+    return "Instead: MOVE, on another path"
+
+
+def _told(text: str, role: Role, page: Page) -> Iterator[Block]:
+    for part in wrap(text, page.width or len(text)):
+        yield line(part, role)
 
 
 def _locations(reply: replies.LocationTable, _page: Page) -> Iterator[Block]:
@@ -492,6 +557,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.ProgramStopped: _program_stopped,
     replies.Whereabouts: _whereabouts,
     replies.WhereaboutsTable: _whereabouts_table,
+    replies.ReachReport: _reach,
     replies.LocationTable: _locations,
     replies.RealTable: _reals,
     replies.StringTable: _strings,

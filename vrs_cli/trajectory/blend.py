@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import inf
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, rotation_about
@@ -31,57 +32,83 @@ from vrs_cli.trajectory.vector import length, rotated_back, scaled, subtracted
 # A blend of two straight lines has the deceleration of the first and the acceleration of the second at once, as in VAL:
 # so the corner is rounded on its inside. What the joints can follow is checked after.
 CORNER = 2.0
+STEADY = 1e-9  # an acceleration that is none [rad/s2, m/s2]
 
 
 @dataclass(frozen=True, slots=True)
 class JointState:
-    """Joints and their velocities [rad, rad/s]."""
+    """Joints, their velocities and accelerations [rad, rad/s, rad/s2].
+
+    `acceleration` empty: none, or one that may jump (LSPB).
+    """
 
     joints: Joints
     velocity: Joints
+    acceleration: Joints = ()
 
     @property
     def at_rest(self) -> bool:
-        return all(abs(v) <= NEGLIGIBLE for v in self.velocity)
+        return all(abs(v) <= NEGLIGIBLE for v in self.velocity) and not self.accelerating
+
+    @property
+    def accelerating(self) -> bool:
+        """Whether there is an acceleration to carry on with."""
+        return any(abs(a) > STEADY for a in self.acceleration)
 
 
 @dataclass(frozen=True, slots=True)
 class ToolState:
-    """T_robot_tool with the velocity of the tool tip [m/s] and its angular velocity in the robot's frame [rad/s]."""
+    """T_robot_tool with the velocity of the tool tip [m/s] and its angular velocity in the robot's frame [rad/s].
+
+    `acceleration` [m/s2] and `spin_rate` [rad/s2] of both: zero where they may jump (LSPB).
+    """
 
     pose: Transform
     velocity: Vector
     spin: Vector
+    acceleration: Vector = (0.0, 0.0, 0.0)
+    spin_rate: Vector = (0.0, 0.0, 0.0)
 
     @property
     def at_rest(self) -> bool:
-        return length(self.velocity) <= NEGLIGIBLE and length(self.spin) <= NEGLIGIBLE
+        return length(self.velocity) <= NEGLIGIBLE and length(self.spin) <= NEGLIGIBLE and not self.accelerating
+
+    @property
+    def accelerating(self) -> bool:
+        """Whether there is an acceleration to carry on with."""
+        return length(self.acceleration) > STEADY or length(self.spin_rate) > STEADY
 
 
 @dataclass(frozen=True, slots=True)
 class JointLimits:
-    """What each joint may do in a motion [rad/s, rad/s2]."""
+    """What each joint may do in a motion [rad/s, rad/s2, rad/s3]; `peak`: the velocity it may never exceed."""
 
     velocity: Joints
     acceleration: Joints
+    jerk: Joints = ()
+    peak: Joints = ()
 
 
 @dataclass(frozen=True, slots=True)
 class ToolLimits:
-    """What the tool tip may do in a motion [m/s, m/s2, rad/s, rad/s2]."""
+    """What the tool tip may do in a motion [m/s, m/s2, rad/s, rad/s2, m/s3, rad/s3]."""
 
     speed: float
     acceleration: float
     spin: float
     spin_acceleration: float
+    jerk: float = inf
+    spin_jerk: float = inf
 
-    def slowed(self, velocity: float, acceleration: float) -> ToolLimits:
-        """Velocities divided by the one factor, accelerations by the other."""
+    def slowed(self, velocity: float, acceleration: float, jerk: float = 1.0) -> ToolLimits:
+        """Velocities divided by the first factor, accelerations by the second, jerks by the third."""
         return ToolLimits(
             self.speed / velocity,
             self.acceleration / acceleration,
             self.spin / velocity,
             self.spin_acceleration / acceleration,
+            self.jerk / jerk,
+            self.spin_jerk / jerk,
         )
 
 

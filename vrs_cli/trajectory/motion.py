@@ -25,6 +25,13 @@ class Start(Enum):
     BLEND = "blend"  # at the start of the deceleration of the motion before (continuous path)
 
 
+class Profile(Enum):
+    """How velocity changes: at constant acceleration (linear with parabolic blends), or at constant jerk (S-curve)."""
+
+    LSPB = "lspb"
+    SCURVE = "scurve"
+
+
 @dataclass(frozen=True, slots=True)
 class Frames:
     """What stands at both ends of the arm: T_robot_world (BASE) and T_flange_tool (TOOL)."""
@@ -65,7 +72,8 @@ class Motion:
     are fractions of the nominal ones. For a straight line `tip_speed` [m/s] and `rotation` (fraction of the nominal
     angular speed) replace what `speed` gives.
     `duration` [s]: the least time (for REST, the time). `hand`: the opening from its start on (1 open, 0 closed).
-    `text`: the instruction that asked for it.
+    `text`: the instruction that asked for it. `rounding` [m]: with Start.BLEND, how near the tip comes to the end
+    of the motion before, until this one begins; None: as soon as that one slows down.
     """
 
     number: int
@@ -82,3 +90,5 @@ class Motion:
     frames: Frames = Frames()
     text: str = ""
     relative: RelativeTarget | None = None
+    profile: Profile = Profile.LSPB
+    rounding: float | None = None

@@ -1,0 +1,174 @@
+"""WHY: every configuration against what the arm itself says, what MOVE chooses, and the straight line's ways out."""
+
+from __future__ import annotations
+
+from math import dist, radians
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetConfiguration, SetParameter
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import Position
+from vrs_cli.errors import IllegalValue, LocationOutOfRange, MotionError
+from vrs_cli.kinematics.configuration import ALL, Arm, Wrist
+from vrs_cli.kinematics.joints import joints_outside
+from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.transform import Transform, distance, from_oat, position
+
+MODEL = load_robot("puma560")
+ABOVE = PoseTarget(from_oat(0.0, 0.45, -0.15, radians(90), radians(90), 0.0))
+poses = st.tuples(
+    st.floats(-0.9, 0.9), st.floats(-0.9, 0.9), st.floats(-0.6, 0.8), *[st.floats(-180.0, 180.0)] * 3
+).map(lambda p: from_oat(*p[:3], *map(radians, p[3:])))
+
+
+def located(x: float, y: float, z: float, o: float = 90.0, a: float = 90.0, t: float = 0.0) -> PoseTarget:
+    return PoseTarget(from_oat(x, y, z, *map(radians, (o, a, t))))
+
+
+def refusal(engine: Engine, move: Move) -> MotionError | None:
+    """What a motion would be refused with; the timeline is as before."""
+    try:
+        engine.perform(move)
+    except MotionError as error:
+        return error
+    engine.undo()
+    return None
+
+
+@given(poses)
+@settings(max_examples=60, deadline=None, derandomize=True)
+def test_what_is_said_is_what_move_and_moves_do(pose: Transform) -> None:
+    engine = Engine(MODEL)
+    engine.perform(Move(ABOVE, straight=False))
+    target = PoseTarget(pose)
+    reach = engine.explain(target)
+    assert [branch.configuration for branch in reach.branches] == list(ALL)
+    for branch in reach.branches:
+        if branch.joints is None:
+            continue
+        assert distance(engine.arm.forward(branch.joints), pose) < 1e-9
+        outside = joints_outside(branch.joints, MODEL.lower, MODEL.upper)
+        assert tuple(over.joint for over in branch.overruns) == outside
+        for over in branch.overruns:
+            assert over.limit + over.by == pytest.approx(branch.joints[over.joint - 1])
+    moved = refusal(engine, Move(target, straight=False))
+    assert (reach.chosen is None) == (moved is not None)
+    if moved is not None:
+        assert reach.reason == str(moved)
+    lined = refusal(engine, Move(target, straight=True))
+    assert (reach.line.duration is None) == (lined is not None)
+    if lined is not None:
+        assert reach.line.trouble == str(lined)
+
+
+@given(poses)
+@settings(max_examples=25, deadline=None, derandomize=True)
+def test_the_ways_out_are_ways_out(pose: Transform) -> None:
+    engine = Engine(MODEL)
+    engine.perform(Move(ABOVE, straight=False))
+    begin = engine.position().T_world_tool
+    target = PoseTarget(pose)
+    for out in engine.explain(target).line.ways_out:
+        other = Engine(MODEL, start=engine.position().joints)
+        if out.via is not None:
+            other.perform(Move(PoseTarget(out.via), straight=True))
+            other.perform(Move(target, straight=True))
+        elif out.words:
+            for word in out.words:
+                other.perform(SetConfiguration(_flag(word)))
+            other.perform(Move(PoseTarget(begin), straight=False))
+            other.perform(Move(target, straight=True))
+        else:
+            other.perform(Move(target, straight=False))
+        assert distance(other.position().T_world_tool, pose) < 1e-6
+
+
+def _flag(word: str) -> Arm | Wrist:
+    for configuration in ALL:
+        for flag in (configuration.arm, configuration.elbow, configuration.wrist):
+            if flag.name == word:
+                return flag  # type: ignore[return-value]
+    raise AssertionError(word)
+
+
+def test_too_far_by_what_the_location_would_have_to_come_nearer() -> None:
+    engine = Engine(MODEL)
+    target = located(1.2, 0.15, -0.1)
+    far = engine.explain(target).branches[0].too_far
+    assert far is not None
+    x, y, z = position(target.T_world_tool)
+    wrist = (x, y, z + MODEL.links[5].d)  # the tool points down
+    nearer = 1.0 - (far + 1e-4) / dist((0.0, 0.0, 0.0), wrist)
+    assert engine.explain(located(x * nearer, y * nearer, wrist[2] * nearer - MODEL.links[5].d)).branches[0].joints
+
+
+def test_too_close_is_negative() -> None:
+    far = Engine(MODEL).explain(located(0.1, 0.05, -0.1)).branches[0].too_far
+    assert far is not None
+    assert far < 0.0
+
+
+def test_where_the_line_stops_is_the_edge_of_what_is_possible() -> None:
+    engine = Engine(MODEL)
+    engine.perform(Move(ABOVE, straight=False))
+    begin, target = position(engine.position().T_world_tool), located(0.0, 1.2, -0.15)
+    check = engine.explain(target).line
+    assert check.at is not None
+    assert check.length == pytest.approx(0.75)
+
+    def until(way: float) -> Move:
+        return Move(PoseTarget(target.T_world_tool._replace(py=begin[1] + way)), straight=True)
+
+    assert refusal(engine, until(check.at - 2e-4)) is None
+    assert isinstance(refusal(engine, until(check.at + 1e-4)), LocationOutOfRange)
+
+
+def test_a_possible_line_says_how_long_it_takes() -> None:
+    engine = Engine(MODEL)
+    engine.perform(Move(ABOVE, straight=False))
+    target = located(0.1, 0.45, -0.15)
+    for profile in ("LSPB", "SCURVE"):
+        engine.perform(SetParameter("PROFILE", profile))
+        expected = engine.explain(target).line.duration
+        begin = engine.end
+        engine.perform(Move(target, straight=True))
+        assert expected == pytest.approx(engine.end - begin)
+        engine.undo()
+
+
+def test_a_precision_point_says_which_joint_is_out_of_range_and_by_how_much() -> None:
+    engine = Engine(MODEL)
+    reach = engine.explain(JointTarget(tuple(map(radians, (0, -90, 90, 0, 120, -300)))))
+    assert reach.branches == ()
+    assert reach.goal is not None
+    assert [(over.joint, round(over.by, 9)) for over in reach.goal.overruns] == [
+        (5, round(radians(20.0), 9)),
+        (6, round(radians(-34.0), 9)),
+    ]
+    assert reach.chosen is None
+    assert "Joint 5" in reach.reason
+
+
+def test_asked_words_are_the_reason() -> None:
+    engine = Engine(MODEL)
+    engine.perform(SetConfiguration(Arm.LEFTY))
+    reach = engine.explain(located(0.5, 0.15, -0.1))
+    assert reach.chosen is not None
+    assert reach.chosen.arm is Arm.LEFTY
+    assert "LEFTY asked" in reach.reason
+
+
+def test_nothing_moves() -> None:
+    engine = Engine(MODEL)
+    before: tuple[object, Position] = engine.timeline, engine.position()
+    engine.explain(located(0.5, 0.15, -0.1))
+    assert (engine.timeline, engine.position()) == before
+    assert engine.parameters.asked.arm is None
+
+
+def test_a_precision_point_of_another_robot_is_refused() -> None:
+    with pytest.raises(IllegalValue, match="2 joints"):
+        Engine(MODEL).explain(JointTarget((0.0, 0.0)))

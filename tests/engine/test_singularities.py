@@ -1,0 +1,149 @@
+"""Straight lines near and through each singularity: slowed down, or refused with the place, the joint and a way out."""
+
+from __future__ import annotations
+
+from math import hypot, radians
+
+import pytest
+
+from tests.laws.motion_laws import check_continuous, check_limits
+from vrs_cli.engine.commands import Move, PoseTarget, SetBase, SetParameter
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError, StraightLineSingular
+from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.transform import from_oat, position, translation
+
+MODEL = load_robot("puma560")
+PROFILES = pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+BEFORE_THE_WRIST = (
+    0.0,
+    -45.0,
+    150.0,
+    0.0,
+    10.0,
+    0.0,
+)  # 250 mm lower joint 5 has come to 0 and would turn the other way
+BENT = (0.0, -20.0, 110.0, 0.0, 40.0, 0.0)  # 10.05 mm farther out the arm is stretched
+STRETCHED = 0.89197  # [m] x of the tool there
+SIDE = 0.149  # [m] the wrist comes no nearer to the axis of joint 1
+
+
+def at(degrees: tuple[float, ...], profile: str) -> Engine:
+    engine = Engine(MODEL, start=tuple(map(radians, degrees)))
+    engine.perform(SetParameter("PROFILE", profile))
+    return engine
+
+
+def beside(engine: Engine, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Move:
+    """A straight line by so much [m]."""
+    here = engine.position().T_world_tool
+    return Move(PoseTarget(here._replace(px=here.px + x, py=here.py + y, pz=here.pz + z)), straight=True)
+
+
+def across(y: float, profile: str) -> tuple[Engine, Move]:
+    """A line past the axis of joint 1, the wrist at distance y [m] from it when it is nearest."""
+    engine = Engine(MODEL)
+    engine.perform(SetParameter("PROFILE", profile))
+    turned = tuple(map(radians, (90.0, 90.0, 0.0)))
+    engine.perform(Move(PoseTarget(from_oat(-0.3, y, -0.45, *turned)), straight=False))
+    return engine, Move(PoseTarget(from_oat(0.3, y, -0.45, *turned)), straight=True)
+
+
+def refused(engine: Engine, move: Move) -> MotionError:
+    before = engine.timeline
+    with pytest.raises(MotionError) as caught:
+        engine.perform(move)
+    assert engine.timeline is before
+    assert caught.value.place is not None
+    assert caught.value.hint
+    return caught.value
+
+
+def check_slowed(engine: Engine, move: Move, at_least: float) -> None:
+    """The line is made, slower than the tool alone would be, and every law holds."""
+    begin = engine.end
+    way = hypot(*(b - a for a, b in zip(*_ends(engine, move), strict=True)))
+    engine.perform(move)
+    assert engine.end - begin > at_least * (way / MODEL.linear_speed + 0.3)
+    check_continuous(engine, engine.timeline)
+    check_limits(engine, engine.timeline)
+
+
+def _ends(engine: Engine, move: Move) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    assert isinstance(move.target, PoseTarget)
+    return position(engine.position().T_world_tool), position(move.target.T_world_tool)
+
+
+@PROFILES
+def test_past_the_wrist_singularity(profile: str) -> None:
+    turned = (*BEFORE_THE_WRIST[:3], 20.0, *BEFORE_THE_WRIST[4:])
+    engine = at(turned, profile)
+    check_slowed(engine, beside(engine, z=-0.25), at_least=2.0)
+
+
+@PROFILES
+@pytest.mark.parametrize("joint_4", [0.0, 2.0, 5.0])
+def test_through_the_wrist_singularity_joint_4_would_have_to_turn_round(profile: str, joint_4: float) -> None:
+    engine = at((*BEFORE_THE_WRIST[:3], joint_4, *BEFORE_THE_WRIST[4:]), profile)
+    error = refused(engine, beside(engine, z=-0.25))
+    assert isinstance(error, JointOutOfRange)
+    assert error.joint == 4
+    assert "(wrist singularity)" in error.detail
+    assert "tilted" in error.hint
+
+
+@PROFILES
+def test_next_to_the_elbow_singularity(profile: str) -> None:
+    engine = at(BENT, profile)
+    here = engine.position().T_world_tool
+    check_slowed(engine, beside(engine, x=STRETCHED - 0.0001 - here.px), at_least=1.5)
+
+
+@PROFILES
+def test_through_the_elbow_singularity_is_out_of_reach(profile: str) -> None:
+    engine = at(BENT, profile)
+    error = refused(engine, beside(engine, x=0.2))
+    assert isinstance(error, LocationOutOfRange)
+    assert error.place is not None
+    assert error.place[0] == pytest.approx(STRETCHED, abs=1e-4)
+
+
+@PROFILES
+def test_past_the_shoulder_singularity(profile: str) -> None:
+    check_slowed(*across(SIDE + 0.021, profile), at_least=2.0)
+
+
+@PROFILES
+def test_nearer_to_the_shoulder_singularity_joint_1_would_be_too_fast(profile: str) -> None:
+    engine, line = across(SIDE + 0.0002, profile)
+    engine.perform(SetParameter("STRETCH", 4.0))
+    error = refused(engine, line)
+    assert isinstance(error, StraightLineSingular)
+    assert "joint 1" in error.detail
+    assert "(shoulder singularity)" in error.detail
+    assert "axis of joint 1" in error.hint
+    assert error.place is not None
+    assert abs(error.place[1] - SIDE) < 0.001
+
+
+@PROFILES
+def test_through_the_shoulder_singularity_is_out_of_reach(profile: str) -> None:
+    engine, line = across(0.2, profile)
+    through = from_oat(0.3, -0.17, -0.45, *map(radians, (90.0, 90.0, 0.0)))
+    assert isinstance(line.target, PoseTarget)
+    error = refused(engine, Move(PoseTarget(through), straight=True))
+    assert isinstance(error, LocationOutOfRange)
+
+
+def test_the_place_is_told_in_the_world_frame() -> None:
+    engine = at(BEFORE_THE_WRIST, "LSPB")
+    engine.perform(SetBase(translation(0.0, 0.0, 0.1)))
+    error = refused(engine, beside(engine, z=-0.25))
+    assert error.place is not None
+    assert f"Z {1e3 * (error.place[2] - 0.1):.1f} mm" in error.detail
+
+
+def test_a_line_that_fails_far_from_a_singular_start_does_not_blame_the_start() -> None:
+    engine = Engine(MODEL)
+    far = PoseTarget(from_oat(1.2, 0.15, -0.1, radians(90.0), radians(90.0), 0.0))
+    assert "starts in a singular pose" not in refused(engine, Move(far, straight=True)).hint

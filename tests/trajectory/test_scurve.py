@@ -1,0 +1,158 @@
+"""Times of jerk-limited motions: against the textbook's closed form, the limits at every instant, and single stops."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from vrs_cli.trajectory.blend import JointLimits, JointState
+from vrs_cli.trajectory.instant import TICK
+from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
+from vrs_cli.trajectory.polynomial import derivative, value
+from vrs_cli.trajectory.scurve import Change, Part, advanced, farthest, from_rest, stop, turning_back, turns
+from vrs_cli.trajectory.segment import JointPath, Segment
+from vrs_cli.trajectory.smooth import joint_motion, joint_stop
+
+ROUNDING = 1.0 + 1e-5
+MOTION = Motion(1, Kind.JOINT, Start.AT, profile=Profile.SCURVE)
+LIMITS = JointLimits((1.4, 0.9, 2.1), (4.8, 3.1, 7.1), (48.0, 31.0, 71.0), (1.4, 0.9, 2.1))
+
+parts = st.floats(-1.0, 1.0)
+thirds = st.tuples(parts, parts, parts)
+
+
+def alone(displacement: float, v: float, a: float, j: float) -> Part:
+    return Part(displacement, 0.0, 0.0, v, a, j, v)
+
+
+def test_seven_stretches_from_rest() -> None:
+    # 2 rad at 1 rad/s, 2 rad/s2, 10 rad/s3 (Biagiotti and Melchiorri 3.4): T = D/v + v/a + a/j
+    course = from_rest([alone(2.0, 1.0, 2.0, 10.0)])
+    assert course.change == pytest.approx((0.2, 0.3, 0.2), abs=1e-6)
+    assert course.cruise == pytest.approx(1.3, abs=1e-6)
+    assert course.total == pytest.approx(2.7, abs=1e-6)
+
+
+def test_full_acceleration_is_not_reached() -> None:
+    # velocity 1 in two ramps of sqrt(v / j): T = D/v + 2 sqrt(v / j)
+    course = from_rest([alone(2.0, 1.0, 100.0, 4.0)])
+    assert course.change.hold == 0.0
+    assert course.total == pytest.approx(2.0 + 2.0 * sqrt(1.0 / 4.0), abs=1e-5)
+
+
+def test_a_short_way_is_four_ramps() -> None:
+    # D = 2 j t^3 in four ramps of t
+    course = from_rest([alone(0.002, 10.0, 100.0, 8.0)])
+    assert course.total == pytest.approx(4.0 * (0.002 / (2.0 * 8.0)) ** (1.0 / 3.0), abs=1e-5)
+    assert course.cruise == 0.0
+
+
+def test_least_time_is_kept_and_not_much_more() -> None:
+    course = from_rest([alone(0.5, 10.0, 2.0, 20.0)], 3.0)
+    assert 3.0 <= course.total <= 3.0001
+
+
+def test_nothing_to_do_takes_no_time() -> None:
+    assert from_rest([alone(0.0, 1.0, 1.0, 1.0)]).total == 0.0
+
+
+def check(segments: tuple[Segment, ...], state: JointState, start: float) -> None:
+    """Continuous in position, velocity and acceleration from the state to rest; every limit at every instant."""
+    now, at = state, start
+    for segment in segments:
+        path = segment.path
+        assert isinstance(path, JointPath)
+        assert segment.start == at
+        assert segment.start % TICK == segment.finish % TICK == 0.0
+        assert path.joints(0.0) == pytest.approx(now.joints, abs=1e-9)
+        assert path.velocity(0.0) == pytest.approx(now.velocity, abs=1e-7)
+        assert path.acceleration(0.0) == pytest.approx(now.acceleration, abs=1e-6)
+        for k in range(9):
+            check_limits(path, segment.duration * k / 8)
+        end = segment.duration
+        now, at = JointState(path.joints(end), path.velocity(end), path.acceleration(end)), segment.finish
+    assert now.velocity == pytest.approx((0.0,) * 3, abs=1e-7)
+    assert now.acceleration == pytest.approx((0.0,) * 3, abs=1e-6)
+
+
+def check_limits(path: JointPath, s: float) -> None:
+    for v, most in zip(path.velocity(s), LIMITS.peak, strict=True):
+        assert abs(v) <= most * ROUNDING
+    for a, most in zip(path.acceleration(s), LIMITS.acceleration, strict=True):
+        assert abs(a) <= most * ROUNDING
+    for row, most in zip(path.coefficients, LIMITS.jerk, strict=True):
+        assert abs(value(derivative(derivative(derivative(row))), s)) <= most * ROUNDING
+
+
+def possible(velocity: tuple[float, ...], acceleration: tuple[float, ...]) -> JointState:
+    """A state that a motion within the limits can be in: it can lose its acceleration before it is too fast."""
+    v = tuple(part * most for part, most in zip(velocity, LIMITS.peak, strict=True))
+    a = tuple(part * most for part, most in zip(acceleration, LIMITS.acceleration, strict=True))
+    rows = zip(v, a, LIMITS.peak, LIMITS.jerk, strict=True)
+    assume(all(abs(w + 0.5 * b * abs(b) / jerk) <= 0.9999 * most for w, b, most, jerk in rows))
+    return JointState((0.1, 0.2, 0.3), v, a)
+
+
+@given(thirds, thirds, thirds, st.sampled_from([0.0, 0.0, 1.0, 5.0]))
+@settings(max_examples=300, deadline=None, derandomize=True)
+def test_a_motion_from_any_state_keeps_every_limit(
+    goal: tuple[float, ...], velocity: tuple[float, ...], acceleration: tuple[float, ...], least: float
+) -> None:
+    state = possible(velocity, acceleration)
+    segments = joint_motion(state, tuple(3.0 * x for x in goal), LIMITS, 0.0, MOTION, least)
+    check(segments, state, 0.0)
+    last = segments[-1]
+    assert isinstance(last.path, JointPath)
+    assert last.path.joints(last.duration) == pytest.approx(tuple(3.0 * x for x in goal), abs=1e-9)
+
+
+@given(thirds, thirds)
+@settings(max_examples=200, deadline=None, derandomize=True)
+def test_a_stop_from_any_state_keeps_every_limit(velocity: tuple[float, ...], acceleration: tuple[float, ...]) -> None:
+    state = possible(velocity, acceleration)
+    free = ((-10.0, 10.0),) * 3
+    check(joint_stop(state, LIMITS, free, 0.0, MOTION), state, 0.0)
+
+
+@given(st.floats(0.05, 0.9), parts)
+@settings(max_examples=200, deadline=None, derandomize=True)
+def test_nothing_turns_back_earlier_than_full_braking(v: float, part: float) -> None:
+    """The farthest place of any way to rest is at least that of braking as hard as can be and swinging back."""
+    a, jerk = 4.0 * part, 40.0
+    braked = turning_back(v, a, 4.0, jerk)
+    state = (0.0, v, a)
+    for duration, rate in braked:
+        state = advanced(*state, duration, rate)
+    swung = braked + stop(state[1], state[2], 4.0, jerk)
+    _, nearest = farthest(0.0, v, a, swung)
+    _, direct = farthest(0.0, v, a, stop(v, a, 4.0, jerk))
+    assert nearest <= direct + 1e-9
+
+
+def test_a_stop_next_to_the_end_of_a_range_swings_back() -> None:
+    v = (0.5, 0.0, 0.0)
+    state = JointState((0.0, 0.0, 0.0), v, (-4.8, 0.0, 0.0))
+    direct = joint_stop(state, LIMITS, ((-10.0, 10.0),) * 3, 0.0, MOTION)
+    farthest_direct = max(s.path.joints(s.duration)[0] for s in direct)  # type: ignore[union-attr]
+    tight = ((-10.0, farthest_direct - 1e-4), (-10.0, 10.0), (-10.0, 10.0))
+    swung = joint_stop(state, LIMITS, tight, 0.0, MOTION)
+    check(swung, state, 0.0)
+    for segment in swung:
+        for k in range(50):
+            assert segment.path.joints(segment.duration * k / 49)[0] <= tight[0][1] + 1e-9  # type: ignore[union-attr]
+
+
+@given(parts, parts, parts)
+@settings(max_examples=100, deadline=None, derandomize=True)
+def test_turns_are_where_the_velocity_is_zero(v: float, a: float, jerk: float) -> None:
+    assume(abs(jerk) > 1e-3)
+    for s in turns(v, a, jerk):
+        assert v + a * s + 0.5 * jerk * s * s == pytest.approx(0.0, abs=1e-6 * (1.0 + s * s))
+
+
+def test_lag_of_a_step_is_half_of_it() -> None:
+    assert Change(0.0, 2.0, 0.0).lag == 1.0
+    assert Change(1.0, 0.0, 1.0).lag == 1.0, "symmetrical changes have the middle velocity on the average"

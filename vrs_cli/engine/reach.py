@@ -1,0 +1,358 @@
+"""Why a location is in reach or not: every configuration, what MOVE would choose, and the straight line from here.
+
+What is found is data (WHY shows it). Nothing is moved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from vrs_cli.engine.commands import JointTarget, PoseTarget
+from vrs_cli.engine.parameters import Asked, Parameters
+from vrs_cli.engine.planner import Here, plan_motion, segment_joints
+from vrs_cli.engine.targets import check_joint_limits, select, unmet
+from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooClose, LocationTooFar, MotionError
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.joints import Joints, joints_outside
+from vrs_cli.kinematics.serial_arm import Solution
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    at_position,
+    axis_angle,
+    compose,
+    inverse,
+    rotation_about,
+)
+from vrs_cli.trajectory.blend import JointState
+from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.segment import Segment
+from vrs_cli.trajectory.vector import added, cross, length, scaled, subtracted
+
+STEPS = 200  # in which a line is walked
+HALVINGS = 40
+SIDEWAYS = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] how far from the line a via point is tried
+SMALL = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Overrun:
+    """A joint, counted from 1, that would be outside its range; `by` [rad]: beyond `limit`, with its sign."""
+
+    joint: int
+    limit: float
+    by: float
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """One configuration: its joints, and those that are out of range; or why there are none.
+
+    `too_far` [m]: by how much the location is; negative: too close; None where `joints` are known, or it is not known.
+    """
+
+    configuration: Configuration
+    joints: Joints | None
+    overruns: tuple[Overrun, ...] = ()
+    too_far: float | None = None
+
+    @property
+    def usable(self) -> bool:
+        return self.joints is not None and not self.overruns
+
+
+@dataclass(frozen=True, slots=True)
+class WayOut:
+    """What would do instead of a straight line: the same in another configuration (`words`), two lines by way of `via`
+    (T_world_tool), or a MOVE (neither).
+    """
+
+    words: tuple[str, ...] = ()
+    via: Transform | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LineCheck:
+    """The straight line from here. `length` [m]; `duration` [s] where it is possible, else what stops it: the error's
+    text, where (`at` [m] from here, None where not on the line), and the ways out.
+    """
+
+    length: float
+    duration: float | None = None
+    trouble: str = ""
+    at: float | None = None
+    ways_out: tuple[WayOut, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """What WHY says. `branches` is empty for a precision point, which has one set of joints: `goal`.
+
+    `chosen`: what MOVE would take, and `reason` why; where it is refused `chosen` is None and `reason` says why not.
+    """
+
+    branches: tuple[Branch, ...]
+    goal: Branch | None
+    chosen: Configuration | None
+    reason: str
+    line: LineCheck
+
+
+def explained(
+    arm: RobotArm,
+    parameters: Parameters,
+    target: PoseTarget | JointTarget,
+    here: Joints,
+    motion: Motion,
+    slowest: float,
+) -> Reach:
+    """Why a target can be reached from `here`, at rest, or not; `motion`: a straight line at the speeds in force.
+
+    Raises IllegalValue for a precision point of another number of joints.
+    """
+    if isinstance(target, JointTarget):
+        return _precision_point(arm, target.joints, here, motion, slowest)
+    pose = compose(motion.frames.base, target.T_world_tool)
+    T_robot_flange = compose(pose, inverse(motion.frames.tool))
+    branches = tuple(_branch(arm, T_robot_flange, here, solution) for solution in arm.inverse_all(T_robot_flange))
+    chosen, reason = _chosen(arm, parameters, T_robot_flange, here, branches)
+    line = _line(arm, here, replace(motion, pose=pose), slowest, reachable=chosen is not None)
+    return Reach(branches, None, chosen, reason, line)
+
+
+def _precision_point(arm: RobotArm, joints: Joints, here: Joints, motion: Motion, slowest: float) -> Reach:
+    goal = Branch(arm.configuration(joints), joints, _overruns(arm, joints))
+    pose = compose(arm.forward(joints), motion.frames.tool)
+    try:
+        check_joint_limits(arm.model, joints)
+    except JointOutOfRange as error:
+        return Reach((), goal, None, str(error), _line(arm, here, replace(motion, pose=pose), slowest, reachable=False))
+    line = _line(arm, here, replace(motion, pose=pose), slowest, reachable=True)
+    return Reach((), goal, goal.configuration, "a precision point says all joints", line)
+
+
+# --- the configurations ----------------------------------------------------------------------------------------
+
+
+def _branch(arm: RobotArm, T_robot_flange: Transform, here: Joints, solution: Solution) -> Branch:
+    if solution.joints is not None:
+        return Branch(solution.configuration, solution.joints, _overruns(arm, solution.joints))
+    c = solution.configuration
+    try:
+        arm.select(T_robot_flange, here, arm=c.arm, elbow=c.elbow, wrist=c.wrist)
+    except LocationOutOfRange as error:
+        return Branch(c, None, (), _too_far(error))
+    except MotionError:
+        pass
+    return Branch(c, None)
+
+
+def _too_far(error: LocationOutOfRange) -> float | None:
+    if error.by is None:
+        return None
+    if isinstance(error, LocationTooFar):
+        return error.by
+    return -error.by if isinstance(error, LocationTooClose) else None
+
+
+def _overruns(arm: RobotArm, joints: Joints) -> tuple[Overrun, ...]:
+    model = arm.model
+    found = []
+    for joint in joints_outside(joints, model.lower, model.upper):
+        q, low, high = joints[joint - 1], model.lower[joint - 1], model.upper[joint - 1]
+        limit = high if q > high else low
+        found.append(Overrun(joint, limit, q - limit))
+    return tuple(found)
+
+
+def _chosen(
+    arm: RobotArm, parameters: Parameters, T_robot_flange: Transform, here: Joints, branches: tuple[Branch, ...]
+) -> tuple[Configuration | None, str]:
+    """What MOVE would take, and why."""
+    try:
+        joints = select(arm, parameters, T_robot_flange, here)
+    except MotionError as error:
+        return None, str(error)
+    chosen, have = arm.configuration(joints), arm.configuration(here)
+    asked = parameters.asked
+    reasons = []
+    if asked != Asked():
+        words = " ".join(flag.name for flag in (asked.arm, asked.elbow, asked.wrist) if flag)
+        reasons.append(f"{words} asked")
+    if not unmet(chosen, Asked(have.arm, have.elbow, None)):
+        reasons.append("arm and elbow stay as they are")
+    if asked.wrist is None:
+        reasons += _why_this_wrist(arm, here, chosen, branches)
+    return chosen, ", ".join(reasons)
+
+
+def _why_this_wrist(arm: RobotArm, here: Joints, chosen: Configuration, branches: tuple[Branch, ...]) -> Iterator[str]:
+    """Why this wrist and not the other."""
+    if chosen.wrist is None:
+        return
+    both = [b for b in branches if (b.configuration.arm, b.configuration.elbow) == (chosen.arm, chosen.elbow)]
+    this = [b for b in both if b.configuration.wrist is chosen.wrist]
+    other = [b for b in both if b.configuration.wrist is not chosen.wrist]
+    if not this or not other or other[0].configuration.wrist is None:
+        return
+    name = other[0].configuration.wrist.name
+    if not other[0].usable:
+        yield f"{name} is out of range"
+    else:
+        times = [_shortest(arm, here, b.joints) for b in (this[0], other[0]) if b.joints is not None]
+        if times[0] < times[1]:
+            yield f"{chosen.wrist.name} is reached sooner than {name}"
+        else:
+            yield f"{chosen.wrist.name} as it is"
+
+
+def _shortest(arm: RobotArm, a: Joints, b: Joints) -> float:
+    """The time that the slowest joint needs at its full velocity [s]."""
+    return max(abs(y - x) / v for x, y, v in zip(a, b, arm.model.max_velocity, strict=True))
+
+
+# --- the straight line -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """A straight way of the tool from one pose to another, T_robot_tool."""
+
+    begin: Transform
+    end: Transform
+    T_flange_tool: Transform
+
+    @property
+    def displacement(self) -> Vector:
+        return subtracted(_position(self.end), _position(self.begin))
+
+    def pose(self, part: float) -> Transform:
+        axis, angle = axis_angle(compose(inverse(self.begin), self.end))
+        R = compose(self.begin, rotation_about(axis, angle * part))
+        return at_position(R, *added(_position(self.begin), scaled(self.displacement, part)))
+
+    def flange(self, part: float) -> Transform:
+        return compose(self.pose(part), inverse(self.T_flange_tool))
+
+
+def _position(T: Transform) -> Vector:
+    return T.px, T.py, T.pz
+
+
+def _line(arm: RobotArm, here: Joints, motion: Motion, slowest: float, *, reachable: bool) -> LineCheck:
+    """The straight line from here, planned as MOVES would."""
+    if motion.pose is None:
+        raise ValueError("a straight line goes to a pose")
+    begin = compose(arm.forward(here), motion.frames.tool)
+    way = _Way(begin, motion.pose, motion.frames.tool)
+    size = length(way.displacement)
+    try:
+        return LineCheck(size, _planned(arm, here, motion, slowest).finish)
+    except MotionError as error:
+        stopped = _stopped(arm, way, arm.configuration(here), here)
+        at = _along(way, error) if stopped is None else stopped * size
+        out = tuple(_ways_out(arm, way, here, motion, slowest, reachable=reachable))
+        return LineCheck(size, None, str(error), at, out)
+
+
+def _planned(arm: RobotArm, here: Joints, motion: Motion, slowest: float) -> Segment:
+    """The last segment of a straight line that starts at rest at time 0. Raises MotionError."""
+    still = JointState(here, (0.0,) * len(here))
+    return plan_motion(arm, Here(still), motion, 0.0, slowest)[-1]
+
+
+def _along(way: _Way, error: MotionError) -> float | None:
+    if error.place is None:
+        return None
+    return length(subtracted(error.place, _position(way.begin)))
+
+
+def _stopped(arm: RobotArm, way: _Way, configuration: Configuration, here: Joints) -> float | None:
+    """The part of the way after which the arm is out of reach or out of range in this configuration; None: never."""
+    near, last = here, 0.0
+    for step in range(STEPS + 1):
+        part = step / STEPS
+        q = _held(arm, way, configuration, near, part)
+        if q is None:
+            return _between(arm, way, configuration, near, last, part)
+        near, last = q, part
+    return None
+
+
+def _between(arm: RobotArm, way: _Way, configuration: Configuration, near: Joints, good: float, bad: float) -> float:
+    """The part of the way where it is no longer possible, between one where it is and one where it is not."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (good + bad)
+        if _held(arm, way, configuration, near, middle) is None:
+            bad = middle
+        else:
+            good = middle
+    return bad
+
+
+def _held(arm: RobotArm, way: _Way, configuration: Configuration, near: Joints, part: float) -> Joints | None:
+    """The joints on the way; None where the arm does not reach, or a joint leaves its range."""
+    q = arm.branch_joints(way.flange(part), configuration, near)
+    return q if q is not None and arm.limits_ok(q) else None
+
+
+# --- the ways out ----------------------------------------------------------------------------------------------
+
+
+def _ways_out(
+    arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: float, *, reachable: bool
+) -> Iterator[WayOut]:
+    """What would do instead: another configuration for the whole line, a via point, a MOVE."""
+    yield from _other_configurations(arm, way, here, motion, slowest)
+    via = _via_point(arm, way, here, motion, slowest)
+    if via is not None:
+        yield WayOut(via=compose(inverse(motion.frames.base), via))
+    if reachable:
+        yield WayOut()
+
+
+def _other_configurations(arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: float) -> Iterator[WayOut]:
+    """The configurations in which the line is possible from the same place, those of the fewest words."""
+    have = arm.configuration(here)
+    found = []
+    for solution in arm.inverse_all(way.flange(0.0)):
+        words = solution.configuration.words_beside((have,))
+        if not words or not solution.usable or solution.joints is None:
+            continue
+        try:
+            _planned(arm, solution.joints, motion, slowest)
+        except MotionError:
+            continue
+        found.append(words)
+    if found:
+        yield WayOut(words=min(found, key=len))
+
+
+def _via_point(arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: float) -> Transform | None:
+    """A pose half-way, beside the line, by which two lines lead to the target; the nearest of those tried."""
+    middle = way.pose(0.5)
+    for distance in SIDEWAYS:
+        for direction in _beside(way.displacement):
+            via = at_position(middle, *added(_position(middle), scaled(direction, distance)))
+            try:
+                first = _planned(arm, here, replace(motion, pose=via), slowest)
+                _planned(arm, segment_joints(arm, first, first.duration), motion, slowest)
+            except MotionError:
+                continue
+            return via
+    return None
+
+
+def _beside(displacement: Vector) -> Sequence[Vector]:
+    """Directions across a way: up and down, to both sides."""
+    size = length(displacement)
+    if size < SMALL:
+        return ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0))
+    along = scaled(displacement, 1.0 / size)
+    upward = (0.0, 0.0, 1.0) if abs(along[2]) < 0.9 else (1.0, 0.0, 0.0)
+    side = cross(along, upward)
+    side = scaled(side, 1.0 / length(side))
+    up = cross(side, along)
+    return (up, scaled(up, -1.0), side, scaled(side, -1.0))

@@ -1,0 +1,560 @@
+"""Jerk-limited motion (S-curve): how long the acceleration rises, holds and falls, how long to cruise and to slow down.
+
+One motion of several components, all together, in up to seven stretches of constant jerk. A *change* takes the
+velocity from v0 to v1 in three of them: the acceleration goes from a0 to a level A in `rise` seconds, stays there for
+`hold`, and goes to zero in `fall`. So a motion may begin in the middle of an acceleration, and the acceleration is
+continuous. With
+
+    R = rise/2 + hold + fall/2          v1 = v0 + a0 rise/2 + A R
+    way of the change = v0 b + a0 K0 + A K1,   b = rise + hold + fall
+
+everything is linear in v1 for given times, and the displacement D still to go asks for
+
+    v1 = E u,   E = D - v0 b - a0 K0 + lag (v0 + a0 rise/2),   1/u = lag + cruise + slow/2,   lag = K1 / R.
+
+Slowing down is a change to zero with equal ramps. The greatest u within all limits is the quickest for given times of
+the change; those times are searched. (Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots,
+3.4 "Double S trajectory", for several components with one clock and any start.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from math import cbrt, inf, sqrt
+from typing import NamedTuple
+
+from vrs_cli.kinematics.transform import Vector
+from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.profile import MARGIN, NEGLIGIBLE, ROOM, SAME, SLIVER
+from vrs_cli.trajectory.vector import added, dot, length, scaled, subtracted
+
+PEAK = 1.0 + 1e-6  # a velocity that is this little above its limit is at it
+CAREFUL = 1.0 + 2e-5  # stops stay so much inside the limits: rounding of times and short pieces may cost a little
+MOMENT = 1e-3  # [s] the shortest ramp of a stop
+FIRST_STEP = 0.25
+LAST_STEP = 0.05  # of the time of a change: no finer
+MOST_TRIES = 240
+LONGEST = 1e4  # [s] of a change
+DOUBLINGS = 40
+HALVINGS = 50
+
+
+class NoTimes(ValueError):
+    """No times within the limits bring the motion to its target from the state that it starts in."""
+
+
+class Change(NamedTuple):
+    """Times of a change of velocity [s]."""
+
+    rise: float
+    hold: float
+    fall: float
+
+    @property
+    def lasts(self) -> float:
+        return self.rise + self.hold + self.fall
+
+    @property
+    def reach(self) -> float:
+        """R: how much velocity each unit of the level gives."""
+        return 0.5 * self.rise + self.hold + 0.5 * self.fall
+
+    @property
+    def ways(self) -> tuple[float, float]:
+        """K0 and K1: the way that each unit of the acceleration at the start, and of the level, adds."""
+        rise, hold, fall = self
+        by_start = rise * rise / 3.0 + 0.5 * rise * (hold + fall)
+        by_level = (
+            rise * rise / 6.0 + 0.5 * (rise * hold + hold * hold) + (0.5 * rise + hold) * fall + fall * fall / 3.0
+        )
+        return by_start, by_level
+
+    @property
+    def lag(self) -> float:
+        return self.ways[1] / self.reach
+
+    def level(self, v0: float, a0: float, v1: float) -> float:
+        """A, the acceleration that is held."""
+        return (v1 - v0 - 0.5 * self.rise * a0) / self.reach
+
+
+NONE = Change(0.0, 0.0, 0.0)
+
+
+class Course(NamedTuple):
+    """The times of a whole motion, each on the time grid."""
+
+    change: Change
+    cruise: float
+    slow: Change
+
+    @property
+    def reach(self) -> float:
+        """1/u of the module's formula."""
+        lag = self.change.lag if self.change.lasts else 0.0
+        return lag + self.cruise + 0.5 * self.slow.lasts
+
+    @property
+    def total(self) -> float:
+        return self.change.lasts + self.cruise + self.slow.lasts
+
+    @property
+    def stops_at_once(self) -> bool:
+        """The change itself ends on the target."""
+        return not self.cruise and not self.slow.lasts
+
+
+class Bounds(NamedTuple):
+    """What a change asks: u in [low, high]; the greatest |v1| / (u a) and |v1| / (u j), for slowing down."""
+
+    low: float
+    high: float
+    by_acceleration: float
+    by_jerk: float
+    lag: float = 0.0  # of the change
+
+
+Demands = Callable[[Change], Bounds]
+
+IMPOSSIBLE = Bounds(1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A scalar part of a motion: what is to go, the state now, and its limits.
+
+    `peak`: the velocity never to exceed; the acceleration at the start may carry the part above `max_velocity`.
+    """
+
+    displacement: float
+    velocity: float
+    acceleration: float
+    max_velocity: float
+    max_acceleration: float
+    max_jerk: float
+    peak: float
+
+
+# --- from rest -------------------------------------------------------------------------------------------------
+
+
+def from_rest(parts: Sequence[Part], least: float = 0.0) -> Course:
+    """The times of a motion from rest; `least`: the least total time [s]."""
+    by_velocity = by_acceleration = by_jerk = 0.0
+    for part in parts:
+        way = abs(part.displacement)
+        by_velocity = max(by_velocity, way / part.max_velocity)
+        by_acceleration = max(by_acceleration, way / part.max_acceleration)
+        by_jerk = max(by_jerk, way / part.max_jerk)
+    if by_velocity <= NEGLIGIBLE:
+        return Course(NONE, 0.0, NONE)
+    bounds = Bounds(0.0, 1.0 / by_velocity, by_acceleration, by_jerk)
+    u = _most_that_cruises(bounds, None)
+    if least > 0.0 and _rest_total(bounds, u) < least:
+        u = _slower(lambda slow_u: _rest_total(bounds, slow_u), 0.0, u, least)
+    reach = MARGIN / u
+    change = _ramps(by_acceleration / reach, by_jerk / reach)
+    return _without_sliver(change, up_to_grid(max(reach - change.lasts, 0.0)), change)
+
+
+def _rest_total(bounds: Bounds, u: float) -> float:
+    return 1.0 / u + _slow_time(bounds, u)
+
+
+def _slow_time(bounds: Bounds, u: float) -> float:
+    """How long it takes at least to change by the velocities E u at constant jerks, from acceleration zero to zero."""
+    if bounds.by_jerk <= 0.0:
+        return 0.0
+    s = max(bounds.by_acceleration * u, sqrt(bounds.by_jerk * u))
+    return s + bounds.by_jerk * u / s
+
+
+def _ramps(by_acceleration: float, by_jerk: float) -> Change:
+    """The shortest change, with equal ramps, by velocities of which the greatest |v| / a and |v| / j are given."""
+    if by_jerk <= 0.0:
+        return NONE
+    reach = max(by_acceleration, sqrt(by_jerk))
+    ramp = by_jerk / reach
+    if reach - ramp < SLIVER:
+        ramp = up_to_grid(reach)
+        return Change(ramp, 0.0, ramp)
+    ramp = up_to_grid(ramp)
+    return Change(ramp, up_to_grid(reach - ramp), ramp)
+
+
+def _without_sliver(change: Change, cruise: float, slow: Change) -> Course:
+    """A cruise of next to no time is left out: the ramps of slowing down take that time longer."""
+    if cruise > SLIVER:
+        return Course(change, cruise, slow)
+    return Course(change, 0.0, Change(slow.rise + cruise, slow.hold, slow.fall + cruise) if slow.lasts else slow)
+
+
+def _most_that_cruises(bounds: Bounds, lag: float | None) -> float:
+    """The greatest u up to `high` that leaves a cruise of no negative length; `lag` None: the change is from rest, and
+    as long as slowing down.
+    """
+    fixed, halves = (0.0, 1.0) if lag is None else (lag, 0.5)
+    high, m, n = bounds.high, bounds.by_acceleration, bounds.by_jerk
+    if n <= 0.0:
+        return min(high, 1.0 / fixed) if fixed else high
+    # cruise = 1/u - fixed - halves (s + n u / s), s = max(m u, sqrt(n u))
+    about = fixed + halves * n / m
+    u = (sqrt(about * about + 4.0 * halves * m) - about) / (2.0 * halves * m)
+    if m * m * u < n:  # full acceleration is not reached: 1 - fixed x^2 - 2 halves sqrt(n) x^3 = 0, x^2 = u
+        u = _root(fixed, 2.0 * halves * sqrt(n)) ** 2
+    return min(high, u)
+
+
+def _root(c2: float, c3: float) -> float:
+    """The x > 0 with 1 = c2 x^2 + c3 x^3, by Newton's rule from above."""
+    x = 1.0 / cbrt(c3)
+    for _ in range(8):
+        excess = (c2 + c3 * x) * x * x - 1.0
+        if excess <= 1e-12:
+            break
+        x -= excess / ((2.0 * c2 + 3.0 * c3 * x) * x)
+    return x
+
+
+def _slower(total: Callable[[float], float], low: float, high: float, least: float) -> float:
+    """A u in (low, high] at which the total time is (just) at least `least`; the slowest possible if none is."""
+    slow, quick = max(low, high * 1e-9), high
+    for _ in range(HALVINGS):
+        middle = sqrt(slow * quick)
+        if total(middle) < least:
+            quick = middle
+        else:
+            slow = middle
+    return slow
+
+
+# --- from motion -----------------------------------------------------------------------------------------------
+
+
+def from_motion(parts: Sequence[Part], least: float = 0.0) -> Course:
+    """The times of a motion of scalar parts from their velocities and accelerations. Raises NoTimes."""
+    slowest = max(0.01, *(abs(part.velocity) / part.max_acceleration for part in parts))
+    ramp = max(part.max_acceleration / part.max_jerk for part in parts)
+    settling = max(abs(part.acceleration) / part.max_jerk for part in parts)
+    return search(
+        scalar_demands(parts), Change(max(settling * 1.01, min(ramp, slowest)), slowest, ramp), settling, least
+    )
+
+
+def scalar_demands(parts: Sequence[Part]) -> Demands:
+    """The bounds on u of parts that each have their own limits."""
+    rows = tuple(
+        (
+            part.displacement,
+            part.velocity,
+            part.acceleration,
+            part.max_velocity,
+            part.max_acceleration,
+            part.max_jerk,
+            part.peak * PEAK,
+        )
+        for part in parts
+    )
+
+    def demands(change: Change) -> Bounds:
+        rise, hold, fall = change
+        lasts = rise + hold + fall
+        half = 0.5 * rise
+        reach = half + hold + 0.5 * fall
+        k0, k1 = change.ways
+        lag = k1 / reach
+        low, high, by_acceleration, by_jerk = 0.0, inf, 0.0, 0.0
+        for way, v, a, fastest, acceleration, jerk, peak in rows:
+            carried = v
+            if not a:
+                most = min(acceleration, jerk * rise, jerk * fall)
+                least = -most
+            else:
+                carried += half * a
+                most = min(acceleration, jerk * fall, a + jerk * rise)
+                least = max(-acceleration, -jerk * fall, a - jerk * rise)
+                if abs(carried) > peak and carried * a > 0.0:
+                    turned = _turned_before(a, peak - v if a > 0.0 else peak + v, rise)
+                    most, least = (min(most, turned), least) if a > 0.0 else (most, max(least, turned))
+            most = min(carried + reach * most, fastest)
+            least = max(carried + reach * least, -fastest)
+            if least > most:
+                return IMPOSSIBLE
+            ahead = way - v * lasts - a * k0 + lag * carried
+            if ahead < 0.0:
+                ahead, most, least = -ahead, -least, -most
+            if ahead <= NEGLIGIBLE:
+                if least > 0.0 or most < 0.0:
+                    return IMPOSSIBLE
+                continue
+            if most < high * ahead:
+                high = most / ahead
+            if least > low * ahead:
+                low = least / ahead
+            by_acceleration = max(by_acceleration, ahead / acceleration)
+            by_jerk = max(by_jerk, ahead / jerk)
+        return Bounds(low, high, by_acceleration, by_jerk, lag)
+
+    return demands
+
+
+def _turned_before(a: float, room: float, rise: float) -> float:
+    """The level that the acceleration `a` must be on its way to, so that the velocity grows by no more than `room`."""
+    if room <= 0.0:
+        return -inf if a > 0.0 else inf
+    return a - a * abs(a) * rise / (2.0 * room)
+
+
+@dataclass(frozen=True, slots=True)
+class VectorPart:
+    """A part of a motion whose limits hold for the length of a vector (the position of the tool tip).
+
+    The blending limits are those of the change, the others those of slowing down.
+    """
+
+    displacement: Vector
+    velocity: Vector
+    acceleration: Vector
+    max_velocity: float
+    max_acceleration: float
+    max_jerk: float
+    blend_acceleration: float
+    blend_jerk: float
+
+
+def vector_bounds(part: VectorPart, change: Change) -> Bounds:
+    """The bounds on u so that |E u| <= v_max, the level A has |A| within its limits and |A - a0| <= jerk rise."""
+    reach = change.reach
+    k0, k1 = change.ways
+    carried = added(part.velocity, scaled(part.acceleration, 0.5 * change.rise))
+    way = subtracted(part.displacement, scaled(part.velocity, change.lasts))
+    ahead = added(subtracted(way, scaled(part.acceleration, k0)), scaled(carried, k1 / reach))
+    level = min(part.blend_acceleration, part.blend_jerk * change.fall)
+    spheres = (
+        (carried, reach * level),
+        (added(carried, scaled(part.acceleration, reach)), reach * part.blend_jerk * change.rise),
+        ((0.0, 0.0, 0.0), part.max_velocity),
+    )
+    low, high = 0.0, inf
+    for centre, radius in spheres:
+        least, most = _inside(ahead, centre, radius)
+        low, high = max(low, least), min(high, most)
+    size = length(ahead)
+    if size <= NEGLIGIBLE:
+        return Bounds(low, high, 0.0, 0.0, k1 / reach)
+    return Bounds(low, high, size / part.max_acceleration, size / part.max_jerk, k1 / reach)
+
+
+def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
+    """The u at which u times `ray` is inside a sphere; an empty interval where it never is."""
+    size = length(ray)
+    if size <= NEGLIGIBLE:
+        return (0.0, inf) if length(centre) <= radius else (1.0, 0.0)
+    along = dot(ray, centre) / size
+    room = radius * radius - max(dot(centre, centre) - along * along, 0.0)
+    if room < 0.0:
+        return 1.0, 0.0
+    return (along - sqrt(room)) / size, (along + sqrt(room)) / size
+
+
+def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, limits: tuple[float, ...]) -> Bounds:
+    """The bounds on u for a turn by `angle` while a present spin (with its rate) dies: both together share the limits.
+
+    `limits`: speed, acceleration and jerk of turning, then acceleration and jerk while blending.
+    """
+    speed, acceleration, jerk, blend_acceleration, blend_jerk = limits
+    level = scaled(added(spin, scaled(spin_rate, 0.5 * change.rise)), -1.0 / change.reach)
+    room = min(
+        blend_acceleration - length(level),
+        blend_jerk * change.fall - length(level),
+        blend_jerk * change.rise - length(subtracted(level, spin_rate)),
+    )
+    if room < 0.0:
+        return IMPOSSIBLE
+    if angle <= NEGLIGIBLE:
+        return Bounds(0.0, inf, 0.0, 0.0)
+    return Bounds(0.0, min(speed, room * change.reach) / angle, angle / acceleration, angle / jerk)
+
+
+def both(a: Bounds, b: Bounds) -> Bounds:
+    """What two parts ask together."""
+    return Bounds(
+        max(a.low, b.low),
+        min(a.high, b.high),
+        max(a.by_acceleration, b.by_acceleration),
+        max(a.by_jerk, b.by_jerk),
+        a.lag or b.lag,
+    )
+
+
+# --- the search ------------------------------------------------------------------------------------------------
+
+
+def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0) -> Course:
+    """The times of (nearly) the shortest motion that the demands allow. Raises NoTimes.
+
+    `guess`: about what the change may be; `shortest`: its rise takes at least so long; `least`: the least total time.
+    """
+
+    def total(change: Change) -> float:
+        bounds = demands(change)
+        u = _quickest(bounds)
+        return inf if u is None else _total(bounds, change, u)
+
+    return _settled(demands, _downhill(total, _possible(total, guess, shortest), shortest), least)
+
+
+def _total(bounds: Bounds, change: Change, u: float) -> float:
+    if u == 0.0:
+        return change.lasts
+    return change.lasts + 1.0 / u - bounds.lag + 0.5 * _slow_time(bounds, u)
+
+
+def _quickest(bounds: Bounds) -> float | None:
+    """The greatest u that leaves a cruise of no negative length; 0: the change itself ends at rest on the target."""
+    if bounds.low > bounds.high:
+        return None
+    if bounds.by_jerk <= 0.0:
+        return 0.0
+    u = _most_that_cruises(bounds, bounds.lag)
+    return u if u > 0.0 and u >= bounds.low else None
+
+
+def _possible(total: Callable[[Change], float], guess: Change, shortest: float) -> Change:
+    """A change that is possible: about the guess, then ever longer ones, with long ramps or with the shortest rise."""
+    change = guess
+    for _ in range(DOUBLINGS):
+        for rise in (change.rise, max(1.02 * shortest, 1e-3), 2.0 * guess.fall):
+            if total(tried := Change(rise, change.hold, change.fall)) < inf:
+                return tried
+        change = Change(change.rise, 2.0 * change.hold, change.fall)
+        if change.hold > LONGEST:
+            break
+    raise NoTimes("no change of velocity within the limits leads to the target")
+
+
+_DIRECTIONS = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (-1, 1, -1), (1, -1, 1), (0, 1, -1), (1, -1, 0), (1, 0, -1))
+
+
+def _downhill(total: Callable[[Change], float], start: Change, shortest: float) -> Change:
+    """From a possible change downhill to (nearly) the least total time: steps in each direction, ever smaller."""
+    best, best_total, tries = start, total(start), 0
+    step = FIRST_STEP * max(start.lasts, 0.05)
+    while step > LAST_STEP * max(best.lasts, 0.05) and tries < MOST_TRIES:
+        before = best_total
+        for direction in _DIRECTIONS:
+            for sign in (1.0, -1.0):
+                tried = Change(*(max(x + sign * step * d, 0.0) for x, d in zip(best, direction, strict=True)))
+                if tried == best or tried.rise < shortest or min(tried.rise, tried.fall) < SLIVER:
+                    continue
+                tries += 1
+                if (time := total(tried)) < best_total:
+                    best, best_total = tried, time
+                    break
+        if best_total > before * (1.0 - 1e-3):
+            step *= 0.4
+    return best
+
+
+def _settled(demands: Demands, change: Change, least: float) -> Course:
+    """The times on the grid for the chosen change; slower when the motion is to last at least `least`."""
+    for _ in range(DOUBLINGS):
+        change = Change(*(up_to_grid(x * MARGIN) + ROOM if x > SLIVER else 0.0 for x in change))
+        course = _on_grid(demands(change), change, least)
+        if course is not None:
+            return course
+        change = Change(
+            change.rise, change.hold * 1.001 + ROOM + SLIVER, change.fall
+        )  # rounding has cost the last room
+    raise NoTimes("no change of velocity on the time grid leads to the target")
+
+
+def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
+    """The times for a change; None where none on the grid is inside the bounds. Times are rounded up, so u down."""
+    u = _quickest(bounds)
+    if u is None:
+        return None
+    if u == 0.0:
+        return Course(change, 0.0, NONE)
+    u = max(u / MARGIN, 0.5 * (bounds.low + u))  # where rounding finds room on both sides
+    if _total(bounds, change, u) < least:
+        u = _slower(lambda slow_u: _total(bounds, change, slow_u), bounds.low * (1.0 + ROOM * u), u, least)
+    slow = _ramps(bounds.by_acceleration * u, bounds.by_jerk * u)
+    course = _without_sliver(change, up_to_grid(max(1.0 / u - bounds.lag - 0.5 * slow.lasts, 0.0)), slow)
+    return course if bounds.low * course.reach <= 1.0 + SAME else None
+
+
+# --- one part alone: to stop as fast as it can -----------------------------------------------------------------
+
+
+def stop(v: float, a: float, acceleration: float, jerk: float) -> tuple[tuple[float, float], ...]:
+    """The quickest way to velocity and acceleration zero: (duration, jerk) piece by piece."""
+    acceleration, jerk = acceleration / CAREFUL, jerk / CAREFUL
+    left = v + 0.5 * a * abs(a) / jerk  # the velocity once the acceleration is gone
+    if abs(left) <= NEGLIGIBLE:
+        duration = up_to_grid(abs(a) / jerk)
+        return ((duration, -a / duration),) if duration else ()
+    sign = 1.0 if left > 0.0 else -1.0
+    v, a = v * sign, a * sign
+    level = min(sqrt(jerk * v + 0.5 * a * a), acceleration)
+    rise, fall = (a + level) / jerk, level / jerk
+    if fall < MOMENT:  # so little to do that the time grid would show in the jerk
+        rise, fall = max(rise, 10.0 * MOMENT), 10.0 * MOMENT
+    elif rise < MOMENT:  # the level is that which there is
+        return tuple((duration, -sign * rate) for duration, rate in _held(v, a, jerk))
+    hold = (v + 0.5 * (a - level) * rise) / level - 0.5 * fall
+    change = Change(up_to_grid(rise) + ROOM, up_to_grid(max(hold, 0.0)), up_to_grid(fall) + ROOM)
+    held = change.level(v, a, 0.0)
+    rates = (held - a) / change.rise, 0.0, -held / change.fall
+    return tuple((duration, sign * rate) for duration, rate in zip(change, rates, strict=True) if duration)
+
+
+def _held(v: float, a: float, jerk: float) -> Iterator[tuple[float, float]]:
+    """The deceleration a < 0 is kept, and then goes; the sign of the jerk is turned round."""
+    fall = up_to_grid(-a / jerk)
+    hold = up_to_grid(max(-v / a - 0.5 * fall, 0.0))
+    fall = up_to_grid(2.0 * (-v / a - hold))
+    if hold:
+        yield hold, 0.0
+    yield fall, a / fall
+
+
+def turning_back(v: float, a: float, acceleration: float, jerk: float) -> tuple[tuple[float, float], ...]:
+    """The pieces that bring the velocity to zero soonest, whatever the acceleration is then: nothing goes less far."""
+    acceleration, jerk = acceleration / CAREFUL, jerk / CAREFUL
+    sign = 1.0 if v > 0.0 else -1.0
+    v, a = v * sign, a * sign
+    ramp = max((a + acceleration) / jerk, 0.0)
+    if v + a * ramp - 0.5 * jerk * ramp * ramp < 0.0:  # at rest before full acceleration is reached
+        ramp = (a + sqrt(a * a + 2.0 * jerk * v)) / jerk
+        return ((up_to_grid(ramp), -sign * jerk),)
+    v += a * ramp - 0.5 * jerk * ramp * ramp
+    pieces = ((up_to_grid(ramp), -sign * jerk), (up_to_grid(v / acceleration), 0.0))
+    return tuple(piece for piece in pieces if piece[0])
+
+
+def farthest(q: float, v: float, a: float, pieces: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """The least and the greatest position on a way of pieces of constant jerk."""
+    places = [q]
+    for duration, jerk in pieces:
+        places += [q + s * (v + s * (0.5 * a + s * jerk / 6.0)) for s in turns(v, a, jerk) if 0.0 < s < duration]
+        q, v, a = advanced(q, v, a, duration, jerk)
+        places.append(q)
+    return min(places), max(places)
+
+
+def advanced(q: float, v: float, a: float, s: float, jerk: float) -> tuple[float, float, float]:
+    """The state s seconds later."""
+    return q + s * (v + s * (0.5 * a + s * jerk / 6.0)), v + s * (a + 0.5 * s * jerk), a + s * jerk
+
+
+def turns(v: float, a: float, jerk: float) -> tuple[float, ...]:
+    """When a velocity v with acceleration a and this jerk is zero: v + a s + jerk s^2 / 2 = 0."""
+    if not jerk:
+        return (-v / a,) if a else ()
+    square = a * a - 2.0 * jerk * v
+    if square < 0.0:
+        return ()
+    middle = -(a + sqrt(square)) if a > 0.0 else sqrt(square) - a
+    return (middle / jerk, 2.0 * v / middle) if middle else (0.0,)

@@ -1,0 +1,310 @@
+"""Segments of one jerk-limited motion: the same as `blend`, with the times of `scurve`.
+
+Position, velocity and acceleration are continuous from the state that the motion begins in to its end at rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import accumulate, pairwise
+
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
+from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, rotation_about
+from vrs_cli.trajectory.blend import CORNER, STEADY, JointLimits, JointState, ToolLimits, ToolState, ToolStretch, laid
+from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.polynomial import Polynomial, value
+from vrs_cli.trajectory.profile import NEGLIGIBLE
+from vrs_cli.trajectory.scurve import (
+    NONE,
+    Bounds,
+    Change,
+    Course,
+    NoTimes,
+    Part,
+    VectorPart,
+    advanced,
+    both,
+    farthest,
+    from_motion,
+    from_rest,
+    search,
+    stop,
+    turn_bounds,
+    turning_back,
+    vector_bounds,
+)
+from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+from vrs_cli.trajectory.vector import added, dot, length, rotated_back, scaled, subtracted
+
+Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) of one joint, one after the other
+
+
+def changed(p: float, v0: float, a0: float, v1: float, change: Change) -> list[Polynomial]:
+    """The polynomials of a change of velocity from position p, one for each of its times that lasts."""
+    level = change.level(v0, a0, v1)
+    polynomials: list[Polynomial] = []
+    a, v = a0, v0
+    for duration, after in zip(change, (level, level, 0.0), strict=True):
+        if duration:
+            rate = (after - a) / duration
+            polynomials.append((p, v, 0.5 * a, rate / 6.0))
+            p, v, a = value(polynomials[-1], duration), v + 0.5 * duration * (a + after), after
+    return polynomials
+
+
+def _lasting(change: Change) -> list[float]:
+    return [duration for duration in change if duration]
+
+
+# --- joint space -----------------------------------------------------------------------------------------------
+
+
+def joint_motion(
+    state: JointState, goal: Joints, limits: JointLimits, start: float, motion: Motion, least: float = 0.0
+) -> tuple[Segment, ...]:
+    """The joint-interpolated motion to rest at `goal`; `least`: the least duration [s]."""
+    if state.at_rest:
+        course = from_rest(_parts(state, goal, limits), least)
+        return laid(start, motion, _joint_stretches(state, goal, course, Phase.ACCELERATE))
+    try:
+        course = from_motion(_parts(state, goal, limits), least)
+    except NoTimes:  # joints near their greatest velocity need different times to lose their accelerations
+        settling = laid(start, motion, _joint_pieces(state, _settlings(state, limits), Phase.BLEND))
+        last = settling[-1]
+        steady = JointState(last.path.joints(last.duration), last.path.velocity(last.duration))  # type: ignore[union-attr]
+        return settling + joint_motion(steady, goal, limits, last.finish, motion, least - (last.finish - start))
+    return laid(start, motion, _joint_stretches(state, goal, course, Phase.BLEND))
+
+
+def _accelerations(state: JointState) -> Joints:
+    return state.acceleration if state.accelerating else (0.0,) * len(state.joints)
+
+
+def _parts(state: JointState, goal: Joints, limits: JointLimits) -> list[Part]:
+    rows = zip(
+        state.joints,
+        state.velocity,
+        _accelerations(state),
+        goal,
+        limits.velocity,
+        limits.acceleration,
+        limits.jerk,
+        limits.peak,
+        strict=True,
+    )
+    return [Part(to - at, v, a, v_max, a_max, j_max, peak) for at, v, a, to, v_max, a_max, j_max, peak in rows]
+
+
+def _joint_stretches(
+    state: JointState, goal: Joints, course: Course, blending: Phase
+) -> Iterator[tuple[float, Phase, Path]]:
+    if course.reach <= 0.0:
+        return
+    change, cruise, slow = course
+    k0, _ = change.ways
+    cruising, ways = [], []
+    for at, v, a, to in zip(state.joints, state.velocity, _accelerations(state), goal, strict=True):
+        carried = v + 0.5 * change.rise * a
+        ahead = to - at - v * change.lasts - a * k0 + change.lag * carried
+        v1 = 0.0 if course.stops_at_once else ahead / course.reach
+        cruising.append(v1)
+        ways.append(changed(at, v, a, v1, change))
+    for duration, path in zip(_lasting(change), zip(*ways, strict=True), strict=True):
+        yield duration, blending, JointPath(path)
+    q = tuple(value(way[-1], _lasting(change)[-1]) for way in ways)
+    if cruise:
+        path = tuple(zip(q, cruising, strict=True))
+        yield cruise, Phase.CRUISE, JointPath(path)
+        q = tuple(value(a, cruise) for a in path)
+    if slow.lasts:
+        slowing = [changed(p, v, 0.0, 0.0, slow) for p, v in zip(q, cruising, strict=True)]
+        for duration, path in zip(_lasting(slow), zip(*slowing, strict=True), strict=True):
+            yield duration, Phase.DECELERATE, JointPath(path)
+
+
+def _settlings(state: JointState, limits: JointLimits) -> list[Pieces]:
+    """Each joint loses its acceleration as fast as it can."""
+    pieces: list[Pieces] = []
+    for a, jerk in zip(_accelerations(state), limits.jerk, strict=True):
+        duration = up_to_grid(abs(a) / jerk)
+        pieces.append(((duration, -a / duration),) if a else ())
+    return pieces
+
+
+def joint_stop(
+    state: JointState, limits: JointLimits, ranges: Sequence[tuple[float, float]], start: float, motion: Motion
+) -> tuple[Segment, ...]:
+    """Every joint to rest as fast as it can, each in its own time.
+
+    One that would leave its range so (its `ranges`: lower and upper) is turned back: the motion that is interrupted
+    would have done so too, or it would not have been planned.
+    """
+    rows = zip(
+        state.joints, state.velocity, _accelerations(state), limits.acceleration, limits.jerk, ranges, strict=True
+    )
+    pieces = [_stopped(q, v, a, a_max, j_max, within) for q, v, a, a_max, j_max, within in rows]
+    return laid(start, motion, _joint_pieces(state, pieces, Phase.DECELERATE))
+
+
+def _stopped(q: float, v: float, a: float, acceleration: float, jerk: float, within: tuple[float, float]) -> Pieces:
+    direct = stop(v, a, acceleration, jerk)
+    low, high = farthest(q, v, a, direct)
+    if within[0] - LIMIT_TOLERANCE <= low and high <= within[1] + LIMIT_TOLERANCE:
+        return direct
+    pieces = turning_back(v, a, acceleration, jerk)
+    for duration, rate in pieces:
+        q, v, a = advanced(q, v, a, duration, rate)
+    return pieces + stop(v, a, acceleration, jerk)
+
+
+def _joint_pieces(state: JointState, pieces: Sequence[Pieces], phase: Phase) -> Iterator[tuple[float, Phase, Path]]:
+    """Joints that each go through pieces of their own, as common stretches: one from each instant to the next."""
+    begins = [list(accumulate((duration for duration, _ in row), initial=0.0)) for row in pieces]
+    instants = sorted({instant for row in begins for instant in row})
+    states = list(zip(state.joints, state.velocity, _accelerations(state), strict=True))
+    for begin, end in pairwise(instants):
+        path, after = [], []
+        for (q, v, a), row, times in zip(states, pieces, begins, strict=True):
+            at = sum(1 for time in times[1:] if time <= begin)
+            jerk = row[at][1] if at < len(row) else 0.0
+            path.append((q, v, 0.5 * a, jerk / 6.0))
+            after.append(_settled(advanced(q, v, a, end - begin, jerk), end >= times[-1], phase))
+        states = after
+        yield end - begin, phase, JointPath(tuple(path))
+
+
+def _settled(state: tuple[float, float, float], done: bool, phase: Phase) -> tuple[float, float, float]:
+    """The state of a joint without what rounding has left of an acceleration, and of a velocity, that is over."""
+    q, v, a = state
+    return (q, 0.0 if phase is Phase.DECELERATE else v, 0.0) if done else (q, v, a)
+
+
+# --- Cartesian space -------------------------------------------------------------------------------------------
+
+
+def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, least: float = 0.0) -> list[ToolStretch]:
+    """The straight-line motion to rest at T_robot_tool `target`; empty when the tool is there already.
+
+    Raises NoTimes where the state at the start allows none.
+    """
+    line = _Line(state, target, limits)
+    course = line.course(least)
+    return list(line.stretches(course)) if course.reach > 0.0 else []
+
+
+class _Line:
+    """A straight line from a state to a target, with its rotation: the present spin dies, then one turn.
+
+    The spin dies as a turn about its axis and, where its rate points elsewhere, as another about an axis across.
+    """
+
+    def __init__(self, state: ToolState, target: Transform, limits: ToolLimits) -> None:
+        self.state, self.target, self.limits = state, target, limits
+        self.displacement = (target.px - state.pose.px, target.py - state.pose.py, target.pz - state.pose.pz)
+        still = not state.accelerating
+        self.acceleration = (0.0, 0.0, 0.0) if still else state.acceleration
+        self.spin = rotated_back(state.pose, state.spin)
+        self.spin_rate = (0.0, 0.0, 0.0) if still else rotated_back(state.pose, state.spin_rate)
+        self.dying = tuple(_dying(self.spin, self.spin_rate))
+
+    def course(self, least: float) -> Course:
+        limits = self.limits
+        if self.state.at_rest:
+            _, angle = self.turn(NONE)
+            way = length(self.displacement)
+            position = Part(way, 0.0, 0.0, limits.speed, limits.acceleration, limits.jerk, limits.speed)
+            turning = Part(angle, 0.0, 0.0, limits.spin, limits.spin_acceleration, limits.spin_jerk, limits.spin)
+            return from_rest([position, turning], least)
+        slowest = max(
+            length(self.state.velocity) / limits.acceleration, length(self.spin) / limits.spin_acceleration, 0.01
+        )
+        ramp = max(limits.acceleration / limits.jerk, limits.spin_acceleration / limits.spin_jerk)
+        settling = max(
+            length(self.acceleration) / (CORNER * limits.jerk), length(self.spin_rate) / (CORNER * limits.spin_jerk)
+        )
+        guess = Change(max(1.01 * settling, min(ramp, slowest)), slowest, ramp)
+        return search(self._demands, guess, settling, least)
+
+    def _demands(self, change: Change) -> Bounds:
+        """Position and rotation together; the dying spin and the new turn share the angular limits."""
+        limits = self.limits
+        part = VectorPart(
+            self.displacement,
+            self.state.velocity,
+            self.acceleration,
+            limits.speed,
+            limits.acceleration,
+            limits.jerk,
+            CORNER * limits.acceleration,
+            CORNER * limits.jerk,
+        )
+        _, angle = self.turn(change)
+        turning = (
+            limits.spin,
+            limits.spin_acceleration,
+            limits.spin_jerk,
+            CORNER * limits.spin_acceleration,
+            CORNER * limits.spin_jerk,
+        )
+        return both(vector_bounds(part, change), turn_bounds(angle, change, self.spin, self.spin_rate, turning))
+
+    def turned(self, change: Change) -> Transform:
+        """The orientation reached while the present spin dies."""
+        R = self.state.pose
+        for axis, rate, acceleration in self.dying:
+            k0, k1 = change.ways
+            angle = rate * change.lasts + acceleration * k0 + change.level(rate, acceleration, 0.0) * k1
+            R = compose(R, rotation_about(axis, angle))
+        return R
+
+    def turn(self, change: Change) -> tuple[Vector, float]:
+        """Axis and angle of the turn that is left after the spin has died."""
+        return axis_angle(compose(inverse(self.turned(change)), self.target))
+
+    def stretches(self, course: Course) -> Iterator[ToolStretch]:
+        change, cruise, slow = course
+        state, reach = self.state, course.reach
+        k0, _ = change.ways
+        carried = added(state.velocity, scaled(self.acceleration, 0.5 * change.rise))
+        way = subtracted(self.displacement, scaled(state.velocity, change.lasts))
+        ahead = added(subtracted(way, scaled(self.acceleration, k0)), scaled(carried, change.lag))
+        v1 = (0.0, 0.0, 0.0) if course.stops_at_once else scaled(ahead, 1.0 / reach)
+        axis, angle = self.turn(change)
+        w1 = 0.0 if course.stops_at_once else angle / reach
+        place = (state.pose.px, state.pose.py, state.pose.pz)
+        phase = Phase.ACCELERATE if state.at_rest else Phase.BLEND
+        times = _lasting(change)
+        position = [
+            changed(p, v, a, w, change) for p, v, a, w in zip(place, state.velocity, self.acceleration, v1, strict=True)
+        ]
+        turns = [(k, changed(0.0, rate, acceleration, 0.0, change)) for k, rate, acceleration in self.dying]
+        if w1:
+            turns.append((axis, changed(0.0, 0.0, 0.0, w1, change)))
+        for i, duration in enumerate(times):
+            x, y, z = (row[i] for row in position)
+            yield ToolStretch(duration, phase, (x, y, z), state.pose, tuple((k, row[i]) for k, row in turns))
+        p = [value(row[-1], times[-1]) for row in position]
+        turned, R = value(turns[-1][1][-1], times[-1]) if w1 else 0.0, self.turned(change)
+        if cruise:
+            x, y, z = zip(p, v1, strict=True)
+            yield ToolStretch(cruise, Phase.CRUISE, (x, y, z), R, ((axis, (turned, w1)),) if w1 else ())
+            p, turned = [value(row, cruise) for row in (x, y, z)], turned + w1 * cruise
+        if slow.lasts:
+            slowing = [changed(q, v, 0.0, 0.0, slow) for q, v in zip(p, v1, strict=True)]
+            back = changed(turned, w1, 0.0, 0.0, slow)
+            for i, duration in enumerate(_lasting(slow)):
+                x, y, z = (row[i] for row in slowing)
+                yield ToolStretch(duration, Phase.DECELERATE, (x, y, z), R, ((axis, back[i]),) if w1 else ())
+
+
+def _dying(spin: Vector, spin_rate: Vector) -> Iterator[tuple[Vector, float, float]]:
+    """The turns by which a spin dies: axis, speed and acceleration at the start."""
+    size = length(spin)
+    axis = scaled(spin, 1.0 / size) if size > NEGLIGIBLE else (0.0, 0.0, 0.0)
+    along = dot(spin_rate, axis)
+    if size > NEGLIGIBLE:
+        yield axis, size, along
+    across = subtracted(spin_rate, scaled(axis, along))
+    if length(across) > STEADY:
+        yield scaled(across, 1.0 / length(across)), 0.0, length(across)
