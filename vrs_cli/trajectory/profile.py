@@ -24,7 +24,7 @@ MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
 ROOM = 8 * TICK  # [s] by which a blend is longer than it must be: rounding the other times moves the limits a little
 SLIVER = 1e-6  # [s] a cruise that is none
 SAME = 1e-9  # two quotients that are one
-SEARCH_STEPS = 6
+FIRST_STEPS = 2
 LONGEST_BLEND = 1e6  # [s]
 
 
@@ -178,49 +178,62 @@ def search(demands: Demands, shortest: float, guess: float, least: float = 0.0) 
     total time. Raises ValueError when there is none.
     """
 
-    def total(blend: float) -> float:
+    def tried(blend: float) -> Try:
         demand = demands(blend)
-        u = _quickest(demand, blend)
-        if u is None:
-            return inf
-        return 1.0 / u + 0.5 * (blend + demand.slowing * u) if u else blend
+        u = _most(demand, blend)
+        room = u - demand.low
+        if room < 0.0 or u <= 0.0:
+            return Try(blend, inf, min(room, -NEGLIGIBLE))
+        return Try(blend, 1.0 / u + 0.5 * (blend + demand.slowing * u) if u < inf else blend, room)
 
-    low, high = shortest, max(shortest, guess, 1e-6)
-    while total(high) == inf:
-        low, high = high, 2.0 * high
-        if high > LONGEST_BLEND:
+    low, best = Try(shortest, inf, -inf), tried(max(shortest, guess, 1e-6))
+    while best.total == inf:
+        if best.blend > LONGEST_BLEND:
             raise ValueError("no blend time brings the motion to its target within the limits")
-    return _settled(demands, _shortest(total, low, high), least)
+        low, best = best, tried(2.0 * best.blend)
+    return _settled(demands, _shortest(tried, low, best), least)
 
 
-def _quickest(demand: Demand, blend: float) -> float | None:
-    """The largest u that leaves a cruise of no negative length; 0 when the blend itself ends at rest on the target."""
-    low, high, slowing = demand
-    if slowing <= 0.0:
-        return 0.0 if low <= high else None
-    # cruise >= 0:  1/u - blend/2 - slowing u / 2 >= 0
-    high = min(high, (sqrt(blend * blend + 8.0 * slowing) - blend) / (2.0 * slowing))
-    return high if high > 0.0 and high >= low else None
+class Try(NamedTuple):
+    """A blend time [s], the total time with it (inf: impossible), and by how much the bounds on u leave room."""
+
+    blend: float
+    total: float
+    room: float
 
 
-def _shortest(total: Callable[[float], float], low: float, high: float) -> float:
+def _shortest(tried: Callable[[float], Try], low: Try, best: Try) -> float:
     """A blend time of (nearly) the least total time: the first possible one, then downhill from there."""
-    for _ in range(SEARCH_STEPS):
-        middle = 0.5 * (low + high)
-        if total(middle) == inf:
+    for _ in range(FIRST_STEPS):
+        middle = tried(_between(low, best))
+        if middle.total < best.total:
+            best = middle
+        else:
             low = middle
+    step = max(best.blend, 1e-3) * 0.25
+    while step > 0.1 * best.blend:
+        ahead = tried(best.blend + step)
+        if ahead.total < best.total:
+            best, step = ahead, 1.6 * step
         else:
-            high = middle
-    best, best_total = high, total(high)
-    step = max(high, 1e-3) * 0.25
-    while step > 0.1 * best:
-        ahead = total(best + step)
-        if ahead < best_total:
-            best, best_total = best + step, ahead
-            step *= 1.6
-        else:
-            step *= 0.35
-    return best
+            step *= 0.25
+    return best.blend
+
+
+def _between(low: Try, best: Try) -> float:
+    """Where the room would begin if it grew evenly; the middle where that cannot be told."""
+    known = -inf < low.room < 0.0 and best.room < inf
+    part = min(max(low.room / (low.room - best.room), 0.1), 0.9) if known else 0.5
+    return low.blend + part * (best.blend - low.blend)
+
+
+def _most(demand: Demand, blend: float) -> float:
+    """The largest u within the demand that leaves a cruise of no negative length; inf where nothing is left to go."""
+    _, high, slowing = demand
+    if slowing <= 0.0:
+        return high
+    # cruise >= 0:  1/u - blend/2 - slowing u / 2 >= 0
+    return min(high, (sqrt(blend * blend + 8.0 * slowing) - blend) / (2.0 * slowing))
 
 
 def _settled(demands: Demands, blend: float, least: float) -> Times:
@@ -233,10 +246,10 @@ def _settled(demands: Demands, blend: float, least: float) -> Times:
 
 def _on_grid(demand: Demand, blend: float, least: float) -> Times | None:
     """The times for a blend time; None where none on the grid is inside the demand. Times are rounded up, so u down."""
-    u = _quickest(demand, blend)
-    if u is None:
+    u = _most(demand, blend)
+    if u < demand.low or u <= 0.0:
         return None
-    if u == 0.0:
+    if u == inf:  # the blend itself ends at rest on the target
         return Times(blend, 0.0, 0.0)
     u = max(u / MARGIN, 0.5 * (demand.low + u))  # where rounding finds room on both sides
     spare = least - (1.0 / u + 0.5 * (blend + demand.slowing * u))
