@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 from math import radians
 
 import pytest
 
+from tests.laws.motion_laws import check_continuous, check_limits
+from vrs_cli.engine import planner
 from vrs_cli.engine.commands import (
     Delay,
     JointTarget,
@@ -17,11 +20,14 @@ from vrs_cli.engine.commands import (
     Stamp,
 )
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.kinematics.model import load_robot
 from vrs_cli.kinematics.transform import compose, distance, from_oat, translation
+from vrs_cli.trajectory.instant import on_grid
+from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
 from vrs_cli.trajectory.segment import Phase
 
 MODEL = load_robot("puma560")
@@ -250,3 +256,49 @@ def test_tool_moves_the_tip_not_the_arm(engine: Engine) -> None:
     assert distance(tip, compose(flange, translation(0.0, 0.0, 0.1))) < 1e-12
     go(engine, PoseTarget(from_oat(0.5, 0.15, -0.2, radians(90), radians(90), 0.0)))
     assert distance(engine.position().T_world_tool, translation(0.5, 0.15, -0.2)) < 1e-9
+
+
+# --- no room to stop -------------------------------------------------------------------------------------------------
+
+
+def to_the_limit(profile: str) -> Engine:
+    """Joint 4 is on its way to the very end of its range, with the given profile."""
+    engine = Engine(load_robot("puma560"))
+    engine.perform(SetParameter("PROFILE", profile))
+    ready = engine.model.poses["ready"]
+    engine.perform(Move(JointTarget((*ready[:3], engine.model.upper[3], *ready[4:])), False, stamp=Stamp(0.0)))
+    return engine
+
+
+@pytest.mark.parametrize("part", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("straight", [False, True])
+def test_a_jerk_limited_motion_out_of_one_that_brakes_at_the_end_of_a_range_stays_inside(
+    part: float, straight: bool
+) -> None:
+    engine = to_the_limit("LSPB")
+    engine.perform(SetParameter("PROFILE", "SCURVE"))
+    last = engine.timeline[len(engine.timeline) - 1]
+    assert last.phase is Phase.DECELERATE
+    at = last.start + part * last.duration
+    target = PoseTarget(from_oat(0.3, 0.4, -0.1, radians(80.0), radians(70.0), 0.0))
+    with contextlib.suppress(MotionError):  # a line may be impossible
+        engine.perform(Move(target, straight, stamp=Stamp(at)))
+    check_limits(engine, engine.timeline)
+    check_continuous(engine, engine.timeline)
+
+
+def test_where_there_is_no_room_to_stop_the_motion_under_way_is_finished_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    engine = to_the_limit("SCURVE")
+    end = engine.end
+    monkeypatch.setattr(planner, "_stops", lambda *_: iter(()))
+    line = PoseTarget(engine.position().T_world_tool)  # READY is singular: no line leads there out of motion
+    before = [engine.position(end * k / 50).joints for k in range(51)]
+    delta = plan(engine.arm, engine.timeline, straight_to(line), 0.0, on_grid(0.5 * end))
+    assert delta.executed == on_grid(0.5 * end)
+    assert delta.cut == end
+    after = engine.timeline.apply(delta)
+    assert [joints_at(engine.arm, after, end * k / 50) for k in range(50)] == before[:50]
+
+
+def straight_to(target: PoseTarget) -> Motion:
+    return Motion(2, Kind.STRAIGHT, Start.AT, pose=target.T_world_tool, profile=Profile.SCURVE)

@@ -8,8 +8,8 @@ whose position and velocity are what they were, segments are only shifted in tim
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from vrs_cli.engine.straight import SLOWEST, straight_segments
 from vrs_cli.engine.targets import aimed
@@ -171,19 +171,33 @@ def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
 
 
 def _braked_first(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
-    """Come to rest on the present way, which stays inside all limits, then go."""
-    model = arm.model
-    limits = JointLimits(model.max_velocity, model.max_acceleration, model.max_jerk, model.max_velocity)
-    if motion.profile is Profile.SCURVE:
-        ranges = tuple(zip(model.lower, model.upper, strict=True))
-        stop = smooth.joint_stop(here.joints, limits, ranges, start, motion)
-    else:
-        stop = joint_stop(here.joints, limits, start, motion)
-        if not _inside(arm, stop):
-            stop = joint_stop_each(here.joints, limits, start, motion)
+    """Come to rest on the present way, which stays inside all limits, then go. Raises NoRoomToStop."""
+    stop = next((stop for stop in _stops(arm, here.joints, motion, start) if _inside(arm, stop)), None)
+    if stop is None:
+        raise NoRoomToStop
     last = stop[-1]
     place = standing(state_at(arm, last, last.duration))
     return stop + plan_motion(arm, place, motion, last.finish, slowest)
+
+
+class NoRoomToStop(Exception):
+    """No way of braking keeps every joint in its range: the motion that is interrupted has to go on."""
+
+
+def _stops(arm: RobotArm, state: JointState, motion: Motion, start: float) -> Iterator[tuple[Segment, ...]]:
+    """Ways of braking. A jerk-limited one comes first where it is asked for; it needs more room than one of constant
+    acceleration, which may follow where the acceleration jumps anyway.
+    """
+    model = arm.model
+    limits = JointLimits(model.max_velocity, model.max_acceleration, model.max_jerk, model.max_velocity)
+    smoothly = motion.profile is Profile.SCURVE
+    if smoothly:
+        ranges = tuple(zip(model.lower, model.upper, strict=True))
+        yield smooth.joint_stop(state, limits, ranges, start, motion)
+    if not (smoothly and state.acceleration):
+        parabolic = replace(motion, profile=Profile.LSPB)
+        yield joint_stop(state, limits, start, parabolic)
+        yield joint_stop_each(state, limits, start, parabolic)
 
 
 def _inside(arm: RobotArm, segments: tuple[Segment, ...]) -> bool:
@@ -279,11 +293,14 @@ def plan(
     `insert` false: what was scheduled after it is dropped. Raises MotionError when the motion, or a scheduled one that
     would have to be planned again, is not possible; the message names the latter.
     """
-    place = _place(arm, timeline, executed)
-    here = place.here
-    new = plan_motion(arm, here, motion, executed, slowest)
+    place, begin = _place(arm, timeline, executed), executed
+    try:
+        new = plan_motion(arm, place.here, motion, begin, slowest)
+    except NoRoomToStop:
+        place, begin = _next_rest(arm, timeline, place.keep)
+        new = plan_motion(arm, place.here, motion, begin, slowest)
     if insert:
-        replanned = _Rescheduling(arm, timeline, place, executed, new, standing(here), slowest).result()
+        replanned = _Rescheduling(arm, timeline, place, begin, new, standing(place.here), slowest).result()
     else:
         replanned = Replanned(new, len(timeline) - place.keep, 0.0)
     return TimelineDelta(
@@ -292,7 +309,7 @@ def plan(
         motion=motion,
         issued=issued,
         executed=executed,
-        cut=executed,
+        cut=begin,
         keep=place.keep,
         drop=replanned.drop,
         shift=replanned.shift,
@@ -351,6 +368,18 @@ def _place(arm: RobotArm, timeline: Timeline, t: float) -> Place:
         return Place(keep, standing(here), None)
     moving = not state_at(arm, timeline[keep], 0.0).joints.at_rest
     return Place(keep, here if moving else standing(here), timeline[keep].motion)
+
+
+def _next_rest(arm: RobotArm, timeline: Timeline, keep: int) -> tuple[Place, float]:
+    """The first place and time at which the robot stands after the first `keep` segments have begun."""
+    while True:
+        segment = timeline[keep - 1]
+        if keep == len(timeline) or timeline[keep].start > segment.finish:
+            break
+        if state_at(arm, timeline[keep], 0.0).joints.at_rest:
+            break
+        keep += 1
+    return Place(keep, standing(state_at(arm, segment, segment.duration)), None), segment.finish
 
 
 @dataclass(frozen=True, slots=True)
@@ -413,14 +442,10 @@ class _Rescheduling:
         return self.end + following.start - self.old[self.index - 1].finish
 
     def _plan_again(self, following: Segment) -> None:
-        motion, destination = following.motion, self.place.joints.joints
-        if motion.start is Start.BLEND and self.planned and self.planned[-1].phase is Phase.DECELERATE:
-            begin, here = self._rounded_into(motion)
-        else:
-            begin, here = self._begin(following), self.place
+        motion = following.motion
         try:
-            motion = aimed(self.arm, motion, destination)
-            segments = plan_motion(self.arm, here, motion, begin, self.slowest)
+            motion = aimed(self.arm, motion, self.place.joints.joints)
+            begin, segments = self._segments(motion, following)
         except MotionError as error:
             error.detail = f"when {motion.text or 'the next motion'}, scheduled later, is planned again: {error.detail}"
             raise
@@ -428,8 +453,20 @@ class _Rescheduling:
         if segments:
             self.end, self.place = segments[-1].finish, self._rest_of(segments)
         else:
-            self.end, self.place = begin, standing(here)
+            self.end = begin
         self.index = self._after(motion, self.index)
+
+    def _segments(self, motion: Motion, following: Segment) -> tuple[float, tuple[Segment, ...]]:
+        """When a motion begins, and its segments: out of the motion before where it did so and there is room."""
+        if motion.start is Start.BLEND and self.planned and self.planned[-1].phase is Phase.DECELERATE:
+            before = list(self.planned)
+            begin, here = self._rounded_into(motion)
+            try:
+                return begin, plan_motion(self.arm, here, motion, begin, self.slowest)
+            except NoRoomToStop:
+                self.planned = before
+        begin = self._begin(following)
+        return begin, plan_motion(self.arm, self.place, motion, begin, self.slowest)
 
     def _rounded_into(self, motion: Motion) -> tuple[float, Here]:
         """When and where a motion begins that blends into what is planned: that ends there."""
