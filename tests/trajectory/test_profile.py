@@ -56,6 +56,7 @@ def test_slowest_joint_decides() -> None:
 @settings(max_examples=200, deadline=None)
 def test_limits_and_target_from_motion(components: list[Component], least: float) -> None:
     times = from_motion(components, least)
+    assert times.total >= least - 1e-6
     for time in times:
         assert time >= 0.0
         assert time % TICK == 0.0

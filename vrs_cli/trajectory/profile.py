@@ -24,6 +24,7 @@ MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
 ROOM = 8 * TICK  # [s] by which a blend is longer than it must be: rounding the other times moves the limits a little
 SLIVER = 1e-6  # [s] a cruise that is none
 SAME = 1e-9  # two quotients that are one
+LONGER = 1.2
 FIRST_STEPS = 2
 LONGEST_BLEND = 1e6  # [s]
 
@@ -239,9 +240,23 @@ def _most(demand: Demand, blend: float) -> float:
 def _settled(demands: Demands, blend: float, least: float) -> Times:
     """The times on the grid for the chosen blend time; slower when the motion is to last at least `least`."""
     blend = up_to_grid(blend * MARGIN) + ROOM
-    while (times := _on_grid(demands(blend), blend, least)) is None:
-        blend = up_to_grid(blend * 1.001) + ROOM  # rounding has cost the last bit of room
-    return times
+    while True:
+        times = _on_grid(demands(blend), blend, least)
+        if times is None:
+            blend = up_to_grid(blend * 1.001) + ROOM  # rounding has cost the last bit of room
+        elif times.total < least - SLIVER:
+            blend = up_to_grid(blend * LONGER)  # so fast that it cannot take its time without turning back
+        else:
+            return times
+
+
+def _slow_enough(demand: Demand, blend: float, least: float) -> float:
+    """The u with which the whole, 1/u + (blend + slowing u) / 2, takes at least so long; inf where any does."""
+    rest = least - 0.5 * blend
+    square = rest * rest - 2.0 * demand.slowing
+    if rest <= 0.0 or square <= 0.0:
+        return inf
+    return 2.0 / (rest + sqrt(square))
 
 
 def _on_grid(demand: Demand, blend: float, least: float) -> Times | None:
@@ -252,9 +267,7 @@ def _on_grid(demand: Demand, blend: float, least: float) -> Times | None:
     if u == inf:  # the blend itself ends at rest on the target
         return Times(blend, 0.0, 0.0)
     u = max(u / MARGIN, 0.5 * (demand.low + u))  # where rounding finds room on both sides
-    spare = least - (1.0 / u + 0.5 * (blend + demand.slowing * u))
-    if spare > 0.0:
-        u = max(1.0 / (1.0 / u + spare), min(u, demand.low * (1.0 + ROOM * u)))
+    u = max(min(u, _slow_enough(demand, blend, least)), min(u, demand.low * (1.0 + ROOM * u)))
     slow = up_to_grid(demand.slowing * u)
     times = _without_sliver(blend, up_to_grid(max(1.0 / u - 0.5 * (blend + slow), 0.0)), slow)
     return times if demand.low * times.reach <= 1.0 + SAME else None
