@@ -13,11 +13,12 @@ from vrs_cli.engine.commands import (
     Move,
     PoseTarget,
     SetDuration,
+    SetParameter,
     Stamp,
 )
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import Here, plan_motion
-from vrs_cli.errors import JointOutOfRange
+from vrs_cli.errors import JointOutOfRange, MotionError
 from vrs_cli.kinematics.model import load_robot
 from vrs_cli.kinematics.transform import Transform, from_oat
 from vrs_cli.trajectory.blend import JointState
@@ -72,3 +73,22 @@ def test_an_acceleration_that_peaks_between_two_samples_is_seen() -> None:
     segments = plan_motion(engine.arm, Here(JointState((*joints, *wrist), velocity)), motion, 0.0)
     engine.timeline = Timeline(segments)
     check_limits(engine, segments)
+
+
+@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+def test_a_line_that_crosses_the_straight_wrist_next_to_where_it_starts_is_refused(profile: str) -> None:
+    """Out of READY joint 5 goes a little to one side before it goes to the other: joint 4 would have to turn about."""
+    engine = Engine(MODEL)
+    engine.perform(SetParameter("PROFILE", profile))
+    with pytest.raises(MotionError, match="MOVE away from it first"):
+        engine.perform(Move(JointOffsetTarget(5, -0.773838364504803), straight=True))
+
+
+@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+def test_a_line_that_crosses_the_straight_wrist_next_to_where_it_ends_is_refused(profile: str) -> None:
+    engine = Engine(MODEL)
+    engine.perform(SetParameter("PROFILE", profile))
+    ready = engine.position().T_world_tool
+    engine.perform(Move(JointOffsetTarget(5, -0.773838364504803), straight=False))
+    with pytest.raises(MotionError, match="wrist"):
+        engine.perform(Move(PoseTarget(ready), straight=True))

@@ -23,6 +23,8 @@ from vrs_cli.trajectory.segment import CartesianPath, Twist
 SAMPLES = 8  # a stretch, before it is refined
 FEWER_SAMPLES = 4  # a stretch of a jerk-limited motion, which has more of them
 FINEST = 2.0**-10  # of a stretch: no finer
+SINGULAR = 1e-4  # measure of a pose in which a line may begin or end, and where it is looked at more closely
+CLOSER = tuple(2.0**-k for k in range(12, 3, -1))  # parts of a stretch, next to such a pose
 JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
 JUMP = 2e-3  # [rad] at most, beyond what the velocities of two neighbours explain
@@ -106,9 +108,22 @@ class Follower:
         Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
         """
         samples = [self._sample(path, 0.0, near) if before is None else before._replace(s=0.0)]
+        finest = duration * FINEST
+        if self._singular(samples[0]):  # from there a joint may turn about at once
+            for part in CLOSER:
+                self._refine(path, samples, duration * part, finest)
         for step in range(1, steps + 1):
-            self._refine(path, samples, duration * step / steps, duration * FINEST)
+            self._refine(path, samples, duration * step / steps, finest)
+        if self._singular(samples[-1]):
+            samples.pop()
+            for part in reversed(CLOSER):
+                if duration * (1.0 - part) - samples[-1].s > finest:
+                    self._refine(path, samples, duration * (1.0 - part), finest)
+            self._refine(path, samples, duration, finest)
         return samples
+
+    def _singular(self, sample: Sample) -> bool:
+        return not any(sample.velocity) and min(self.arm.singularity(sample.joints)) < SINGULAR
 
     def _refine(self, path: CartesianPath, samples: list[Sample], until: float, finest: float) -> None:
         """Append samples up to time `until`, halving the way while neighbours differ too much."""
