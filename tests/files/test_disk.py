@@ -18,6 +18,7 @@ from vrs_cli.errors import (
     NonexistentFile,
     UnitNotAttached,
 )
+from vrs_cli.files.atomic import Beside, create_beside
 from vrs_cli.files.disk import Disk
 from vrs_cli.language.units import DISKS, SUCCESS, Access
 
@@ -158,10 +159,29 @@ def test_units_are_given_out_in_order(disk: Disk) -> None:
     assert disk.free(MAIN) == UNIT
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no device that is full")
+def test_nothing_is_left_of_a_file_that_the_disk_has_no_room_for(
+    disk: Disk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def without_room(target: Path) -> Beside:
+        beside = create_beside(target)
+        beside.stream.close()
+        return Beside(target, beside.name, open("/dev/full", "wb"))
+
+    monkeypatch.setattr("vrs_cli.files.disk.create_beside", without_room)
+    opened(disk, "log.txt", Access.WRITE)
+    disk.write(MAIN, UNIT, "a line")
+    disk.close(MAIN, UNIT)
+    assert disk.status(MAIN, UNIT) == FileError.code
+    assert names(tmp_path) == []
+
+
 # --- the folder ---
 
 
-@pytest.mark.parametrize("name", ["../a", "/etc/passwd", "a/../../b", "", "  ", ".", "C:\\a", "a:b", "a\\b", "x\0y"])
+@pytest.mark.parametrize(
+    "name", ["../a", "/etc/passwd", "a/../../b", "", "  ", ".", "C:\\a", "a:b", "a\\b", "x\0y", "x\ny"]
+)
 @pytest.mark.parametrize("access", Access)
 def test_names_cannot_leave_the_folder(tmp_path: Path, name: str, access: Access) -> None:
     inside = tmp_path / "inside"

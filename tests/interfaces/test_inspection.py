@@ -31,6 +31,15 @@ def test_joints_out_of_range() -> None:
     assert inspect(text, PUMA)[0].message.startswith("*Joint 3 out of range* #bad: would be 900.00 deg")
 
 
+def test_places_that_numbers_give() -> None:
+    assert found("MOVE TRANS(0, 3000)", "MOVES TRANS(0, -3000, 0, 90, 90, 0)") == [(-619, 1), (-619, 2)]
+    assert found("APPRO TRANS(0, 550, -250, 90, 90), 2000", "MOVE TRANS(0, 550, -250, 90, 90)") == [(-619, 1)]
+    assert found("MOVE #PPOINT(0, -90, 90, 0, -101, 0)", "MOVE #PPOINT(0, -90, 90, 0, 5, 0)") == [(-1023, 1)]
+    assert found("MOVE #PPOINT(200)", "MOVE #PPOINT(1, -90)") == [(-1023, 1)]
+    assert found("x = 1", "MOVE TRANS(x, 3000)", "MOVE TRANS(0, 300*10)", "MOVE RX(9):TRANS(0, 3000)") == []
+    assert found("TOOL NULL", "MOVE TRANS(0, 3000)") == []
+
+
 def test_what_is_in_reach() -> None:
     assert found("MOVE good", "MOVE #ready", "READY") == [(-401, 2)]
 
@@ -47,6 +56,14 @@ def test_what_is_changed_is_not_known() -> None:
 
 def test_with_another_tool_nothing_is_known() -> None:
     assert found("TOOL good", "MOVE far") == []
+
+
+def test_switches_and_parameters_that_are_not_there() -> None:
+    assert found("ENABLE CP, foo", "DISABLE POW", "SWITCH fo = ON", "PARAMETER hand = 1", "PARAMETER foo = 1") == [
+        (-300, 1),
+        (-300, 3),
+        (-300, 5),
+    ]
 
 
 def test_unreachable_steps_of_programs_that_can_run() -> None:

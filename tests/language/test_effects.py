@@ -373,7 +373,6 @@ def test_prompt_without_variables_waits_for_a_line() -> None:
         ("TIMER 99 = 0", IllegalValue),
         ("DECOMPOSE x = part", TypeMismatch),
         ("DECOMPOSE x[-1] = part", IllegalArrayIndex),
-        ("SET #p = part", TypeMismatch),
     ],
 )
 def test_mistakes(line: str, error: type[VrsError]) -> None:

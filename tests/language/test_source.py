@@ -54,6 +54,14 @@ def test_a_listing_with_step_numbers() -> None:
     assert isinstance(found.steps[4].statement, ast.Goto)
 
 
+@pytest.mark.parametrize("mark", [".", ".?", ". ?", "?", " ?"])
+def test_step_numbers_as_the_editor_prints_them(mark: str) -> None:
+    text = "".join(f" {i}{mark} {step}\n" for i, step in enumerate(("x = 1", "10 MOVE p", "", "GOTO 10"), 1))
+    found = program(f".PROGRAM demo.1\n{text}.END\n")
+    assert [step.label for step in found.steps] == [None, 10, None, None]
+    assert isinstance(found.steps[3].statement, ast.Goto)
+
+
 @pytest.mark.parametrize(
     "lines", ["1 MOVE p\n2 GOTO 1", "1 MOVE p", "1 MOVE p\n3 MOVE q", "1 MOVE p\nMOVE q", "1 x = 1\n2 IF x EQ 1 THEN 1"]
 )

@@ -36,6 +36,14 @@ def test_labels() -> None:
     assert found.labels == {10: 0, 20: 2}
 
 
+def test_a_label_whose_line_cannot_be_read_is_there_all_the_same() -> None:
+    file, diagnostics = parse_file(".PROGRAM p()\nGOTO 10\nGOTO 20\n10 MOVVE a\n.END\n")
+    assert len(diagnostics) == 1
+    program = file.parts[0]
+    assert isinstance(program, ast.Program)
+    assert [one.span.line for one in structure_of(program).diagnostics] == [3]
+
+
 def test_messages_name_the_opener() -> None:
     found = structure("x = 1\nIF x THEN\nDO\nEND")
     assert [one.message for one in found.diagnostics] == [

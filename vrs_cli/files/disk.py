@@ -81,8 +81,9 @@ class _Writer:
             self.place()
             sync(self.beside.stream)
         finally:
-            self.beside.stream.close()
-            if not self.placed:
+            if self.placed:
+                self.beside.stream.close()
+            else:
                 self.beside.discard()
 
 
@@ -232,8 +233,8 @@ class Disk:
     def _inside(self, name: str) -> Path:
         """The path of a name. Raises FileOutside for one that is not in the folder."""
         folder = Path(os.path.realpath(self.folder))
-        if not name.strip() or any(character in name for character in ":\\\0"):
-            raise FileOutside(repr(name), "a name has no drive and no backslash: log.txt, or data/log.txt")
+        if not name.strip() or any(character in ":\\" or not character.isprintable() for character in name):
+            raise FileOutside(repr(name), "a name has no drive, backslash or control character: data/log.txt")
         path = Path(os.path.realpath(folder / name.strip()))
         if Path(name).is_absolute() or folder not in path.parents:
             raise FileOutside(name, "programs have the files of the folder they run in, and those below it")

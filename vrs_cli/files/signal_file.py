@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, NonexistentFile
+from vrs_cli.language.diagnostics import counted
 from vrs_cli.language.environment import INPUTS, INTERNAL
 from vrs_cli.language.inputs import InputChange, Inputs
 from vrs_cli.trajectory.instant import LATEST, on_grid
@@ -60,7 +61,7 @@ def _lines(text: str) -> Iterator[tuple[int, list[str]]]:
 def _change(fields: list[str]) -> InputChange | str:
     """The change of a line, or what is wrong with it."""
     if len(fields) != len(HEADING):
-        return f"{len(fields)} fields where 3 are wanted"
+        return f"{counted(len(fields), 'field')} where 3 are wanted"
     time, signal, state = fields
     seconds = _number(time)
     if seconds is None or not 0.0 <= seconds <= LATEST:

@@ -6,18 +6,22 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch, row_of
 from vrs_cli.engine.targets import check_joint_limits
-from vrs_cli.errors import JointOutOfRange, MotionError
+from vrs_cli.errors import JointOutOfRange, MotionError, UsageError
 from vrs_cli.interfaces.session import defined
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language import ast
 from vrs_cli.language.analyzer import Analysis, analyze, names_given_by
 from vrs_cli.language.ast import Kind, Program, Section
-from vrs_cli.language.diagnostics import Diagnostic, Severity
+from vrs_cli.language.diagnostics import Diagnostic, Severity, error
 from vrs_cli.language.environment import Environment
+from vrs_cli.language.operations import trans
 from vrs_cli.language.parts import Part, Placed, parts_of, programs_of, repeated
 from vrs_cli.language.reachability import unreachable
+from vrs_cli.language.source import JOINTS_HIGH
+from vrs_cli.language.values import precision_point
 
 # the motions whose first argument is where they go; those of the second row stop at a distance in front of it
 TO_PLACE = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST"})
@@ -74,6 +78,8 @@ class Inspector:
             found += placed.found(inspected.analysis.diagnostics)
             found += placed.found(inspected.unreachable)
         found += self._out_of_reach(environment, tuple(programs_of(programs.values())))
+        for placed, program in programs_of(programs.values()):
+            found += placed.found(_unknown_settings(program))
         return tuple(sorted(found, key=lambda one: (one.span.line, one.span.column)))
 
     # --- analysis ---
@@ -104,7 +110,7 @@ class Inspector:
         places = _Places(environment, self._engine)
         for placed, program in programs:
             own = changed | {parameter.key for parameter in program.parameters}
-            ways = (way for way in self._ways[placed.part] if way.target.key not in own)
+            ways = (way for way in self._ways[placed.part] if way.key not in own)
             yield from placed.found(one for way in ways if (one := _unreached(way, places)) is not None)
 
 
@@ -139,6 +145,35 @@ class _Memory:
         return frozenset[str]().union(*others)
 
 
+# --- switches and parameters ------------------------------------------------------------------------------------
+
+
+def _unknown_settings(program: Program) -> Iterator[Diagnostic]:
+    """An error at each switch and parameter that this robot does not have."""
+    for step in program.steps:
+        if isinstance(step.statement, ast.Instruction) and step.statement.word in _SETTING:
+            table, what = _SETTING[step.statement.word]
+            for word in step.statement.arguments:
+                if isinstance(word, ast.Word) and (refused := _refused(table, word.text, what)) is not None:
+                    yield error(UsageError, word.span, refused.detail, refused.hint)
+
+
+def _refused(table: Mapping[str, Switch] | Mapping[str, ParameterRow], name: str, what: str) -> UsageError | None:
+    try:
+        row_of(table, name, what)
+    except UsageError as refused:
+        return refused
+    return None
+
+
+_SETTING: Mapping[str, tuple[Mapping[str, Switch] | Mapping[str, ParameterRow], str]] = {
+    "ENABLE": (SWITCHES, "switch"),
+    "DISABLE": (SWITCHES, "switch"),
+    "SWITCH": (SWITCHES, "switch"),
+    "PARAMETER": (PARAMETERS, "parameter"),
+}
+
+
 # --- reach -----------------------------------------------------------------------------------------------------
 
 
@@ -146,15 +181,20 @@ class _Memory:
 class _Way:
     """A motion to a location: `distance` is how far in front of it the motion ends [m]."""
 
-    target: ast.Variable
+    target: ast.Variable | ast.Call
     distance: float
+
+    @property
+    def key(self) -> str:
+        """Of the variable that it goes to; "" where the place stands there itself."""
+        return self.target.key if isinstance(self.target, ast.Variable) else ""
 
 
 _CHANGES_FRAMES = _Way(ast.Variable("", "", None, ast.Span(0, 0, 0)), 0.0)  # a TOOL or a BASE
 
 
 def _ways(program: Program) -> tuple[_Way, ...]:
-    """The motions of a program to locations with a name."""
+    """The motions of a program to locations with a name, and to those that numbers give."""
     statements = (step.statement for step in program.steps)
     return tuple(way for one in statements if isinstance(one, ast.Instruction) if (way := _way(one)) is not None)
 
@@ -164,7 +204,29 @@ def _way(statement: ast.Instruction) -> _Way | None:
         return _CHANGES_FRAMES
     target = statement.arguments[0] if statement.arguments else None
     distance = _distance(statement)
-    return _Way(target, distance) if distance is not None and isinstance(target, ast.Variable) else None
+    known = isinstance(target, ast.Variable) or (isinstance(target, ast.Call) and _numbers(target) is not None)
+    return _Way(target, distance) if distance is not None and known else None  # type: ignore[arg-type]
+
+
+def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
+    """The arguments of TRANS and #PPOINT where all are numbers; None for what is only known when it runs."""
+    numbers = tuple(_number(argument) for argument in place.arguments)
+    missing = any(at is None and given is not None for at, given in zip(numbers, place.arguments, strict=True))
+    return None if place.name not in ("TRANS", "#PPOINT") or missing or len(numbers) > JOINTS_HIGH else numbers
+
+
+def _number(expression: ast.Expression | None) -> float | None:
+    if isinstance(expression, ast.Unary) and expression.operator == "-" and isinstance(expression.operand, ast.Number):
+        return -expression.operand.value
+    return expression.value if isinstance(expression, ast.Number) else None
+
+
+def _given(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
+    """The place that numbers give; those that are left out are for the function to fill in."""
+    numbers = (*(_numbers(place) or ()), *(None,) * JOINTS_HIGH)
+    if place.name == "#PPOINT":
+        return precision_point(number or 0.0 for number in numbers[:joint_count])
+    return trans(*numbers[:6])
 
 
 def _unreached(way: _Way, places: _Places) -> Diagnostic | None:
@@ -172,7 +234,8 @@ def _unreached(way: _Way, places: _Places) -> Diagnostic | None:
     refusal = places.refusal(target, way.distance)
     if refusal is None:
         return None
-    detail = f"{target.sigil}{target.name}: {refusal.detail}"
+    named = f"{target.sigil}{target.name}: " if isinstance(target, ast.Variable) else ""
+    detail = named + refusal.detail
     return Diagnostic(Severity.WARNING, refusal.code, _text(refusal), detail, refusal.hint, target.span)
 
 
@@ -195,10 +258,10 @@ class _Places:
     environment: Environment
     engine: Engine
 
-    def refusal(self, target: ast.Variable, distance: float) -> MotionError | None:
+    def refusal(self, target: ast.Variable | ast.Call, distance: float) -> MotionError | None:
         """Why no configuration of the arm reaches a place; None where one does, or where it has no value."""
-        place = self._value(target)
-        engine = self.engine
+        engine, joint_count = self.engine, self.engine.model.joint_count
+        place = self._value(target) if isinstance(target, ast.Variable) else _given(target, joint_count)
         try:
             if isinstance(place, Transform):
                 self._try(engine, compose(place, translation(0.0, 0.0, -distance)))

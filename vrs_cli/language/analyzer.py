@@ -18,6 +18,7 @@ from vrs_cli.errors import (
     InvalidName,
     NotAvailable,
     OldMeaning,
+    TypeMismatch,
     UndefinedName,
     UndefinedValue,
 )
@@ -25,7 +26,7 @@ from vrs_cli.language import ast
 from vrs_cli.language.ast import NAME_LENGTH, Expression, Kind, Program, ProgramHeader, Span, Statement
 from vrs_cli.language.channels import channel
 from vrs_cli.language.declarations import Declarations, Own, own_variables
-from vrs_cli.language.diagnostics import Diagnostic, Severity, did_you_mean
+from vrs_cli.language.diagnostics import Diagnostic, Severity, counted, did_you_mean
 from vrs_cli.language.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.kinds import Expressions
 from vrs_cli.language.monitor import COMMANDS
@@ -250,6 +251,17 @@ class _Steps:
             hint = "DELAY n lets n seconds pass"
             self._findings.warn(OldMeaning, asked.span, f"it is taken as WAIT SIG({number})", hint)
 
+    def _set(self, statement: ast.Instruction) -> None:
+        """A precision point takes joints, any other name a transformation."""
+        target = statement.arguments[0] if statement.arguments else None
+        kind = self._expressions.kind_of(statement.value) if statement.value is not None else None
+        if not isinstance(target, ast.Variable) or kind not in PLACE or target.sigil == "$":
+            return
+        wanted = SIGIL_KINDS.get(target.sigil, Kind.LOCATION)
+        if kind is not wanted:
+            detail = f"{target.sigil}{target.name} cannot hold {with_article({kind})}"
+            self._findings.fault(TypeMismatch, target.span, detail, f"{with_article({wanted})} is wanted")
+
     # --- instructions and monitor commands ---
 
     def _instruction(self, statement: ast.Instruction, table: Mapping[str, Word]) -> None:
@@ -263,6 +275,8 @@ class _Steps:
             self._operands(statement, row)
             if row.name == "WAIT":
                 self._wait(statement)
+            elif row.name == "SET":
+                self._set(statement)
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
         """Whether every argument that is needed is there, and none too many."""
@@ -340,8 +354,9 @@ class _Steps:
             self._findings.warn(UndefinedName, call.span, f"{call.name} is not in memory", hint)
             return
         if len(call.arguments) > len(target.parameters):
-            detail = f"{len(call.arguments)} arguments, {target.name} has {len(target.parameters)} parameters"
-            self._findings.fault(ArgumentMismatch, call.span, detail)
+            detail = f"{target.name} is given {counted(len(call.arguments), 'argument')}"
+            hint = f"it has {counted(len(target.parameters), 'parameter')}"
+            self._findings.fault(ArgumentMismatch, call.span, detail, hint)
         for argument, parameter in zip(call.arguments, target.parameters, strict=False):
             if argument is not None:
                 self._check_argument(argument, parameter)

@@ -185,8 +185,8 @@ class _Complaint:
             return f"{self._shown()} after {last.text.upper()}", hint
         if head.type == "NAME" and self._start in ("step", "prompt"):
             return self._shown(), "a variable is followed by = and its value"
-        hint = f"the form is {head.row.form}" if head.row is not None else ""
-        return self._shown(), hint
+        row = CONTROL.get(head.type, head.row)
+        return self._shown(), f"the form is {row.form}" if row is not None else ""
 
     def _token_text(self) -> str:
         return self._token.text if self._token is not None else ""

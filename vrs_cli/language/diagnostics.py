@@ -60,6 +60,11 @@ def warning(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") 
     return Diagnostic(Severity.WARNING, kind.code, kind.text, detail, hint, span)
 
 
+def counted(number: int, noun: str) -> str:
+    """`1 argument`, `2 arguments`."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> str:
     """`file:line:column: *Text* detail (hint)`, the line, and a line of carets under the place. Plain text.
 

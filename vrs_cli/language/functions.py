@@ -458,6 +458,7 @@ def _refused(name: str, summary: str, note: str, result: Kind = Kind.REAL) -> Fu
 
 
 _REFUSED = (
+    _refused("BELT", "where a conveyor belt stands", "there is no conveyor at this robot"),
     _refused("DEVICE", "the state of a camera or another device", "there are no such devices at this robot"),
     _refused("KEYMODE", "the behaviour of pendant keys", "there is no pendant; PROMPT asks at the terminal"),
     _refused("PENDANT", "the keys of the pendant", "there is no pendant; PROMPT and GETC(4) read the terminal"),

@@ -364,6 +364,8 @@ class _Scan:
     def _link(self, row: Word | None, operand: bool, word: str) -> str | None:
         """The type of a word that links, where it does."""
         if not operand:
+            if row is not None and word in row.leads and self.tokens[-1].type == "COMMA":
+                return "LEAD"  # what stood before it is left out: IFSIG 1,,, THEN 10
             at_once = row is not None and not row.required and self.tokens[-1].type == "WORD"
             if row is None or not at_once:
                 return None

@@ -19,7 +19,7 @@ from vrs_cli.language.operators import LINKS, OPERATORS
 from vrs_cli.language.words import Word
 
 V_PLUS = "+"  # the column of a row that V+ alone has
-NOTHING_LIKE_IT = "VAL-II has nothing like it"
+NOTHING_LIKE_IT = "there is nothing like it"
 
 IN_VAL2: Mapping[str, str] = {
     # instructions

@@ -35,6 +35,7 @@ from vrs_cli.errors import (
 from vrs_cli.language import ast
 from vrs_cli.language.ast import Kind, Program, Step, Variable
 from vrs_cli.language.compiler import Steps, compile_argument, compile_definable, compile_expression
+from vrs_cli.language.diagnostics import counted
 from vrs_cli.language.effects import (
     CYCLE_SETTINGS,
     AttachRobot,
@@ -253,9 +254,9 @@ def bind(
     """One reference for each parameter. Raises ArgumentMismatch."""
     parameters = program.program.parameters
     if len(arguments) > len(parameters):
-        many = "parameter" if len(parameters) == 1 else "parameters"
         raise ArgumentMismatch(
-            f"{program.name} is given {len(arguments)} arguments", f"it has {len(parameters)} {many}"
+            f"{program.name} is given {counted(len(arguments), 'argument')}",
+            f"it has {counted(len(parameters), 'parameter')}",
         )
     arrays = program.compiled.array_parameters
     padded = (*arguments, *(None,) * (len(parameters) - len(arguments)))

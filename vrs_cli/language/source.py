@@ -25,7 +25,8 @@ SECTIONS = (".LOCATIONS", ".REALS", ".STRINGS")
 _DIRECTIVE = re.compile(r"[ \t]*(\.[A-Za-z][\w.]*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")
 _BINARY = re.compile(r"[\x00-\x06\x0e-\x19\x1c-\x1f]")
-_STEP_NUMBER = re.compile(r"[ \t]*([0-9]+)(?![\w.])[ \t]*")
+_LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])[ \t]*")
+_STEP_NUMBER = re.compile(r"[ \t]*([0-9]+)\.?(?![\w.])(?:[ \t]*\?)?[ \t]*")  # 3  or  3.  or  3.?
 _GOTO = re.compile(r"\b(?:GOTO|THEN|GRASP\b[^;]*,)[ \t]*([0-9]+)", re.IGNORECASE)
 _DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
 
@@ -234,6 +235,7 @@ def _without_trailing_blanks(lines: list[Line]) -> list[Line]:
 def step_numbers(lines: Sequence[Line]) -> bool:
     """Whether the lines of a program carry the step numbers of a listing: 1, 2, 3, ..., on every line.
 
+    Books print them as the editor did, too: `1.`, `1.?`.
     Numbers that a GOTO of the program names are labels, or a THEN or a GRASP of VAL.
     """
     rest: list[str] = []
@@ -243,6 +245,6 @@ def step_numbers(lines: Sequence[Line]) -> bool:
             if match is None or int(match[1][:9]) != len(rest) + 1:
                 return False
             rest.append(line.text[match.end() :])
-    labels = {inner[1] for text in rest if (inner := _STEP_NUMBER.match(text))}
+    labels = {inner[1] for text in rest if (inner := _LABEL.match(text))}
     targets = {target for text in rest for target in _GOTO.findall(text)}
     return len(rest) > 1 and targets <= labels

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
@@ -78,13 +78,22 @@ def structure_of(program: Program) -> Structure:
 
 
 def _missing_labels(program: Program, labels: Mapping[int, int]) -> tuple[Diagnostic, ...]:
+    unread = set(_first_words(program))
     known = ", ".join(str(label) for label in sorted(labels)[:8])
     hint = f"the labels are {known}" if known else "a label is a number before a statement"
     return tuple(
         error(UndefinedLabel, step.statement.span, str(label), hint)
         for step in program.steps
         if step.statement is not None and (label := label_of(step.statement)) is not None and label not in labels
+        if str(label) not in unread
     )
+
+
+def _first_words(program: Program) -> Iterator[str]:
+    """Of the lines that could not be read: a label may be among them."""
+    for step in program.steps:
+        if isinstance(step.statement, ast.BadLine):
+            yield from step.statement.text.split(maxsplit=1)[:1]
 
 
 def label_of(statement: Statement) -> int | None:
