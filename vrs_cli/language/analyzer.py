@@ -7,6 +7,7 @@ of the tables.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -45,7 +46,10 @@ from vrs_cli.language.names import (
 from vrs_cli.language.structure import Block, BlockKind, structure_of
 from vrs_cli.language.words import Argument, Shape, State, Word
 
-MOST_HINTS = 30  # names that are compared with all others: a file without its locations has hundreds that it lacks
+MOST_HINTS = (
+    10  # names of a program that are compared with others: one without its locations has hundreds that it lacks
+)
+MANY_NAMES = 200  # among so many, a name is compared with those alone that begin as it does
 
 __all__ = [
     "DEFINING",
@@ -195,9 +199,8 @@ class _Steps:
         keys = self.names.all_keys() | elsewhere
         nowhere = (one for one in unknown if one.key not in elsewhere or self.names.is_own(one))
         for number, variable in enumerate(nowhere):
-            alike = (key for key in keys if key[0] == variable.key[0] or not (variable.sigil or key[0] in "#$"))
             detail = f"{variable.sigil}{variable.name} is given a value nowhere"
-            hint = did_you_mean(variable.key, alike) if number < MOST_HINTS else ""
+            hint = did_you_mean(variable.key, _alike(variable, keys)) if number < MOST_HINTS else ""
             self._findings.warn(UndefinedValue, variable.span, detail, hint)
 
     def _others(self) -> Iterable[Program]:
@@ -349,8 +352,9 @@ class _Steps:
         self.called.add(key)
         target = self._program if key == self._program.key else self._programs.get(key)
         if target is None:
-            names = (program.name for program in self._programs.values())
-            hint = did_you_mean(call.name, names)
+            hint = ""
+            if len(self.called) <= MOST_HINTS:
+                hint = did_you_mean(call.name, [program.name for program in self._programs.values()])
             self._findings.warn(UndefinedName, call.span, f"{call.name} is not in memory", hint)
             return
         if len(call.arguments) > len(target.parameters):
@@ -415,6 +419,14 @@ def _given_in(same: _Same) -> frozenset[str]:
     """The keys of all variables that a program gives a value to."""
     own = {own.key for own in own_variables(same.program)}
     return frozenset(key for step in same.program.steps for key in _given_by(step.statement)) - own
+
+
+def _alike(variable: ast.Variable, keys: AbstractSet[str]) -> list[str]:
+    """The names that a variable may have been meant for: of its kind, and among many those that begin as it does."""
+    wanted = variable.key
+    if len(keys) > MANY_NAMES:
+        return [key for key in keys if key[:2] == wanted[:2] and -3 < len(key) - len(wanted) < 3]
+    return [key for key in keys if key[0] == wanted[0] or not (variable.sigil or key[0] in "#$")]
 
 
 def _given_by(statement: Statement | None) -> Iterator[str]:
