@@ -17,6 +17,7 @@ from vrs_cli.errors import IllegalJoint, IllegalValue, NotAvailable, VrsError
 from vrs_cli.files.exports import EXPORTERS, export
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.driver import Outcome
+from vrs_cli.interfaces.jogging import Jogger
 from vrs_cli.interfaces.replies import LocationTable, Plot, Whereabouts
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.arm import arm_for
@@ -24,6 +25,7 @@ from vrs_cli.kinematics.model import RobotModel, load_robot, robot_names
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import distance
 from vrs_cli.render.text import plain_text
+from vrs_cli.repl.jog_panel import JogPanel
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 ROBOTS = [*robot_names(), *(str(URDF / f"{name}.urdf") for name in ("seven", "crooked", "five", "gantry"))]
@@ -244,3 +246,40 @@ def test_a_sliding_joint_is_in_millimetres_and_a_turning_one_in_degrees() -> Non
     assert "70.000" in plain_text(table[0])
     where = [reply for reply in replies_of(session, "WHERE") if isinstance(reply, Whereabouts)]
     assert plain_text(where[0]).splitlines()[-1].split() == ["-45.000", "90.000", "70.000", "65.000"]
+
+
+def test_jog_takes_each_joint_in_its_unit(session: Session) -> None:
+    engine = session.engine
+    for joint in range(1, engine.model.joint_count + 1):
+        before = joints(engine)
+        session.perform(f"JOG {joint}, 0.5")
+        moved = [b - a for a, b in zip(before, joints(engine), strict=True)]
+        assert engine.model.units.one_shown(joint, moved[joint - 1]) == pytest.approx(0.5)
+
+
+def test_jog_says_where_a_joint_stops(session: Session) -> None:
+    model = session.engine.model
+    for joint in range(1, model.joint_count + 1):
+        said = told(session, f"JOG {joint}, 1000")
+        assert (
+            said.rstrip()
+            == f"Joint {joint} stops at the end of its range, {model.said(joint, model.upper[joint - 1], 1)}"
+        )
+
+
+def test_the_jog_panel_shows_each_joint_in_its_unit(session: Session) -> None:
+    units = session.engine.model.units
+    panel = JogPanel(Jogger(session))
+    for joint in range(1, session.engine.model.joint_count + 1):
+        panel.panel.choose(joint - 1)
+        assert f"step 2 {units.unit(joint)}" in panel.text()
+    assert plain_text(Whereabouts(session.engine.position(), units=units)) in panel.text()
+
+
+def test_why_tells_each_joint_in_its_unit(session: Session) -> None:
+    model, count = session.engine.model, session.engine.model.joint_count
+    said = told(session, "WHY #middle").splitlines()
+    assert said[1].split()[-count:] == [f"{x:.3f}" for x in model.units.shown(beside(model, 0.02))]
+    beyond = (*model.lower[:-1], model.upper[-1] + model.units.one_read(count, 5.0))
+    session.perform(f"POINT #beyond = {ppoint(model, beyond)}")
+    assert f"JT{count} +5.0 {model.units.unit(count)}" in told(session, "WHY #beyond")

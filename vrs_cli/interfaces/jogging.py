@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from math import ceil, degrees, radians
+from math import ceil, radians
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from vrs_cli.engine.commands import JointTarget, Move
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session
 
 AHEAD = 0.3  # [s] before the arm comes to rest: when the next step of a sequence may come, so that it does not stop
-JUMP = radians(45.0)  # a joint that would turn so much more than was asked for: a singularity is too near
+JUMP = radians(45.0)  # [rad, m] a joint that would move so much more than was asked for: a singularity is too near
 ROUNDING = 1e-9  # [rad] a step that is none
 INCREMENT = 10.0  # [mm, deg] a long step is looked at in parts, along its way
 HALVINGS = 12  # of the first part that is out of reach, to find how far it can go
@@ -175,7 +175,7 @@ class Jogger:
     def _farthest(self, begin: Joints, axis: Axis, amount: float) -> tuple[Joints, float, str]:
         """Where a step ends, what part of it that is, and why not all of it, if so."""
         if axis.frame is Frame.JOINT:
-            return self._turned(begin, axis.index, radians(amount))
+            return self._turned(begin, axis.index, self.engine.model.units.one_read(axis.index + 1, amount))
         pose, near, count = self.engine.world_pose(begin), begin, ceil(abs(amount) / INCREMENT) or 1
         for k in range(count):
             try:
@@ -205,12 +205,12 @@ class Jogger:
     def _turned(self, begin: Joints, index: int, change: float) -> tuple[Joints, float, str]:
         model = self.engine.model
         wanted = begin[index] + change
-        angle = min(max(wanted, model.lower[index]), model.upper[index])
-        goal = (*begin[:index], angle, *begin[index + 1 :])
-        if angle == wanted:
+        value = min(max(wanted, model.lower[index]), model.upper[index])
+        goal = (*begin[:index], value, *begin[index + 1 :])
+        if value == wanted:
             return goal, 1.0, ""
-        part = (angle - begin[index]) / change
-        return goal, part, f"Joint {index + 1} stops at the end of its range, {degrees(angle):.1f} deg"
+        part = (value - begin[index]) / change
+        return goal, part, f"Joint {index + 1} stops at the end of its range, {model.said(index + 1, value, 1)}"
 
     def _reached(self, pose: Transform, begin: Joints) -> Joints:
         """Raises MotionError for a pose that is out of reach, TooNear a singularity where a joint would jump."""
@@ -219,7 +219,8 @@ class Jogger:
         if change > JUMP:
             joint = 1 + [abs(b - a) for a, b in zip(begin, goal, strict=True)].index(change)
             raise TooNear(
-                f"joint {joint} would turn by {degrees(change):.0f} deg for it", "jog the joints away from there first"
+                f"joint {joint} would move by {self.engine.model.said(joint, change, 0)} for it",
+                "jog the joints away from there first",
             )
         return goal
 
@@ -259,7 +260,9 @@ class Panel:
 
     @property
     def unit(self) -> str:
-        return "deg" if self.frame is Frame.JOINT or self.axis.turns else "mm"
+        if self.frame is Frame.JOINT:
+            return self.jogger.engine.model.units.unit(self.index + 1)
+        return "deg" if self.axis.turns else "mm"
 
     def move(self, sign: float) -> None:
         try:

@@ -350,7 +350,7 @@ def _why(session: Session, it: Instruction) -> Iterator[Reply]:
     if not isinstance(value, tuple):
         raise TypeMismatch(f"{_shown(asked)} is a {kind_of_value(value).value}", "WHY explains a location")
     target = PoseTarget(value) if isinstance(value, Transform) else JointTarget(value)
-    yield ReachReport(_shown(asked), session.engine.explain(target))
+    yield ReachReport(_shown(asked), session.engine.explain(target), session.environment.units)
 
 
 def _listr(session: Session, it: Instruction) -> Iterator[Reply]:

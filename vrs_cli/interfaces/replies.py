@@ -101,6 +101,7 @@ class ReachReport:
 
     name: str
     reach: Reach
+    units: JointUnits = TURNING
 
 
 @dataclass(frozen=True, slots=True)

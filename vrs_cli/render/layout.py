@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import zip_longest
 from math import degrees
 from textwrap import wrap
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 from vrs_cli.engine.comparison import Comparison, Extent, Pair
 from vrs_cli.engine.history import CommandRecord
 from vrs_cli.engine.position import Position, position_at
-from vrs_cli.engine.reach import Branch, LineCheck, WayOut
+from vrs_cli.engine.reach import Branch, LineCheck, Overrun, WayOut
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.replies import Reply, Tone
 from vrs_cli.kinematics.arm import arm_for
@@ -112,8 +113,8 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
     rows = tuple(
         (
             str(branch.configuration),
-            _verdict(branch),
-            *(map(fixed, numbers_of(branch.joints)) if branch.joints else ("",) * joints),
+            _verdict(branch, reply.units),
+            *(map(fixed, numbers_of(branch.joints, reply.units)) if branch.joints else ("",) * joints),
         )
         for branch in branches
     )
@@ -125,15 +126,25 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
     yield from _line_check(reach.line, page)
 
 
-def _verdict(branch: Branch) -> str:
+def _verdict(branch: Branch, units: JointUnits) -> str:
     """In reach, which joints leave their range and by how much, or how far away the location is."""
     if branch.usable:
         return "in reach"
     if branch.joints is not None:
-        return ", ".join(f"JT{over.joint} {degrees(over.by):+.1f}" for over in branch.overruns) + " deg"
+        return _overruns(branch.overruns, units)
     if branch.too_far is None:
         return "out of reach"
     return f"{1e3 * abs(branch.too_far):.1f} mm too {'far' if branch.too_far > 0.0 else 'close'}"
+
+
+def _overruns(overruns: Sequence[Overrun], units: JointUnits) -> str:
+    """By how much joints leave their range; the unit stands once for joints that follow one another."""
+    told = []
+    for this, after in zip_longest(overruns, overruns[1:]):
+        unit = units.unit(this.joint)
+        last = after is None or units.unit(after.joint) != unit
+        told.append(f"JT{this.joint} {units.one_shown(this.joint, this.by):+.1f}" + (f" {unit}" if last else ""))
+    return ", ".join(told)
 
 
 def _line_check(check: LineCheck, page: Page) -> Iterator[Block]:

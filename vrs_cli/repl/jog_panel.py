@@ -54,7 +54,7 @@ class JogPanel:
         session.settle(asking=False)
         axes = "  ".join(f"[{axis.name}]" if axis == panel.axis else f" {axis.name} " for axis in self._axes())
         doing = f"moves until {engine.end:.1f} s" if engine.now < engine.end else "at rest"
-        where = plain_text(Whereabouts(engine.position()))
+        where = plain_text(Whereabouts(engine.position(), units=engine.model.units))
         keys = "   ".join(action.shown for action in ACTIONS if action.shown)
         return (
             f"JOG {panel.frame.value}: {axes}   step {panel.step:g} {panel.unit}, speed {panel.jogger.speed:g} %\n"
