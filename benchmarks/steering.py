@@ -37,7 +37,7 @@ def main() -> None:
         (
             f"{TARGETS} targets in {passed:.1f} s: {TARGETS * PERIOD / passed:.0f} times as fast as real time",
             f"{len(engine.timeline)} segments, {len(engine.deltas)} deltas, {(_memory() - memory) / 1e6:.0f} MB",
-            f"followed to {degrees(following.rms):.3f} deg rms, {degrees(following.worst):.3f} at most",
+            f"followed to {degrees(following.turning.rms):.3f} deg rms, {degrees(following.turning.worst):.3f} at most",
         ),
     )
 

@@ -98,3 +98,16 @@ def test_what_is_wrong_is_said_in_one_line(
     assert ended.status == status
     assert message in ended.err
     assert len(ended.err.splitlines()) == 1
+
+
+def test_joints_that_slide_are_in_mm(vrs: Vrs, tmp_path: Path) -> None:
+    rows = [f"{k * 0.02:.2f},-45,90,{50 + 10 * (1 - cos(pi * k * 0.02)):.6f},45" for k in range(100)]
+    (tmp_path / "quill.csv").write_text("\n".join(rows))
+    told = json.loads(vrs("steer", "quill.csv", "--robot", "cobra600", "--json").out)
+    assert (told["held"], told["error_deg"]) == (0, {"rms": 0.0, "max": 0.0})
+    assert 0.0 < told["error_mm"]["rms"] < told["error_mm"]["max"] < 0.5
+    assert told["final"]["joints_deg"] == pytest.approx([-45, 90, float(rows[-1].split(",")[3]), 45], abs=1e-5)
+    said = vrs("steer", "quill.csv", "--robot", "cobra600").out
+    assert "followed to 0.00 deg rms, 0.00 at most; 0." in said
+    assert said.rstrip().endswith("at most")
+    assert " mm rms, 0." in said

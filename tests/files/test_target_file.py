@@ -9,6 +9,7 @@ import pytest
 
 from vrs_cli.errors import FileDamaged
 from vrs_cli.files.target_file import TimedTarget, read_targets
+from vrs_cli.kinematics.joints import JointKind, JointUnits
 from vrs_cli.kinematics.transform import Transform
 
 
@@ -72,3 +73,9 @@ def test_lines_are_read_one_by_one() -> None:
 def test_a_wrong_line_is_named(text: str, message: str) -> None:
     with pytest.raises(FileDamaged, match=message):
         read(text, joint_count=2)
+
+
+def test_joints_that_slide_are_in_mm() -> None:
+    units = JointUnits((JointKind.PRISMATIC, JointKind.REVOLUTE))
+    (only,) = read_targets(["0, 250, 90"], 2, units=units)
+    assert only.target == pytest.approx((0.25, radians(90)))

@@ -35,7 +35,7 @@ def test_the_same_in_virtual_and_in_real_time(wall: ManualWall | None) -> None:
     steering.finish()
     assert engine.now == pytest.approx(3.98)
     assert steering.following.targets == 200
-    assert steering.following.rms < radians(0.15)
+    assert steering.following.turning.rms < radians(0.15)
     assert engine.position(engine.end).joints == pytest.approx(swing(3.98))
     if wall is not None:
         assert sum(wall.slept) == pytest.approx(3.98)

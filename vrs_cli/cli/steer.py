@@ -18,12 +18,12 @@ from vrs_cli.cli.outputs import Outputs, add_output_options
 from vrs_cli.errors import MotionError, NonexistentFile
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Collection, Iterable
 
     from vrs_cli.engine.engine import Engine
     from vrs_cli.files.target_file import TimedTarget
-    from vrs_cli.interfaces.steering import Steering
-    from vrs_cli.kinematics.joints import Joints
+    from vrs_cli.interfaces.steering import Following, Steering
+    from vrs_cli.kinematics.joints import JointKind, Joints
     from vrs_cli.kinematics.model import RobotModel
 
 OK, FAILED = 0, 1
@@ -31,9 +31,9 @@ KEPT = 1000  # targets after which what they left is not looked through for garb
 MOST_TOLD = 5  # targets out of reach that are named
 
 EPILOG = """\
-A line is a time and the joints [s, deg]; or the first line names the columns: t,jt1,...,jt6 or
-t,x,y,z,o,a,t_angle [s, mm, deg], as vrs run --csv writes them. Each target is followed from its time on,
-within all limits, until the next one; at the end, or after Ctrl-C, the robot stops at the last one.
+A line is a time and the joints [s, deg; mm where a joint slides]; or the first line names the columns:
+t,jt1,...,jt6 or t,x,y,z,o,a,t_angle [s, mm, deg], as vrs run --csv writes them. Each target is followed from
+its time on, within all limits, until the next one; at the end, or after Ctrl-C, the robot stops at the last one.
 
   vrs steer taught.csv --csv followed.csv
   vrs steer taught.csv --save followed.vrst --json
@@ -107,6 +107,17 @@ def _start(model: RobotModel, first: TimedTarget) -> Joints | None:
     return joints
 
 
+def _errors(following: Following, kinds: Collection[JointKind]) -> list[tuple[str, float, float]]:
+    """Unit, root mean square and maximum of the errors, for each kind of joint that the robot has [deg, mm]."""
+    from vrs_cli.kinematics.joints import JointKind
+
+    told = (
+        (JointKind.REVOLUTE, "deg", degrees(1.0), following.turning),
+        (JointKind.PRISMATIC, "mm", 1e3, following.sliding),
+    )
+    return [(unit, scale * error.rms, scale * error.worst) for kind, unit, scale, error in told if kind in kinds]
+
+
 @dataclass(frozen=True, slots=True)
 class _Run:
     prog: str
@@ -125,7 +136,7 @@ class _Run:
         model = load_robot(options.robot)
         with _lines(options.file) as lines:
             relative = options.relative or options.realtime is not None
-            targets = read_targets(lines, model.joint_count, options.file, relative=relative)
+            targets = read_targets(lines, model.joint_count, options.file, relative=relative, units=model.units)
             first = next(targets, None)
             if first is None:
                 raise CommandLineError(f"{options.file} holds no target", "a line is a time and the joints")
@@ -166,7 +177,7 @@ class _Run:
 
     def _tell(self, engine: Engine, steering: Steering, unreached: int) -> None:
         following = steering.following
-        rms, worst = degrees(following.rms), degrees(following.worst)
+        errors = _errors(following, engine.model.units.kinds)
         if self.options.json:
             from vrs_cli.cli.recordings import position_object
 
@@ -175,11 +186,12 @@ class _Run:
                 "held": following.held,
                 "out_of_reach": unreached,
                 "duration_s": round(engine.end, 9),
-                "error_deg": {"rms": round(rms, 6), "max": round(worst, 6)},
+                **{f"error_{unit}": {"rms": round(rms, 6), "max": round(worst, 6)} for unit, rms, worst in errors},
                 "final": position_object(engine.position(engine.end), engine.model.units),
             }
             print(json.dumps(told, indent=2))
             return
-        print(f"{following.targets} targets in {engine.end:.3f} s, followed to {rms:.2f} deg rms, {worst:.2f} at most")
+        said = "; ".join(f"{rms:.2f} {unit} rms, {worst:.2f} at most" for unit, rms, worst in errors)
+        print(f"{following.targets} targets in {engine.end:.3f} s, followed to {said}")
         if following.held:
             print(f"{following.held} targets were beyond the range of a joint, which stopped at its end")

@@ -1,6 +1,6 @@
 """The stream of `vrs steer`: where the robot is to be, one target a line, in the columns of our tables.
 
-    t,jt1,jt2,jt3,jt4,jt5,jt6         s, deg
+    t,jt1,jt2,jt3,jt4,jt5,jt6         s, deg; mm where a joint slides
     t,x,y,z,o,a,t_angle               s, mm, deg
 
 The first line may name the columns, in any order; others are passed over, and joints count more than poses. Without
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from math import inf, isfinite
 
 from vrs_cli.errors import FileDamaged
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.values import precision_point, read_number, transformation
 from vrs_cli.trajectory.instant import LATEST
@@ -44,7 +44,12 @@ class _Columns:
 
 
 def read_targets(
-    lines: Iterable[str], joint_count: int, path: str = "targets", *, relative: bool = False
+    lines: Iterable[str],
+    joint_count: int,
+    path: str = "targets",
+    *,
+    relative: bool = False,
+    units: JointUnits = TURNING,
 ) -> Iterator[TimedTarget]:
     """The targets of a stream as they come; their times count from the first one where they are `relative`.
 
@@ -57,7 +62,7 @@ def read_targets(
             raise FileDamaged(f"{where}: {len(fields)} fields where {columns.count} are wanted")
         t = times.next(_number(fields[columns.time], where), where)
         values = [_number(fields[place], where) for place in columns.target]
-        yield TimedTarget(number, t, transformation(values) if columns.is_pose else precision_point(values))
+        yield TimedTarget(number, t, transformation(values) if columns.is_pose else precision_point(values, units))
 
 
 def _rows(lines: Iterable[str], joint_count: int, path: str) -> Iterator[tuple[int, list[str], _Columns]]:

@@ -5,11 +5,11 @@ In virtual time a stream of an hour takes a minute; in real time each target wai
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import sqrt
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.kinematics.joints import Joints, largest_change
+from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.steered import Target
 
@@ -17,13 +17,10 @@ SHORTEST, LONGEST = 0.001, 0.5  # [s] between targets of a stream: a longer time
 
 
 @dataclass(slots=True)
-class Following:
-    """How well it goes: targets taken, those held at the end of a joint's range, and how far the joints were from
-    each target when the next one came [rad].
-    """
+class Error:
+    """How far the joints of one kind were from each target when it came, the farthest of them [rad, m]."""
 
     targets: int = 0
-    held: int = 0
     squares: float = 0.0
     worst: float = 0.0
 
@@ -31,11 +28,29 @@ class Following:
     def rms(self) -> float:
         return sqrt(self.squares / self.targets) if self.targets else 0.0
 
-    def count(self, error: float, held: bool) -> None:
+    def count(self, error: float) -> None:
         self.targets += 1
-        self.held += held
         self.squares += error * error
         self.worst = max(self.worst, error)
+
+
+@dataclass(slots=True)
+class Following:
+    """How well it goes: targets taken, those held at the end of a joint's range, and the errors of the joints that
+    turn and of those that slide.
+    """
+
+    targets: int = 0
+    held: int = 0
+    turning: Error = field(default_factory=Error)
+    sliding: Error = field(default_factory=Error)
+
+    def count(self, joints: Joints, goal: Joints, units: JointUnits, held: bool) -> None:
+        self.targets += 1
+        self.held += held
+        for error, slides in ((self.turning, False), (self.sliding, True)):
+            pairs = enumerate(zip(joints, goal, strict=True), 1)
+            error.count(max((abs(b - a) for joint, (a, b) in pairs if units.slides(joint) is slides), default=0.0))
 
 
 class Steering:
@@ -58,7 +73,7 @@ class Steering:
         asked = engine.joints_for(target, self._near()) if isinstance(target, Transform) else target
         goal = self._inside(asked)
         at = engine.now if t is None else t
-        self.following.count(largest_change(engine.position().joints, goal), goal != asked)
+        self.following.count(engine.position().joints, goal, engine.model.units, goal != asked)
         self._go(goal, at)
         self._last = at, goal
 
