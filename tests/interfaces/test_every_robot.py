@@ -283,3 +283,12 @@ def test_why_tells_each_joint_in_its_unit(session: Session) -> None:
     beyond = (*model.lower[:-1], model.upper[-1] + model.units.one_read(count, 5.0))
     session.perform(f"POINT #beyond = {ppoint(model, beyond)}")
     assert f"JT{count} +5.0 {model.units.unit(count)}" in told(session, "WHY #beyond")
+
+
+def test_why_names_no_configuration_where_there_is_none(session: Session) -> None:
+    words, said = {flag.name for flag in session.engine.arm.words}, told(session, "WHY HERE")
+    assert ("arm and elbow stay" in said) is ({"RIGHTY", "ABOVE"} <= words)
+    assert "MOVE: ;" not in said
+    if not words:
+        assert "MOVE: the nearest joints that were found\n" in said
+        assert "\n-      " in said

@@ -9,6 +9,7 @@ from prompt_toolkit.application import create_app_session
 from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
+from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.interfaces.jogging import Jogger
 from vrs_cli.interfaces.session import Session
@@ -39,3 +40,13 @@ def test_it_shows_axes_step_speed_place_and_keys() -> None:
     assert "at rest" in text
     assert "919.120" in text
     assert text.endswith("q leave")
+    assert max(map(len, text.splitlines())) <= 80
+
+
+def test_it_says_that_the_clock_stands() -> None:
+    wall = ManualWall()
+    session = Session(RecordingTerminal(), clock=wall.clock())
+    panel = JogPanel(Jogger(session))
+    session.perform("CLOCK PAUSE")
+    panel.panel.move(1.0)
+    assert "t 0.00 s, clock paused, moves until 0." in panel.text()

@@ -14,7 +14,7 @@ from vrs_cli.engine.planner import Here, plan_motion, segment_joints
 from vrs_cli.engine.targets import check_joint_limits, select, unmet
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooClose, LocationTooFar, MotionError
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints, joints_outside
 from vrs_cli.kinematics.serial_arm import Solution
 from vrs_cli.kinematics.transform import (
@@ -176,13 +176,15 @@ def _chosen(
     except MotionError as error:
         return None, str(error)
     chosen, have = arm.configuration(joints), arm.configuration(here)
+    if chosen == NONE:
+        return chosen, "the nearest joints that were found"
     asked = parameters.asked
     reasons = []
     if asked != Asked():
         words = " ".join(flag.name for flag in (asked.arm, asked.elbow, asked.wrist) if flag)
         reasons.append(f"{words} asked")
     if not unmet(chosen, Asked(have.arm, have.elbow, None)):
-        reasons.append("arm and elbow stay as they are")
+        reasons.append("arm and elbow stay as they are" if chosen.elbow else "arm as it is")
     if asked.wrist is None:
         reasons += _why_this_wrist(arm, here, chosen, branches)
     return chosen, ", ".join(reasons)

@@ -112,7 +112,7 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
     )
     rows = tuple(
         (
-            str(branch.configuration),
+            str(branch.configuration) or "-",
             _verdict(branch, reply.units),
             *(map(fixed, numbers_of(branch.joints, reply.units)) if branch.joints else ("",) * joints),
         )
@@ -122,7 +122,7 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
     if reach.chosen is None:
         yield from _told(f"MOVE: {reach.reason}", Role.ERROR, page)
     else:
-        yield from _told(f"MOVE: {reach.chosen}; {reach.reason}", Role.NOTE, page)
+        yield from _told(f"MOVE: {'; '.join(filter(None, (str(reach.chosen), reach.reason)))}", Role.NOTE, page)
     yield from _line_check(reach.line, page)
 
 

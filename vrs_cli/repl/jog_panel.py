@@ -21,23 +21,23 @@ class Action(NamedTuple):
     """What keys do; `act` is None for those that leave."""
 
     keys: tuple[str, ...]
-    shown: str
     act: Callable[[Panel], None] | None
 
 
+KEYS = "up/down move   left/right, 1 to 9 axis   m joints/world/tool\n[ ] step   + - speed   space stop   q leave"
 ACTIONS: tuple[Action, ...] = (
-    Action(("up", "k"), "up/down move", lambda panel: panel.move(1.0)),
-    Action(("down", "j"), "", lambda panel: panel.move(-1.0)),
-    Action(("right", "l", "tab"), "left/right or 1-6 axis", lambda panel: panel.next_axis(1)),
-    Action(("left", "h", "s-tab"), "", lambda panel: panel.next_axis(-1)),
-    Action(("m",), "m joints/world/tool", lambda panel: panel.next_frame()),
-    Action(("]", ">"), "[ ] step", lambda panel: panel.longer(1)),
-    Action(("[", "<"), "", lambda panel: panel.longer(-1)),
-    Action(("+", "="), "+ - speed", lambda panel: panel.faster(1)),
-    Action(("-",), "", lambda panel: panel.faster(-1)),
-    Action(("space",), "space stop", lambda panel: panel.stop()),
-    Action(("q", "escape", "c-c", "c-d"), "q leave", None),
-    *(Action((str(digit),), "", lambda panel, index=digit - 1: panel.choose(index)) for digit in range(1, 10)),  # type: ignore[misc]
+    Action(("up", "k"), lambda panel: panel.move(1.0)),
+    Action(("down", "j"), lambda panel: panel.move(-1.0)),
+    Action(("right", "l", "tab"), lambda panel: panel.next_axis(1)),
+    Action(("left", "h", "s-tab"), lambda panel: panel.next_axis(-1)),
+    Action(("m",), lambda panel: panel.next_frame()),
+    Action(("]", ">"), lambda panel: panel.longer(1)),
+    Action(("[", "<"), lambda panel: panel.longer(-1)),
+    Action(("+", "="), lambda panel: panel.faster(1)),
+    Action(("-",), lambda panel: panel.faster(-1)),
+    Action(("space",), lambda panel: panel.stop()),
+    Action(("q", "escape", "c-c", "c-d"), None),
+    *(Action((str(digit),), lambda panel, index=digit - 1: panel.choose(index)) for digit in range(1, 10)),  # type: ignore[misc]
 )
 
 
@@ -54,11 +54,11 @@ class JogPanel:
         session.settle(asking=False)
         axes = "  ".join(f"[{axis.name}]" if axis == panel.axis else f" {axis.name} " for axis in self._axes())
         doing = f"moves until {engine.end:.1f} s" if engine.now < engine.end else "at rest"
+        paused = ", clock paused" if engine.clock.paused else ""
         where = plain_text(Whereabouts(engine.position(), units=engine.model.units))
-        keys = "   ".join(action.shown for action in ACTIONS if action.shown)
         return (
             f"JOG {panel.frame.value}: {axes}   step {panel.step:g} {panel.unit}, speed {panel.jogger.speed:g} %\n"
-            f"t {engine.now:.2f} s, {doing}\n{where}{panel.said}\n{keys}"
+            f"t {engine.now:.2f} s{paused}, {doing}\n{where}{panel.said}\n{KEYS}"
         )
 
     def _axes(self) -> tuple[Axis, ...]:
