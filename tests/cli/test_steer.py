@@ -100,6 +100,15 @@ def test_what_is_wrong_is_said_in_one_line(
     assert len(ended.err.splitlines()) == 1
 
 
+def test_what_is_wrong_in_standard_input_is_named(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("0,0,-90,90,0,0,0\ngarbage\n"))
+    ended = vrs("steer", "-")
+    assert ended.status == 1
+    assert "standard input:2: 1 field where 7 are wanted" in ended.err
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    assert vrs("steer", "-").err.startswith("vrs steer: standard input holds no target")
+
+
 def test_joints_that_slide_are_in_mm(vrs: Vrs, tmp_path: Path) -> None:
     rows = [f"{k * 0.02:.2f},-45,90,{50 + 10 * (1 - cos(pi * k * 0.02)):.6f},45" for k in range(100)]
     (tmp_path / "quill.csv").write_text("\n".join(rows))

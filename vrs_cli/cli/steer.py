@@ -124,6 +124,11 @@ class _Run:
     options: argparse.Namespace
     outputs: Outputs
 
+    @property
+    def source(self) -> str:
+        """Where the targets come from, for messages."""
+        return "standard input" if self.options.file == STANDARD_STREAM else str(self.options.file)
+
     def run(self) -> int:
         """Follow, and tell how it went; the exit status."""
         from vrs_cli.cli.journal import journal
@@ -136,10 +141,10 @@ class _Run:
         model = load_robot(options.robot)
         with _lines(options.file) as lines:
             relative = options.relative or options.realtime is not None
-            targets = read_targets(lines, model.joint_count, options.file, relative=relative, units=model.units)
+            targets = read_targets(lines, model.joint_count, self.source, relative=relative, units=model.units)
             first = next(targets, None)
             if first is None:
-                raise CommandLineError(f"{options.file} holds no target", "a line is a time and the joints")
+                raise CommandLineError(f"{self.source} holds no target", "a line is a time and the joints")
             engine = Engine(model, start=_start(model, first), clock=clock_of(options.realtime))
             steering = Steering(engine, speed=options.speed / 100.0)
             with journal(options.save, engine, durable=options.realtime is not None):
@@ -164,7 +169,7 @@ class _Run:
                 except MotionError as error:
                     unreached += 1
                     progress.hide()
-                    self._complain(unreached, f"{self.options.file}:{it.line}: {error}")
+                    self._complain(unreached, f"{self.source}:{it.line}: {error}")
                 progress(steering.engine.now)
         steering.finish()
         return unreached

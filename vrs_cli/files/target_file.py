@@ -59,7 +59,7 @@ def read_targets(
     for number, fields, columns in _rows(lines, joint_count, path):
         where = f"{path}:{number}"
         if len(fields) != columns.count:
-            raise FileDamaged(f"{where}: {len(fields)} fields where {columns.count} are wanted")
+            raise FileDamaged(f"{where}: {len(fields)} field{'s' * (len(fields) > 1)} where {columns.count} are wanted")
         t = times.next(_number(fields[columns.time], where), where)
         values = [_number(fields[place], where) for place in columns.target]
         yield TimedTarget(number, t, transformation(values) if columns.is_pose else precision_point(values, units))
