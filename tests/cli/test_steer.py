@@ -64,6 +64,13 @@ def test_targets_beyond_a_range_stop_at_its_end(vrs: Vrs, tmp_path: Path) -> Non
     assert "2 targets were beyond the range of a joint, which stopped at its end" in ended.out
 
 
+def test_one_target_is_one(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "far.csv").write_text("1,300,-90,90,0,0,0\n")
+    said = vrs("steer", "far.csv").out.splitlines()
+    assert said[0].startswith("1 target in ")
+    assert said[1] == "1 target was beyond the range of a joint, which stopped at its end"
+
+
 def test_poses_out_of_reach_are_named_and_passed_over(vrs: Vrs, tmp_path: Path) -> None:
     far = "".join(f"{k},3000,0,0,90,90,0\n" for k in range(1, 9))
     (tmp_path / "far.csv").write_text(f"t,x,y,z,o,a,t_angle\n0,0,450,-150,90,90,0\n{far}9,0,460,-150,90,90,0\n")

@@ -285,6 +285,18 @@ def test_why_tells_each_joint_in_its_unit(session: Session) -> None:
     assert f"JT{count} +5.0 {model.units.unit(count)}" in told(session, "WHY #beyond")
 
 
+def test_compare_tells_how_far_joints_slide(session: Session) -> None:
+    units, count = session.engine.model.units, session.engine.model.joint_count
+    session.perform("BRANCH other")
+    for joint in range(1, count + 1):
+        session.perform(f"JOG {joint}, 0.5")
+    rows = [line.split() for line in told(session, "COMPARE main").splitlines() if line.startswith("Joint travel")]
+    for unit in ("deg", "mm"):
+        there = [float(row[2]) + float(row[3]) for row in rows if row[-1] == unit]
+        slid = sum(units.unit(joint) == unit for joint in range(1, count + 1))
+        assert there == ([pytest.approx(0.5 * slid)] if slid or unit == "deg" else [])
+
+
 def test_why_names_no_configuration_where_there_is_none(session: Session) -> None:
     words, said = {flag.name for flag in session.engine.arm.words}, told(session, "WHY HERE")
     assert ("arm and elbow stay" in said) is ({"RIGHTY", "ABOVE"} <= words)

@@ -196,7 +196,10 @@ class _Run:
             }
             print(json.dumps(told, indent=2))
             return
+        from vrs_cli.render.numbers import count
+
         said = "; ".join(f"{rms:.2f} {unit} rms, {worst:.2f} at most" for unit, rms, worst in errors)
-        print(f"{following.targets} targets in {engine.end:.3f} s, followed to {said}")
+        print(f"{count(following.targets, 'target')} in {engine.end:.3f} s, followed to {said}")
         if following.held:
-            print(f"{following.held} targets were beyond the range of a joint, which stopped at its end")
+            were = "was" if following.held == 1 else "were"
+            print(f"{count(following.held, 'target')} {were} beyond the range of a joint, which stopped at its end")

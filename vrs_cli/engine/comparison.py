@@ -32,13 +32,14 @@ Distance = Callable[[Positions, Positions], "Floats"]
 @dataclass(frozen=True, slots=True)
 class Extent:
     """`duration`: from the start of the timeline to its end [s]. `segments`: without s_0. `tool_path`: how far the tool
-    goes [m], `joint_travel`: how far all joints together turn [rad]."""
+    goes [m], `joint_travel`: how far all joints together turn [rad], `joint_slide`: those that slide [m]."""
 
     duration: float
     commands: int
     segments: int
     tool_path: float
     joint_travel: float
+    joint_slide: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,13 +105,15 @@ def _extent(arm: RobotArm, line: Line) -> Extent:
 
     timeline = line.timeline
     here = positions_at(arm, timeline, _sampled(timeline))
-    turning = [not arm.model.units.slides(joint) for joint in range(1, arm.model.joint_count + 1)]
+    slides = np.array([arm.model.units.slides(joint) for joint in range(1, arm.model.joint_count + 1)])
+    travel = np.abs(np.diff(here.joints, axis=0)).sum(axis=0)
     return Extent(
         duration=timeline.end - timeline.start,
         commands=len(line.history.done),
         segments=len(timeline) - 1,
         tool_path=float(np.linalg.norm(np.diff(here.T_world_tool[:, :, 3], axis=0), axis=1).sum()),
-        joint_travel=float(np.abs(np.diff(here.joints[:, turning], axis=0)).sum()),
+        joint_travel=float(travel[~slides].sum()),
+        joint_slide=float(travel[slides].sum()),
     )
 
 

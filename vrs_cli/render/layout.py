@@ -465,11 +465,14 @@ def _comparison(reply: replies.ComparisonTable, page: Page) -> Iterator[Block]:
 
 
 def _measures(a: Extent, b: Extent) -> Iterator[tuple[str, ...]]:
-    for title, one, other, unit in (
+    measures = [
         ("Cycle time", a.duration, b.duration, "s"),
         ("Tool path", a.tool_path * 1000.0, b.tool_path * 1000.0, "mm"),
         ("Joint travel", degrees(a.joint_travel), degrees(b.joint_travel), "deg"),
-    ):
+    ]
+    if a.joint_slide or b.joint_slide:
+        measures.append(("Joint travel", a.joint_slide * 1000.0, b.joint_slide * 1000.0, "mm"))
+    for title, one, other, unit in measures:
         yield title, fixed(one), fixed(other), _change(other - one), unit
     for title, few, many in (("Commands", a.commands, b.commands), ("Segments", a.segments, b.segments)):
         yield title, str(few), str(many), f"{many - few:+d}" if many != few else "", ""
