@@ -13,6 +13,7 @@ from vrs_cli.errors import IllegalJoint, IllegalValue, PowerOff, RobotNotAttache
 from vrs_cli.interfaces.jogging import AHEAD, AXES, Axis, Frame, Jogger, Panel, axis_of
 from vrs_cli.interfaces.replies import Message
 from vrs_cli.interfaces.session import Session
+from vrs_cli.kinematics.model import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
 from vrs_cli.language.diagnostics import LineRefused
 
@@ -92,6 +93,14 @@ def test_the_tool_stops_where_the_arm_ends(session: Session, terminal: Recording
     assert (reached.px, reached.pz) == pytest.approx((0.0, -0.15), abs=1e-9)
     session.perform("JOG Y, 1")
     assert session.engine.position().T_world_tool.py == pytest.approx(reached.py, abs=2e-5)
+
+
+def test_the_joint_that_ends_a_step_of_the_tool_is_named() -> None:
+    terminal = RecordingTerminal()
+    Session(terminal, load_robot("cobra600")).perform("JOG Z, -500")
+    assert told(terminal) == [
+        "The arm reaches no farther along Z: joint 3 would be 220.00 mm, its range is 0.00 to 210.00 mm"
+    ]
 
 
 def test_too_near_a_singularity_nothing_moves(session: Session) -> None:

@@ -14,7 +14,7 @@ from math import ceil, radians
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from vrs_cli.engine.commands import JointTarget, Move
-from vrs_cli.errors import IllegalJoint, IllegalValue, MotionError, TooNear, UsageError
+from vrs_cli.errors import IllegalJoint, IllegalValue, JointOutOfRange, MotionError, TooNear, UsageError
 from vrs_cli.interfaces.operands import real
 from vrs_cli.interfaces.replies import Message, Reply, Tone
 from vrs_cli.kinematics.joints import Joints, largest_change
@@ -186,7 +186,8 @@ class Jogger:
                 return near, k / count, f"The arm goes no farther along {axis.name}: {error.detail}"
             except MotionError as error:
                 goal, part = self._last_in_reach(pose, axis, amount / count, k, near)
-                return goal, part / count, f"The arm reaches no farther along {axis.name}: {error.detail}"
+                joint = f"joint {error.joint} " if isinstance(error, JointOutOfRange) else ""
+                return goal, part / count, f"The arm reaches no farther along {axis.name}: {joint}{error.detail}"
         return near, 1.0, ""
 
     def _last_in_reach(
