@@ -17,10 +17,11 @@ from vrs_cli.engine.commands import (
     Stamp,
 )
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.following import Follower
 from vrs_cli.engine.planner import Here, plan_motion
 from vrs_cli.errors import JointOutOfRange, MotionError
 from vrs_cli.kinematics.model import load_robot
-from vrs_cli.kinematics.transform import Transform, from_oat
+from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat, translation
 from vrs_cli.trajectory.blend import JointState
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.timeline import Timeline
@@ -92,3 +93,9 @@ def test_a_line_that_crosses_the_straight_wrist_next_to_where_it_ends_is_refused
     engine.perform(Move(JointOffsetTarget(5, -0.773838364504803), straight=False))
     with pytest.raises(MotionError, match="wrist"):
         engine.perform(Move(PoseTarget(ready), straight=True))
+
+
+def test_a_place_in_a_message_has_no_negative_zero() -> None:
+    arm = Engine(MODEL).arm
+    follower = Follower(arm, arm.configuration(MODEL.poses["ready"]), IDENTITY)
+    assert follower.shown(translation(-1e-9, 0.0, 0.1)) == "X 0.0 Y 0.0 Z 100.0 mm"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
+from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.errors import (
     JointOutOfRange,
     LocationOutOfRange,
@@ -17,6 +18,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.interfaces.driver import Bounds, Outcome
 from vrs_cli.interfaces.session import Session
+from vrs_cli.kinematics.model import load_robot
 from vrs_cli.language.diagnostics import LineRefused, Severity
 
 PLACES = """
@@ -246,3 +248,30 @@ def test_what_keeps_a_program_from_running_is_told(session: Session) -> None:
         session.execute("a")
     with pytest.raises(ProgramNotExecutable, match="LISTP b shows its bad lines"):
         session.execute("b")
+
+
+@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+@pytest.mark.parametrize("begin", [3.05, 3.2, 3.4, 3.5])
+@pytest.mark.parametrize("word", ["MOVE", "MOVES"])
+def test_a_duration_is_the_least_time_out_of_a_motion_too(profile: str, begin: float, word: str) -> None:
+    session = Session(RecordingTerminal())
+    session.perform(f"PARAMETER PROFILE = {profile}")
+    session.perform("MOVE TRANS(0, 450, -150, 90, 90, 0)")
+    session.perform("MOVES TRANS(150, 450, -150, 90, 90, 0) AT 3")
+    session.perform("DURATION 4")
+    session.perform(f"{word} TRANS(0, 450, -150, 90, 90, 0) AT {begin}")
+    record = session.engine.records()[-1]
+    assert record.end is not None
+    assert 4.0 - 1e-6 <= record.end - record.executed <= 4.01
+
+
+def test_a_line_carries_on_the_acceleration_of_an_arm_that_turns_its_tool_by_the_way() -> None:
+    session = Session(RecordingTerminal(), load_robot("planar2"))
+    session.perform("PARAMETER PROFILE = SCURVE")
+    session.perform("SPEED 27")
+    session.perform("MOVE #PPOINT(25.168, -71.249) AT 20")
+    session.perform("SPEED 27")
+    session.perform("READY")
+    session.perform("MOVES SHIFT(DEST BY 2.8, -27, 0) AT 22.3")
+    check_continuous(session.engine, session.engine.timeline)
+    check_limits(session.engine, session.engine.timeline)

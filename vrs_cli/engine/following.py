@@ -209,8 +209,8 @@ class Follower:
 
     def shown(self, pose: Transform) -> str:
         """The place of T_robot_tool in the world, as people read it."""
-        x, y, z = position(compose(self.T_world_robot, pose))
-        return f"X {x * 1e3:.1f} Y {y * 1e3:.1f} Z {z * 1e3:.1f} mm"
+        x, y, z = (round(1e3 * part, 1) + 0.0 for part in position(compose(self.T_world_robot, pose)))  # no -0.0
+        return f"X {x:.1f} Y {y:.1f} Z {z:.1f} mm"
 
     def singularity(self, pose: Transform) -> str:
         """Which singularity T_robot_tool is close to, if one is: shoulder, elbow or wrist."""

@@ -7,6 +7,7 @@ a singularity, is refused before it starts, with the place.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import dist
 
 from vrs_cli.engine.following import FEWER_SAMPLES, PASSED, ROUNDING, SAMPLES, Follower, Load, Sample, seeds_of
@@ -70,7 +71,8 @@ def _configurations(arm: RobotArm, joints: Joints) -> Iterator[Configuration]:
 
 def _counted(arm: RobotArm, state: ToolState) -> ToolState:
     """The state of the tool without the turn of an arm whose tool turns as the joints have it: no line asks for one."""
-    return state if arm.model.task.turns else ToolState(state.pose, state.velocity, (0.0, 0.0, 0.0))
+    none = (0.0, 0.0, 0.0)
+    return state if arm.model.task.turns else replace(state, spin=none, spin_rate=none)
 
 
 def tool_limits(arm: RobotArm, motion: Motion) -> ToolLimits:
