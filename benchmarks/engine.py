@@ -100,7 +100,7 @@ def planning(peers: Peers) -> list[Figure]:
     source = random.Random(3)
     still = (0.0,) * MODEL.joint_count
     from_rest = [(_somewhere(source), still, _somewhere(source)) for _ in range(TASKS)]
-    from_motion = [(q, tuple(0.5 * v for v in MODEL.max_velocity), goal) for q, _, goal in from_rest]
+    from_motion = [(_amid(source), tuple(0.5 * v for v in MODEL.max_velocity), goal) for _, _, goal in from_rest]
     from_acceleration = [(*task, _accelerating(source)) for task in from_motion]
     work = {
         "from_rest": from_rest,
@@ -119,6 +119,14 @@ def planning(peers: Peers) -> list[Figure]:
         *_jerk_limited("out of motion", "from_motion", from_motion, theirs[0]),
         *_jerk_limited("out of acceleration", "from_acceleration", from_acceleration, theirs[0]),
     ]
+
+
+def _amid(source: random.Random) -> Joints:
+    """Somewhere with room to stop."""
+    return tuple(
+        0.5 * (low + high) + source.uniform(-0.25, 0.25) * (high - low)
+        for low, high in zip(MODEL.lower, MODEL.upper, strict=True)
+    )
 
 
 def _accelerating(source: random.Random) -> Joints:
