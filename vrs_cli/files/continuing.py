@@ -7,7 +7,8 @@ from pathlib import Path
 from vrs_cli.engine.engine import Engine, Line
 from vrs_cli.errors import UsageError
 from vrs_cli.files.rebuild import history_of
-from vrs_cli.files.trajectory_file import Recording, TrajectoryWriter, collector_paused
+from vrs_cli.files.trajectory_file import Recording, TrajectoryWriter
+from vrs_cli.language.collector import collector_paused
 from vrs_cli.trajectory.timeline import Timeline
 
 

@@ -6,7 +6,6 @@ a line that was being written when the power failed is recognised when the file 
 
 from __future__ import annotations
 
-import gc
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -34,6 +33,7 @@ from vrs_cli.files.records import (
     segments_of,
 )
 from vrs_cli.kinematics.model import RobotModel, from_dict, to_dict
+from vrs_cli.language.collector import collector_paused
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment
@@ -213,18 +213,6 @@ class Recording:
     dropped_tail: bool
     size: int
     motions: Mapping[int, Motion]
-
-
-@contextmanager
-def collector_paused() -> Iterator[None]:
-    """A file is many values and no cycles: the garbage collector would walk them all again and again."""
-    running = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if running:
-            gc.enable()
 
 
 @collector_paused()

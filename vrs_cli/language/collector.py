@@ -1,4 +1,4 @@
-"""Python's cycle collector, out of the way while a large tree is built: it would walk the tree again and again."""
+"""Python's cycle collector, out of the way while many values are made: it would walk them all again and again."""
 
 from __future__ import annotations
 
