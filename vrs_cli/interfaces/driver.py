@@ -27,7 +27,6 @@ from vrs_cli.interfaces.debugging import Debugging, Onward, Stepping, Stopped
 from vrs_cli.interfaces.devices import Devices
 from vrs_cli.interfaces.system import SystemReadings
 from vrs_cli.language.effects import (
-    LAST_TASK,
     AttachRobot,
     Control,
     ControlTask,
@@ -55,6 +54,7 @@ from vrs_cli.language.runtime import (
     Task,
     TaskState,
 )
+from vrs_cli.language.semantics.tasks import LAST_TASK
 from vrs_cli.language.units import UnitEffect
 from vrs_cli.trajectory.instant import on_grid
 

@@ -90,8 +90,8 @@ from vrs_cli.language.ast import (
     Variable,
     Word,
 )
-from vrs_cli.language.effects import PROCESS_CONTROL, checked_task
 from vrs_cli.language.environment import INPUTS, INTERNAL, OUTPUTS, Index, Reference, StoredProgram, key_of, subscript
+from vrs_cli.language.semantics.tasks import PROCESS_CONTROL, checked_task
 from vrs_cli.language.values import (
     Value,
     kind_of_value,

@@ -24,14 +24,7 @@ from itertools import islice
 from typing import Any, cast
 
 from vrs_cli.engine.commands import Brake, Break, Request
-from vrs_cli.errors import (
-    ArgumentMismatch,
-    IllegalValue,
-    ProgramNotExecutable,
-    StackOverflow,
-    TimeExhausted,
-    VrsError,
-)
+from vrs_cli.errors import ArgumentMismatch, IllegalValue, ProgramNotExecutable, StackOverflow, TimeExhausted, VrsError
 from vrs_cli.language import ast
 from vrs_cli.language.ast import Kind, Program, Step, Variable
 from vrs_cli.language.compiler import Steps, compile_argument, compile_definable, compile_expression
@@ -42,7 +35,6 @@ from vrs_cli.language.effects import (
     CallProgram,
     ControlTask,
     CycleBegins,
-    Definable,
     DetachRobot,
     Halt,
     Ignore,
@@ -73,6 +65,7 @@ from vrs_cli.language.environment import (
     StoredProgram,
     key_of,
 )
+from vrs_cli.language.operands import Definable
 from vrs_cli.language.reactions import OF_ERRORS, Reaction, Reactions
 from vrs_cli.language.support import by_value, overflow
 from vrs_cli.language.units import UnitEffect
