@@ -41,19 +41,9 @@ from vrs_cli.language.effects import (
     WaitEvent,
 )
 from vrs_cli.language.environment import Environment, Robot
+from vrs_cli.language.events import Budget, Completed, Event, Failed, Halted, Paused, ProgramFault, TaskState
 from vrs_cli.language.inputs import NO_INPUTS, Inputs
-from vrs_cli.language.runtime import (
-    BUDGET,
-    Budget,
-    Completed,
-    Event,
-    Failed,
-    Halted,
-    Paused,
-    ProgramFault,
-    Task,
-    TaskState,
-)
+from vrs_cli.language.runtime import BUDGET, Task
 from vrs_cli.language.semantics.tasks import LAST_TASK
 from vrs_cli.language.units import UnitEffect
 from vrs_cli.trajectory.instant import on_grid

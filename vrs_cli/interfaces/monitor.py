@@ -131,7 +131,7 @@ class Watched(Protocol):
 
 def _sight(session: Session, expression: Expression) -> Callable[[], Value]:
     """Looks at an expression as the program that has stopped sees it."""
-    from vrs_cli.language.runtime import Sight
+    from vrs_cli.language.prompt import Sight
 
     sight = Sight(session.environment, session.robot, expression)
     return lambda: sight.value(_own(session))
@@ -244,7 +244,7 @@ def next_in_series(session: Session, first: Variable) -> Variable:
 
     Raises InvalidName for a name that cannot be counted up.
     """
-    from vrs_cli.language.runtime import definable
+    from vrs_cli.language.prompt import definable
 
     environment, name = session.environment, first
     while definable(environment, session.robot, name).reference.defined():
@@ -291,7 +291,7 @@ def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
 
 
 def _defined_by(session: Session, it: Instruction) -> Reference:
-    from vrs_cli.language.runtime import definable
+    from vrs_cli.language.prompt import definable
 
     expression = _argument(it, 0)
     assert expression is not None
@@ -836,7 +836,7 @@ def _execute(session: Session, it: Instruction) -> Iterator[Reply]:
 
 def _asked_program(session: Session, it: Instruction) -> tuple[str | None, tuple[Reference | None, ...], int, int]:
     """Program, arguments, cycles and first step of EXECUTE and its like."""
-    from vrs_cli.language.runtime import arguments_of
+    from vrs_cli.language.prompt import arguments_of
 
     asked = _argument(it, 0)
     name = None if asked is None else _text(asked)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def value(session: Session, expression: Expression) -> Value:
     """What an expression is now. Raises ProgramError."""
-    from vrs_cli.language.runtime import evaluate
+    from vrs_cli.language.prompt import evaluate
 
     return evaluate(session.environment, session.robot, expression)
 

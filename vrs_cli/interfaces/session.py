@@ -42,7 +42,8 @@ from vrs_cli.language.ast import BadLine, DoInstruction, File, Instruction, Prog
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity, error
 from vrs_cli.language.effects import CYCLE_SETTINGS
 from vrs_cli.language.environment import Environment, Reference, StoredProgram
-from vrs_cli.language.runtime import Task, statement_task
+from vrs_cli.language.prompt import statement_task
+from vrs_cli.language.runtime import Task
 from vrs_cli.language.values import Value
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from vrs_cli import __version__
 from vrs_cli.errors import IllegalValue
 from vrs_cli.language.environment import key_of
+from vrs_cli.language.events import TaskState
 from vrs_cli.language.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
-from vrs_cli.language.runtime import TaskState
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.driver import Driver

@@ -16,8 +16,8 @@ from vrs_cli.errors import (
     UndefinedValue,
     VrsError,
 )
+from vrs_cli.language.events import Failed
 from vrs_cli.language.instructions import DECLARATIONS, INSTRUCTIONS
-from vrs_cli.language.runtime import Failed
 from vrs_cli.language.semantics.table import HANDLERS
 from vrs_cli.language.words import State
 
