@@ -8,7 +8,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.position import position_at
-from vrs_cli.interfaces.driver import Outcome
+from vrs_cli.interfaces.runs import Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.model import RobotModel, load_robot
 

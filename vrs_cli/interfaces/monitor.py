@@ -32,7 +32,6 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.files.layout import Layout
-from vrs_cli.interfaces.driver import ROBOT_PROGRAM, Outcome, RunResult
 from vrs_cli.interfaces.jogging import jog
 from vrs_cli.interfaces.next_motion import said_for_next_motion
 from vrs_cli.interfaces.operands import real as _real
@@ -74,7 +73,9 @@ from vrs_cli.interfaces.replies import (
     Whereabouts,
     WhereaboutsTable,
 )
+from vrs_cli.interfaces.runs import Outcome, RunResult
 from vrs_cli.interfaces.session import Dialogue
+from vrs_cli.interfaces.track import ROBOT_PROGRAM
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.analyzer import is_reserved
@@ -560,7 +561,7 @@ def _zero(session: Session, _it: Instruction) -> Iterator[Reply]:
     session.environment.clear_variables()
     session.layout = Layout()
     session.last_program = None
-    session.driver.tasks.clear()
+    session.driver.tasks.forget_all()
 
 
 def _listed(names: Iterable[str]) -> str:
@@ -888,14 +889,14 @@ def _retry(session: Session, it: Instruction) -> Iterator[Reply]:
 
 def _go_on(session: Session, number: int, retry: bool) -> Iterator[Reply]:
     if number:
-        session.driver.proceed(number, retry=retry)
+        session.driver.tasks.proceed(number, retry=retry)
         session.settle()
     else:
         yield from _run(session, session.retry if retry else session.proceed)
 
 
 def _kill(session: Session, it: Instruction) -> Iterator[Reply]:
-    session.driver.kill(_task_number(session, it))
+    session.driver.tasks.kill(_task_number(session, it))
     yield from ()
 
 
@@ -904,7 +905,7 @@ def _cycle_end(session: Session, it: Instruction) -> Iterator[Reply]:
 
 
 def _ends(session: Session, number: int) -> Reply:
-    track = session.driver.end_cycles(number)
+    track = session.driver.tasks.end_cycles(number)
     return Message(f"{track.task.program} ends after its present cycle")
 
 
@@ -991,7 +992,7 @@ def _abort(session: Session, it: Instruction) -> Iterator[Reply]:
 
 
 def _abort_task(session: Session, number: int) -> Iterator[Reply]:
-    track = session.driver.abort(number)
+    track = session.driver.tasks.abort(number)
     session.settle()
     yield (
         Message("Nothing is running")
@@ -1222,7 +1223,7 @@ def _branch_row(session: Session, name: str) -> BranchRow:
 
 def _tasks_stand(session: Session) -> None:
     """Raises UsageError while a task waits for a time of the present branch."""
-    running = next((track for track in session.driver.tasks.values() if track.running), None)
+    running = next(session.driver.tasks.running, None)
     if running is not None:
         number = "" if running.number == ROBOT_PROGRAM else f" {running.number}"
         raise UsageError(f"{running.task.program} is running", f"ABORT{number} stops it")
