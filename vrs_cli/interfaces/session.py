@@ -372,7 +372,7 @@ class Session:
 
     def carry_out(self, statement: Statement) -> Iterator[Reply]:
         """A monitor command by its handler, everything else as DO."""
-        from vrs_cli.interfaces.monitor import MONITOR
+        from vrs_cli.interfaces.monitor.table import MONITOR
 
         if isinstance(statement, Instruction) and statement.word in MONITOR:
             yield from MONITOR[statement.word](self, statement)
