@@ -21,7 +21,7 @@ from lark import Lark
 from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.interfaces.readings import Readings
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language import ast
 from vrs_cli.language.analyzer import Analysis, analyze
 from vrs_cli.language.compiler import compile_program

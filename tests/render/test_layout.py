@@ -17,7 +17,7 @@ from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.monitor.table import MONITOR
 from vrs_cli.interfaces.replies import Reply
 from vrs_cli.interfaces.session import Session
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.render.layout import LAYOUTS
 from vrs_cli.render.text import plain_text

@@ -125,7 +125,7 @@ class _Batch:
 
     def _session(self, terminal: BatchTerminal) -> Session:
         from vrs_cli.interfaces.session import Session
-        from vrs_cli.kinematics.model import load_robot
+        from vrs_cli.kinematics.robot_file import load_robot
 
         model = load_robot(self.options.robot)
         session = Session(terminal, model, clock=clock_of(self.options.realtime), bounds=self._bounds())

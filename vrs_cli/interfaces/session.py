@@ -28,7 +28,8 @@ from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, Pr
 from vrs_cli.interfaces.runs import A_DAY, Beside, Bounds, Console, Outcome, RunResult
 from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Track
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel, load_robot
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.ast import BadLine, DoInstruction, File, Instruction, Program, ProgramHeader, Section, Statement
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity, error
 from vrs_cli.language.effects import CYCLE_SETTINGS

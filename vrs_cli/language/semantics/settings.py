@@ -124,10 +124,8 @@ MODE_WORDS = {
     "NOOVERLAP": (Mode.OVERLAP, False),
 }
 
-
 _CONFIGURATIONS: dict[str, Arm | Elbow | Wrist] = {flag.name: flag for flags in (Arm, Elbow, Wrist) for flag in flags}
 _HANDS = {"OPEN": 1.0, "CLOSE": 0.0, "RELAX": None}
-
 
 SETTINGS: Mapping[str, Handler] = {
     "SPEED": _speed,
