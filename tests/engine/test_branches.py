@@ -20,7 +20,7 @@ from vrs_cli.engine.commands import (
 )
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError, UsageError
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.timeline import Timeline
 
