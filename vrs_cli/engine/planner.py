@@ -100,9 +100,7 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     velocity = arm.joint_velocity(joints, twist, frame)
     if not smoothly:
         return Here(JointState(joints, velocity), tool, frame)
-    bias = arm.acceleration_bias(joints, velocity, frame)
-    vx, vy, vz, wx, wy, wz = (a - b for a, b in zip(rates, bias, strict=True))
-    acceleration = arm.joint_velocity(joints, (vx, vy, vz, wx, wy, wz), frame)
+    acceleration = arm.joint_acceleration(joints, velocity, rates, frame)
     return Here(JointState(joints, velocity, acceleration), tool, frame)
 
 

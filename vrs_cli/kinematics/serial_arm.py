@@ -22,7 +22,7 @@ from vrs_cli.kinematics.axes import along, axis_of, cross, dot, from_to
 from vrs_cli.kinematics.compiled import Formulas, formulas
 from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.elimination import solve
-from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, bias_of
+from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, beyond, bias_of, jerk_bias_of
 from vrs_cli.kinematics.joints import (
     LIMIT_TOLERANCE,
     JointKind,
@@ -349,6 +349,15 @@ class SerialArm:
 
     def acceleration_bias(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
         return bias_of(self.jacobian(q, T_flange_tool), qd)
+
+    def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+        return self.joint_velocity(q, beyond(rate, self.acceleration_bias(q, qd, T_flange_tool)), T_flange_tool)
+
+    def joint_jerk(
+        self, q: Joints, qd: Joints, qdd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY
+    ) -> Joints:
+        bias = jerk_bias_of(self.jacobian(q, T_flange_tool), qd, qdd)
+        return self.joint_velocity(q, beyond(rate, bias), T_flange_tool)
 
     def singularity(self, q: Joints) -> Singularity:  # noqa: ARG002 (others look at q)
         return Singularity(1.0, 1.0, 1.0)
