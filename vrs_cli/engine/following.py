@@ -77,12 +77,12 @@ class Follower:
         """
         samples = [self.sample(path, 0.0, near) if before is None else before._replace(s=0.0)]
         finest = duration * FINEST
-        if self._singular(samples[0]):  # from there a joint may turn about at once
+        if self.singular(samples[0]):  # from there a joint may turn about at once
             for part in CLOSER:
                 self._refine(path, samples, duration * part, finest)
         for step in range(1, steps + 1):
             self._refine(path, samples, duration * step / steps, finest)
-        if self._singular(samples[-1]):
+        if self.singular(samples[-1]):
             samples.pop()
             for part in reversed(CLOSER):
                 if duration * (1.0 - part) - samples[-1].s > finest:
@@ -90,7 +90,8 @@ class Follower:
             self._refine(path, samples, duration, finest)
         return samples
 
-    def _singular(self, sample: Sample) -> bool:
+    def singular(self, sample: Sample) -> bool:
+        """Whether the tool rests in a singular pose, as a line may that begins or ends there."""
         return not any(sample.velocity) and min(self.arm.singularity(sample.joints)) < SINGULAR
 
     def _refine(self, path: CartesianPath, samples: list[Sample], until: float, finest: float) -> None:

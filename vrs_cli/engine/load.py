@@ -28,7 +28,7 @@ NEAR_PEAK = 0.95  # of the worst joint's part of its limit: the joints whose pea
 BENT = 0.01  # of the greatest jerk: a bend between two samples from which it is looked at more closely
 GOLDEN = 0.6180339887498949
 PEAK_STEPS = 14  # leave a thousandth of the way between two samples
-LOST = 1e-6  # measure of a pose in which the rates of the joints are rounding
+LOST = 1e-6  # measure of a pose at rest in which the rates of the joints are rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class StretchLoad:
         """The greatest load. A joint that is no faster than at the start of the motion, `start`, is given
         little margin: the motion that was interrupted may have been at its limit.
         """
-        means, samples = self._means(), self.samples
+        samples, means = self.samples, _means(self.samples)
         first, last = self._acceleration_at(samples[0]), self._acceleration_at(samples[-1])
         at_first = first or _carried_on(means[0], means[1], samples[0].s)
         at_last = last or _carried_on(means[-1], means[-2], samples[-1].s)
@@ -88,11 +88,11 @@ class StretchLoad:
 
     def smooth(self, start: Joints) -> Load:
         """`parabolic` for a jerk-limited motion, with its jerk."""
-        means, samples = self._means(), self.samples
-        moments = [moment for sample in samples if (moment := self._moment(sample)) is not None]
-        known = bool(moments) and moments[0].sample is samples[0]
-        at_first = moments[0].acceleration if known else _carried_on(means[0], means[1], samples[0].s)
-        load = self._velocity(start, at_first, means[0][1])
+        clear = self._clear()
+        means = _means([self.samples[0], *clear, self.samples[-1]])
+        moments = [moment for sample in clear if (moment := self._moment(sample)) is not None]
+        known = bool(moments) and moments[0].sample is self.samples[0]
+        load = self._velocity(start, moments[0].acceleration if known else means[0][1], means[0][1])
         return load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
 
     # --- velocity ---
@@ -155,13 +155,6 @@ class StretchLoad:
 
     # --- acceleration ---
 
-    def _means(self) -> list[Rates]:
-        """The mean joint accelerations between samples."""
-        return [
-            (0.5 * (a.s + b.s), tuple([(w - v) / (b.s - a.s) for v, w in zip(a.velocity, b.velocity, strict=True)]))
-            for a, b in pairwise(self.samples)
-        ]
-
     def _near_limit(self, means: list[Rates]) -> Iterator[Rates]:
         """The joint accelerations at both samples of the greatest mean of a joint, where that is near its limit."""
         columns = zip(*[rates for _, rates in means], strict=True)
@@ -207,6 +200,12 @@ class StretchLoad:
 
     # --- jerk ---
 
+    def _clear(self) -> list[Sample]:
+        """The samples, but those next to a singular pose in which the line begins or ends."""
+        if not (self.follower.singular(self.samples[0]) or self.follower.singular(self.samples[-1])):
+            return self.samples
+        return [sample for sample in self.samples if min(self.arm.singularity(sample.joints)) > LOST]
+
     def _moment(self, sample: Sample) -> Moment | None:
         """The joint acceleration and jerk at a sample; None in a singular pose, where none is defined."""
         joints, velocity = sample.joints, sample.velocity
@@ -249,6 +248,15 @@ class StretchLoad:
             if most * JERK_MARGIN / limit > worst:
                 worst, joint, bent = most * JERK_MARGIN / limit, i, bend > BENT * most
         return worst, joint, bent
+
+
+def _means(samples: list[Sample]) -> list[Rates]:
+    """The mean joint accelerations between samples."""
+    return [
+        (0.5 * (a.s + b.s), tuple([(w - v) / (b.s - a.s) for v, w in zip(a.velocity, b.velocity, strict=True)]))
+        for a, b in pairwise(samples)
+        if b.s > a.s
+    ]
 
 
 def _largest(values: Sequence[float]) -> float:

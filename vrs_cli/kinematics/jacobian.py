@@ -212,16 +212,11 @@ def _singular(which: str, why: str) -> StraightLineSingular:
     return StraightLineSingular(f"{which}: {why}", "take another path, or go there by MOVE")
 
 
-def acceleration_bias(geometry: Geometry, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
-    """J' qd: the tool's acceleration [m/s2, rad/s2] while the joint rates stay the same.
+def bias_of(J: Jacobian, qd: Joints) -> Twist:
+    """J' qd of any serial arm, from its Jacobian: the tool's acceleration [m/s2, rad/s2] while the joint rates stay.
 
     Source: the outward half of the Newton-Euler recursion (Luh, Walker and Paul 1980).
     """
-    return bias_of(jacobian(geometry, q, T_flange_tool), qd)
-
-
-def bias_of(J: Jacobian, qd: Joints) -> Twist:
-    """`acceleration_bias` of any serial arm, from its Jacobian."""
     wx = wy = wz = 0.0
     lx = ly = lz = bx = by = bz = 0.0
     # Column i is z_i x r_i. The joints before i carry it round with their w; its own joint and those after it

@@ -121,9 +121,6 @@ class SphericalWristArm(SerialArm):
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
         return velocity.joint_velocity(self.geometry, q, twist, T_flange_tool)
 
-    def acceleration_bias(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
-        return velocity.acceleration_bias(self.geometry, q, qd, T_flange_tool)
-
     def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
         return accelerations.joint_acceleration(self.geometry, q, qd, rate, T_flange_tool)
 
