@@ -17,10 +17,9 @@ from math import cos, hypot, sin
 from typing import NamedTuple
 
 from vrs_cli.errors import StraightLineSingular
-from vrs_cli.kinematics.axes import cross
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.spherical_wrist import SINGULAR, Geometry
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector
+from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 _new = tuple.__new__
 
@@ -259,24 +258,30 @@ def jerk_bias_of(J: Jacobian, qd: Joints, qdd: Joints) -> Twist:
     One derivative more of what `bias_of` does: the joints before i turn with w and its rate `a`, and the derivative of
     the tail is `pull`.
     """
-    columns = list(zip(zip(*J[:3], strict=True), zip(*J[3:], strict=True), _tails(J, qd), qd, qdd, strict=True))
-    w = a = linear = angular = pull = (0.0, 0.0, 0.0)
+    wx = wy = wz = ax = ay = az = 0.0
+    lx = ly = lz = bx = by = bz = px = py = pz = 0.0
     changes = []
-    for c, z, tail, d, dd in columns:
-        turned = cross(w, z)
-        changed = _sum((1.0, cross(w, c)), (1.0, cross(z, tail)))
-        angular = _sum((1.0, angular), (d, cross(a, z)), (d, cross(w, turned)), (2.0 * dd, turned))
-        changes.append((w, a, turned, changed))
-        a = _sum((1.0, a), (dd, z), (d, turned))
-        w = _sum((1.0, w), (d, z))
-    for (c, z, tail, d, dd), (w, a, turned, changed) in zip(reversed(columns), reversed(changes), strict=True):
-        pull = _sum((1.0, pull), (d, changed), (dd, c))
-        again = _sum((1.0, cross(a, c)), (1.0, cross(w, changed)), (1.0, cross(turned, tail)), (1.0, cross(z, pull)))
-        linear = _sum((1.0, linear), (d, again), (2.0 * dd, changed))
-    return (*linear, *angular)
-
-
-def _sum(*terms: tuple[float, Vector]) -> Vector:
-    """Vectors, each times a factor."""
-    x, y, z = (sum([factor * v[i] for factor, v in terms]) for i in range(3))
-    return x, y, z
+    for cx, cy, cz, zx, zy, zz, (tx, ty, tz), d, dd in zip(*J, _tails(J, qd), qd, qdd, strict=True):
+        ux, uy, uz = wy * zz - wz * zy, wz * zx - wx * zz, wx * zy - wy * zx  # w x z
+        ex = wy * cz - wz * cy + zy * tz - zz * ty  # the change of the column
+        ey = wz * cx - wx * cz + zz * tx - zx * tz
+        ez = wx * cy - wy * cx + zx * ty - zy * tx
+        bx += d * (ay * zz - az * zy + wy * uz - wz * uy) + 2.0 * dd * ux
+        by += d * (az * zx - ax * zz + wz * ux - wx * uz) + 2.0 * dd * uy
+        bz += d * (ax * zy - ay * zx + wx * uy - wy * ux) + 2.0 * dd * uz
+        # the change of that, but what z x pull makes of it
+        gx = ay * cz - az * cy + wy * ez - wz * ey + uy * tz - uz * ty
+        gy = az * cx - ax * cz + wz * ex - wx * ez + uz * tx - ux * tz
+        gz = ax * cy - ay * cx + wx * ey - wy * ex + ux * ty - uy * tx
+        lx += d * gx + 2.0 * dd * ex
+        ly += d * gy + 2.0 * dd * ey
+        lz += d * gz + 2.0 * dd * ez
+        changes.append((d, zx, zy, zz, d * ex + dd * cx, d * ey + dd * cy, d * ez + dd * cz))
+        ax, ay, az = ax + dd * zx + d * ux, ay + dd * zy + d * uy, az + dd * zz + d * uz
+        wx, wy, wz = wx + d * zx, wy + d * zy, wz + d * zz
+    for d, zx, zy, zz, x, y, z in reversed(changes):
+        px, py, pz = px + x, py + y, pz + z
+        lx += d * (zy * pz - zz * py)
+        ly += d * (zz * px - zx * pz)
+        lz += d * (zx * py - zy * px)
+    return lx, ly, lz, bx, by, bz
