@@ -192,11 +192,12 @@ class StretchLoad:
         """That at the samples, and where the jerk changes its sign between two of them. The first is given: the motion
         that was interrupted may have been at its limit.
         """
-        rates = [(moment.sample.s, moment.acceleration) for moment in moments]
-        load = self._acceleration(rates[:1], 1.0).worse(self._acceleration([*rates[1:], *means], SMALL_MARGIN))
+        rates = [*((moment.sample.s, moment.acceleration) for moment in moments), *means]
+        load = self._acceleration(rates, SMALL_MARGIN)
         if load.acceleration < NEAR_LIMIT:
             return load
-        return load.worse(self._acceleration([_peaks_between(a, b) for a, b in pairwise(moments)], SMALL_MARGIN))
+        rates += (_peaks_between(a, b) for a, b in pairwise(moments))
+        return self._acceleration(rates[:1], 1.0).worse(self._acceleration(rates[1:], SMALL_MARGIN))
 
     # --- jerk ---
 

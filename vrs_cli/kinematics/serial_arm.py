@@ -321,7 +321,11 @@ class SerialArm:
         return vx, vy, vz, wx, wy, wz
 
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-        return self._solved(q, *self._counted(q, self.jacobian(q, T_flange_tool), twist))
+        return self._rates(q, self.jacobian(q, T_flange_tool), twist)
+
+    def _rates(self, q: Joints, J: Jacobian, twist: Twist) -> Joints:
+        """Of the joints, for a twist of the tool or a derivative of it that the joint rates of now have no part in."""
+        return self._solved(q, *self._counted(q, J, twist))
 
     def _solved(self, q: Joints, rows: Sequence[Joints], wanted: Sequence[float]) -> Joints:
         qd = solve(rows, wanted)
@@ -351,13 +355,14 @@ class SerialArm:
         return bias_of(self.jacobian(q, T_flange_tool), qd)
 
     def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-        return self.joint_velocity(q, beyond(rate, self.acceleration_bias(q, qd, T_flange_tool)), T_flange_tool)
+        J = self.jacobian(q, T_flange_tool)
+        return self._rates(q, J, beyond(rate, bias_of(J, qd)))
 
     def joint_jerk(
         self, q: Joints, qd: Joints, qdd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY
     ) -> Joints:
-        bias = jerk_bias_of(self.jacobian(q, T_flange_tool), qd, qdd)
-        return self.joint_velocity(q, beyond(rate, bias), T_flange_tool)
+        J = self.jacobian(q, T_flange_tool)
+        return self._rates(q, J, beyond(rate, jerk_bias_of(J, qd, qdd)))
 
     def singularity(self, q: Joints) -> Singularity:  # noqa: ARG002 (others look at q)
         return Singularity(1.0, 1.0, 1.0)
