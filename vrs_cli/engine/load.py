@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, repeat
 from math import cbrt, sqrt
 from typing import NamedTuple
 
@@ -99,23 +99,20 @@ class StretchLoad:
 
     def _velocity(self, start: Joints, at_first: Joints, first_mean: Joints) -> Load:
         """At all samples but the first, which is given; between these two; and where a joint is fastest."""
-        samples = self.samples
+        samples, limits = self.samples, self.limits.max_velocity
         columns = list(zip(*[sample.velocity for sample in samples], strict=True))
-        lasting = samples[1].s - samples[0].s
-        worst, joint, peaks = 0.0, 0, False
-        rows = zip(columns, start, at_first, first_mean, self.limits.max_velocity, strict=True)
-        for i, (column, before, rate, mean, limit) in enumerate(rows, 1):
-            fastest = _largest(column[1:])
-            ratio = fastest * (MARGIN if fastest > abs(before) else SMALL_MARGIN) / limit
-            if ratio > worst:
-                worst, joint, peaks = ratio, i, False
-            ratio = abs(_first_peak(column[0], rate, mean, lasting)) / limit
-            if ratio > worst:
-                worst, joint, peaks = ratio, i, True
-        load = Load(worst, joint=joint)
+        fastest = [_largest(column[1:]) for column in columns]
+        rows = zip(fastest, start, limits, strict=True)
+        later = [v * (MARGIN if v > abs(before) else SMALL_MARGIN) / most for v, before, most in rows]
+        firsts = map(_first_peak, samples[0].velocity, at_first, first_mean, repeat(samples[1].s - samples[0].s))
+        first = [abs(v) / most for v, most in zip(firsts, limits, strict=True)]
+        worst = max(*later, *first)
+        load = Load(worst)
         if worst > 1.0 + ROUNDING:
-            k = 0 if peaks else 1 + _where_largest(columns[joint - 1][1:])
-            load = replace(load, place=self.path.pose(samples[k].s))
+            ratios = later if worst in later else first
+            joint = ratios.index(worst)
+            at = 1 + _where_largest(columns[joint][1:]) if ratios is later else 0
+            load = replace(load, joint=joint + 1, place=self.path.pose(samples[at].s))
         for sample in self._peaks(columns, worst) if worst >= NEAR_PEAK else ():
             load = load.worse(self._velocity_at(sample))
         return load
