@@ -14,7 +14,8 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import Here, NoRoomToStop, plan_motion
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel, load_robot
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.blend import JointState
 from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
 from vrs_cli.trajectory.timeline import Timeline

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.laws.lines import check_line
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 
 SEEDS = {  # that have been harder than others: too much jerk of a joint where the line starts
     "puma560": (412, 574, 627, 1322),
