@@ -91,9 +91,9 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     smoothly = segment.motion.profile is Profile.SCURVE
     if isinstance(path, JointPath):
         return Here(JointState(joints, path.velocity(s), path.acceleration(s) if smoothly else ()))
-    twist, frame = path.twist(s), segment.motion.frames.tool
+    (pose, twist), frame = path.state(s), segment.motion.frames.tool
     rates = path.twist_rate(s) if smoothly else (0.0,) * 6
-    tool = ToolState(path.pose(s), twist[:3], twist[3:], rates[:3], rates[3:])
+    tool = ToolState(pose, twist[:3], twist[3:], rates[:3], rates[3:])
     still = (0.0,) * len(joints)
     if tool.at_rest:
         return Here(JointState(joints, still), tool, frame)
