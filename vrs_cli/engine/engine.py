@@ -639,6 +639,7 @@ class Engine:
             Kind.STRAIGHT,
             Start.AT,
             acceleration=self.parameters.acceleration,
+            duration=on_grid(self.parameters.duration.present),
             frames=self.frames,
             profile=self._profile,
         )
