@@ -620,9 +620,9 @@ class Engine:
 
         Raises LocationOutOfRange, JointOutOfRange.
         """
-        frames = self.frames
-        T_robot_flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
-        return select(self.arm, self.parameters, T_robot_flange, self.position().joints if near is None else near)
+        pose = compose(self.frames.base, T_world_tool)
+        near = self.position().joints if near is None else near
+        return select(self.arm, self.parameters, pose, self.frames, near)
 
     def explain(self, target: PoseTarget | JointTarget) -> Reach:
         """Why a MOVE or MOVES to a target from here is possible or not.

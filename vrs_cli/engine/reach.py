@@ -351,6 +351,8 @@ def _via_point(arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: 
     for distance in SIDEWAYS:
         for direction in _beside(way.displacement):
             via = at_position(middle, *added(_position(middle), scaled(direction, distance)))
+            if not _both_held(arm, way, via, here):
+                continue
             try:
                 first = _planned(arm, here, replace(motion, pose=via), slowest)
                 _planned(arm, segment_joints(arm, first, first.duration), motion, slowest)
@@ -358,6 +360,13 @@ def _via_point(arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: 
                 continue
             return via
     return None
+
+
+def _both_held(arm: RobotArm, way: _Way, via: Transform, here: Joints) -> bool:
+    """Whether the arm, as it is configured, has joints for a via point and for the end: seen sooner than in a plan."""
+    there = _Way(via, way.end, way.T_flange_tool)
+    at_via = arm.branch_joints(there.flange(0.0), arm.configuration(here), here)
+    return at_via is not None and arm.branch_joints(there.flange(1.0), arm.configuration(here), at_via) is not None
 
 
 def _beside(displacement: Vector) -> Sequence[Vector]:

@@ -62,11 +62,11 @@ def resolve(arm: RobotArm, parameters: Parameters, move: Move, situation: Situat
         if move.straight:
             return Goal(pose=compose(arm.forward(joints), situation.frames.tool))
     elif move.straight:
-        arm.check_task(compose(pose, inverse(situation.frames.tool)))
+        _check_task(arm, pose, situation.frames)
         _check_same_configuration(arm.configuration(situation.here), parameters.asked)
         return Goal(pose=pose)
     else:
-        joints = select(arm, parameters, compose(pose, inverse(situation.frames.tool)), situation.here)
+        joints = select(arm, parameters, pose, situation.frames, situation.here)
     if not parameters.modes[Mode.OVERLAP].present:
         _check_half_turns(arm.model, situation.here, joints)
     return Goal(joints=joints)
@@ -171,12 +171,19 @@ def aligned(T: Transform) -> Transform:
 # --- configuration -----------------------------------------------------------------------------------------------
 
 
-def select(arm: RobotArm, parameters: Parameters, T_robot_flange: Transform, near: Joints) -> Joints:
+def select(arm: RobotArm, parameters: Parameters, T_robot_tool: Transform, frames: Frames, near: Joints) -> Joints:
     """The joints of a pose, in the configuration that was asked for; under SINGLE no joint turns more than once."""
+    _check_task(arm, T_robot_tool, frames)
+    T_robot_flange = compose(T_robot_tool, inverse(frames.tool))
     asked = parameters.asked
     if parameters.modes[Mode.SINGLE].present:
         arm = arm_for(_single_turn(arm.model))
     return arm.select(T_robot_flange, near, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist)
+
+
+def _check_task(arm: RobotArm, T_robot_tool: Transform, frames: Frames) -> None:
+    """Raises LocationOutOfRange for a pose that the arm's task leaves out."""
+    arm.check_task(compose(T_robot_tool, inverse(frames.tool)), frames.base, frames.tool)
 
 
 def _single_turn(model: RobotModel) -> RobotModel:
