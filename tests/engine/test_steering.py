@@ -12,7 +12,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import JointOutOfRange, PowerOff
 from vrs_cli.kinematics.joints import Joints, largest_change
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.steered import Target
 from vrs_cli.trajectory.timeline import Timeline
 

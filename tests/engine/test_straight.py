@@ -22,7 +22,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.engine.planner import Here, plan_motion
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat, translation
 from vrs_cli.trajectory.blend import JointState
 from vrs_cli.trajectory.motion import Kind, Motion, Start

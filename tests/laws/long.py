@@ -10,7 +10,8 @@ import sys
 import traceback
 
 from tests.laws.sessions import Session, Tally
-from vrs_cli.kinematics.model import RobotModel, load_robot, robot_names
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot, robot_names
 
 
 def main(seeds: int, first: int = 1, commands: int = 200, robot: str = "") -> int:

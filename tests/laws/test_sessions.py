@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.laws.sessions import Session
-from vrs_cli.kinematics.model import load_robot, robot_names
+from vrs_cli.kinematics.robot_file import load_robot, robot_names
 
 
 @pytest.mark.parametrize("seed", range(3))

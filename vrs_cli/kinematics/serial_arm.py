@@ -23,14 +23,7 @@ from vrs_cli.kinematics.compiled import Formulas, formulas
 from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.elimination import solve
 from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, bias_of
-from vrs_cli.kinematics.joints import (
-    LIMIT_TOLERANCE,
-    JointKind,
-    Joints,
-    joints_outside,
-    nearest_turn,
-    turn_within,
-)
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, JointKind, Joints, joints_outside, nearest_turn, turn_within
 from vrs_cli.kinematics.model import SAMPLES, RobotModel, joint_axes, link_frames
 from vrs_cli.kinematics.task import ALL_PARTS
 from vrs_cli.kinematics.transform import (
