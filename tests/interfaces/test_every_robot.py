@@ -13,7 +13,7 @@ import pytest
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at, positions_at
-from vrs_cli.errors import IllegalJoint, IllegalValue, NotAvailable, VrsError
+from vrs_cli.errors import IllegalJoint, IllegalValue, LocationOutOfRange, NotAvailable, VrsError
 from vrs_cli.files.exports import EXPORTERS, export
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.jogging import Jogger
@@ -305,3 +305,15 @@ def test_why_names_no_configuration_where_there_is_none(session: Session) -> Non
     if not words:
         assert "MOVE: the nearest joints that were found\n" in said
         assert "\n-      " in said
+
+
+@pytest.mark.parametrize("name", ["cobra600", "planar2", "planar3"])
+def test_a_forbidden_place_is_told_alike_by_move_moves_and_why(name: str) -> None:
+    session = Session(RecordingTerminal(), load_robot(name))
+    session.perform("HERE there")
+    session.perform("SET tilted = there:RX(20)")
+    for line in ("MOVE tilted", "MOVES tilted", "APPROS tilted, 0"):
+        with pytest.raises(LocationOutOfRange, match=r"keeps its tool vertical, .* by 20.00 deg \(give O .* instead"):
+            session.perform(line)
+    said = told(session, "WHY tilted").splitlines()
+    assert [line.partition(":")[0] for line in said if "vertical" in line] == ["MOVE, MOVES"]
