@@ -14,6 +14,8 @@ from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 
+BORDER = 1e-6  # measure of a pose that is in two configurations
+
 
 def check_reach(engine: Engine, target: PoseTarget | JointTarget) -> Reach:
     """WHY agrees with the arm, with what MOVE does, and with what MOVES does, from where the robot is now."""
@@ -35,7 +37,8 @@ def _check_branch(engine: Engine, branch: Branch, T_robot_flange: Transform) -> 
         return
     model = engine.model
     check_pose(engine, engine.arm.forward(branch.joints), T_robot_flange)
-    assert branch.configuration in (engine.arm.configuration(branch.joints), *engine.arm.twins(branch.joints))
+    if min(engine.arm.singularity(branch.joints)) > BORDER:
+        assert branch.configuration == engine.arm.configuration(branch.joints)
     assert tuple(over.joint for over in branch.overruns) == joints_outside(branch.joints, model.lower, model.upper)
     for over in branch.overruns:
         assert over.limit + over.by == pytest.approx(branch.joints[over.joint - 1])
