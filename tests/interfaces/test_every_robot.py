@@ -102,6 +102,20 @@ def test_precision_points_have_as_many_values_as_the_robot_has_joints(session: S
         session.perform(f"MOVE #PPOINT({', '.join(['0'] * (model.joint_count + 1))})")
 
 
+def test_a_precision_point_of_another_robot_is_refused_by_all_that_take_one(
+    session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    count = session.engine.model.joint_count
+    numbers = "".join(f" {k}.0" for k in range(count + 1))
+    (tmp_path / "other.lc").write_text(f".LOCATIONS\n#other{numbers}\n.END\n")
+    session.perform("LOAD other.lc")
+    for line in ("MOVE #other", "MOVES #other", "MOVE #other AT 3", "WHY #other", "TYPE INRANGE(#other)"):
+        with pytest.raises(IllegalValue, match=rf"of {count + 1} joints \(this robot has {count}\)"):
+            session.perform(line)
+    assert told(session, "LISTL #other").split()[-1] == f"{count}.000"
+
+
 def test_where_shows_every_joint_in_its_unit(session: Session) -> None:
     model = session.engine.model
     lines = told(session, "WHERE").splitlines()

@@ -42,7 +42,7 @@ from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Para
 from vrs_cli.engine.planner import plan, plan_steering, rounding_begins, slowing_down
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
 from vrs_cli.engine.reach import Reach, explained
-from vrs_cli.engine.targets import Situation, check_joint_limits, check_near, resolve, select, unmet
+from vrs_cli.engine.targets import Situation, check_joint_count, check_joint_limits, check_near, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
     NotAvailable,
@@ -630,10 +630,8 @@ class Engine:
         Raises IllegalValue for the joints of another robot.
         """
         here = self.position().joints
-        if isinstance(target, JointTarget) and len(target.joints) != self.model.joint_count:
-            raise IllegalValue(
-                f"a precision point of {len(target.joints)} joints", f"this robot has {self.model.joint_count}"
-            )
+        if isinstance(target, JointTarget):
+            check_joint_count(self.model, target.joints)
         line = Motion(
             self._number + 1,
             Kind.STRAIGHT,

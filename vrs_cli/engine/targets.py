@@ -111,8 +111,6 @@ def _joints(model: RobotModel, move: Move, situation: Situation) -> Joints:
     if isinstance(target, JointOffsetTarget):
         return _driven(situation.destination, target)
     assert isinstance(target, JointTarget)
-    if len(target.joints) != model.joint_count:
-        raise IllegalValue(f"a precision point of {len(target.joints)} joints", f"this robot has {model.joint_count}")
     return target.joints
 
 
@@ -208,8 +206,15 @@ def _check_same_configuration(have: Configuration, asked: Asked) -> None:
 # --- joint limits ------------------------------------------------------------------------------------------------
 
 
+def check_joint_count(model: RobotModel, joints: Joints) -> None:
+    """Raises IllegalValue for the joints of another robot."""
+    if len(joints) != model.joint_count:
+        raise IllegalValue(f"a precision point of {len(joints)} joints", f"this robot has {model.joint_count}")
+
+
 def check_joint_limits(model: RobotModel, joints: Joints) -> None:
-    """Raises JointOutOfRange for the first joint outside its range."""
+    """Raises JointOutOfRange for the first joint outside its range, IllegalValue for the joints of another robot."""
+    check_joint_count(model, joints)
     for joint in joints_outside(joints, model.lower, model.upper)[:1]:
         raise JointOutOfRange(
             joint, f"would be {model.said(joint, joints[joint - 1])}, its range is {model.range_of(joint)}"
