@@ -16,6 +16,8 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.language.analyzer import analyze
+from vrs_cli.language.ast import Program
 from vrs_cli.language.constants import Constants
 from vrs_cli.language.diagnostics import Diagnostic, Severity
 from vrs_cli.language.environment import Context, Environment
@@ -155,12 +157,13 @@ def test_the_examples_of_the_tables_are_right() -> None:
 
 
 def _as_steps(example: str) -> tuple[str, ...]:
-    """An example as a line of a program; one that is an expression alone gets a variable."""
-    _, diagnostics = parse_file(f".PROGRAM p\n{example}\n.END\n")
-    if not diagnostics:
-        return (example,)
-    _, diagnostics = parse_file(f".PROGRAM p\nx = {example}\n.END\n")
-    return () if diagnostics else (f"x = {example}",)
+    """An example as a line of a program; one that is an expression alone is assigned."""
+    return next(((line,) for line in (example, f"x = {example}", f"$x = {example}") if _executable(line)), ())
+
+
+def _executable(line: str) -> bool:
+    file, _ = parse_file(f".PROGRAM p\n{line}\n.END\n")
+    return all(isinstance(part, Program) and analyze(part).executable for part in file.parts)
 
 
 def test_a_very_deep_expression_is_left_alone() -> None:

@@ -184,7 +184,6 @@ class Session:
         task = self._prepared(program, arguments, cycles, step)
         self._nothing_runs()
         self._clock_runs()
-        self.driver.tasks.forget(ROBOT_PROGRAM)
         return self._run(self.driver.tasks.start(ROBOT_PROGRAM, task), bounds or self.bounds, progress)
 
     def _run(self, track: Track, bounds: Bounds, progress: Callable[[float], None] | None) -> RunResult:
@@ -205,7 +204,6 @@ class Session:
         """Get a program ready: `proceed` and `step` begin it. Raises as `execute` does."""
         task = self._prepared(program, arguments, cycles, step)
         self._nothing_runs()
-        self.driver.tasks.forget(ROBOT_PROGRAM)
         return self.driver.tasks.prime(ROBOT_PROGRAM, task)
 
     def start(
