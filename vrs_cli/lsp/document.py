@@ -26,7 +26,7 @@ from vrs_cli.language.lexer import LABEL_HIGH
 from vrs_cli.language.parts import Part, Placed, programs_of
 from vrs_cli.language.printer import statement_text
 from vrs_cli.language.source import PROGRAM, SECTIONS
-from vrs_cli.language.structure import structure_of
+from vrs_cli.language.structure import BlockKind, structure_of
 from vrs_cli.language.words import Shape
 from vrs_cli.lsp.occurrences import (
     Occurrence,
@@ -329,11 +329,14 @@ def _folds(part: Part) -> Iterator[tuple[int, int]]:
     if part.last > 2:
         yield 1, part.last - 1
     if isinstance(part.node, Program):
+        steps = part.node.steps
         for block in structure_of(part.node).blocks:
             marks = (block.opener, *block.middles, block.closer)
-            for first, after in pairwise(part.node.steps[mark].span.line for mark in marks):
-                if after - first > 1:
-                    yield first, after - 1
+            whole = (
+                ((block.opener, block.closer),) if block.kind is BlockKind.CASE else ()
+            )  # its first VALUE is below it
+            lines = ((steps[a].span.line, steps[b].span.line) for a, b in (*whole, *pairwise(marks)))
+            yield from ((first, after - 1) for first, after in lines if after - first > 1)
 
 
 def _entry_name(variable: ast.Variable) -> str:
