@@ -332,9 +332,8 @@ def _folds(part: Part) -> Iterator[tuple[int, int]]:
         steps = part.node.steps
         for block in structure_of(part.node).blocks:
             marks = (block.opener, *block.middles, block.closer)
-            whole = (
-                ((block.opener, block.closer),) if block.kind is BlockKind.CASE else ()
-            )  # its first VALUE is below it
+            # CASE and its first VALUE are no branch: the block folds as a whole
+            whole = ((block.opener, block.closer),) if block.kind is BlockKind.CASE else ()
             lines = ((steps[a].span.line, steps[b].span.line) for a, b in (*whole, *pairwise(marks)))
             yield from ((first, after - 1) for first, after in lines if after - first > 1)
 
