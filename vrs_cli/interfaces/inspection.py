@@ -14,8 +14,8 @@ from vrs_cli.interfaces.session import defined
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language import ast
-from vrs_cli.language.analyzer import Analysis, analyze, names_given_by
-from vrs_cli.language.ast import Kind, Program, Section
+from vrs_cli.language.analyzer import Analysis, analyze_among
+from vrs_cli.language.ast import Program, Section
 from vrs_cli.language.constants import Constants
 from vrs_cli.language.diagnostics import Diagnostic, Severity, error
 from vrs_cli.language.environment import Context, Environment
@@ -23,6 +23,7 @@ from vrs_cli.language.operations import trans
 from vrs_cli.language.parts import Part, Placed, parts_of, programs_of, repeated
 from vrs_cli.language.reachability import unreachable
 from vrs_cli.language.source import JOINTS_HIGH
+from vrs_cli.language.surroundings import Surroundings, names_given_by
 from vrs_cli.language.values import precision_point
 
 # the motions whose first argument is where they go; those of the second row stop at a distance in front of it
@@ -92,7 +93,7 @@ class Inspector:
         self, environment: Environment, programs: Mapping[str, Placed]
     ) -> tuple[tuple[Placed, _Inspected], ...]:
         trees = {program.key: program for _, program in programs_of(programs.values())}
-        memory, before = _Memory(environment.kinds(), trees, self._constants), self._inspected
+        memory, before = _Memory(Surroundings(environment.kinds(), trees), self._constants), self._inspected
         self._inspected = {}
         for key, placed in programs.items():
             one = before.get(placed.part)
@@ -122,12 +123,11 @@ class Inspector:
 class _Memory:
     """The variables and programs that a file brings."""
 
-    kinds: Mapping[str, Kind]
-    programs: Mapping[str, Program]
+    surroundings: Surroundings
     constants: Constants
 
     def inspected(self, program: Program) -> _Inspected:
-        analysis = analyze(program, self.kinds, self.programs)
+        analysis = analyze_among(self.surroundings, program)
         of_running = tuple(self._of_running(analysis)) if analysis.executable else ()
         return _Inspected(self.basis(analysis), analysis, of_running)
 
@@ -137,21 +137,17 @@ class _Memory:
 
     def basis(self, analysis: Analysis) -> _Basis:
         """What the findings in a program depend on, besides its text."""
+        around = self.surroundings
         called = tuple(self._signature(key) for key in sorted(analysis.calls))
-        names = tuple(self.programs) if None in called else ()
-        elsewhere = self._given_elsewhere(analysis.program) if analysis.needs else frozenset[str]()
-        missing = analysis.needs - elsewhere
-        return self.kinds, called, names, analysis.needs & elsewhere, elsewhere if missing else None
+        names = around.program_keys if None in called else ()
+        elsewhere = frozenset(key for key in analysis.needs if around.given_elsewhere(key, analysis.program))
+        return around.known, called, names, elsewhere, around.given if analysis.needs - elsewhere else None
 
     def _signature(self, key: str) -> tuple[object, ...] | None:
-        program = self.programs.get(key)
+        program = self.surroundings.programs.get(key)
         if program is None:
             return None
         return program.name, tuple((one.sigil, one.name) for one in program.parameters)
-
-    def _given_elsewhere(self, program: Program) -> frozenset[str]:
-        others = (names_given_by(other) for other in self.programs.values() if other is not program)
-        return frozenset[str]().union(*others)
 
 
 def _constants(model: RobotModel) -> Constants:

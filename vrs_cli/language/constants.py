@@ -30,7 +30,6 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.language import ast
-from vrs_cli.language.analyzer import argument_at
 from vrs_cli.language.ast import Expression, Kind, Program, Span, Statement
 from vrs_cli.language.channels import channel, signals_on
 from vrs_cli.language.compiler import compile_expression
@@ -44,7 +43,7 @@ from vrs_cli.language.operands import Operand, Operands, stamp_of
 from vrs_cli.language.semantics.table import HANDLERS
 from vrs_cli.language.support import for_step
 from vrs_cli.language.values import Value
-from vrs_cli.language.words import Argument, Shape
+from vrs_cli.language.words import Argument, Shape, argument_at
 
 NEVER_RIGHT = (IllegalValue, IllegalSignal, IllegalJoint, ArithmeticOverflow, NegativeSquareRoot)
 CHECKED_BY_THE_ROBOT = (SetSpeed, SetMonitorSpeed, SetAcceleration, SetDuration, SetParameter)

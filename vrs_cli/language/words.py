@@ -223,3 +223,12 @@ def abbreviated(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
         if found:
             return found if len(name) > 1 or old else ()
     return ()
+
+
+def argument_at(row: Word, place: int) -> Argument | None:
+    """The row's argument of that place; those beyond belong to a repeated one, or to a repeated value."""
+    if place < len(row.arguments):
+        return row.arguments[place]
+    if row.repeats:
+        return row.arguments[-1]
+    return row.value if row.value is not None and row.value.repeated else None

@@ -17,7 +17,7 @@ from vrs_cli.interfaces.help import page
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language import ast
-from vrs_cli.language.analyzer import DEFINING, argument_at, is_reserved
+from vrs_cli.language.analyzer import is_reserved
 from vrs_cli.language.ast import NAME_LENGTH, Kind, Program, Section, Span, Statement
 from vrs_cli.language.diagnostics import Diagnostic
 from vrs_cli.language.formatting import formatted
@@ -27,7 +27,8 @@ from vrs_cli.language.parts import Part, Placed, programs_of
 from vrs_cli.language.printer import statement_text
 from vrs_cli.language.source import PROGRAM, SECTIONS
 from vrs_cli.language.structure import BlockKind, structure_of
-from vrs_cli.language.words import Shape
+from vrs_cli.language.surroundings import DEFINING
+from vrs_cli.language.words import Shape, argument_at
 from vrs_cli.lsp.occurrences import (
     Occurrence,
     SymbolKind,
