@@ -39,9 +39,10 @@ from vrs_cli.engine.commands import (
 )
 from vrs_cli.engine.history import CommandRecord, History, Step
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
-from vrs_cli.engine.planner import plan, plan_steering, rounding_begins, slowing_down
+from vrs_cli.engine.planner import NoRoomToStop, plan, rounding_begins, slowing_down
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
 from vrs_cli.engine.reach import Reach, explained
+from vrs_cli.engine.steered import plan_steering
 from vrs_cli.engine.targets import Situation, check_joint_limits, check_near, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
@@ -393,7 +394,8 @@ class Engine:
         scheduled is dropped. Without a next one the robot coasts for a while and brakes.
 
         Targets that follow each other are one motion, which UNDO takes back as a whole. Of each the timeline keeps what
-        the robot did, `deltas` too. Raises PowerOff, JointOutOfRange.
+        the robot did, `deltas` too. A target out of a motion that has no room to stop waits for the next one: that
+        motion goes on. Raises PowerOff, JointOutOfRange.
         """
         self._check_power()
         check_joint_limits(self.model, target.joints)
@@ -401,7 +403,10 @@ class Engine:
             return
         executed, timeline, self._issued = on_grid(self.now), self.timeline, None
         motion = self._steered_motion(target.joints, speed, text)
-        delta = plan_steering(self.arm, timeline, motion, executed, target, up_to_grid(tick * LONGER))
+        try:
+            delta = plan_steering(self.arm, timeline, motion, executed, target, up_to_grid(tick * LONGER))
+        except NoRoomToStop:
+            return
         if motion is self._steered:
             self._continue(delta)
             return
@@ -410,7 +415,7 @@ class Engine:
 
     def _steered_motion(self, goal: Joints, speed: float, text: str) -> Motion:
         """The motion of the targets before, if this is one more of them."""
-        motion = replace(self._motion_from_now(goal, speed, text), profile=Profile.LSPB)  # its accelerations jump
+        motion = self._motion_from_now(goal, speed, text)
         steered = self._steered
         if steered is not None and replace(motion, number=steered.number, goal=steered.goal) == steered:
             return steered
