@@ -379,12 +379,13 @@ class Engine:
 
     # --- targets that come one after the other ---
 
-    def redirect(self, goal: Joints, *, speed: float = 1.0, text: str = "") -> None:
-        """From now on to these joints [rad], joint-interpolated, at a fraction of full speed; what was scheduled is
-        dropped. Raises PowerOff, JointOutOfRange.
+    def redirect(self, goal: Joints | Transform, *, speed: float = 1.0, text: str = "") -> None:
+        """From now on to these joints [rad], joint-interpolated, or on a straight line to T_world_tool, at a fraction
+        of full speed; what was scheduled is dropped. Raises PowerOff, JointOutOfRange, MotionError for a line.
         """
         self._check_power()
-        check_joint_limits(self.model, goal)
+        if not isinstance(goal, Transform):
+            check_joint_limits(self.model, goal)
         self._issued = None
         if not self.parameters.switch("DRY.RUN"):
             self._edit(self._motion_from_now(goal, speed, text), on_grid(self.now), False)
@@ -439,14 +440,13 @@ class Engine:
             rest = tuple(self.timeline[index] for index in range(last.delta.keep, len(self.timeline)))
             self.history.done[-1] = last.longer(rest)
 
-    def _motion_from_now(self, goal: Joints, speed: float, text: str) -> Motion:
+    def _motion_from_now(self, goal: Joints | Transform, speed: float, text: str) -> Motion:
         under_way = self.timeline.locate(on_grid(self.now))[0].motion
         monitor = self.parameters.monitor_speed / FULL_SPEED
-        return Motion(
+        motion = Motion(
             number=self._number + 1,
             kind=Kind.JOINT,
             start=Start.AT,
-            goal=goal,
             speed=_fraction(monitor * speed),
             acceleration=self.parameters.acceleration,
             hand=under_way.hand,
@@ -454,6 +454,9 @@ class Engine:
             text=text,
             profile=self._profile,
         )
+        if isinstance(goal, Transform):
+            return replace(motion, kind=Kind.STRAIGHT, pose=compose(motion.frames.base, goal))
+        return replace(motion, goal=goal)
 
     # --- changing the timeline ---
 
