@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import cos, pi, radians, sqrt
 
 import pytest
 
-from vrs_cli.engine.commands import JointTarget, Move, SetSwitch
+from vrs_cli.engine.commands import JointTarget, Move, SetSwitch, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
-from vrs_cli.errors import JointOutOfRange, PowerOff
+from vrs_cli.errors import JointOutOfRange, PowerOff, StreamIsOver
 from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.model import load_robot
 from vrs_cli.trajectory.steered import Target
@@ -127,6 +128,17 @@ def test_undo_takes_back_the_stream_as_a_whole(engine: Engine) -> None:
     engine.undo()
     assert engine.timeline == before
     assert replayed(engine) == before
+
+
+def test_a_stream_is_not_planned_again_from_elsewhere(engine: Engine) -> None:
+    engine.clock.advance(5.0)
+    follow(engine, swinging(20.0, 2.0), 1.0)
+    timeline = engine.timeline
+    with pytest.raises(StreamIsOver, match="when STEER, scheduled later, is planned again"):
+        engine.perform(Move(JointTarget(AWAY), straight=False, stamp=Stamp(1.0)))
+    assert engine.timeline is timeline
+    engine.perform(Move(JointTarget(READY), straight=False, stamp=Stamp(1.0)))
+    assert engine.position(5.5) == replace(engine.position(5.5), joints=joints_at(engine.arm, timeline, 5.5))
 
 
 # --- what is refused -------------------------------------------------------------------------------------------------

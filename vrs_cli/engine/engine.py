@@ -416,7 +416,7 @@ class Engine:
 
     def _steered_motion(self, goal: Joints, speed: float, text: str) -> Motion:
         """The motion of the targets before, if this is one more of them."""
-        motion = self._motion_from_now(goal, speed, text)
+        motion = replace(self._motion_from_now(goal, speed, text), kind=Kind.STEERED)
         steered = self._steered
         if steered is not None and replace(motion, number=steered.number, goal=steered.goal) == steered:
             return steered

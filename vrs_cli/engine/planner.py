@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from vrs_cli.engine.straight import SLOWEST, straight_segments
 from vrs_cli.engine.targets import aimed
-from vrs_cli.errors import MotionError
+from vrs_cli.errors import MotionError, StreamIsOver
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, largest_change
 from vrs_cli.kinematics.transform import Transform, compose, distance, inverse
@@ -36,6 +36,7 @@ from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
 NEARLY_NOW = 1e-6  # [s] to which the instant is found at which a corner is near
+STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
 SAME_PLACE = 1e-9  # [rad, m] two places that are one
 
 
@@ -155,7 +156,17 @@ def _plan_rest(arm: RobotArm, here: Here, motion: Motion, start: float, slowest:
     return _braked_first(arm, here, motion, start, slowest)
 
 
-_PLANS = {Kind.JOINT: _plan_joint, Kind.STRAIGHT: _plan_straight, Kind.REST: _plan_rest}
+def _plan_steered(_arm: RobotArm, _here: Here, _motion: Motion, _start: float, _slowest: float) -> tuple[Segment, ...]:
+    """Raises StreamIsOver."""
+    raise StreamIsOver("its targets came one by one, from the place where the arm was then", STREAM_STAYS)
+
+
+_PLANS = {
+    Kind.JOINT: _plan_joint,
+    Kind.STRAIGHT: _plan_straight,
+    Kind.REST: _plan_rest,
+    Kind.STEERED: _plan_steered,
+}
 
 
 def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
