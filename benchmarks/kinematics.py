@@ -15,7 +15,8 @@ from benchmarks.peers.timing import at_once, each
 from benchmarks.report import Figure, show
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel, load_robot
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose
 
 POSES = 200  # scalar work goes round different poses, so that no branch is learnt by heart

@@ -21,14 +21,15 @@ from lark import Lark
 from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.interfaces.readings import Readings
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language import ast
 from vrs_cli.language.analyzer import Analysis, analyze
 from vrs_cli.language.compiler import compile_program
 from vrs_cli.language.diagnostics import Severity
 from vrs_cli.language.environment import Environment
+from vrs_cli.language.events import Completed, Failed
 from vrs_cli.language.parser import parse_file
-from vrs_cli.language.runtime import Completed, Failed, Task
+from vrs_cli.language.runtime import Task
 
 BAR = 4.0
 REPEATS = 5

@@ -18,7 +18,8 @@ from benchmarks.peers.timing import at_once, each
 from benchmarks.report import Figure, show
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.joints import JointKind, Joints
-from vrs_cli.kinematics.model import RobotModel, load_robot
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
 
 SEVEN = Path(__file__).parents[1] / "tests" / "kinematics" / "urdf" / "seven.urdf"
 ROBOTS = ("puma560", "irb120", "ur5e", "cobra600", "planar2", SEVEN)

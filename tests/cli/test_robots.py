@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Vrs
-from vrs_cli.kinematics.model import robot_names
+from vrs_cli.kinematics.robot_file import robot_names
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 TILTED = """\

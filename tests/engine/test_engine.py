@@ -41,7 +41,7 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.kinematics.configuration import Arm, Wrist
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import distance, from_oat, translation
 from vrs_cli.trajectory.delta import Cause
 from vrs_cli.trajectory.motion import Start

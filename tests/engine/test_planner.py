@@ -9,22 +9,13 @@ import pytest
 
 from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine import planner
-from vrs_cli.engine.commands import (
-    Delay,
-    JointTarget,
-    Move,
-    NamedTarget,
-    PoseTarget,
-    SetParameter,
-    SetTool,
-    Stamp,
-)
+from vrs_cli.engine.commands import Delay, JointTarget, Move, NamedTarget, PoseTarget, SetParameter, SetTool, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.joints import largest_change
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, distance, from_oat, translation
 from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start

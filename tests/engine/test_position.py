@@ -10,7 +10,7 @@ import pytest
 from vrs_cli.engine.commands import Delay, JointTarget, Move, OperateHand, PoseTarget, SetBase, SetParameter, SetTool
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at, joints_over, position_at, positions_at
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
 
 

@@ -14,7 +14,7 @@ from vrs_cli.engine.position import Position
 from vrs_cli.errors import IllegalValue, LocationOutOfRange, MotionError
 from vrs_cli.kinematics.configuration import ALL, Arm, Wrist
 from vrs_cli.kinematics.joints import joints_outside
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, distance, from_oat, position
 
 MODEL = load_robot("puma560")

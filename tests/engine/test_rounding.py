@@ -12,7 +12,7 @@ from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalValue
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, distance, from_oat
 from vrs_cli.trajectory.motion import Start
 

@@ -10,7 +10,7 @@ from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.commands import Move, PoseTarget, SetBase, SetParameter
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError, StraightLineSingular
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat, position, translation
 
 MODEL = load_robot("puma560")

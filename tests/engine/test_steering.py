@@ -15,7 +15,8 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import JointOutOfRange, PowerOff, StreamIsOver
 from vrs_cli.kinematics.joints import Joints, largest_change
-from vrs_cli.kinematics.model import PROFILES, load_robot
+from vrs_cli.kinematics.model import PROFILES
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.steered import Target
 from vrs_cli.trajectory.timeline import Timeline
 

@@ -8,19 +8,12 @@ from math import radians
 import pytest
 
 from tests.laws.motion_laws import check_continuous, check_limits
-from vrs_cli.engine.commands import (
-    JointOffsetTarget,
-    Move,
-    PoseTarget,
-    SetDuration,
-    SetParameter,
-    Stamp,
-)
+from vrs_cli.engine.commands import JointOffsetTarget, Move, PoseTarget, SetDuration, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.engine.planner import Here, plan_motion
 from vrs_cli.errors import JointOutOfRange, MotionError
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat, translation
 from vrs_cli.trajectory.blend import JointState
 from vrs_cli.trajectory.motion import Kind, Motion, Start

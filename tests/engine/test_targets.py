@@ -21,15 +21,8 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.targets import aligned
 from vrs_cli.errors import JointOutOfRange
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import load_robot
-from vrs_cli.kinematics.transform import (
-    Transform,
-    compose,
-    inverse,
-    rotation_x,
-    rotation_y,
-    translation,
-)
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import Transform, compose, inverse, rotation_x, rotation_y, translation
 
 START: Joints = tuple(radians(q) for q in (10.0, -60.0, 70.0, 5.0, 40.0, 20.0))
 ASIDE: Joints = tuple(radians(q) for q in (30.0, -70.0, 80.0, 0.0, 30.0, 0.0))

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from vrs_cli.engine.planner import plan
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.configuration import ALL
-from vrs_cli.kinematics.model import RobotModel, load_robot
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.instant import on_grid

@@ -6,8 +6,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from vrs_cli.errors import EndOfInput, VrsError
-from vrs_cli.interfaces.driver import Bounds
 from vrs_cli.interfaces.replies import Reply
+from vrs_cli.interfaces.runs import Bounds
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language.analyzer import check_line
 from vrs_cli.language.ast import Program

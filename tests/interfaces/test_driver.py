@@ -1,44 +1,17 @@
-"""The scheduler: several tasks at exact instants, reactions, inputs, bounds, and programs one step at a time."""
+"""The scheduler: several tasks at exact instants, reactions, inputs, bounds."""
 
 from __future__ import annotations
 
 import pytest
 
+from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.errors import (
-    FileDamaged,
-    IllegalSignal,
-    IllegalValue,
-    ProgramInterlocked,
-    TaskActive,
-    TaskNotActive,
-    TimeExhausted,
-)
+from vrs_cli.errors import FileDamaged, IllegalSignal, TimeExhausted
 from vrs_cli.files.signal_file import parse_signals
-from vrs_cli.interfaces.driver import WAIT_TICK, Bounds, Outcome
-from vrs_cli.interfaces.replies import Message, ProgramStopped, RealTable
+from vrs_cli.interfaces.performing import WAIT_TICK
+from vrs_cli.interfaces.runs import Bounds, Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language.inputs import InputChange
-
-
-@pytest.fixture
-def terminal() -> RecordingTerminal:
-    return RecordingTerminal()
-
-
-@pytest.fixture
-def session(terminal: RecordingTerminal) -> Session:
-    return Session(terminal)
-
-
-def load(session: Session, *lines: str, name: str = "main", parameters: str = "") -> None:
-    found = session.load_text("\n".join([f".PROGRAM {name}({parameters})", *lines, ".END", ""]))
-    assert not [one for one in found if one.severity.name == "ERROR"], found
-
-
-def value(session: Session, name: str) -> object:
-    return session.environment.reference(name).value()
-
 
 # --- time ---
 
@@ -189,113 +162,6 @@ def test_steps_are_counted_exactly(session: Session, most: int, outcome: Outcome
     assert value(session, "x") == most
 
 
-# --- one step at a time ---
-
-
-def test_steps_into_and_over_a_call(session: Session) -> None:
-    load(session, "a = 1", "CALL sub", "b = 2")
-    load(session, "c = 3", "d = 4", name="sub")
-    session.perform("PRIME main")
-    places = []
-    for word in ("SSTEP", "XSTEP", "XSTEP"):
-        session.perform(word)
-        assert session.task is not None
-        places.append((session.task.program, session.task.step))
-    assert places == [("main", 2), ("sub", 1), ("sub", 2)]
-    session.perform("PRIME main")
-    session.perform("NEXT")
-    session.perform("NEXT")
-    assert session.task is not None
-    assert (session.task.program, session.task.step, value(session, "d")) == ("main", 3, 4.0)
-    session.perform("PROCEED")
-    assert value(session, "b") == 2.0
-
-
-def test_a_breakpoint_stops_before_its_step(session: Session, terminal: RecordingTerminal) -> None:
-    load(session, "x = 1", "x = 2", "x = 3")
-    session.perform("BPT main, 2")
-    session.perform("EXECUTE main")
-    stopped = terminal.replies[-1]
-    assert isinstance(stopped, ProgramStopped)
-    assert (stopped.what, stopped.step, stopped.source, value(session, "x")) == ("(BREAKPOINT)", 2, "x = 2", 1.0)
-    session.perform("BPT main")
-    session.perform("PROCEED")
-    assert value(session, "x") == 3.0
-
-
-@pytest.mark.parametrize(("asked", "stops"), [(1, 3), (2, 3), (4, 5), (5, 5), (6, 7)])
-def test_a_breakpoint_on_a_step_that_does_nothing_is_one_on_the_next(
-    session: Session, terminal: RecordingTerminal, asked: int, stops: int
-) -> None:
-    load(session, "; first", "", "IF TRUE THEN", "; inside", "x = 1", "END", "y = 2", "; the end")
-    session.perform(f"BPT main, {asked}")
-    assert terminal.replies[-1] == Message(f"Breakpoint before step {stops} of main")
-    session.perform("EXECUTE main")
-    stopped = terminal.replies[-1]
-    assert isinstance(stopped, ProgramStopped)
-    assert (stopped.what, stopped.step) == ("(BREAKPOINT)", stops)
-    with pytest.raises(IllegalValue, match="nothing is done"):
-        session.perform("BPT main, 8")
-
-
-def test_a_watch_stops_when_its_value_changes(session: Session, terminal: RecordingTerminal) -> None:
-    load(session, "y = 1", "x = 5", "y = 2")
-    session.perform("x = 4")
-    session.perform("WATCH x")
-    session.perform("EXECUTE main")
-    stopped = terminal.replies[-1]
-    assert isinstance(stopped, ProgramStopped)
-    assert (stopped.what, stopped.step) == ("(WATCH) x is 5, was 4", 3)
-
-
-def test_trace_prints_each_step(session: Session, terminal: RecordingTerminal) -> None:
-    load(session, "x = 1", "y = 2")
-    session.perform("ENABLE TRACE")
-    session.perform("EXECUTE main")
-    assert terminal.typed == "main 1: x = 1\nmain 2: y = 2\n"
-
-
-# --- programs on a stack ---
-
-
-def test_a_program_on_the_stack_is_left_alone_until_kill(session: Session) -> None:
-    load(session, "PAUSE", "x = 1")
-    load(session, "x = 2", name="other")
-    session.execute("main")
-    for line in ("DELETEP main", "RENAME new = main"):
-        with pytest.raises(ProgramInterlocked, match="KILL"):
-            session.perform(line)
-    with pytest.raises(ProgramInterlocked):
-        load(session, "x = 3")
-    load(session, "x = 4", name="other")
-    session.perform("KILL")
-    load(session, "x = 3")
-    session.execute("main")
-    assert value(session, "x") == 3.0
-
-
-def test_tasks_that_are_busy_or_not_there(session: Session) -> None:
-    load(session, "WAIT SIG(1001)")
-    session.perform("PCEXECUTE main")
-    with pytest.raises(TaskActive):
-        session.perform("EXECUTE 1 main")
-    with pytest.raises(TaskActive):
-        session.perform("KILL 1")
-    session.perform("PCABORT")
-    session.perform("PCPROCEED")
-    with pytest.raises(TaskNotActive):
-        session.perform("PCPROCEED")
-
-
-def test_another_task_that_fails_is_told_and_does_not_stop_the_first(session: Session) -> None:
-    load(session, "WAIT.EVENT , 1", "x = 1")
-    load(session, "WAIT.EVENT , 0.5", "y = nothing", name="other")
-    session.start(3, "other")
-    result = session.execute("main")
-    assert (result.outcome, value(session, "x")) == (Outcome.COMPLETED, 1.0)
-    assert [(one.number, one.fault.program, one.fault.step) for one in result.beside] == [(3, "other", 2)]
-
-
 @pytest.mark.parametrize("step", ["MOVE TRANS(0, 5000, 0)", "DETACH (5)", "x = SQRT(-1)"])
 @pytest.mark.parametrize("bounds", [Bounds(max_steps=300), Bounds(max_time=0.05)])
 def test_a_step_that_is_mended_in_vain_for_ever_is_stopped(session: Session, step: str, bounds: Bounds) -> None:
@@ -305,49 +171,3 @@ def test_a_step_that_is_mended_in_vain_for_ever_is_stopped(session: Session, ste
     assert result.outcome is Outcome.FAILED
     assert result.fault is not None
     assert result.fault.code == TimeExhausted.code
-
-
-OWN = """
-.PROGRAM main()
-    x = 1
-    CALL inner(x)
-.END
-.PROGRAM inner(given)
-    AUTO x, row[]
-    x = 5
-    row[2] = 8
-    PAUSE
-    x = 6
-    given = 2
-.END
-"""
-
-
-def test_the_variables_of_the_stopped_program_are_shown(session: Session, terminal: RecordingTerminal) -> None:
-    session.load_text(OWN)
-    session.perform("EXECUTE main")
-    session.perform("LISTR x, row, given, x+1, row[2]")
-    shown = terminal.replies[-1]
-    assert isinstance(shown, RealTable)
-    assert shown.rows == (
-        ("x (inner)", 5.0),
-        ("row[2] (inner)", 8.0),
-        ("given (inner)", 1.0),
-        ("x+1", 6.0),
-        ("row[2]", 8.0),
-    )
-    assert value(session, "x") == 1.0
-
-
-def test_a_watch_sees_the_variables_of_each_program(session: Session, terminal: RecordingTerminal) -> None:
-    session.load_text(OWN)
-    session.perform("x = 1")
-    session.perform("WATCH x")
-    session.perform("EXECUTE main")
-    stops = []
-    while isinstance(terminal.replies[-1], ProgramStopped):
-        stops.append((terminal.replies[-1].what, terminal.replies[-1].step))
-        session.perform("PROCEED")
-    assert stops[0] == ("(WATCH) x is undefined, was 1", 2)
-    assert ("(WATCH) x is 5, was undefined", 3) in stops
-    assert ("(WATCH) x is 6, was 5", 6) in stops

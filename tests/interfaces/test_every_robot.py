@@ -16,12 +16,13 @@ from vrs_cli.engine.position import position_at, positions_at
 from vrs_cli.errors import IllegalJoint, IllegalValue, NotAvailable, VrsError
 from vrs_cli.files.exports import EXPORTERS, export
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
-from vrs_cli.interfaces.driver import Outcome
 from vrs_cli.interfaces.jogging import Jogger
 from vrs_cli.interfaces.replies import LocationTable, Plot, Whereabouts
+from vrs_cli.interfaces.runs import Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.arm import arm_for
-from vrs_cli.kinematics.model import RobotModel, load_robot, robot_names
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import distance
 from vrs_cli.render.text import plain_text

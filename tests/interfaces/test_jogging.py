@@ -22,7 +22,7 @@ from vrs_cli.errors import (
 from vrs_cli.interfaces.jogging import AHEAD, AXES, Axis, Frame, Jogger, Panel, axis_of
 from vrs_cli.interfaces.replies import Message
 from vrs_cli.interfaces.session import Session
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
 from vrs_cli.language.diagnostics import LineRefused
 

@@ -9,7 +9,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, UsageError
 from vrs_cli.interfaces.plotting import SAMPLES, plotted, selected
 from vrs_cli.interfaces.replies import Plot
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import robot_for
 from vrs_cli.errors import ClockPaused, TooLate, UsageError, VrsError
 from vrs_cli.files.signal_file import parse_signals
-from vrs_cli.interfaces.driver import Outcome
 from vrs_cli.interfaces.replies import ClockReport, Message, Whereabouts
+from vrs_cli.interfaces.runs import Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.repl.toolbar import toolbar
 

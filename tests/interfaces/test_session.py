@@ -16,9 +16,9 @@ from vrs_cli.errors import (
     UsageError,
     VrsError,
 )
-from vrs_cli.interfaces.driver import Bounds, Outcome
+from vrs_cli.interfaces.runs import Bounds, Outcome
 from vrs_cli.interfaces.session import Session
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.diagnostics import LineRefused, Severity
 
 PLACES = """

@@ -11,7 +11,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import distance, from_oat
 
 MODEL = load_robot("puma560")

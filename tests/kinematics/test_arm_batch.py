@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.configuration import ALL, Configuration
-from vrs_cli.kinematics.model import Link, load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat
 from vrs_cli.kinematics.transform_batch import stack, unstack
 

@@ -9,7 +9,7 @@ import pytest
 
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.configuration import ALL, Arm, Configuration, Elbow, Wrist
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 
 ARM = arm_for(load_robot("puma560"))
 

@@ -9,9 +9,11 @@ from math import cos, pi, radians, sin
 import pytest
 
 from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.configuration import ALL
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import Link, RobotModel, load_robot
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, angle_between, compose, distance, rotation_y, translation
 
 PUMA = load_robot("puma560")

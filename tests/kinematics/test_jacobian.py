@@ -10,9 +10,10 @@ import pytest
 
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import Link, load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, from_oat, rotation_error
 
 PUMA = load_robot("puma560")

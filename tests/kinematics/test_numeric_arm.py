@@ -12,7 +12,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.elimination import determinant, solve
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import compose, translation
 from vrs_cli.trajectory.segment import CartesianPath

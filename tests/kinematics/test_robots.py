@@ -11,7 +11,8 @@ import pytest
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, LocationTooClose, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.configuration import ALL, SIDES, Arm, Elbow, Wrist
-from vrs_cli.kinematics.model import ROBOTS, from_dict, load_robot, robot_names, to_dict
+from vrs_cli.kinematics.model_data import from_dict, to_dict
+from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform, angle_between, from_oat, to_oat, translation
 

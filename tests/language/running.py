@@ -12,8 +12,9 @@ from vrs_cli.language.analyzer import analyze
 from vrs_cli.language.ast import Program
 from vrs_cli.language.effects import CycleBegins, Prompt, Type, Wait
 from vrs_cli.language.environment import Environment
+from vrs_cli.language.events import Completed, Event, Failed, Halted, Paused
 from vrs_cli.language.parser import parse_file
-from vrs_cli.language.runtime import Completed, Event, Failed, Halted, Paused, Task
+from vrs_cli.language.runtime import Task
 
 TICK = 0.028
 POSE = translation(0.5, 0.1, -0.2)

@@ -40,7 +40,8 @@ from vrs_cli.language.collector import collector_paused
 from vrs_cli.language.compiler import compile_program
 from vrs_cli.language.diagnostics import error
 from vrs_cli.language.environment import Environment
-from vrs_cli.language.runtime import Budget, Completed, Failed, Task
+from vrs_cli.language.events import Budget, Completed, Failed
+from vrs_cli.language.runtime import Task
 from vrs_cli.language.values import LIMIT, integer
 
 NOWHERE = Span(1, 1, 1)

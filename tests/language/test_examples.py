@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.interfaces.driver import Bounds, Outcome
+from vrs_cli.interfaces.runs import Bounds, Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language import ast
 from vrs_cli.language.diagnostics import LineRefused, Severity

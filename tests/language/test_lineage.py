@@ -6,7 +6,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import NotAvailable, ProgramNotExecutable
-from vrs_cli.interfaces.driver import Outcome
+from vrs_cli.interfaces.runs import Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language.diagnostics import LineRefused, Severity
 from vrs_cli.language.functions import FUNCTIONS

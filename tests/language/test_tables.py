@@ -9,13 +9,13 @@ import pytest
 from vrs_cli.language import ast
 from vrs_cli.language.analyzer import check_line
 from vrs_cli.language.diagnostics import LineRefused, Severity
-from vrs_cli.language.effects import HANDLERS
 from vrs_cli.language.functions import FUNCTIONS
 from vrs_cli.language.instructions import CONTROL, DECLARATIONS, INSTRUCTIONS
 from vrs_cli.language.lineage import IN_VAL2
 from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.operators import LINKS, OPERATORS
 from vrs_cli.language.parser import parse_prompt, parse_step
+from vrs_cli.language.semantics.table import HANDLERS
 from vrs_cli.language.words import RAW_SHAPES, Shape, State, Word
 
 ELSEWHERE = {

@@ -36,7 +36,7 @@ from vrs_cli.engine.commands import (
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import MotionError, UsageError
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, from_oat, rotation_z, translation
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.timeline import Timeline

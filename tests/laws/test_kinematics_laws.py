@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.configuration import ALL
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform_batch import from_oat_batch, to_oat_batch
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,8 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import segment_joints
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.joints import largest_change
-from vrs_cli.kinematics.model import RobotModel, load_robot, robot_names
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import Transform, angle_between, compose, distance
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"

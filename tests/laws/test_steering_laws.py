@@ -23,7 +23,8 @@ from vrs_cli.interfaces.jogging import AXES, Jogger, Panel, moved
 from vrs_cli.interfaces.session import Session
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel, load_robot
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat, translation
 from vrs_cli.trajectory.steered import Target
 

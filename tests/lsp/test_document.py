@@ -8,7 +8,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.session import Session
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.lsp.document import Document
 from vrs_cli.lsp.occurrences import SymbolKind
 

@@ -19,7 +19,7 @@ import pytest
 from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import keeps_limits
 from vrs_cli.files.signal_file import parse_signals
-from vrs_cli.interfaces.driver import Bounds, Outcome
+from vrs_cli.interfaces.runs import Bounds, Outcome
 from vrs_cli.interfaces.session import Session
 
 CONFORMANCE = Path(__file__).parent / "conformance"

@@ -8,9 +8,10 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.position import position_at
-from vrs_cli.interfaces.driver import Outcome
+from vrs_cli.interfaces.runs import Outcome
 from vrs_cli.interfaces.session import Session
-from vrs_cli.kinematics.model import RobotModel, load_robot
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
 SAMPLES = sorted(PROGRAMS.glob("*.v2"))

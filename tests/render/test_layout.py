@@ -14,10 +14,10 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import Position
 from vrs_cli.interfaces import replies
-from vrs_cli.interfaces.monitor import MONITOR
+from vrs_cli.interfaces.monitor.table import MONITOR
 from vrs_cli.interfaces.replies import Reply
 from vrs_cli.interfaces.session import Session
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.render.layout import LAYOUTS
 from vrs_cli.render.text import plain_text

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrs_cli.interfaces.driver import Bounds
+from vrs_cli.interfaces.runs import Bounds
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.monitor import COMMANDS

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from vrs_cli.interfaces.driver import Outcome
+from vrs_cli.interfaces.runs import Outcome
 from vrs_cli.interfaces.session import Session
-from vrs_cli.kinematics.model import load_robot
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.repl import shell
 from vrs_cli.repl.plain import run
 from vrs_cli.repl.terminal import PlainTerminal

@@ -38,7 +38,7 @@ class Finding:
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Print all diagnostics of all files."""
     from vrs_cli.interfaces.inspection import inspect
-    from vrs_cli.kinematics.model import load_robot
+    from vrs_cli.kinematics.robot_file import load_robot
 
     options = _parser(prog).parse(arguments)
     model = load_robot(options.robot)

@@ -23,7 +23,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     options = _parser(prog).parse(arguments)
     if find_spec("pygls") is None:
         raise CommandLineError("the language server needs pygls, which is not installed", INSTALL)
-    from vrs_cli.kinematics.model import load_robot
+    from vrs_cli.kinematics.robot_file import load_robot
     from vrs_cli.lsp.server import server
 
     output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # pygls closes what it writes to

@@ -10,9 +10,9 @@ from vrs_cli.trajectory.instant import shown
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
-    from vrs_cli.interfaces.driver import RunResult
+    from vrs_cli.interfaces.runs import RunResult
     from vrs_cli.language.diagnostics import Diagnostic
-    from vrs_cli.language.runtime import ProgramFault
+    from vrs_cli.language.events import ProgramFault
 
 Object = dict[str, Any]
 

@@ -19,7 +19,7 @@ from vrs_cli.errors import FileError, UndefinedName
 if TYPE_CHECKING:
     from vrs_cli.cli.batch import BatchTerminal
     from vrs_cli.cli.reports import Object
-    from vrs_cli.interfaces.driver import Bounds, RunResult
+    from vrs_cli.interfaces.runs import Bounds, RunResult
     from vrs_cli.interfaces.session import Session
     from vrs_cli.language.diagnostics import Diagnostic
 
@@ -125,7 +125,7 @@ class _Batch:
 
     def _session(self, terminal: BatchTerminal) -> Session:
         from vrs_cli.interfaces.session import Session
-        from vrs_cli.kinematics.model import load_robot
+        from vrs_cli.kinematics.robot_file import load_robot
 
         model = load_robot(self.options.robot)
         session = Session(terminal, model, clock=clock_of(self.options.realtime), bounds=self._bounds())
@@ -136,7 +136,7 @@ class _Batch:
         return session
 
     def _bounds(self) -> Bounds:
-        from vrs_cli.interfaces.driver import LONGEST, Bounds
+        from vrs_cli.interfaces.runs import LONGEST, Bounds
 
         most = self.options.max_time
         return Bounds(LONGEST if most is None else most, self.options.max_steps)

@@ -139,7 +139,7 @@ class _Run:
         from vrs_cli.engine.engine import Engine
         from vrs_cli.files.target_file import read_targets
         from vrs_cli.interfaces.steering import Steering
-        from vrs_cli.kinematics.model import load_robot
+        from vrs_cli.kinematics.robot_file import load_robot
 
         options = self.options
         model = load_robot(options.robot)

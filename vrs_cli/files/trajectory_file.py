@@ -32,7 +32,8 @@ from vrs_cli.files.records import (
     segment_records,
     segments_of,
 )
-from vrs_cli.kinematics.model import RobotModel, from_dict, to_dict
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.language.collector import collector_paused
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import Motion

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 from vrs_cli.errors import VrsError
 from vrs_cli.language.environment import key_of
-from vrs_cli.language.runtime import Budget, Event, Task
+from vrs_cli.language.events import Budget, Event
+from vrs_cli.language.runtime import Task
 from vrs_cli.language.values import Value
 
 

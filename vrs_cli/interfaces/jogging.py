@@ -101,7 +101,7 @@ class JogTerminal(Protocol):
 
 def jog(session: Session, it: Instruction) -> Iterator[Reply]:
     """JOG axis, amount; or with the keys. Raises UsageError, IllegalValue, RobotNotAttached, MotionError."""
-    session.driver.check_robot_free()
+    session.driver.tasks.check_robot_free()
     jogger = Jogger(session)
     if it.arguments:
         axis, amount = _asked(session, it)

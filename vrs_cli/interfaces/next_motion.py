@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import Parameters
 from vrs_cli.engine.targets import unmet
-from vrs_cli.language.effects import MODE_WORDS
+from vrs_cli.language.semantics.settings import MODE_WORDS
 from vrs_cli.language.values import plain
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
     from pathlib import Path
 
     from vrs_cli.engine.comparison import Comparison
@@ -447,3 +448,15 @@ def is_error(reply: Reply) -> bool:
 
         return any(item.diagnostic.severity is Severity.ERROR for item in reply.items)
     return getattr(reply, "tone", None) is Tone.ERROR
+
+
+def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:
+    """Findings in a text with their lines, in order."""
+    lines = ["", *text.split("\n")]
+    ordered = sorted(diagnostics, key=lambda one: (one.span.line, one.span.column))
+    return DiagnosticsReport(tuple(Diagnosed(one, _line(lines, one.span.line), path) for one in ordered))
+
+
+def _line(lines: Sequence[str], number: int) -> str:
+    """A line, counted from 1; empty behind the end."""
+    return lines[number] if number < len(lines) else ""

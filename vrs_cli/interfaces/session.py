@@ -22,27 +22,20 @@ from vrs_cli.errors import (
 )
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.debugging import Stepping
-from vrs_cli.interfaces.driver import (
-    A_DAY,
-    PROMPT_LINE,
-    ROBOT_PROGRAM,
-    Beside,
-    Bounds,
-    Console,
-    Driver,
-    Outcome,
-    RunResult,
-    Track,
-)
+from vrs_cli.interfaces.driver import Driver
 from vrs_cli.interfaces.readings import Readings
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, ProgramStopped, Reply, Tone
+from vrs_cli.interfaces.runs import A_DAY, Beside, Bounds, Console, Outcome, RunResult
+from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Track
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel, load_robot
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.ast import BadLine, DoInstruction, File, Instruction, Program, ProgramHeader, Section, Statement
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity, error
 from vrs_cli.language.effects import CYCLE_SETTINGS
 from vrs_cli.language.environment import Environment, Reference, StoredProgram
-from vrs_cli.language.runtime import Task, statement_task
+from vrs_cli.language.prompt import statement_task
+from vrs_cli.language.runtime import Task
 from vrs_cli.language.values import Value
 
 if TYPE_CHECKING:
@@ -166,7 +159,7 @@ class Session:
 
     def check_free(self, program: str) -> None:
         """Raises ProgramInterlocked for a program on the stack of a task, which cannot be changed."""
-        track = self.driver.uses(program)
+        track = self.driver.tasks.uses(program)
         if track is not None:
             number = "" if track.number == ROBOT_PROGRAM else f" {track.number}"
             clears = f"ABORT{number}, then KILL{number}" if track.running else f"KILL{number}"
@@ -191,8 +184,8 @@ class Session:
         task = self._prepared(program, arguments, cycles, step)
         self._nothing_runs()
         self._clock_runs()
-        self.driver.tasks.pop(ROBOT_PROGRAM, None)
-        return self._run(self.driver.start(ROBOT_PROGRAM, task), bounds or self.bounds, progress)
+        self.driver.tasks.forget(ROBOT_PROGRAM)
+        return self._run(self.driver.tasks.start(ROBOT_PROGRAM, task), bounds or self.bounds, progress)
 
     def _run(self, track: Track, bounds: Bounds, progress: Callable[[float], None] | None) -> RunResult:
         """SPEED and the like of a program end with it: the prompt has what every program starts with."""
@@ -212,8 +205,8 @@ class Session:
         """Get a program ready: `proceed` and `step` begin it. Raises as `execute` does."""
         task = self._prepared(program, arguments, cycles, step)
         self._nothing_runs()
-        self.driver.tasks.pop(ROBOT_PROGRAM, None)
-        return self.driver.prime(ROBOT_PROGRAM, task)
+        self.driver.tasks.forget(ROBOT_PROGRAM)
+        return self.driver.tasks.prime(ROBOT_PROGRAM, task)
 
     def start(
         self,
@@ -225,7 +218,7 @@ class Session:
     ) -> None:
         """Start a task that runs whenever time goes on. Raises TaskActive, and as `execute` does."""
         stored = self._executable(program)
-        self.driver.start(number, Task(self.environment, self.robot, stored.name, arguments, cycles, step))
+        self.driver.tasks.start(number, Task(self.environment, self.robot, stored.name, arguments, cycles, step))
         self.settle()
 
     def _prepared(
@@ -276,7 +269,7 @@ class Session:
         self._nothing_runs()
         self._clock_runs()
         try:
-            track = self.driver.proceed(ROBOT_PROGRAM, retry=retry)
+            track = self.driver.tasks.proceed(ROBOT_PROGRAM, retry=retry)
         except TaskNotActive:
             raise NoProgramSpecified("no program was stopped", "EXECUTE name starts one") from None
         track.stepping = stepping
@@ -380,7 +373,7 @@ class Session:
 
     def carry_out(self, statement: Statement) -> Iterator[Reply]:
         """A monitor command by its handler, everything else as DO."""
-        from vrs_cli.interfaces.monitor import MONITOR
+        from vrs_cli.interfaces.monitor.table import MONITOR
 
         if isinstance(statement, Instruction) and statement.word in MONITOR:
             yield from MONITOR[statement.word](self, statement)
@@ -398,11 +391,11 @@ class Session:
         self.last_statement = statement
         task = statement_task(self.environment, self.robot, statement)
         self._nothing_runs()
-        track = self.driver.start(PROMPT_LINE, task)
+        track = self.driver.tasks.start(PROMPT_LINE, task)
         try:
             result = self.watched(lambda progress: self.driver.run(track, self.bounds, progress))
         finally:
-            del self.driver.tasks[PROMPT_LINE]
+            self.driver.tasks.forget(PROMPT_LINE)
         self.settle()
         self._tell(result.beside)
         if result.outcome is Outcome.ABORTED:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
 
 from vrs_cli import __version__
 from vrs_cli.errors import IllegalValue
-from vrs_cli.language.environment import key_of
+from vrs_cli.interfaces.devices import Devices
+from vrs_cli.interfaces.tasks import Tasks
+from vrs_cli.language.environment import Environment, key_of
+from vrs_cli.language.events import TaskState
 from vrs_cli.language.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
-from vrs_cli.language.runtime import TaskState
-
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.driver import Driver
 
 RUN_STATES = {
     TaskState.RUNNING: EXECUTING,
@@ -26,35 +24,35 @@ NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  #
 
 
 class SystemReadings:
-    """`language.environment.System` for a driver."""
+    """`language.environment.System` for the tasks of a robot."""
 
-    def __init__(self, driver: Driver) -> None:
-        self.driver = driver
+    def __init__(self, robot: str, environment: Environment, tasks: Tasks, devices: Devices) -> None:
+        self._robot, self._environment, self._tasks, self._devices = robot, environment, tasks, devices
 
     def task(self) -> int:
-        return self.driver.current
+        return self._tasks.current
 
     def priority(self) -> int:
-        track = self.driver.tasks.get(self.driver.current)
+        track = self._tasks.get(self._tasks.current)
         return 0 if track is None else track.task.reactions.priority
 
     def run_state(self, task: int) -> int:
-        track = self.driver.tasks.get(task)
+        track = self._tasks.get(task)
         return IDLE if track is None else RUN_STATES[track.task.state]
 
     def program_status(self, name: str) -> int:
-        stored = self.driver.environment.programs.get(key_of(name.strip()))
+        stored = self._environment.programs.get(key_of(name.strip()))
         if stored is None:
             return NOT_IN_MEMORY
         if not stored.analysis.executable:
             return NOT_EXECUTABLE
-        track = self.driver.uses(stored.name)
+        track = self._tasks.uses(stored.name)
         if track is None:
             return NOT_EXECUTING
         return RUNS if track.running else STOPPED
 
     def identity(self, component: int) -> float:
-        digits = re.search(r"\d+", self.driver.engine.model.name)
+        digits = re.search(r"\d+", self._robot)
         major, minor, *_ = __version__.split(".")
         parts = {1: float(digits[0]) if digits else 0.0, 2: 0.0, 3: float(major) + float(minor) / 100.0}
         if component not in parts:
@@ -62,10 +60,10 @@ class SystemReadings:
         return parts[component]
 
     def unit_status(self, unit: int) -> int:
-        return self.driver.devices.status(self.driver.current, unit)
+        return self._devices.status(self._tasks.current, unit)
 
     def record_length(self, unit: int) -> int:
-        return self.driver.devices.length(self.driver.current, unit)
+        return self._devices.length(self._tasks.current, unit)
 
     def character(self, unit: int, wait: bool) -> int:
-        return self.driver.devices.character(self.driver.current, unit, wait)
+        return self._devices.character(self._tasks.current, unit, wait)

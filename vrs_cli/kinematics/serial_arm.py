@@ -11,26 +11,13 @@ from functools import cached_property
 from math import acos, degrees, dist
 from typing import TYPE_CHECKING, NamedTuple, cast
 
-from vrs_cli.errors import (
-    IllegalValue,
-    JointOutOfRange,
-    LocationOutOfRange,
-    LocationTooFar,
-    StraightLineSingular,
-)
+from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, LocationTooFar, StraightLineSingular
 from vrs_cli.kinematics.axes import along, axis_of, cross, dot, from_to
 from vrs_cli.kinematics.compiled import Formulas, formulas
 from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.elimination import solve
 from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, bias_of
-from vrs_cli.kinematics.joints import (
-    LIMIT_TOLERANCE,
-    JointKind,
-    Joints,
-    joints_outside,
-    nearest_turn,
-    turn_within,
-)
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, JointKind, Joints, joints_outside, nearest_turn, turn_within
 from vrs_cli.kinematics.model import SAMPLES, RobotModel, joint_axes, link_frames
 from vrs_cli.kinematics.task import ALL_PARTS
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, position, to_oat

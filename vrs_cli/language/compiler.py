@@ -33,7 +33,7 @@ from vrs_cli.language.analyzer import Analysis
 from vrs_cli.language.ast import Kind
 from vrs_cli.language.channels import channel, signals_on
 from vrs_cli.language.collector import collector_paused
-from vrs_cli.language.effects import HANDLERS, Definable, Yielded
+from vrs_cli.language.effects import Yielded
 from vrs_cli.language.environment import Context, Reference
 from vrs_cli.language.expressions import CELLS, Array, Expressions, Place
 from vrs_cli.language.instructions import INSTRUCTIONS
@@ -51,7 +51,9 @@ from vrs_cli.language.lowering import (
     Perform,
     lower,
 )
+from vrs_cli.language.operands import Definable
 from vrs_cli.language.printer import statement_text
+from vrs_cli.language.semantics.table import HANDLERS
 from vrs_cli.language.support import UNSET, overflow
 from vrs_cli.language.values import LIMIT, Value
 from vrs_cli.language.words import Argument, Shape

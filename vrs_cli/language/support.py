@@ -9,8 +9,9 @@ from vrs_cli.engine.commands import Break
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, UndefinedValue
 from vrs_cli.kinematics.transform import compose
 from vrs_cli.language.ast import Kind
-from vrs_cli.language.effects import CallProgram, Definable, Operands, Return, Wait, stamp_of
+from vrs_cli.language.effects import CallProgram, Return, Wait
 from vrs_cli.language.environment import NO_CELLS, Cells, Context, Reference
+from vrs_cli.language.operands import Definable, Operands, stamp_of
 from vrs_cli.language.operations import modulo, power
 from vrs_cli.language.values import Value, integer, kind_of_value, storable, whole, within_range, wrapped
 

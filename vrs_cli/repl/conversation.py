@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import ProgramExists, VrsError
-from vrs_cli.interfaces.monitor import load, may_replace, report
-from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone
+from vrs_cli.interfaces.monitor.consent import may_replace
+from vrs_cli.interfaces.monitor.files import load
+from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone, report
 from vrs_cli.interfaces.session import Dialogue
 from vrs_cli.repl.entry import Entry, closes_entry, opens_entry
 from vrs_cli.repl.mishap import internal_error

@@ -62,7 +62,7 @@ class Workplace:
         clock: Clock | None = None,
     ) -> None:
         from vrs_cli.interfaces.session import Session
-        from vrs_cli.kinematics.model import load_robot
+        from vrs_cli.kinematics.robot_file import load_robot
         from vrs_cli.language import parser
         from vrs_cli.render.console import TerminalRenderer
         from vrs_cli.repl import names, validate  # noqa: F401 (the first key must not wait for them)

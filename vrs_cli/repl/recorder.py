@@ -7,7 +7,7 @@ from pathlib import Path
 from vrs_cli.files.atomic import check_writable
 from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.trajectory_file import Recording, read_trajectory
-from vrs_cli.interfaces.monitor import TORN
+from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.replies import Message
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.model import RobotModel

@@ -42,6 +42,6 @@ def _recorder(path: str | None) -> Recorder | None:
 
 def load(robot: str | None) -> RobotModel:
     """The robot of that name or file, or the usual one."""
-    from vrs_cli.kinematics.model import load_robot
+    from vrs_cli.kinematics.robot_file import load_robot
 
     return load_robot(robot or DEFAULT_ROBOT)

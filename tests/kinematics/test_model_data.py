@@ -1,46 +1,22 @@
-"""Robot files: the PUMA's figures, plain data and back, and what is said of every kind of damage."""
+"""The robot model as plain data: there and back, and what is said of every kind of damage."""
 
 from __future__ import annotations
 
 import json
 import re
-from dataclasses import replace
-from math import degrees, pi, radians
+from math import pi
 from pathlib import Path
 
 import pytest
 
-from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
+from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.arm import arm_for
-from vrs_cli.kinematics.configuration import ALL, NONE
-from vrs_cli.kinematics.model import ROBOTS, Link, from_dict, load_robot, robot_names, to_dict
+from vrs_cli.kinematics.model_data import from_dict, to_dict
+from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.transform import compose, rotation_z, translation
 
 PUMA = load_robot("puma560")
 TEXT = (ROBOTS / "puma560.toml").read_text(encoding="utf-8")
-
-
-def test_the_puma_is_built_in() -> None:
-    assert "puma560" in robot_names()
-    assert load_robot("PUMA560") is PUMA
-    assert load_robot(ROBOTS / "puma560.toml") == PUMA
-    assert PUMA.joint_count == 6
-    assert PUMA.links[1] == Link(0.4318, 0.14909, 0.0)
-    assert [round(degrees(a)) for a in PUMA.lower] == [-160, -225, -45, -110, -100, -266]
-    assert [round(degrees(a)) for a in PUMA.upper] == [160, 45, 225, 170, 100, 266]
-    assert PUMA.poses["ready"] == tuple(map(radians, (0, -90, 90, 0, 0, 0)))
-    assert PUMA.linear_speed == 0.5
-    assert all(
-        a == pytest.approx(v / 0.3, rel=2e-3) for v, a in zip(PUMA.max_velocity, PUMA.max_acceleration, strict=True)
-    )
-
-
-def test_nest_is_folded_and_keeps_the_configuration_of_ready() -> None:
-    arm = arm_for(PUMA)
-    assert arm.configuration(PUMA.poses["nest"]) == arm.configuration(PUMA.poses["ready"])
-    T = arm.forward(PUMA.poses["nest"])
-    assert T.az == pytest.approx(-1.0)
-    assert T.pz < -0.4
 
 
 def test_plain_data_gives_every_bit_back() -> None:
@@ -48,25 +24,6 @@ def test_plain_data_gives_every_bit_back() -> None:
     assert from_dict(data) == PUMA
     assert to_dict(from_dict(data)) == data
     assert hash(from_dict(data)) == hash(PUMA)
-
-
-def test_models_that_differ_have_different_arms() -> None:
-    assert arm_for(PUMA) is arm_for(from_dict(to_dict(PUMA)))
-    assert arm_for(replace(PUMA, upper=(1.0,) * 6)) is not arm_for(PUMA)
-
-
-def test_a_wrist_that_is_not_spherical_is_solved_by_numbers() -> None:
-    crooked = arm_for(replace(PUMA, links=(*PUMA.links[:4], Link(0.1, 0.0, pi / 2), PUMA.links[5])))
-    assert crooked.ways == (NONE,)
-    q = (0.1, -1.0, 1.2, 0.3, 0.5, -0.2)
-    assert crooked.select(crooked.forward(q), (0.0, -1.1, 1.3, 0.2, 0.6, 0.0)) == pytest.approx(q, abs=1e-8)
-
-
-def test_a_flange_beside_the_last_axis_is_still_a_spherical_wrist() -> None:
-    beside = arm_for(replace(PUMA, links=(*PUMA.links[:5], Link(0.1, 0.05625, 0.0))))
-    assert beside.ways == ALL
-    q = (0.1, -1.0, 1.2, 0.3, 0.5, -0.2)
-    assert beside.inverse_branch(beside.forward(q), beside.configuration(q), q) == pytest.approx(q, abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -152,31 +109,12 @@ def test_damage_in_plain_data_is_said_in_metres() -> None:
         from_dict(17)
 
 
-def test_files_that_are_not_there_or_not_readable(tmp_path: Path) -> None:
-    with pytest.raises(NonexistentFile, match=r"no robot is called 'puma' \(there is .*puma560.*; or .*\.toml"):
-        load_robot("puma")
-    with pytest.raises(NonexistentFile, match=r"none\.toml"):
-        load_robot(tmp_path / "none.toml")
-    (tmp_path / "folder.toml").mkdir()
-    with pytest.raises(FileError, match=r"folder\.toml"):
-        load_robot(tmp_path / "folder.toml")
-    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(FileDamaged, match="UTF-8"):
-        load_robot(tmp_path / "bytes.toml")
-
-
 @pytest.mark.parametrize("value", ["1e9", "inf"])
 def test_a_figure_beyond_every_robot_is_called_too_large(tmp_path: Path, value: str) -> None:
     file = tmp_path / "mine.toml"
     file.write_text(TEXT.replace("max_velocity = 82.0", f"max_velocity = {value}", 1), encoding="utf-8")
     with pytest.raises(FileDamaged, match=r"joint 1: max_velocity: .* is too large \(give less than 1e\+09 deg/s\)"):
         load_robot(file)
-
-
-def test_links_without_a_closed_form_are_an_arm_all_the_same(tmp_path: Path) -> None:
-    path = tmp_path / "bent.toml"
-    path.write_text(TEXT.replace("alpha = 90.0", "alpha = 80.0"))
-    assert arm_for(load_robot(path)).method == "damped least squares within the limits"
 
 
 def test_a_robot_may_name_its_profile(tmp_path: Path) -> None:

@@ -1,0 +1,84 @@
+"""People at the prompt, what they are told, and programs for them."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.interfaces.session import Session
+from vrs_cli.language.ast import Kind
+from vrs_cli.language.values import numbers_of
+
+R = TypeVar("R")
+PART = "POINT part = TRANS(500,150,-100,90,90,0)"
+
+
+PROGRAMS = """\
+.PROGRAM main
+    CALL helper
+    CALL shared
+    x = 1
+.END
+.PROGRAM helper
+    y = x
+    MOVE only.here
+.END
+.PROGRAM shared
+    z = 1
+.END
+.PROGRAM other
+    CALL shared
+    z = x
+.END
+"""
+
+
+class Person(RecordingTerminal):
+    """Somebody at the terminal; None among the answers is Ctrl-C."""
+
+    def __init__(self, *changes: str | None, sure: bool = True) -> None:
+        super().__init__(sure=sure)
+        self.changes = list(changes)
+        self.progressed: list[float] = []
+        self.running = 0
+
+    def change(self, question: str) -> str | None:
+        self.asked.append(question)
+        return self.changes.pop(0)
+
+    def begin_progress(self) -> None:
+        self.running += 1
+
+    def progress(self, clock: float) -> None:
+        self.progressed.append(clock)
+
+    def end_progress(self) -> None:
+        self.running -= 1
+
+
+def at(terminal: RecordingTerminal, *lines: str) -> Session:
+    session = Session(terminal)
+    for line in lines:
+        session.perform(line)
+    return session
+
+
+def last(session: Session, kind: type[R]) -> R:
+    """The latest reply, which is of that kind."""
+    reply = session.terminal.replies[-1]  # type: ignore[attr-defined]
+    assert isinstance(reply, kind)
+    return reply
+
+
+def location(session: Session, name: str) -> list[float]:
+    values = {variable.name: variable.value for kind in Kind for variable in session.environment.variables(kind)}
+    value: Any = values[name]
+    return [round(number, 6) for number in numbers_of(value)]
+
+
+def loaded(terminal: RecordingTerminal) -> Session:
+    session = Session(terminal)
+    session.load_text(PROGRAMS)
+    for line in ("x = 1", "y = 2", "z = 3", "SET only.here = TRANS(1,2,3)"):
+        session.perform(line)
+    return session

@@ -1,0 +1,93 @@
+"""Files loaded and stored."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.interfaces.monitor.people import at, last, loaded
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.interfaces import replies
+from vrs_cli.language.ast import Kind
+
+
+def test_store_and_load_bring_everything_back(folder: Path) -> None:
+    session = loaded(RecordingTerminal())
+    session.perform('$name = "A-17"')
+    session.perform("STORE cell")
+    again = at(RecordingTerminal(), "LOAD cell")
+    assert list(again.environment.programs) == list(session.environment.programs)
+    assert again.environment.kinds() == session.environment.kinds()
+    assert (folder / "cell.v2").exists()
+
+
+@pytest.mark.parametrize(
+    ("line", "file", "sections"),
+    [
+        ("STOREP f", "f.pg", [".PROGRAM"] * 4),
+        ("STOREL f", "f.lc", [".LOCATIONS"]),
+        ("STORER f", "f.rv", [".REALS"]),
+        ("STORES f", "f.st", [".STRINGS"]),
+        ("STORE f.txt = shared", "f.txt", [".PROGRAM", ".REALS"]),
+    ],
+)
+def test_parts_have_their_extension(folder: Path, line: str, file: str, sections: list[str]) -> None:
+    session = loaded(RecordingTerminal())
+    session.perform('$name = "A-17"')
+    session.perform(line)
+    words = [text.split()[0] for text in (folder / file).read_text().splitlines() if text.startswith(".")]
+    assert [word for word in words if word != ".END"] == sections
+
+
+def test_load_keeps_programs_and_overwrites_variables(folder: Path) -> None:
+    (folder / "new.v2").write_text(".PROGRAM main\nTYPE 1\n.END\n.PROGRAM fresh\n.END\n.REALS\nx 77\n.END\n")
+    session = loaded(RecordingTerminal(sure=False))
+    kept = session.environment.programs["main"]
+    session.perform("LOAD new.v2")
+    assert session.environment.programs["main"] is kept
+    assert "fresh" in session.environment.programs
+    assert dict(session.environment.variables(Kind.REAL))["x"] == 77.0
+    texts = [reply.text for reply in session.terminal.replies]  # type: ignore[attr-defined]
+    assert texts[0].startswith("*Program already exists* main")
+    assert texts[1] == "new.v2 loaded: fresh; main stays as before"
+
+
+def test_a_trajectory_is_loaded_as_a_branch() -> None:
+    session = at(RecordingTerminal(), "READY", "SAVE 2-demo", "DRIVE 1, 60", "LOAD 2-demo.vrst")
+    assert session.branches.present == "t2.demo"
+    assert [record.text for record in session.engine.records()] == ["READY"]
+    assert session.prompt == "(t2.demo)."
+
+
+def test_a_file_that_is_read_long_is_seen_to_be() -> None:
+    class Watcher(RecordingTerminal):
+        def begin_progress(self) -> None:
+            self.asked.append("begin")
+
+        def reading(self, path: str, share: float) -> None:
+            self.asked.append(f"{path} {share > 0.0}")
+
+        def end_progress(self) -> None:
+            self.asked.append("end")
+
+    watcher = Watcher()
+    session = at(watcher, "READY", "SAVE demo", "REPLAY demo")
+    assert watcher.asked == ["begin", "demo.vrst True", "end"]
+    session.perform("LOAD demo.vrst")
+    assert watcher.asked[3:] == watcher.asked[:3]
+
+
+def test_save_and_replay() -> None:
+    session = at(
+        RecordingTerminal(),
+        "DO SPEED 50, 30 ALWAYS",
+        "DRIVE 1, 60",
+        "DRIVE 2, 10 AT 0.5",
+        "UNDO",
+        "SAVE demo",
+        "REPLAY demo",
+    )
+    replayed = last(session, replies.Replay)
+    assert replayed.timeline == session.engine.timeline
+    assert (replayed.path, replayed.changes, replayed.dropped_tail) == (Path("demo.vrst"), 3, False)

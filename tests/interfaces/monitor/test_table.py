@@ -1,0 +1,30 @@
+"""The table of monitor commands."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.interfaces.monitor.people import at, last
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.interfaces import replies
+from vrs_cli.interfaces.monitor.table import MONITOR
+from vrs_cli.language.monitor import COMMANDS
+from vrs_cli.language.words import State
+
+
+def test_every_supported_command_has_a_handler_and_no_other_has() -> None:
+    supported = {name for name, word in COMMANDS.items() if word.state is State.SUPPORTED}
+    assert set(MONITOR) == supported - {"DO"}  # DO is a statement of its own: Session carries it out
+
+
+@pytest.mark.parametrize("name", [name for name, word in COMMANDS.items() if word.state is not State.SUPPORTED])
+def test_other_commands_are_refused_by_name(name: str) -> None:
+    terminal = RecordingTerminal()
+    with pytest.raises(Exception, match=name.replace(".", r"\.")):
+        at(terminal, name)
+    assert terminal.replies == []
+
+
+@pytest.mark.parametrize("word", ["EXIT", "QUIT"])
+def test_leaving(word: str) -> None:
+    assert last(at(RecordingTerminal(), word), replies.Farewell) == replies.Farewell()

@@ -1,0 +1,48 @@
+"""The tasks of a robot: what is on a stack, who is busy, who failed."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.interfaces.programs import load, value
+from vrs_cli.errors import ProgramInterlocked, TaskActive, TaskNotActive
+from vrs_cli.interfaces.runs import Outcome
+from vrs_cli.interfaces.session import Session
+
+
+def test_a_program_on_the_stack_is_left_alone_until_kill(session: Session) -> None:
+    load(session, "PAUSE", "x = 1")
+    load(session, "x = 2", name="other")
+    session.execute("main")
+    for line in ("DELETEP main", "RENAME new = main"):
+        with pytest.raises(ProgramInterlocked, match="KILL"):
+            session.perform(line)
+    with pytest.raises(ProgramInterlocked):
+        load(session, "x = 3")
+    load(session, "x = 4", name="other")
+    session.perform("KILL")
+    load(session, "x = 3")
+    session.execute("main")
+    assert value(session, "x") == 3.0
+
+
+def test_tasks_that_are_busy_or_not_there(session: Session) -> None:
+    load(session, "WAIT SIG(1001)")
+    session.perform("PCEXECUTE main")
+    with pytest.raises(TaskActive):
+        session.perform("EXECUTE 1 main")
+    with pytest.raises(TaskActive):
+        session.perform("KILL 1")
+    session.perform("PCABORT")
+    session.perform("PCPROCEED")
+    with pytest.raises(TaskNotActive):
+        session.perform("PCPROCEED")
+
+
+def test_another_task_that_fails_is_told_and_does_not_stop_the_first(session: Session) -> None:
+    load(session, "WAIT.EVENT , 1", "x = 1")
+    load(session, "WAIT.EVENT , 0.5", "y = nothing", name="other")
+    session.start(3, "other")
+    result = session.execute("main")
+    assert (result.outcome, value(session, "x")) == (Outcome.COMPLETED, 1.0)
+    assert [(one.number, one.fault.program, one.fault.step) for one in result.beside] == [(3, "other", 2)]

@@ -1,0 +1,51 @@
+"""Which arm a robot model gets, and the poses of the PUMA."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+
+import pytest
+
+from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.axes import Link
+from vrs_cli.kinematics.configuration import ALL, NONE
+from vrs_cli.kinematics.model_data import from_dict, to_dict
+from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
+
+PUMA = load_robot("puma560")
+TEXT = (ROBOTS / "puma560.toml").read_text(encoding="utf-8")
+
+
+def test_nest_is_folded_and_keeps_the_configuration_of_ready() -> None:
+    arm = arm_for(PUMA)
+    assert arm.configuration(PUMA.poses["nest"]) == arm.configuration(PUMA.poses["ready"])
+    T = arm.forward(PUMA.poses["nest"])
+    assert T.az == pytest.approx(-1.0)
+    assert T.pz < -0.4
+
+
+def test_models_that_differ_have_different_arms() -> None:
+    assert arm_for(PUMA) is arm_for(from_dict(to_dict(PUMA)))
+    assert arm_for(replace(PUMA, upper=(1.0,) * 6)) is not arm_for(PUMA)
+
+
+def test_a_wrist_that_is_not_spherical_is_solved_by_numbers() -> None:
+    crooked = arm_for(replace(PUMA, links=(*PUMA.links[:4], Link(0.1, 0.0, pi / 2), PUMA.links[5])))
+    assert crooked.ways == (NONE,)
+    q = (0.1, -1.0, 1.2, 0.3, 0.5, -0.2)
+    assert crooked.select(crooked.forward(q), (0.0, -1.1, 1.3, 0.2, 0.6, 0.0)) == pytest.approx(q, abs=1e-8)
+
+
+def test_a_flange_beside_the_last_axis_is_still_a_spherical_wrist() -> None:
+    beside = arm_for(replace(PUMA, links=(*PUMA.links[:5], Link(0.1, 0.05625, 0.0))))
+    assert beside.ways == ALL
+    q = (0.1, -1.0, 1.2, 0.3, 0.5, -0.2)
+    assert beside.inverse_branch(beside.forward(q), beside.configuration(q), q) == pytest.approx(q, abs=1e-12)
+
+
+def test_links_without_a_closed_form_are_an_arm_all_the_same(tmp_path: Path) -> None:
+    path = tmp_path / "bent.toml"
+    path.write_text(TEXT.replace("alpha = 90.0", "alpha = 80.0"))
+    assert arm_for(load_robot(path)).method == "damped least squares within the limits"

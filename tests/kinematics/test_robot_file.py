@@ -1,0 +1,42 @@
+"""Robots that are built in, and files."""
+
+from __future__ import annotations
+
+from math import degrees, radians
+from pathlib import Path
+
+import pytest
+
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
+from vrs_cli.kinematics.axes import Link
+from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
+
+PUMA = load_robot("puma560")
+
+
+def test_the_puma_is_built_in() -> None:
+    assert "puma560" in robot_names()
+    assert load_robot("PUMA560") is PUMA
+    assert load_robot(ROBOTS / "puma560.toml") == PUMA
+    assert PUMA.joint_count == 6
+    assert PUMA.links[1] == Link(0.4318, 0.14909, 0.0)
+    assert [round(degrees(a)) for a in PUMA.lower] == [-160, -225, -45, -110, -100, -266]
+    assert [round(degrees(a)) for a in PUMA.upper] == [160, 45, 225, 170, 100, 266]
+    assert PUMA.poses["ready"] == tuple(map(radians, (0, -90, 90, 0, 0, 0)))
+    assert PUMA.linear_speed == 0.5
+    assert all(
+        a == pytest.approx(v / 0.3, rel=2e-3) for v, a in zip(PUMA.max_velocity, PUMA.max_acceleration, strict=True)
+    )
+
+
+def test_files_that_are_not_there_or_not_readable(tmp_path: Path) -> None:
+    with pytest.raises(NonexistentFile, match=r"no robot is called 'puma' \(there is .*puma560.*; or .*\.toml"):
+        load_robot("puma")
+    with pytest.raises(NonexistentFile, match=r"none\.toml"):
+        load_robot(tmp_path / "none.toml")
+    (tmp_path / "folder.toml").mkdir()
+    with pytest.raises(FileError, match=r"folder\.toml"):
+        load_robot(tmp_path / "folder.toml")
+    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(FileDamaged, match="UTF-8"):
+        load_robot(tmp_path / "bytes.toml")

@@ -1,0 +1,42 @@
+"""What is asked before something is lost: a program, a variable, a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vrs_cli.errors import FileError, FileExists
+from vrs_cli.interfaces.replies import Message, Tone
+from vrs_cli.interfaces.session import Dialogue
+from vrs_cli.language.environment import key_of
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session import Session
+
+
+def refusal(session: Session, question: str) -> Message | None:
+    """None where the user agrees, or has said DISABLE INTERACTIVE; otherwise what is said of it."""
+    if not session.engine.parameters.switch("INTERACTIVE"):
+        return None
+    if session.terminal.confirm(f"{question} Are you sure (Y/N)?"):
+        return None
+    if isinstance(session.terminal, Dialogue):
+        return Message("Nothing is deleted")
+    return Message("*Not confirmed* nothing is deleted (DISABLE INTERACTIVE deletes without a question)", Tone.ERROR)
+
+
+def may_replace(session: Session, program: str) -> bool:
+    """Whether a program of that name may be put in memory: none is there, or the user lets it go."""
+    if key_of(program) in session.environment.programs and session.engine.parameters.switch("INTERACTIVE"):
+        return session.terminal.confirm(f"Program {program} exists. Replace it (Y/N)?")
+    return True
+
+
+def may_write(session: Session, path: Path) -> None:
+    """Raises FileExists where the user does not want a file overwritten, or nobody can be asked, FileError for the
+    journal of this session."""
+    if session.journal is not None and path.exists() and session.journal.exists() and path.samefile(session.journal):
+        raise FileError(f"{path} holds all of this session already, and is being written", "name another file")
+    if path.exists() and session.engine.parameters.switch("INTERACTIVE"):  # noqa: SIM102
+        if not session.terminal.confirm(f"{path} exists. Overwrite it (Y/N)?"):
+            raise FileExists(str(path), "answer Y or name another file; DISABLE INTERACTIVE overwrites")

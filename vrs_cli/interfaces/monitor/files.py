@@ -1,0 +1,243 @@
+"""Files: programs and variables loaded and stored, trajectories saved, and the folder they are in."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+from vrs_cli.errors import ProgramExists, UsageError
+from vrs_cli.interfaces.monitor.consent import may_replace, may_write, refusal
+from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
+from vrs_cli.interfaces.operands import Handler, operand, path_of, word
+from vrs_cli.interfaces.replies import FileRow, FileTable, FileText, Message, Replay, Reply, Tone, report
+from vrs_cli.interfaces.session import Dialogue
+from vrs_cli.language.ast import Instruction
+from vrs_cli.language.environment import StoredProgram
+
+if TYPE_CHECKING:
+    from vrs_cli.files.store import Part
+    from vrs_cli.files.trajectory_file import Recording
+    from vrs_cli.interfaces.session import Session
+
+
+@runtime_checkable
+class Watched(Protocol):
+    """A terminal where somebody may watch how a long file is read."""
+
+    def begin_progress(self) -> None:
+        """The file is opened."""
+
+    def reading(self, path: str, share: float) -> None:
+        """So much of it has been read, from 0 to 1."""
+
+    def end_progress(self) -> None:
+        """It has been read."""
+
+
+TORN = "its last line was not written to the end, and was left out"
+
+
+def _load(session: Session, it: Instruction) -> Iterator[Reply]:
+    yield from load(session, path_of(it))
+
+
+def load(session: Session, named: Path) -> Iterator[Reply]:
+    """Programs that are there already are replaced where the user agrees, else they stay as they are; variables are
+    overwritten. Where no program was run yet, EXECUTE alone runs the first of the file.
+
+    Raises NonexistentFile, FileError, FileDamaged.
+    """
+    from vrs_cli.files.program_file import find_program_file, read_program_file
+    from vrs_cli.files.trajectory_file import EXTENSION
+
+    path = find_program_file(named)
+    if path.suffix.lower() == EXTENSION:
+        yield from _load_trajectory(session, path)
+        return
+    text = read_program_file(path)
+    programs = session.environment.programs
+    before, layout = dict(programs), session.layout
+    diagnostics = session.load_text(text)
+    if diagnostics:
+        yield report(diagnostics, text, str(path))
+    brought = [stored for key, stored in programs.items() if before.get(key) is not stored]
+    old = [stored for stored in brought if stored.program.key in before and not may_replace(session, stored.name)]
+    for stored in old:
+        programs[stored.program.key] = before[stored.program.key]
+        session.layout = session.layout.with_part(stored.program.key, layout.parts.get(stored.program.key, ()))
+        if not isinstance(session.terminal, Dialogue):
+            hint = "DELETEP deletes it, DISABLE INTERACTIVE lets it be replaced"
+            yield Message(str(ProgramExists(stored.name, hint)), Tone.ERROR)
+    new = [stored for stored in brought if stored not in old]
+    if session.last_program is None and new:
+        session.last_program = new[0].name
+    names = [_loaded(stored, replaced=stored.program.key in before) for stored in new]
+    stay = (
+        f"; {', '.join(stored.name for stored in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
+    )
+    yield Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
+
+
+def _load_trajectory(session: Session, path: Path) -> Iterator[Reply]:
+    """A trajectory becomes a branch of its own: it can be gone on with, compared, and merged into main."""
+    from vrs_cli.files.continuing import line_of
+
+    branches = session.branches
+    name = re.sub(r"\W", ".", path.stem)
+    name = name if name[0].isalpha() else f"t{name}"
+    if name in branches:
+        raise UsageError(f"there is a branch {name} already", f"DELETEB {name}, then LOAD again; or rename the file")
+    check_tasks_stand(session)
+    recording = _recording(session, path)
+    branches.add(name, line_of(path, recording, session.engine))
+    branches.change_over(name)
+    if recording.dropped_tail:
+        yield Message(TORN, Tone.WARNING)
+    commands = len(session.engine.history.done)
+    counted = f"{commands} command{'s' if commands != 1 else ''}"
+    yield Message(f"On {name}, a branch of {counted} from {path}; the clock is at {session.engine.now:.3f} s")
+
+
+def _recording(session: Session, path: Path) -> Recording:
+    """Read a trajectory file, with progress where somebody watches."""
+    from vrs_cli.files.trajectory_file import read_trajectory
+
+    terminal = session.terminal
+    if not isinstance(terminal, Watched):
+        return read_trajectory(path)
+    terminal.begin_progress()
+    try:
+        return read_trajectory(path, partial(terminal.reading, str(path)))
+    finally:
+        terminal.end_progress()
+
+
+def _loaded(stored: StoredProgram, *, replaced: bool) -> str:
+    marks = ["replaced"] * replaced + ["not executable"] * (not stored.analysis.executable)
+    return f"{stored.name} ({', '.join(marks)})" if marks else stored.name
+
+
+def _store(extension: str, *parts: str) -> Handler:
+    """Parts by the names of `files.store.Part`."""
+
+    def store(session: Session, it: Instruction) -> Iterator[Reply]:
+        from vrs_cli.files import store as files
+        from vrs_cli.files.program_file import write_atomically
+
+        path = _with_extension(path_of(it), extension)
+        what: list[Part] = [files.Part[name] for name in parts]
+        programs = [word(argument) for argument in it.arguments[1:]]
+        text = files.store(session.environment, what, programs, session.layout)
+        if not text.strip():
+            yield Message("There is nothing to store", Tone.WARNING)
+            return
+        may_write(session, path)
+        write_atomically(path, text)
+        yield Message(f"{path} stored")
+
+    return store
+
+
+def _with_extension(path: Path, extension: str) -> Path:
+    return path if path.suffix else path.with_name(path.name + extension)
+
+
+def _save(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.trajectory_file import EXTENSION, write_trajectory
+
+    engine = session.engine
+    path = _with_extension(path_of(it), EXTENSION)
+    may_write(session, path)
+    write_trajectory(path, engine.model, engine.initial, engine.deltas)
+    commands = len(engine.records())
+    yield Message(f"{path} saved: {commands} command{'s' if commands != 1 else ''}, {engine.end:.3f} s")
+
+
+def _replay(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.trajectory_file import EXTENSION
+
+    path = path_of(it)
+    path = path if path.exists() else _with_extension(path, EXTENSION)
+    recording = _recording(session, path)
+    yield Replay(path, recording.model, recording.timeline, len(recording.deltas), recording.dropped_tail)
+
+
+def _flist(_session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.program_file import read_program_file
+
+    yield FileText(tuple(read_program_file(path_of(it)).splitlines()))
+
+
+def _fdirectory(_session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.folder import listed
+
+    asked = Path(".") if operand(it, 0) is None else path_of(it)
+    yield FileTable(str(asked), tuple(FileRow(entry.name, entry.size) for entry in listed(asked)))
+
+
+def _fdelete(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.folder import delete, existing
+
+    path = existing(path_of(it))
+    refused = refusal(session, f"The file {path} will be deleted.")
+    if refused:
+        yield refused
+        return
+    delete(path)
+    yield Message(f"{path} deleted")
+
+
+def _fcopy(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.folder import copy
+
+    old, new = _two_files(session, it)
+    copy(old, new)
+    yield Message(f"{old} copied to {new}")
+
+
+def _frename(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.files.folder import rename
+
+    old, new = _two_files(session, it)
+    rename(old, new)
+    yield Message(f"{old} renamed to {new}")
+
+
+def _two_files(session: Session, it: Instruction) -> tuple[Path, Path]:
+    """`new = old`: the old file, and the new one, which may be written. Raises FileError and what is under it."""
+    from vrs_cli.files.folder import existing, target
+
+    old = existing(Path(word(it.value)).expanduser())
+    new = target(old, path_of(it))
+    may_write(session, new)
+    return old, new
+
+
+def _commands(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.interfaces.command_file import carried_out
+
+    yield from carried_out(session, path_of(it))
+
+
+FILES: Mapping[str, Handler] = {
+    "LOAD": _load,
+    "LOADP": _load,
+    "LOADL": _load,
+    "STORE": _store(".v2", "PROGRAMS", "LOCATIONS", "REALS", "STRINGS"),
+    "STOREP": _store(".pg", "PROGRAMS"),
+    "STOREL": _store(".lc", "LOCATIONS"),
+    "STORER": _store(".rv", "REALS"),
+    "STORES": _store(".st", "STRINGS"),
+    "SAVE": _save,
+    "REPLAY": _replay,
+    "FLIST": _flist,
+    "FDIRECTORY": _fdirectory,
+    "LISTF": _fdirectory,
+    "FDELETE": _fdelete,
+    "FCOPY": _fcopy,
+    "FRENAME": _frename,
+    "COMMANDS": _commands,
+}

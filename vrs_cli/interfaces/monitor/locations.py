@@ -1,0 +1,216 @@
+"""WHERE the robot is, WHY it can be or not, and the locations that HERE, POINT and TEACH define."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, cast
+
+from vrs_cli.engine.commands import JointTarget, PoseTarget
+from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
+from vrs_cli.interfaces.operands import Handler, operand, real, real_or, shown, sight
+from vrs_cli.interfaces.replies import (
+    LocationTable,
+    Message,
+    NamedLocation,
+    ReachReport,
+    Reply,
+    Tone,
+    Whereabouts,
+    WhereaboutsTable,
+)
+from vrs_cli.interfaces.session import Dialogue
+from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
+from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.language.ast import NAME_LENGTH, Instruction, Kind, Number, Variable
+from vrs_cli.language.environment import Reference
+from vrs_cli.language.values import (
+    kind_of_value,
+    numbers_of,
+    plain,
+    precision_point,
+    read_number,
+    transformation,
+    whole,
+)
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session import Session
+
+MOST_ROWS = 100_000
+DEFAULT_ROWS = 10
+
+
+def _where(session: Session, it: Instruction) -> Iterator[Reply]:
+    _only_robot(session, it, 0)
+    engine, at, units = session.engine, it.modifiers, session.environment.units
+    over_time = any(operand(it, index) is not None for index in (1, 2, 3))
+    if over_time and (at.at is not None or at.within is not None):
+        raise UsageError("AT and FROM do not go together", "WHERE AT t, or WHERE FROM t1 TO t2 STEP dt")
+    if at.at is not None:
+        yield Whereabouts(engine.position(real(session, at.at)), stamped=True, units=units)
+    elif at.within is not None:
+        yield Whereabouts(engine.position(engine.now + real(session, at.within)), stamped=True, units=units)
+    elif over_time:
+        yield WhereaboutsTable(tuple(engine.position(t) for t in _times(session, it)), units)
+    else:
+        yield Whereabouts(engine.position(), units=units)
+
+
+def _only_robot(session: Session, it: Instruction, index: int) -> None:
+    number = real_or(session, it, index, 1.0)
+    if whole(number) != 1:
+        raise IllegalValue(f"robot {plain(number)}", "there is one robot, number 1")
+
+
+def _times(session: Session, it: Instruction) -> Iterator[float]:
+    """FROM t1 TO t2 STEP dt, and the exact end."""
+    first = real_or(session, it, 1, 0.0)
+    last = real_or(session, it, 2, session.engine.end)
+    if last < first:
+        raise IllegalValue(f"FROM {plain(first)} TO {plain(last)}", "the first time comes first")
+    step = real_or(session, it, 3, (last - first) / DEFAULT_ROWS or 1.0)
+    if not step > 0.0 or (last - first) / step > MOST_ROWS:
+        raise IllegalValue(f"STEP {plain(step)}", f"more than 0 s, for at most {MOST_ROWS} rows")
+    for k in range(int((last - first) / step - 1e-9) + 1):
+        yield first + k * step
+    if last > first:
+        yield last
+
+
+def _here(session: Session, it: Instruction) -> Iterator[Reply]:
+    session.do(it)
+    yield from _defined(session, it)
+
+
+def _point(session: Session, it: Instruction) -> Iterator[Reply]:
+    if it.value is not None:
+        session.do(it)
+    yield from _defined(session, it)
+
+
+def _teach(session: Session, it: Instruction) -> Iterator[Reply]:
+    """HERE without a question, under the next name of a series: there is no pendant whose button records."""
+    expression = operand(it, 0)
+    if not isinstance(expression, Variable):
+        raise IllegalValue(shown(expression) if expression else "TEACH", "the name of a location, as TEACH part")
+    name = next_in_series(session, expression)
+    session.do(replace(it, word="HERE", arguments=(name,)))
+    reference = _defined_by(session, replace(it, arguments=(name,)))
+    yield _one_location(session, reference.name, cast("Transform | Joints", reference.value()))
+
+
+def next_in_series(session: Session, first: Variable) -> Variable:
+    """The name itself while it has no value, then the next one: part, part1, part2; row[3], row[4].
+
+    Raises InvalidName for a name that cannot be counted up.
+    """
+    from vrs_cli.language.prompt import definable
+
+    environment, name = session.environment, first
+    while definable(environment, session.robot, name).reference.defined():
+        name = _counted_up(session, name)
+    return name
+
+
+def _counted_up(session: Session, name: Variable) -> Variable:
+    if name.indexes:
+        *others, last = name.indexes
+        following = real(session, last) + 1.0
+        return replace(name, indexes=(*others, Number(following, plain(following), last.span)))
+    letters = name.name.rstrip("0123456789")
+    longer = f"{letters}{int(name.name[len(letters) :] or 0) + 1}"
+    if len(longer) > NAME_LENGTH:
+        raise InvalidName(f"{name.sigil}{longer}", f"at most {NAME_LENGTH} characters; TEACH a shorter name")
+    return replace(name, name=longer)
+
+
+def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
+    """Show a location, and where somebody is there, ask for changes until an empty line."""
+    reference = _defined_by(session, it)
+    terminal = session.terminal
+    if not isinstance(terminal, Dialogue):
+        if not reference.defined():
+            raise UndefinedValue(reference.name, f"POINT {reference.name} = location gives it one")
+        yield _one_location(session, reference.name, cast("Transform | Joints", reference.value()))
+        return
+    value = _present(session, reference)
+    while True:
+        yield _one_location(session, reference.name, value)
+        answer = terminal.change("Change?")
+        if answer is None:
+            yield Message(f"{reference.name} is left as it was")
+            return
+        answer = answer.partition(";")[0].strip()
+        if not answer:
+            reference.assign(value)
+            return
+        try:
+            value = changed(value, answer, session.environment.units)
+        except VrsError as error:
+            yield Message(str(error), Tone.ERROR)
+
+
+def _defined_by(session: Session, it: Instruction) -> Reference:
+    from vrs_cli.language.prompt import definable
+
+    expression = operand(it, 0)
+    assert expression is not None
+    return definable(session.environment, session.robot, expression).reference
+
+
+def _present(session: Session, reference: Reference) -> Transform | Joints:
+    """The value; where there is none, what the six zeros of VAL stand for."""
+    if reference.defined():
+        return cast("Transform | Joints", reference.value())
+    return (0.0,) * session.engine.model.joint_count if reference.cells.kind is Kind.PRECISION else IDENTITY
+
+
+def changed(value: Transform | Joints, answer: str, units: JointUnits = TURNING) -> Transform | Joints:
+    """A location with the numbers that were typed; commas skip those that stay. Raises IllegalValue."""
+    numbers = list(numbers_of(value, units))
+    fields = answer.split(",")
+    if len(fields) > len(numbers):
+        raise IllegalValue(f"{len(fields)} numbers", f"at most {len(numbers)}, commas between them")
+    for i, field in enumerate(fields):
+        if field.strip():
+            number = read_number(field)
+            if number is None:
+                raise IllegalValue(field.strip(), "numbers with commas between them; ,,50 changes the third alone")
+            numbers[i] = number
+    return transformation(numbers) if isinstance(value, Transform) else precision_point(numbers, units)
+
+
+def _one_location(session: Session, name: str, value: Transform | Joints) -> LocationTable:
+    return LocationTable((NamedLocation(name, value),), session.environment.units)
+
+
+def _tool(session: Session, it: Instruction) -> Iterator[Reply]:
+    session.do(it)
+    yield _one_location(session, "TOOL", session.engine.frames.tool)
+
+
+def _base(session: Session, it: Instruction) -> Iterator[Reply]:
+    session.do(it)
+    yield _one_location(session, "BASE", session.engine.frames.base)
+
+
+def _why(session: Session, it: Instruction) -> Iterator[Reply]:
+    asked = operand(it, 0)
+    assert asked is not None
+    value = sight(session, asked)()
+    if not isinstance(value, tuple):
+        raise TypeMismatch(f"{shown(asked)} is a {kind_of_value(value).value}", "WHY explains a location")
+    target = PoseTarget(value) if isinstance(value, Transform) else JointTarget(value)
+    yield ReachReport(shown(asked), session.engine.explain(target), session.environment.units)
+
+
+LOCATIONS: Mapping[str, Handler] = {
+    "WHERE": _where,
+    "WHY": _why,
+    "HERE": _here,
+    "POINT": _point,
+    "TEACH": _teach,
+    "TOOL": _tool,
+    "BASE": _base,
+}

@@ -1,0 +1,192 @@
+"""Programs in memory: listed, copied, deleted, edited."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING
+
+from vrs_cli.errors import IllegalValue, InvalidName, NoProgramSpecified, ProgramExists, UsageError
+from vrs_cli.files.layout import Layout
+from vrs_cli.interfaces.monitor.consent import refusal
+from vrs_cli.interfaces.operands import Handler, operand, real_or, word
+from vrs_cli.interfaces.replies import ListedStep, ProgramName, ProgramNames, ProgramText, Reply
+from vrs_cli.language.analyzer import is_reserved
+from vrs_cli.language.ast import BadLine, Instruction, Program
+from vrs_cli.language.environment import StoredProgram, key_of
+from vrs_cli.language.values import whole
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session import Session
+
+
+def _listp(session: Session, it: Instruction) -> Iterator[Reply]:
+    environment = session.environment
+    names = [word(argument) for argument in it.arguments if argument is not None]
+    stored = [environment.program(name) for name in names] or list(environment.programs.values())
+    if not stored:
+        yield ProgramNames(())
+    for program in stored:
+        yield listing(program)
+
+
+def listing(stored: StoredProgram) -> ProgramText:
+    """The canonical text of a program, its steps numbered."""
+    from vrs_cli.language.printer import program_header, step_texts
+
+    program = stored.program
+    steps = tuple(
+        ListedStep(number, text, bad=isinstance(step.statement, BadLine))
+        for number, (step, text) in enumerate(zip(program.steps, step_texts(program), strict=True), 1)
+    )
+    return ProgramText(program_header(program), steps)
+
+
+def _directory(session: Session, it: Instruction) -> Iterator[Reply]:
+    pattern = word(it.arguments[0]).lower() if operand(it, 0) is not None else "*"
+    stored = session.environment.programs
+    yield ProgramNames(
+        tuple(
+            ProgramName(
+                row.name,
+                row.analysis.executable,
+                len(row.program.steps),
+                f"; {row.program.comment.strip()}" if row.program.comment else "",
+            )
+            for key, row in sorted(stored.items())
+            if fnmatchcase(row.name.lower(), pattern)
+        )
+    )
+
+
+def _copy(session: Session, it: Instruction) -> Iterator[Reply]:
+    copied(session, it)
+    yield from ()
+
+
+def copied(session: Session, it: Instruction) -> StoredProgram:
+    """COPY new = old. Returns the old one. Raises ProgramExists, UndefinedName."""
+    new, old = word(it.arguments[0]), session.environment.program(word(it.value))
+    if key_of(new) in session.environment.programs:
+        raise ProgramExists(new, f"DELETEP {new} deletes it")
+    if is_reserved(new):
+        raise InvalidName(f"{new.upper()} is a word of the language", "a program has a name of its own")
+    program = replace(old.program, name=new)
+    session.environment.store(replace(old.analysis, program=program), "\n".join(old.lines))
+    return old
+
+
+def _rename(session: Session, it: Instruction) -> Iterator[Reply]:
+    session.check_free(word(it.value))
+    old = copied(session, it)
+    session.layout = session.layout.renamed(old.name, word(it.arguments[0]))
+    del session.environment.programs[old.program.key]
+    if session.last_program is not None and key_of(session.last_program) == old.program.key:
+        session.last_program = word(it.arguments[0])
+    yield from ()
+
+
+def _delete(session: Session, it: Instruction) -> Iterator[Reply]:
+    """Programs, what only they call, and the variables that only these use."""
+    from vrs_cli.files.store import variables_used, with_called
+
+    environment = session.environment
+    named = {environment.program(word(argument)).program.key for argument in it.arguments}
+    under = {program.key for program in with_called(environment, sorted(named))}
+    outside = [key for key in environment.programs if key not in under]
+    kept = {program.key for program in with_called(environment, outside)} - named
+    doomed = [environment.programs[key] for key in environment.programs if key in under - kept]
+    for program in doomed:
+        session.check_free(program.name)
+    refused = refusal(session, f"{', '.join(program.name for program in doomed)} and what only they use go.")
+    if refused:
+        yield refused
+        return
+    still_used = variables_used(environment.programs[key].program for key in kept)
+    for name in variables_used(program.program for program in doomed) - still_used:
+        environment.delete(name)
+    _drop_programs(session, doomed)
+
+
+def _deletep(session: Session, it: Instruction) -> Iterator[Reply]:
+    doomed = [session.environment.program(word(argument)) for argument in it.arguments]
+    for program in doomed:
+        session.check_free(program.name)
+    refused = refusal(session, f"{', '.join(program.name for program in doomed)} will be deleted.")
+    if refused:
+        yield refused
+    else:
+        _drop_programs(session, doomed)
+
+
+def _drop_programs(session: Session, doomed: Iterable[StoredProgram]) -> None:
+    for program in doomed:
+        session.environment.programs.pop(program.program.key, None)
+        session.layout = session.layout.with_part(program.program.key, ())
+        if session.last_program is not None and key_of(session.last_program) == program.program.key:
+            session.last_program = None
+
+
+def _zero(session: Session, _it: Instruction) -> Iterator[Reply]:
+    for stored in session.environment.programs.values():
+        session.check_free(stored.name)
+    refused = refusal(session, "All programs and variables will be deleted.")
+    if refused:
+        yield refused
+        return
+    session.environment.programs.clear()
+    session.environment.clear_variables()
+    session.layout = Layout()
+    session.last_program = None
+    session.driver.tasks.forget_all()
+
+
+def _edit(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.interfaces.editor import Editor, opened, refuse_running
+
+    program, step = _to_edit(session, it)
+    refuse_running(session, program.name)
+    session.editor = Editor(session, opened(session, program, step))
+    session.last_edited = program.name
+    yield from session.editor.draft.screen()
+
+
+def _see(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.interfaces.editor import refuse_running
+    from vrs_cli.interfaces.screen import ScreenDraft, ScreenTerminal
+
+    program, step = _to_edit(session, it)
+    terminal = session.terminal
+    if not isinstance(terminal, ScreenTerminal):
+        raise UsageError("SEE fills a terminal, and there is none", f"EDIT {program.name} edits line by line")
+    refuse_running(session, program.name)
+    session.last_edited = program.name
+    yield from terminal.see(ScreenDraft(session, program, step))
+
+
+def _to_edit(session: Session, it: Instruction) -> tuple[Program, int]:
+    """The program that is asked for, or the last one, and the step. Raises NoProgramSpecified, IllegalValue."""
+    from vrs_cli.interfaces.editor import asked_program, named_program
+
+    asked = operand(it, 0)
+    last = session.last_edited or session.last_program
+    if asked is None and last is None:
+        raise NoProgramSpecified("none was edited before", f"{it.word} name")
+    step = whole(real_or(session, it, 1, 1.0))
+    if step < 1:
+        raise IllegalValue(f"step {step}", "steps count from 1")
+    return (named_program(last or "") if asked is None else asked_program(asked)), step
+
+
+PROGRAMS: Mapping[str, Handler] = {
+    "LISTP": _listp,
+    "DIRECTORY": _directory,
+    "COPY": _copy,
+    "RENAME": _rename,
+    "DELETE": _delete,
+    "DELETEP": _deletep,
+    "ZERO": _zero,
+    "EDIT": _edit,
+    "SEE": _see,
+}

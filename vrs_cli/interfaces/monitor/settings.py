@@ -1,0 +1,90 @@
+"""SPEED, signals, switches and parameters at the prompt."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from vrs_cli.engine.commands import SetMonitorSpeed
+from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, row_of
+from vrs_cli.interfaces.operands import Handler, operand, real, word
+from vrs_cli.interfaces.replies import Message, Reply, SettingRow, SettingTable
+from vrs_cli.language.ast import Instruction
+from vrs_cli.language.values import plain
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session import Session
+
+
+def _speed(session: Session, it: Instruction) -> Iterator[Reply]:
+    argument = operand(it, 0)
+    assert argument is not None
+    session.engine.perform(SetMonitorSpeed(real(session, argument)))
+    yield from ()
+
+
+def _signal(session: Session, it: Instruction) -> Iterator[Reply]:
+    """As the instruction, and inputs too: at the prompt one stands at the cabinet."""
+    numbers = [real(session, argument) for argument in it.arguments if argument is not None]
+    for number in numbers:
+        session.environment.signals.read(number)
+    for number in numbers:
+        session.environment.signals.write(number, inputs=True)
+    session.settle()
+    yield from ()
+
+
+def _as_instruction(session: Session, it: Instruction) -> Iterator[Reply]:
+    """A word that does the same at the prompt as in a program, and answers nothing."""
+    session.do(it)
+    yield from ()
+
+
+def _calibrate(_session: Session, _it: Instruction) -> Iterator[Reply]:
+    yield Message("A virtual robot is calibrated")
+
+
+def _switch(session: Session, it: Instruction) -> Iterator[Reply]:
+    if it.value is not None:
+        session.do(it)
+        return
+    switches = session.engine.parameters.switches
+    rows = _asked(it, SWITCHES, "switch")
+    yield SettingTable(
+        "Switch",
+        tuple(SettingRow(row.name, "ON" if switches[row.name] else "OFF", row.summary) for row in rows),
+    )
+
+
+def _parameter(session: Session, it: Instruction) -> Iterator[Reply]:
+    if it.value is not None:
+        session.do(it)
+        return
+    values = session.engine.parameters.values
+    rows = _asked(it, PARAMETERS, "parameter")
+    yield SettingTable(
+        "Parameter", tuple(SettingRow(row.name, _with_unit(row, values[row.name]), row.summary) for row in rows)
+    )
+
+
+def _asked(it: Instruction, table: Mapping[str, Any], what: str) -> list[Any]:
+    """The rows of the names given, all when none is. Raises UsageError."""
+    names = [word(argument) for argument in it.arguments if argument is not None]
+    return [row_of(table, name, what) for name in names] or list(table.values())
+
+
+def _with_unit(row: ParameterRow, value: float | str) -> str:
+    return value if isinstance(value, str) else f"{plain(value)} {row.unit}".rstrip()
+
+
+SETTINGS: Mapping[str, Handler] = {
+    "SPEED": _speed,
+    "SIGNAL": _signal,
+    "RESET": _as_instruction,
+    "CALIBRATE": _calibrate,
+    "SELECT": _as_instruction,
+    "ENABLE": _as_instruction,
+    "DISABLE": _as_instruction,
+    "SWITCH": _switch,
+    "PARAMETER": _parameter,
+}

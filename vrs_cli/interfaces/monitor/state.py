@@ -1,0 +1,121 @@
+"""What is: STATUS, signals, the time, the memory, help."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from vrs_cli import __version__
+from vrs_cli.errors import IllegalValue
+from vrs_cli.interfaces.monitor.running import process_control, task_number
+from vrs_cli.interfaces.next_motion import said_for_next_motion
+from vrs_cli.interfaces.operands import Handler, operand, real, word
+from vrs_cli.interfaces.realtime import clock_report
+from vrs_cli.interfaces.replies import (
+    FreeReport,
+    Identification,
+    Progress,
+    Reply,
+    SignalBank,
+    SignalTable,
+    StatusReport,
+)
+from vrs_cli.language.ast import Instruction, Kind
+from vrs_cli.language.environment import INPUTS, INTERNAL, OUTPUTS
+from vrs_cli.language.values import plain, whole
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session import Session
+
+
+def _status(session: Session, it: Instruction) -> Iterator[Reply]:
+    yield _status_of(session, task_number(session, it))
+
+
+def _status_of(session: Session, number: int) -> Reply:
+    engine, parameters = session.engine, session.engine.parameters
+    speed = parameters.speed.always
+    return StatusReport(
+        robot=engine.model.title,
+        progress=_progress(session, number),
+        monitor_speed=parameters.monitor_speed,
+        program_speed=f"{plain(speed.value)} {speed.unit.value}",
+        power=parameters.switch("POWER"),
+        clock=engine.now,
+        end=engine.end,
+        configuration=engine.arm.configuration(engine.position().joints),
+        next_motion=said_for_next_motion(engine),
+    )
+
+
+def _progress(session: Session, number: int) -> Progress | None:
+    track = session.driver.tasks.get(number)
+    if track is None:
+        return None
+    task = track.task
+    left = None if task.cycles < 0 else task.cycles - task.cycles_done
+    return Progress(task.program, task.state.value, None if task.ended else task.step, task.cycles_done, left)
+
+
+BANKS: Mapping[int, tuple[str, range]] = {
+    0: ("Inputs", INPUTS),
+    1: ("Outputs", OUTPUTS),
+    2: ("Internal signals", INTERNAL),
+}
+
+
+def _io(session: Session, it: Instruction) -> Iterator[Reply]:
+    asked = operand(it, 0)
+    number = None if asked is None else whole(real(session, asked))
+    if number is not None and number not in BANKS:
+        raise IllegalValue(f"IO {number}", "0 inputs, 1 outputs, 2 internal signals")
+    chosen = BANKS.values() if number is None else (BANKS[number],)
+    signals = session.environment.signals
+    yield SignalTable(tuple(SignalBank(title, bank[0], signals.state(bank)) for title, bank in chosen))
+
+
+def _time(session: Session, _it: Instruction) -> Iterator[Reply]:
+    yield clock_report(session)
+
+
+def _id(session: Session, _it: Instruction) -> Iterator[Reply]:
+    yield Identification(__version__, ".".join(map(str, sys.version_info[:3])), session.engine.model)
+
+
+def _free(session: Session, _it: Instruction) -> Iterator[Reply]:
+    environment = session.environment
+    yield FreeReport(
+        programs=len(environment.programs),
+        steps=sum(len(stored.program.steps) for stored in environment.programs.values()),
+        variables=sum(1 for kind in Kind for _ in environment.variables(kind)),
+        segments=len(session.engine.timeline),
+        percent=free_memory(),
+    )
+
+
+def free_memory() -> float | None:
+    """How much of the computer's memory is free [%]; None where the system does not say."""
+    try:
+        return 100.0 * os.sysconf("SC_AVPHYS_PAGES") / os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError, ZeroDivisionError):
+        return None
+
+
+def _help(_session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.interfaces.help import overview, page
+
+    asked = operand(it, 0)
+    yield overview() if asked is None else page(word(asked))
+
+
+STATE: Mapping[str, Handler] = {
+    "STATUS": _status,
+    "PCSTATUS": process_control(lambda session, number: (_status_of(session, number),)),
+    "IO": _io,
+    "TIME": _time,
+    "ID": _id,
+    "FREE": _free,
+    "HELP": _help,
+}

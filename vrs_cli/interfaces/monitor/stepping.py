@@ -1,0 +1,92 @@
+"""Programs one step at a time: PRIME, SSTEP, XSTEP, BPT, WATCH."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from vrs_cli.errors import IllegalValue
+from vrs_cli.interfaces.monitor.running import asked_program, run
+from vrs_cli.interfaces.operands import Handler, operand, real_or, shown, sight, word
+from vrs_cli.interfaces.replies import Message, ProgramStopped, Reply
+from vrs_cli.kinematics.joints import JointUnits
+from vrs_cli.language.ast import Instruction
+from vrs_cli.language.environment import StoredProgram
+from vrs_cli.language.values import Value, numbers_of, plain, whole
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session import Session
+
+
+def _prime(session: Session, it: Instruction) -> Iterator[Reply]:
+    task = session.prime(*asked_program(session, it)).task
+    yield ProgramStopped("(PRIMED)", task.program, task.step)
+
+
+def _step(over: bool) -> Handler:
+    """SSTEP, XSTEP: of a program that is named, or of the one that has stopped."""
+
+    def step(session: Session, it: Instruction) -> Iterator[Reply]:
+        if operand(it, 0) is not None:
+            session.prime(*asked_program(session, it))
+        yield from run(session, lambda progress: session.step(over=over, progress=progress))
+
+    return step
+
+
+def _bpt(session: Session, it: Instruction) -> Iterator[Reply]:
+    debugging, asked, step = session.driver.debugging, operand(it, 0), whole(real_or(session, it, 1, 0.0))
+    if asked is not None:
+        stored = session.environment.program(word(asked))
+        key, last = stored.program.key, len(stored.program.steps)
+        if abs(step) > last:
+            raise IllegalValue(f"step {abs(step)}", f"{stored.name} has the steps 1 to {last}")
+        if step > 0:
+            debugging.breakpoints.add((key, _breakable(stored, step)))
+        else:
+            gone = {point for point in debugging.breakpoints if point[0] == key and step in (0, -point[1])}
+            debugging.breakpoints -= gone
+    for key, number in sorted(debugging.breakpoints):
+        yield Message(f"Breakpoint before step {number} of {key}")
+    if not debugging.breakpoints:
+        yield Message("No breakpoints")
+
+
+def _breakable(stored: StoredProgram, step: int) -> int:
+    """The step itself, or the first behind it at which something is done. Raises IllegalValue, ProgramNotExecutable."""
+    found = stored.compiled.stand(step - 1)
+    if found is None:
+        raise IllegalValue(f"step {step}", f"nothing is done there or after it in {stored.name}")
+    return found + 1
+
+
+def _watch(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.interfaces.debugging import Watch
+
+    watches, expression = session.driver.debugging.watches, operand(it, 0)
+    if expression is None:
+        watches.clear()
+        yield Message("Nothing is watched")
+        return
+    units = session.environment.units
+    watch = Watch(shown(expression), sight(session, expression), lambda value: _value_text(value, units))
+    watch.changed()
+    watches.append(watch)
+    yield Message(f"Programs stop when {watch.text} changes")
+
+
+def _value_text(value: Value, units: JointUnits) -> str:
+    if isinstance(value, str):
+        return f'"{value}"'
+    numbers = (value,) if isinstance(value, float) else numbers_of(value, units)
+    return ", ".join(plain(round(number, 3)) for number in numbers)
+
+
+STEPPING: Mapping[str, Handler] = {
+    "PRIME": _prime,
+    "SSTEP": _step(over=True),
+    "XSTEP": _step(over=False),
+    "NEXT": _step(over=True),
+    "BPT": _bpt,
+    "WATCH": _watch,
+}

@@ -1,0 +1,144 @@
+"""The timeline: UNDO and REDO, branches, listings and plots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from vrs_cli.engine.branches import MAIN
+from vrs_cli.errors import IllegalValue, InvalidName, UsageError
+from vrs_cli.interfaces.monitor.consent import refusal
+from vrs_cli.interfaces.operands import Handler, operand, real_or, word
+from vrs_cli.interfaces.plotting import plotted, selected
+from vrs_cli.interfaces.replies import BranchRow, BranchTable, ComparisonTable, Message, Reply, TimelineTable
+from vrs_cli.interfaces.track import ROBOT_PROGRAM
+from vrs_cli.language.ast import Instruction
+from vrs_cli.language.values import whole
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session import Session
+
+
+def _undo(session: Session, it: Instruction) -> Iterator[Reply]:
+    engine = session.engine
+    texts = [step.delta.motion.text for step in reversed(engine.history.done)]
+    count = _steps_back(session, it, texts, "undo")
+    for _ in range(count):
+        engine.undo()
+    yield Message(f"{_counted(texts[:count], 'undone')}; the clock is at {engine.now:.3f} s")
+
+
+def _redo(session: Session, it: Instruction) -> Iterator[Reply]:
+    engine = session.engine
+    texts = [undone.step.delta.motion.text for undone in reversed(engine.history.undone)]
+    count = _steps_back(session, it, texts, "redo")
+    for _ in range(count):
+        engine.redo()
+    yield Message(f"{_counted(texts[:count], 'done again')}; the clock is at {engine.now:.3f} s")
+
+
+def _steps_back(session: Session, it: Instruction, texts: Sequence[str], what: str) -> int:
+    """How many commands UNDO or REDO is to take. Raises UsageError where there are not so many, IllegalValue."""
+    count = whole(real_or(session, it, 0, 1.0))
+    if count < 1:
+        raise IllegalValue(f"{it.word} {count}", "at least one command")
+    if 1 < count > len(texts) > 0:
+        raise UsageError(f"there are not {count} motions to {what}", f"at most {it.word} {len(texts)}")
+    return count
+
+
+def _counted(texts: Sequence[str], what: str) -> str:
+    """`MOVE a is undone`, `3 commands are undone, the last of them MOVE a`."""
+    last = texts[-1] or "a motion"
+    return f"{last} is {what}" if len(texts) == 1 else f"{len(texts)} commands are {what}, up to {last}"
+
+
+def _branch(session: Session, it: Instruction) -> Iterator[Reply]:
+    branches, asked = session.branches, operand(it, 0)
+    if asked is None:
+        yield BranchTable(tuple(_branch_row(session, name) for name in branches.names))
+        return
+    name = word(asked)
+    if not name[:1].isalpha():
+        raise InvalidName(name, "a branch is named as a program is: BRANCH trial")
+    check_tasks_stand(session)
+    if name in branches:
+        branches.change_over(name)
+        yield Message(f"On {branches.present}; the clock is at {session.engine.now:.3f} s")
+    else:
+        origin = branches.present
+        branches.make(name)
+        yield Message(f"On {name}, a new branch of {origin}; the clock is at {session.engine.now:.3f} s")
+
+
+def _branch_row(session: Session, name: str) -> BranchRow:
+    line = session.branches.line(name)
+    present = name == session.branches.present
+    return BranchRow(name, present, len(line.history.done), line.timeline.end, line.clock)
+
+
+def check_tasks_stand(session: Session) -> None:
+    """Raises UsageError while a task waits for a time of the present branch."""
+    running = next(session.driver.tasks.running, None)
+    if running is not None:
+        number = "" if running.number == ROBOT_PROGRAM else f" {running.number}"
+        raise UsageError(f"{running.task.program} is running", f"ABORT{number} stops it")
+
+
+def _compare(session: Session, it: Instruction) -> Iterator[Reply]:
+    from vrs_cli.engine.comparison import compare
+
+    branches = session.branches
+    a, b = operand(it, 0), operand(it, 1)
+    first, second = MAIN if a is None else word(a), branches.present if b is None else word(b)
+    if first.lower() == second.lower():
+        raise UsageError(f"{first} is the same as {second}", "COMPARE a, b; BRANCH lists the branches")
+    comparison = compare(session.engine.arm, branches.line(first), branches.line(second))
+    yield ComparisonTable(branches.spelled(first), branches.spelled(second), comparison, session.environment.units)
+
+
+def _merge(session: Session, it: Instruction) -> Iterator[Reply]:
+    asked = operand(it, 0)
+    name = session.branches.spelled(session.branches.present if asked is None else word(asked))
+    check_tasks_stand(session)
+    again = session.branches.merge(name)
+    how = f", {again} command{'' if again == 1 else 's'} of it planned again" if again else ""
+    yield Message(f"{name} is merged into main{how}; the timeline ends at {session.engine.end:.3f} s")
+
+
+def _deleteb(session: Session, it: Instruction) -> Iterator[Reply]:
+    branches = session.branches
+    doomed = [branches.droppable(word(argument)) for argument in it.arguments]
+    check_tasks_stand(session)
+    refused = refusal(session, f"{', '.join(doomed)} will be deleted.")
+    if refused:
+        yield refused
+        return
+    for name in doomed:
+        branches.drop(name)
+
+
+def _timeline(session: Session, _it: Instruction) -> Iterator[Reply]:
+    engine = session.engine
+    yield TimelineTable(engine.records(), engine.timeline, engine.now)
+
+
+def _plot(session: Session, it: Instruction) -> Iterator[Reply]:
+    engine = session.engine
+    asked = selected(engine.arm, [word(argument) for argument in it.arguments if argument is not None])
+    if engine.end <= engine.timeline.start:
+        yield Message("No motions yet")
+    else:
+        yield plotted(engine.arm, engine.timeline, asked)
+
+
+TIMELINE: Mapping[str, Handler] = {
+    "UNDO": _undo,
+    "REDO": _redo,
+    "BRANCH": _branch,
+    "COMPARE": _compare,
+    "MERGE": _merge,
+    "DELETEB": _deleteb,
+    "TIMELINE": _timeline,
+    "PLOT": _plot,
+}

@@ -1,0 +1,108 @@
+"""Variables listed and deleted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, cast
+
+from vrs_cli.errors import TypeMismatch, UndefinedValue
+from vrs_cli.interfaces.monitor.consent import refusal
+from vrs_cli.interfaces.operands import Handler, own, real, shown, sight
+from vrs_cli.interfaces.replies import LocationTable, NamedLocation, RealTable, Reply, StringTable
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.ast import Expression, Instruction, Kind, Variable
+from vrs_cli.language.environment import Index, Reference, key_of, subscript
+from vrs_cli.language.values import Value, kind_of_value, whole
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session import Session
+
+
+def _listl(session: Session, it: Instruction) -> Iterator[Reply]:
+    rows = _rows(session, it, (Kind.LOCATION, Kind.PRECISION), "LISTR lists reals, LISTS strings")
+    named = tuple(NamedLocation(name, cast("Transform | Joints", value)) for name, value in rows)
+    yield LocationTable(named, session.environment.units)
+
+
+def _listr(session: Session, it: Instruction) -> Iterator[Reply]:
+    rows = _rows(session, it, (Kind.REAL,), "LISTL lists locations, LISTS strings")
+    yield RealTable(tuple((name, cast(float, value)) for name, value in rows))
+
+
+def _lists(session: Session, it: Instruction) -> Iterator[Reply]:
+    rows = _rows(session, it, (Kind.STRING,), "LISTL lists locations, LISTR reals")
+    yield StringTable(tuple((name, cast(str, value)) for name, value in rows))
+
+
+def _rows(session: Session, it: Instruction, kinds: tuple[Kind, ...], otherwise: str) -> Iterator[tuple[str, Value]]:
+    """What was asked for, each with its name or text; everything of these kinds when nothing was."""
+    asked = [argument for argument in it.arguments if argument is not None]
+    if not asked:
+        for kind in kinds:
+            yield from session.environment.variables(kind)
+    for expression in asked:
+        for name, value in _elements(session, expression) or ((shown(expression), sight(session, expression)()),):
+            if kind_of_value(value) not in kinds:
+                raise TypeMismatch(f"{name} is a {kind_of_value(value).value}", otherwise)
+            yield name, value
+
+
+def _elements(session: Session, expression: Expression) -> tuple[tuple[str, Value], ...]:
+    """What a name alone stands for: the simple variable and all elements of the array of that name."""
+    if not isinstance(expression, Variable) or expression.indexes:
+        return ()
+    if expression.key in own(session):
+        return tuple(_own_elements(session, expression, own(session)[expression.key]))
+    rows = (row for kind in Kind for row in session.environment.variables(kind))
+    return tuple(row for row in rows if key_of(row.name.partition("[")[0]) == expression.key)
+
+
+def _own_elements(session: Session, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:
+    """The same of a variable of the program that has stopped. Raises UndefinedValue where there is none."""
+    program, name = session.task.program if session.task is not None else "", asked.sigil + asked.name
+    if reference.key is not None:
+        yield f"{name} ({program})", reference.value()
+        return
+    for cells in (reference.cells, reference.locations):
+        indexes = [index for index in cells if not isinstance(index, str)]
+        for index in sorted(indexes, key=lambda index: index if isinstance(index, tuple) else (index,)):
+            yield f"{name}[{subscript(index)}] ({program})", cells[index]
+
+
+def _delete_variables(*kinds: Kind) -> Handler:
+    def delete(session: Session, it: Instruction) -> Iterator[Reply]:
+        doomed = [_variable_of(session, argument, kinds) for argument in it.arguments]
+        refused = refusal(session, f"{', '.join(name for name, _ in doomed)} will be deleted.")
+        if refused:
+            yield refused
+            return
+        for name, index in doomed:
+            session.environment.delete(name, index)
+
+    return delete
+
+
+def _variable_of(session: Session, expression: Expression | None, kinds: tuple[Kind, ...]) -> tuple[str, Index | None]:
+    """The name, and the index of one element. Raises UndefinedValue, TypeMismatch."""
+    if not isinstance(expression, Variable):
+        raise TypeMismatch("an expression", "the name of a variable is wanted")
+    name = expression.sigil + expression.name
+    kind = session.environment.kind_of(name)
+    if kind is None:
+        raise UndefinedValue(name, "there is nothing to delete")
+    if kind not in kinds:
+        raise TypeMismatch(f"{name} is a {kind.value}")
+    indexes = tuple(whole(real(session, index)) for index in expression.indexes or ())
+    return name, None if not indexes else indexes[0] if len(indexes) == 1 else indexes
+
+
+VARIABLES: Mapping[str, Handler] = {
+    "LISTL": _listl,
+    "LISTR": _listr,
+    "LISTS": _lists,
+    "DELETEL": _delete_variables(Kind.LOCATION, Kind.PRECISION),
+    "DPOINT": _delete_variables(Kind.LOCATION, Kind.PRECISION),
+    "DELETER": _delete_variables(Kind.REAL),
+    "DELETES": _delete_variables(Kind.STRING),
+}

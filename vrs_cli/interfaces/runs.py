@@ -1,0 +1,71 @@
+"""A run of a program: what it needs of a terminal, when it is stopped, and how it ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+from vrs_cli.language.events import ProgramFault
+
+LONGEST = 86_400.0  # [s] of virtual time that a program may take unless told otherwise: a day
+
+
+class Console(Protocol):
+    """What a running program needs of a terminal."""
+
+    def type(self, text: str, newline: bool) -> None:
+        """TYPE output."""
+
+    def ask(self, prompt: str) -> str:
+        """PROMPT: one line. Raises VrsError when there is no more input."""
+
+
+class Outcome(Enum):
+    """How a run ended; `value` is VAL-II's word for it."""
+
+    COMPLETED = "Program completed"
+    HALTED = "(HALTED)"
+    PAUSED = "(PAUSED)"
+    ABORTED = "(ABORTED)"
+    FAILED = "error"
+    STEPPED = "(STEP)"
+    BREAKPOINT = "(BREAKPOINT)"
+    WATCHED = "(WATCH)"
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """Another task that stopped with an error in the meantime."""
+
+    number: int
+    fault: ProgramFault
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """A run of a program: cycles completed, robot clock at begin and end [s], what it typed, what went wrong.
+
+    `beside`: the other tasks that stopped with an error; `detail`: what a watched expression has become.
+    """
+
+    program: str
+    cycles: int
+    started: float
+    ended: float
+    typed: tuple[str, ...]
+    fault: ProgramFault | None
+    outcome: Outcome
+    beside: tuple[Beside, ...] = ()
+    detail: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """When a program is stopped that does not stop by itself."""
+
+    max_time: float = LONGEST
+    max_steps: int | None = None
+
+
+A_DAY = Bounds()
