@@ -176,6 +176,26 @@ def test_threads_that_go_on_from_one_version_do_not_disturb_each_other(monkeypat
     assert listed(made[0]) == row(3) + row(2, 7.0)
 
 
+def test_an_edit_that_is_interrupted_leaves_no_trace() -> None:
+    """Ctrl-C may come between any two steps."""
+
+    class Interrupted(list[Segment]):
+        def extend(self, _segments: object) -> None:
+            raise KeyboardInterrupt
+
+    held = rope.rope_of(row(3))
+    assert held is not None
+    one = held_row(held)
+    one.segments = Interrupted(one.segments)
+    with pytest.raises(KeyboardInterrupt):
+        rope.spliced(held, 3, 3, row(2, 7.0), 0.0)
+    one.segments = list(one.segments)
+    again = rope.spliced(held, 3, 3, row(3, 3.0), 0.0)
+    assert again is not None
+    check_sound(again)
+    assert listed(again) == row(6)
+
+
 def test_a_stream_that_takes_back_its_last_segments_makes_long_rows() -> None:
     """As steering does: what is planned ahead is dropped and planned again, over and over."""
     held = rope.rope_of(row(1))

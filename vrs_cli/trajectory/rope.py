@@ -48,7 +48,8 @@ class Row:
         return len(self.segments)
 
     def grow(self, segments: Sequence[Segment]) -> None:
-        self.starts.extend([segment.start for segment in segments])
+        starts = array("d", [segment.start for segment in segments])
+        self.starts[len(self.segments) :] = starts  # in the place of those that Ctrl-C has left without segments
         self.segments.extend(segments)
 
 
