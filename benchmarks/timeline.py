@@ -27,6 +27,7 @@ SIZES = (1_000, 10_000, 100_000, 1_000_000)
 PATTERN = 300  # motions that are planned; longer timelines repeat them
 PLACES = 400
 ROUNDS = 9
+WEAR = 2_000  # edits at random places that leave their cuts in a timeline
 BAR = 1.5
 MOTION = Motion(1, Kind.JOINT, Start.AT)
 
@@ -73,6 +74,13 @@ def appended(timeline: Timeline, times: int) -> Timeline:
     return timeline
 
 
+def worn(timeline: Timeline, source: random.Random) -> Timeline:
+    """After many inserts at random places, each of which shifts what is behind it."""
+    for _ in range(WEAR):
+        timeline = timeline.apply(dict(deltas(timeline, source))["insert"])
+    return timeline
+
+
 def cpu(work: Callable[[], object]) -> float:
     start = process_time()
     work()
@@ -102,6 +110,12 @@ def rows(count: int) -> dict[str, float]:
         motion = replace(timeline[timeline.index_at(t)].motion, number=10**9)
         insertion = lambda t=t, motion=motion: timeline.apply(plan(arm, timeline, motion, t, t))  # noqa: E731
         works.setdefault("plan and insert", []).append(insertion)
+    old = worn(timeline, source)
+    for _ in range(PLACES):
+        delta = dict(deltas(old, source))["insert"]
+        works.setdefault("insert, worn", []).append(lambda delta=delta: old.apply(delta))
+        t = on_grid(source.uniform(0.0, old.end))
+        works.setdefault("query, worn", []).append(lambda t=t: joints_at(arm, old, t))
     gc.collect()
     gc.freeze()  # a million segments would be walked again and again, which is not what is measured
     try:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.motion import Kind, Motion, Start
-from vrs_cli.trajectory.rope import FAN, LEAF, Branch, Held, Leaf
+from vrs_cli.trajectory.rope import BLOCK, FAN, SMALL, Branch, Held, Leaf
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 
 MOTION = Motion(1, Kind.JOINT, Start.AFTER)
@@ -34,13 +34,12 @@ def check_sound(held: Held) -> None:
     """Counts, begins, ends and heights are what the children say."""
     node = held.node
     if isinstance(node, Leaf):
-        assert 1 <= node.count == len(node.segments) == node.last - node.first <= LEAF
-        assert list(node.starts[node.first : node.last]) == [one.start for one in node.segments]
+        assert 1 <= node.count == len(node.segments) == node.last - node.first
+        assert list(node.row.starts) == [one.start for one in node.row.segments]
         assert (node.begin, node.end) == (node.segments[0].start, node.segments[-1].finish)
         return
-    children = [Held(offset, child) for offset, child in zip(node.offsets, node.nodes, strict=True)]
+    children = [Held(begin - child.begin, child) for begin, child in zip(node.begins, node.nodes, strict=True)]
     assert 1 <= len(children) <= FAN
-    assert list(node.begins) == [child.offset + child.node.begin for child in children]
     sizes = [child.node.count for child in children]
     assert list(node.counts) == [sum(sizes[:k]) for k in range(len(sizes) + 1)]
     assert (node.count, node.begin) == (node.counts[-1], node.begins[0])
@@ -50,7 +49,18 @@ def check_sound(held: Held) -> None:
         check_sound(child)
 
 
-@pytest.mark.parametrize("count", [1, LEAF, LEAF + 1, LEAF * FAN, LEAF * FAN + 5])
+def cut_up(pieces: int, length: int = SMALL) -> Held:
+    """A rope of so many leaves of this length, all of one row."""
+    held = rope.rope_of(row(pieces * length))
+    assert held is not None
+    for piece in range(1, pieces):
+        again = rope.spliced(held, piece * length, piece * length, (), 1.0)  # a shift cuts
+        assert again is not None
+        held = again
+    return held
+
+
+@pytest.mark.parametrize("count", [1, 2, 1000])
 def test_made_of_a_list(count: int) -> None:
     held = rope.rope_of(row(count))
     assert held is not None
@@ -59,28 +69,31 @@ def test_made_of_a_list(count: int) -> None:
     assert rope.segment(held, count - 1) == segment(count - 1.0)
 
 
+def test_of_nothing() -> None:
+    assert rope.rope_of([]) is None
+
+
 @settings(max_examples=80, deadline=None, derandomize=True)
 @given(st.integers(0, 2**32 - 1))
 def test_splices_as_of_a_list(seed: int) -> None:
     """Edits as a timeline makes them, on trees of one to three levels, beside the same edits of a list."""
     source = Random(seed)
-    count = source.choice([3, LEAF, 5 * LEAF, FAN * LEAF + 3 * LEAF])
-    held, plain = rope.rope_of(row(count)), row(count)
-    for _ in range(10):
+    held: Held | None = cut_up(*source.choice([(1, 3), (5, SMALL), (FAN + 3, 40), (FAN * 3, 8)]))
+    plain, versions = listed(held), []
+    for _ in range(12):
         assert held is not None
         keep = source.choice([0, len(plain), source.randint(0, len(plain))])
-        most = source.choice([0, 3, 2 * LEAF, len(plain)])
+        most = source.choice([0, 3, 2 * SMALL, len(plain)])
         drop = source.randint(0, min(most, len(plain) - keep))
         begin = plain[keep - 1].finish if keep else plain[0].start
-        new = row(source.choice([0, 1, 3, LEAF + 2, 3 * LEAF]), begin)
+        new = row(source.choice([0, 1, 3, SMALL + 2, 3 * SMALL]), begin)
         shift = source.choice([0.0, float(len(new) + source.randint(0, 9))])
-        before, whole = held, list(plain)
+        versions.append((held, plain))
         held = rope.spliced(held, keep, keep + drop, new, shift)
         plain = plain[:keep] + new + [s.shifted(shift) for s in plain[keep + drop :]]
         assert listed(held) == plain
-        assert listed(before) == whole, "whoever reads the old one is not disturbed"
-        if held is None:
-            return
+        if held is None or source.random() < 0.2:  # go on from an old one: two versions have the same row then
+            held, plain = source.choice(versions)
         check_sound(held)
         for index in {0, len(plain) - 1, source.randrange(len(plain))}:
             assert rope.segment(held, index) == plain[index]
@@ -88,22 +101,28 @@ def test_splices_as_of_a_list(seed: int) -> None:
             for t in (source.uniform(-5.0, plain[-1].finish + 5.0) for _ in range(20)):
                 found = [k for k, s in enumerate(plain) if s.start <= t]
                 assert rope.index_at(held, t) == (found[-1] if found else 0)
+    for before, whole in versions:
+        assert listed(before) == whole, "whoever reads an old one is not disturbed"
 
 
 def test_edits_copy_only_what_lies_along_their_way() -> None:
-    held = rope.rope_of(row(FAN * LEAF * 2))
-    assert held is not None
-    again = rope.spliced(held, LEAF * 40 + 7, LEAF * 40 + 9, row(3, LEAF * 40 + 7.0), 1.0)
+    held = cut_up(FAN * 2)
+    again = rope.spliced(held, SMALL * 40 + 7, SMALL * 40 + 9, row(3, SMALL * 40 + 46.0), 1.0)
     assert again is not None
-    old = {id(leaf.node) for leaf in rope.leaves(held, 0.0, 1e9)}
-    new = {id(leaf.node) for leaf in rope.leaves(again, 0.0, 1e9)}
+    old = {id(leaf) for _, leaf in rope.leaves(held, 0.0, 1e9)}
+    new = {id(leaf) for _, leaf in rope.leaves(again, 0.0, 1e9)}
     assert len(new - old) <= 3
+    assert {id(leaf.row) for _, leaf in rope.leaves(held, 0.0, 1e9)} == {id(held_row(held))}
     assert isinstance(again.node, Branch)
 
 
+def held_row(held: Held) -> rope.Row:
+    return next(rope.leaves(held, 0.0, 0.0))[1].row
+
+
 def test_many_edits_leave_no_crumbs() -> None:
-    """Leaves are a sixth full on the average, and the tree is no higher than it must be for that."""
-    source, held = Random(5), rope.rope_of(row(50 * LEAF))
+    """Leaves are a sixth of a small one on the average, and the tree is no higher than it must be for that."""
+    source, held = Random(5), rope.rope_of(row(50 * SMALL))
     for _ in range(3000):
         assert held is not None
         keep = source.randrange(1, held.node.count - 6)
@@ -111,13 +130,59 @@ def test_many_edits_leave_no_crumbs() -> None:
         held = rope.spliced(held, keep, keep + 2, new, source.choice([0.0, 2 * TICK]))
     assert held is not None
     check_sound(held)
-    sizes = [leaf.node.count for leaf in rope.leaves(held, -1e9, 1e9)]
-    assert 6 * sum(sizes) >= LEAF * len(sizes)
+    sizes = [leaf.count for _, leaf in rope.leaves(held, -1e9, 1e9)]
+    assert 6 * sum(sizes) >= SMALL * len(sizes)
     assert held.node.height <= 2
 
 
-def test_leaves_of_a_stretch_of_time() -> None:
-    held = rope.rope_of(row(LEAF * 10))
+def test_what_is_put_on_behind_lengthens_the_row() -> None:
+    held = rope.rope_of(row(3))
+    for k in range(1000):
+        assert held is not None
+        held = rope.spliced(held, held.node.count, held.node.count, row(3, 3.0 * k + 3.0), 0.0)
     assert held is not None
-    found = list(rope.leaves(held, LEAF * 2.5, LEAF * 4.5))
-    assert [leaf.offset + leaf.node.begin for leaf in found] == [LEAF * 2.0, LEAF * 3.0, LEAF * 4.0]
+    assert len(list(rope.leaves(held, -1.0, 1e9))) == 1
+    assert listed(held) == row(3003)
+
+
+def test_two_versions_that_go_on_from_one_do_not_disturb_each_other() -> None:
+    held = rope.rope_of(row(3))
+    assert held is not None
+    one, other = (rope.spliced(held, 3, 3, row(2, begin), 0.0) for begin in (3.0, 7.0))
+    assert listed(held) == row(3)
+    assert listed(one) == row(5)
+    assert listed(other) == row(3) + row(2, 7.0)
+
+
+def test_a_stream_that_takes_back_its_last_segments_makes_long_rows() -> None:
+    """As steering does: what is planned ahead is dropped and planned again, over and over."""
+    held = rope.rope_of(row(1))
+    for _ in range(20 * SMALL):
+        assert held is not None
+        keep = max(held.node.count - 3, 1)
+        begin = rope.segment(held, keep - 1).finish
+        held = rope.spliced(held, keep, held.node.count, row(4, begin), 0.0)
+    assert held is not None
+    check_sound(held)
+    assert listed(held) == row(held.node.count)
+    assert len(list(rope.leaves(held, -1.0, 1e9))) <= 3
+
+
+def test_leaves_of_a_stretch_of_time() -> None:
+    found = list(rope.leaves(cut_up(10, 100), 250.0, 455.0))  # the shifts make each leaf begin one second later
+    assert [offset + leaf.begin for offset, leaf in found] == [202.0, 303.0, 404.0]
+
+
+def test_blocks_of_a_stretch_of_time() -> None:
+    """Parts of rows that do not go across a multiple of BLOCK, from the segment in force at the beginning."""
+    held = rope.rope_of(row(4 * BLOCK))
+    assert held is not None
+    found = list(rope.blocks(held, BLOCK - 1.5, 2.0 * BLOCK + 3.0))
+    assert [(block.first, block.last) for block in found] == [
+        (BLOCK - 2, BLOCK),
+        (BLOCK, 2 * BLOCK),
+        (2 * BLOCK, 2 * BLOCK + 4),
+    ]
+    assert [block.begin for block in found] == [BLOCK - 2.0, BLOCK, 2.0 * BLOCK]
+    (before,) = rope.blocks(held, -5.0, -4.0)
+    assert (before.first, before.last) == (0, 1)

@@ -15,8 +15,9 @@ from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
-from vrs_cli.trajectory.leaf_table import LeafTable, leaf_table
+from vrs_cli.trajectory.block_table import BlockTable, block_table
 from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.rope import Block
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -124,8 +125,9 @@ def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
     order = _order(times)
     sorted_times = times if order is None else times[order]
     found = np.empty((len(times), arm.model.joint_count))
-    for offset, table, rows in _leaves(timeline, sorted_times):
-        places, s = table.locate(sorted_times[rows], offset)
+    for block, rows in _blocks(timeline, sorted_times):
+        table, part = block_table(block)
+        places, s = table.locate(sorted_times[rows], block.offset, part)
         _joints(arm, table, places, s, found[rows])
     if order is None:
         return found
@@ -141,21 +143,21 @@ def _order(times: Floats) -> Rows | None:
     return times.argsort(kind="stable")
 
 
-def _leaves(timeline: Timeline, times: Floats) -> Iterator[tuple[float, LeafTable, slice]]:
-    """The leaves that sorted times (N,) fall to, each with its offset [s] and its part of them."""
+def _blocks(timeline: Timeline, times: Floats) -> Iterator[tuple[Block, slice]]:
+    """The blocks that sorted times (N,) fall to, each with its part of them."""
     import numpy as np
 
     if not len(times):
         return
-    found = list(timeline.leaves(float(times[0]), float(times[-1])))
-    begins = [offset + leaf.begin for offset, leaf in found]
+    found = list(timeline.blocks(float(times[0]), float(times[-1])))
+    begins = [block.begin for block in found]
     cuts = [0, *np.searchsorted(times, begins[1:], side="left"), len(times)]
-    for (offset, leaf), (first, last) in zip(found, pairwise(cuts), strict=True):
+    for block, (first, last) in zip(found, pairwise(cuts), strict=True):
         if first < last:
-            yield offset, leaf_table(leaf), slice(first, last)
+            yield block, slice(first, last)
 
 
-def _joints(arm: RobotArm, table: LeafTable, places: Rows, s: Floats, out: Floats) -> None:
+def _joints(arm: RobotArm, table: BlockTable, places: Rows, s: Floats, out: Floats) -> None:
     """The joints (N, n) at `s` seconds (N,) into the segments at `places` (N,), in order of time, to `out`."""
     table.joints(places, s, out)
     if table.any_straight:
@@ -210,8 +212,8 @@ def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> Positions:
         np.empty((len(times), 3, 4)),
         np.empty(len(times)),
     )
-    for offset, table, rows in _leaves(timeline, sorted_times):
-        _fill(arm, offset, table, rows, found)
+    for block, rows in _blocks(timeline, sorted_times):
+        _fill(arm, block, rows, found)
     return found if order is None else _in_order(times, order, found)
 
 
@@ -222,15 +224,16 @@ def _in_order(times: Floats, order: Rows, found: Positions) -> Positions:
     return Positions(times, *(column[back] for column in columns))
 
 
-def _fill(arm: RobotArm, offset: float, table: LeafTable, rows: slice, out: Positions) -> None:
-    """What the segments of one leaf say of the sorted times in `rows`."""
+def _fill(arm: RobotArm, block: Block, rows: slice, out: Positions) -> None:
+    """What the segments of one block say of the sorted times in `rows`."""
     import numpy as np
 
     from vrs_cli.kinematics import transform_batch as batch
 
     times = out.times[rows]
-    places, s = table.locate(times, offset)
-    moving = (times >= table.starts[places] + offset) & (s < table.durations[places]) & ~table.resting[places]
+    table, part = block_table(block)
+    places, s = table.locate(times, block.offset, part)
+    moving = (times >= table.starts[places] + block.offset) & (s < table.durations[places]) & ~table.resting[places]
     q, qd, qdd = out.joints[rows], out.velocity[rows], out.acceleration[rows]
     _joints(arm, table, places, s, q)
     qd[moving], qdd[moving] = table.rates(places[moving], s[moving])

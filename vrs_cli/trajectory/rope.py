@@ -1,10 +1,13 @@
 """A rope of segments: an immutable tree, edited and shifted in time anywhere at a cost that hardly grows with it.
 
-Leaves hold segments with their stored times; a branch holds its children each with a time offset, so that shifting any
-number of segments changes an offset a level. An edit makes new nodes only along its way down; all others are shared
-with the ropes they came from, which stay as they were. Offsets are multiples of the time grid (`instant`): however
-often they are added, the sums are exact. (Boehm, Atkinson, Plass: Ropes, an alternative to strings, 1995; the nodes
-are those of a B+ tree, Comer 1979.)
+Segments stand in rows. A leaf is a part of a row; what an edit leaves of a leaf is a smaller part of the same row,
+neither copied nor looked at (in a long timeline most of it is in no cache). A row grows at its end and nowhere else, so
+that what is put on behind costs no copy either: older leaves do not see it, for they know where they end. A branch
+holds leaves or branches with the times at which they begin, later or earlier than those that their segments were made
+with, so that shifting any number of segments changes some times a level. An edit makes new nodes only along its way
+down; all others are shared with the ropes they came from, which stay as they were. Times are multiples of the time grid
+(`instant`): however often they are shifted, the sums are exact. (Boehm, Atkinson, Plass: Ropes, an alternative to
+strings, 1995; the nodes are those of a B+ tree, Comer 1979, with leaves of any length.)
 """
 
 from __future__ import annotations
@@ -12,53 +15,65 @@ from __future__ import annotations
 from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.trajectory.segment import Segment
 
 if TYPE_CHECKING:
-    from vrs_cli.trajectory.leaf_table import LeafTable
+    from vrs_cli.trajectory.block_table import BlockTable
 
-LEAF = 128  # segments in a full leaf
+SMALL = 128  # segments: a leaf of no more may be copied
+BLOCK = 128  # segments of a row that are read as arrays at once
 FAN = 32  # children of a full branch
-SPARSE = 4  # a node that holds less than this part of a full one is put together with a neighbour,
-MENDED = 2  # where both together hold at most this part of a full one
+SPARSE = 4  # a node that holds less than this part of SMALL or FAN is put together with a neighbour,
+MENDED = 2  # where both together hold at most this part of it
+
+
+class Row:
+    """Segments with the times they were made with, in order. `starts` stand side by side in memory: looking for a time
+    touches few of its lines, and no segment. `tables` hold blocks of them as arrays, once they were asked for.
+    """
+
+    __slots__ = ("segments", "starts", "tables")
+
+    def __init__(self, segments: Sequence[Segment]) -> None:
+        self.segments = list(segments)
+        self.starts = array("d", [segment.start for segment in segments])
+        self.tables: dict[int, BlockTable] = {}
+
+    def __len__(self) -> int:
+        return len(self.segments)
+
+    def grow(self, segments: Sequence[Segment]) -> None:
+        self.starts.extend([segment.start for segment in segments])
+        self.segments.extend(segments)
 
 
 @dataclass(slots=True)
 class Leaf:
-    """Consecutive segments with the times they were made with, from `begin` to `end` [s]. Never changed once made.
+    """The segments of a row from `first` to before `last`, from time `begin` to `end` [s]. Never changed once made."""
 
-    They are those from `first` to before `last` of a row that other leaves may have a part of: what an edit leaves of a
-    leaf is not copied, nor even looked at (in a long timeline most of it is in no cache). `starts` stand side by side
-    in memory: looking for a time touches few of its lines, and no segment. `table` holds the same as arrays, once it
-    was asked for.
-    """
-
-    starts: array[float]
-    row: tuple[Segment, ...]
+    row: Row
     first: int
     last: int
     count: int
     begin: float
     end: float
-    table: list[LeafTable] = field(default_factory=list, compare=False, repr=False)
     height = 0
 
     @property
-    def segments(self) -> tuple[Segment, ...]:
-        return self.row[self.first : self.last]
+    def segments(self) -> Sequence[Segment]:
+        return self.row.segments[self.first : self.last]
 
 
 @dataclass(slots=True)
 class Branch:
-    """Children in time order, each `offsets` later than it says [s]. `begins`: their starts, that included; `counts`:
-    segments before each, and in all. The numbers stand side by side in memory. Never changed once made."""
+    """Children in time order, each shifted so that it begins at its time in `begins` [s]; `counts`: segments before
+    each, and in all. The numbers stand side by side in memory. Never changed once made."""
 
     height: int
-    offsets: array[float]
     nodes: tuple[Node, ...]
     begins: array[float]
     counts: array[int]
@@ -80,33 +95,53 @@ class Held(NamedTuple):
         return Held(self.offset + shift, self.node) if shift else self
 
 
+class Block(NamedTuple):
+    """Segments of a row from `first` to before `last`, no more than BLOCK, at times `offset` later [s]."""
+
+    offset: float
+    row: Row
+    first: int
+    last: int
+
+    @property
+    def begin(self) -> float:
+        return self.offset + self.row.starts[self.first]
+
+
 # --- making ------------------------------------------------------------------------------------------------------
 
 
 def _leaf(segments: Sequence[Segment]) -> Leaf:
-    starts = array("d", [segment.start for segment in segments])
-    return Leaf(starts, tuple(segments), 0, len(segments), len(segments), starts[0], segments[-1].finish)
+    """A leaf with a row of its own."""
+    count = len(segments)
+    return Leaf(Row(segments), 0, count, count, segments[0].start, segments[-1].finish)
 
 
 def _part(leaf: Leaf, first: int, last: int) -> Leaf:
     """The segments of a leaf from `first` to before `last`."""
-    first, last = leaf.first + first, leaf.first + last
-    return Leaf(leaf.starts, leaf.row, first, last, last - first, leaf.starts[first], leaf.row[last - 1].finish)
+    row, begin = leaf.row, leaf.first
+    first, last = begin + first, begin + last
+    return Leaf(row, first, last, last - first, row.starts[first], row.segments[last - 1].finish)
 
 
-def _leaves_of(offset: float, segments: Sequence[Segment]) -> list[Held]:
-    """Full leaves, the last one maybe not; the segments' times count from `offset`."""
-    return [Held(offset, _leaf(segments[first : first + LEAF])) for first in range(0, len(segments), LEAF)]
+def _grown(leaf: Leaf, segments: Sequence[Segment]) -> Leaf:
+    """A leaf that ends its row, with segments put on behind."""
+    leaf.row.grow(segments)
+    count = len(segments)
+    return Leaf(leaf.row, leaf.first, leaf.last + count, leaf.count + count, leaf.begin, segments[-1].finish)
+
+
+def _ends_row(node: Node) -> bool:
+    return isinstance(node, Leaf) and node.last == len(node.row)
 
 
 def _branch(children: Sequence[Held]) -> Held:
     """A branch over nodes of one height."""
-    offsets, nodes = array("d", [offset for offset, _ in children]), tuple([node for _, node in children])
+    nodes = tuple([node for _, node in children])
     begins = array("d", [offset + node.begin for offset, node in children])
     counts = array("q", accumulate([node.count for node in nodes], initial=0))
-    last = nodes[-1]
-    made = Branch(last.height + 1, offsets, nodes, begins, counts, counts[-1], begins[0], offsets[-1] + last.end)
-    return Held(0.0, made)
+    offset, last = children[-1]
+    return Held(0.0, Branch(last.height + 1, nodes, begins, counts, counts[-1], begins[0], offset + last.end))
 
 
 def _branches(children: Sequence[Held]) -> list[Held]:
@@ -124,13 +159,13 @@ def _root(level: list[Held]) -> Held | None:
         return None
     held = level[0]
     while isinstance(held.node, Branch) and len(held.node.nodes) == 1:
-        held = Held(held.offset + held.node.offsets[0], held.node.nodes[0])
+        held = _child(held.node, 0).shifted(held.offset)
     return held
 
 
 def rope_of(segments: Sequence[Segment]) -> Held | None:
     """A rope of segments in time order; None of none."""
-    return _root(_leaves_of(0.0, segments))
+    return Held(0.0, _leaf(segments)) if segments else None
 
 
 # --- editing -----------------------------------------------------------------------------------------------------
@@ -173,39 +208,54 @@ def _patched(node: Branch, first: int, last: int, middle: list[Held], shift: flo
 
     What every edit does on every level: nothing is counted anew that stays.
     """
-    counts = node.counts[:first] + array(
-        "q", accumulate([part.node.count for part in middle], initial=node.counts[first])
-    )
+    counts = node.counts[:first]
+    counts.extend(accumulate([part.node.count for part in middle], initial=node.counts[first]))
     more, later = counts[-1] - node.counts[last], node.counts[last + 1 :]
-    after, begun = node.offsets[last:], node.begins[last:]
-    if shift:
-        after, begun = array("d", [t + shift for t in after]), array("d", [t + shift for t in begun])
-    counts += array("q", [count + more for count in later]) if more else later
-    offsets = node.offsets[:first] + array("d", [part.offset for part in middle]) + after
-    begins = node.begins[:first] + array("d", [part.offset + part.node.begin for part in middle]) + begun
-    nodes = (*node.nodes[:first], *[part.node for part in middle], *node.nodes[last:])
-    return Branch(node.height, offsets, nodes, begins, counts, counts[-1], begins[0], offsets[-1] + nodes[-1].end)
+    counts.extend([count + more for count in later] if more else later)
+    begins = node.begins[:first]
+    begins.extend([offset + part.begin for offset, part in middle])
+    begins.extend([t + shift for t in node.begins[last:]] if shift else node.begins[last:])
+    nodes = (*node.nodes[:first], *[part for _, part in middle], *node.nodes[last:])
+    end = begins[-1] - nodes[-1].begin + nodes[-1].end
+    return Branch(node.height, nodes, begins, counts, counts[-1], begins[0], end)
 
 
 def _child(node: Branch, place: int) -> Held:
-    return Held(node.offsets[place], node.nodes[place])
+    child = node.nodes[place]
+    return Held(node.begins[place] - child.begin, child)
 
 
 def _children(node: Branch, first: int, last: int, shift: float = 0.0) -> list[Held]:
     """Those from `first` to before `last`, later by `shift`."""
-    return [Held(node.offsets[place] + shift, node.nodes[place]) for place in range(first, last)]
+    row = zip(node.begins[first:last], node.nodes[first:last], strict=True)
+    return [Held(begin - child.begin + shift, child) for begin, child in row]
 
 
 def _spliced_leaf(
     offset: float, leaf: Leaf, base: float, first: int, last: int, new: Sequence[Segment], shift: float
 ) -> list[Held]:
-    """What is before and after new segments stays where it is; behind the last one they are put on."""
+    """What is before and after new segments stays where it is."""
     count = leaf.count
-    if first and last >= count and first + len(new) <= LEAF:
-        return [Held(offset, _leaf((*leaf.row[leaf.first : leaf.first + first], *_shifted(new, -(base + offset)))))]
-    parts = [Held(offset, _part(leaf, 0, first))] if first else []
-    parts += _leaves_of(offset, _shifted(new, -(base + offset)))
-    return [*parts, Held(offset + shift, _part(leaf, last, count))] if last < count else parts
+    new = _shifted(new, -(base + offset))
+    if last < count:
+        parts = [Held(offset, _part(leaf, 0, first))] if first else []
+        parts += [Held(offset, _leaf(new))] if new else []
+        return [*parts, Held(offset + shift, _part(leaf, last, count) if last else leaf)]
+    return [Held(offset, part) for part in _ended(leaf, first, new)]
+
+
+def _ended(leaf: Leaf, first: int, new: Sequence[Segment]) -> list[Leaf]:
+    """`new` in place of all segments of a leaf from `first` on."""
+    if not new:
+        return [_part(leaf, 0, first)]
+    if not first:
+        return [_leaf(new)]
+    if first == leaf.count and _ends_row(leaf):
+        return [_grown(leaf, new)]
+    if first + len(new) <= SMALL:
+        return [_leaf([*leaf.segments[:first], *new])]
+    kept = _leaf(leaf.segments[:first]) if first <= SMALL else _part(leaf, 0, first)  # the copy ends its row
+    return [kept, _leaf(new)]
 
 
 def _shifted(segments: Sequence[Segment], shift: float) -> Sequence[Segment]:
@@ -213,11 +263,15 @@ def _shifted(segments: Sequence[Segment], shift: float) -> Sequence[Segment]:
 
 
 def _mended(row: list[Held]) -> list[Held]:
-    """A row of nodes in which sparse ones have joined the neighbour before them, where that has room."""
+    """A row of nodes in which sparse ones have joined the neighbour before them, where that has room, and a small leaf
+    the row of the one before it, where more is to come behind it.
+    """
     made: list[Held] = []
-    for held in row:
+    for place, held in enumerate(row):
         if made and (_is_sparse(held.node) or _is_sparse(made[-1].node)):
             made[-1:] = _together(made[-1], held)
+        elif made and place < len(row) - 1 and _takes(made[-1].node, held.node):
+            made[-1:] = [_taken(made[-1], held)]
         else:
             made.append(held)
     return made
@@ -225,8 +279,18 @@ def _mended(row: list[Held]) -> list[Held]:
 
 def _is_sparse(node: Node) -> bool:
     if isinstance(node, Leaf):
-        return node.count * SPARSE < LEAF
+        return node.count * SPARSE < SMALL
     return len(node.nodes) * SPARSE < FAN
+
+
+def _takes(left: Node, right: Node) -> bool:
+    return _ends_row(left) and right.height == 0 and right.count <= SMALL
+
+
+def _taken(left: Held, right: Held) -> Held:
+    """Two leaves as one, the first of which ends its row."""
+    assert isinstance(left.node, Leaf)
+    return Held(left.offset, _grown(left.node, _moved(right, left.offset)))
 
 
 def _together(left: Held, right: Held) -> list[Held]:
@@ -235,7 +299,7 @@ def _together(left: Held, right: Held) -> list[Held]:
         if (len(left.node.nodes) + len(right.node.nodes)) * MENDED > FAN:
             return [left, right]
         return [_branch([child for held in (left, right) for child in _shifted_children(held)])]
-    if (left.node.count + right.node.count) * MENDED > LEAF:
+    if (left.node.count + right.node.count) * MENDED > SMALL:
         return [left, right]
     offset = max(left, right, key=lambda held: held.node.count).offset
     return [Held(offset, _leaf([*_moved(left, offset), *_moved(right, offset)]))]
@@ -255,32 +319,52 @@ def _moved(held: Held, offset: float = 0.0) -> Sequence[Segment]:
 # --- reading -----------------------------------------------------------------------------------------------------
 
 
+def locate(held: Held, t: float) -> tuple[float, Row, int]:
+    """The last segment that begins by time t, the first one before all: its row and place there, and by how much its
+    times are later than it says [s].
+    """
+    offset, node = held
+    while node.__class__ is Branch:  # not isinstance: g is read more often than anything else
+        place = bisect_right(node.begins, t - offset) - 1
+        place = place if place > 0 else 0
+        offset += node.begins[place]
+        node = node.nodes[place]
+        offset -= node.begin
+    leaf: Leaf = node  # type: ignore[assignment]  # what is no branch is a leaf
+    place, first = bisect_right(leaf.row.starts, t - offset, leaf.first, leaf.last) - 1, leaf.first
+    return offset, leaf.row, place if place > first else first
+
+
 def index_at(held: Held, t: float) -> int:
     """The index of the last segment that begins by time t; 0 before the first."""
     offset, node = held
     before = 0
     while isinstance(node, Branch):
-        child = max(bisect_right(node.begins, t - offset) - 1, 0)
-        before += node.counts[child]
-        offset, node = offset + node.offsets[child], node.nodes[child]
-    return before + max(bisect_right(node.starts, t - offset, node.first, node.last) - node.first - 1, 0)
+        place = max(bisect_right(node.begins, t - offset) - 1, 0)
+        before += node.counts[place]
+        child = node.nodes[place]
+        offset += node.begins[place] - child.begin
+        node = child
+    return before + max(bisect_right(node.row.starts, t - offset, node.first, node.last) - node.first - 1, 0)
 
 
 def segment(held: Held, index: int) -> Segment:
     """The segment of an index, 0 <= index < count, at its time."""
     offset, node = held
     while isinstance(node, Branch):
-        child = bisect_right(node.counts, index) - 1
-        index -= node.counts[child]
-        offset, node = offset + node.offsets[child], node.nodes[child]
-    return node.row[node.first + index].shifted(offset)
+        place = bisect_right(node.counts, index) - 1
+        index -= node.counts[place]
+        child = node.nodes[place]
+        offset += node.begins[place] - child.begin
+        node = child
+    return node.row.segments[node.first + index].shifted(offset)
 
 
-def leaves(held: Held, first: float, last: float) -> Iterator[Held]:
-    """The leaves that are in force at some time from `first` to `last`, in order."""
+def leaves(held: Held, first: float, last: float) -> Iterator[tuple[float, Leaf]]:
+    """The leaves that are in force at some time from `first` to `last`, in order, each with the offset of its times."""
     offset, node = held
     if isinstance(node, Leaf):
-        yield held
+        yield offset, node
         return
     low = max(bisect_right(node.begins, first - offset) - 1, 0)
     high = max(bisect_right(node.begins, last - offset), low + 1)
@@ -288,11 +372,23 @@ def leaves(held: Held, first: float, last: float) -> Iterator[Held]:
         yield from leaves(child, first, last)
 
 
+def blocks(held: Held, first: float, last: float) -> Iterator[Block]:
+    """What is in force at some time from `first` to `last`, in order, in blocks."""
+    for offset, leaf in leaves(held, first, last):
+        row = leaf.row
+        low = bisect_right(row.starts, first - offset, leaf.first + 1, leaf.last) - 1
+        high = bisect_right(row.starts, last - offset, low + 1, leaf.last)
+        edges = [low, *range(low - low % BLOCK + BLOCK, high, BLOCK), high]
+        for begin, end in pairwise(edges):
+            yield Block(offset, row, begin, end)
+
+
 def segments(held: Held) -> Iterator[Segment]:
     """All segments at their times."""
     offset, node = held
     if isinstance(node, Leaf):
-        yield from _moved(held)
+        for place in range(node.first, node.last):
+            yield node.row.segments[place].shifted(offset)
         return
     for child in _children(node, 0, len(node.nodes), offset):
         yield from segments(child)

@@ -6,12 +6,11 @@ copied nor computed again, whatever its length. Old versions stay valid for whoe
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 
 from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
-from vrs_cli.trajectory.rope import Branch, Held, Leaf
+from vrs_cli.trajectory.rope import Block, Held
 from vrs_cli.trajectory.segment import Segment
 
 
@@ -69,26 +68,17 @@ class Timeline:
 
     def locate(self, t: float) -> tuple[Segment, float]:
         """The segment in force at t as stored, and t - t_s limited to its duration (the robot stands still in gaps)."""
-        offset, node = self._rope
-        while node.__class__ is Branch:  # not isinstance: g is read more often than anything else
-            place = bisect_right(node.begins, t - offset) - 1
-            place = place if place > 0 else 0
-            offset += node.offsets[place]
-            node = node.nodes[place]
-        leaf: Leaf = node  # type: ignore[assignment]  # what is no branch is a leaf
-        place, first = bisect_right(leaf.starts, t - offset, leaf.first, leaf.last) - 1, leaf.first
-        segment = leaf.row[place if place > first else first]
+        offset, row, place = rope.locate(self._rope, t)
+        segment = row.segments[place]
         since = t - (offset + segment.start)  # that sum is exact: whatever the offsets are, g is the same to the bit
         if since < 0.0:
             return segment, 0.0
         duration = segment.finish - segment.start
         return segment, since if since < duration else duration
 
-    def leaves(self, first: float, last: float) -> Iterator[tuple[float, Leaf]]:
-        """The leaves in force from time `first` to `last` in order, each with the offset of its times [s]."""
-        for offset, leaf in rope.leaves(self._rope, first, last):
-            assert isinstance(leaf, Leaf)
-            yield offset, leaf
+    def blocks(self, first: float, last: float) -> Iterator[Block]:
+        """What is in force from time `first` to `last` in order, as parts of the rows that versions share."""
+        return rope.blocks(self._rope, first, last)
 
     # --- changing: a new version ---
 

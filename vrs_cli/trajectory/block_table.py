@@ -1,7 +1,7 @@
-"""The segments of a leaf of the timeline as arrays, to read many times at once.
+"""Blocks of the timeline's segments as arrays, to read many times at once.
 
-A table is made when a leaf is first read this way and kept with it. Leaves are shared by all versions of a timeline
-that contain them, so after an edit only the one or two leaves that it touched are new.
+A table is made when a block of a row is first read this way, and kept with the row. Rows are shared by all versions of
+a timeline that have a part of them, so after an edit only what is new in it has to be made into a table.
 """
 
 from __future__ import annotations
@@ -11,13 +11,12 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from vrs_cli.trajectory.motion import Frames
+from vrs_cli.trajectory.rope import BLOCK, Block
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from vrs_cli.trajectory.rope import Leaf
 
     Floats = NDArray[np.float64]
     Flags = NDArray[np.bool_]
@@ -25,14 +24,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class LeafTable:
+class BlockTable:
     """m segments of n joints: `starts`, `durations`, `hand` (m,); `coefficients` (k, m, n) by ascending power.
 
     `straight` and `resting` (m,) say what each segment is; a straight one has coefficients of zero. `frame_number` (m,)
-    counts into `frames`. Times are the stored ones, without the leaf's offset.
+    counts into `frames`. Times are those that the segments were made with.
     """
 
-    segments: tuple[Segment, ...]
+    segments: list[Segment]
     starts: Floats
     durations: Floats
     hand: Floats
@@ -46,17 +45,19 @@ class LeafTable:
     def any_straight(self) -> bool:
         return bool(self.straight.any())
 
-    def locate(self, times: Floats, offset: float) -> tuple[Rows, Floats]:
-        """The segment in force at each time (N,), and how long it has been so [s], at most its duration.
+    def locate(self, times: Floats, offset: float, part: slice) -> tuple[Rows, Floats]:
+        """The segment of a part in force at each time (N,), and how long it has been so [s], at most its duration; the
+        segments are `offset` [s] later than they say.
 
         Where its start is taken from the time, as here, the result does not depend on what the offset is.
         """
         import numpy as np
 
-        starts = self.starts + offset  # exact: both are on the time grid
+        starts = self.starts[part] + offset  # exact: both are on the time grid
         places = starts.searchsorted(times, side="right") - 1
         np.maximum(places, 0, out=places)
         s = times - starts.take(places)
+        places += part.start
         np.minimum(s, self.durations.take(places), out=s)
         return places, np.maximum(s, 0.0, out=s)
 
@@ -83,21 +84,25 @@ class LeafTable:
         return qd, qdd
 
 
-def leaf_table(leaf: Leaf) -> LeafTable:
-    """The table of a leaf, made once."""
-    if not leaf.table:
-        leaf.table.append(_tabulated(leaf.segments))
-    return leaf.table[0]
+def block_table(block: Block) -> tuple[BlockTable, slice]:
+    """The table that a block is in, and the part of it that the block is."""
+    number, first = divmod(block.first, BLOCK)
+    part = slice(first, first + block.last - block.first)
+    tables = block.row.tables
+    table = tables.get(number)
+    if table is None or len(table.segments) < part.stop:  # the row has grown since
+        table = tables[number] = _tabulated(block.row.segments[number * BLOCK : (number + 1) * BLOCK])
+    return table, part
 
 
-def _tabulated(segments: tuple[Segment, ...]) -> LeafTable:
+def _tabulated(segments: list[Segment]) -> BlockTable:
     import numpy as np
 
     paths = [segment.path for segment in segments]
     coefficients = _coefficients(paths)
     frames = tuple(dict.fromkeys(segment.motion.frames for segment in segments))
     number = {frame: count for count, frame in enumerate(frames)}
-    return LeafTable(
+    return BlockTable(
         segments=segments,
         starts=np.array([segment.start for segment in segments]),
         durations=np.array([segment.duration for segment in segments]),
