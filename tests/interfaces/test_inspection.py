@@ -40,6 +40,15 @@ def test_places_that_numbers_give() -> None:
     assert found("TOOL NULL", "MOVE TRANS(0, 3000)") == []
 
 
+def test_joints_of_another_robot() -> None:
+    text = f".PROGRAM p\nMOVE #bad\nMOVE #PPOINT(0, 0, 0, 0, 0)\nMOVE #PPOINT(0, 0, 0)\n.END\n{SECTIONS}"
+    told = [one.message for one in inspect(text, load_robot("cobra600"))]
+    assert told == [
+        "*Illegal value* #bad: a precision point of 6 joints (this robot has 4)",
+        "*Illegal value* a precision point of 5 joints (this robot has 4)",
+    ]
+
+
 def test_what_is_in_reach() -> None:
     assert found("MOVE good", "MOVE #ready", "READY") == [(-401, 2)]
 

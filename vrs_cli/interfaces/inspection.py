@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch, row_of
 from vrs_cli.engine.targets import check_joint_limits
-from vrs_cli.errors import JointOutOfRange, MotionError, UsageError
+from vrs_cli.errors import IllegalValue, JointOutOfRange, MotionError, UsageError
 from vrs_cli.interfaces.readings import Readings
 from vrs_cli.interfaces.session import defined
 from vrs_cli.kinematics.model import RobotModel
@@ -228,9 +228,10 @@ def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
 
 def _given(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
     """The place that numbers give; those that are left out are for the function to fill in."""
-    numbers = (*(_numbers(place) or ()), *(None,) * JOINTS_HIGH)
+    given = _numbers(place) or ()
+    numbers = (*given, *(None,) * JOINTS_HIGH)
     if place.name == "#PPOINT":
-        return precision_point(number or 0.0 for number in numbers[:joint_count])
+        return precision_point(number or 0.0 for number in numbers[: max(joint_count, len(given))])
     return trans(*numbers[:6])
 
 
@@ -244,7 +245,7 @@ def _unreached(way: _Way, places: _Places) -> Diagnostic | None:
     return Diagnostic(Severity.WARNING, refusal.code, _text(refusal), detail, refusal.hint, target.span)
 
 
-def _text(refusal: MotionError) -> str:
+def _text(refusal: MotionError | IllegalValue) -> str:
     return f"Joint {refusal.joint} out of range" if isinstance(refusal, JointOutOfRange) else refusal.text
 
 
@@ -263,16 +264,16 @@ class _Places:
     environment: Environment
     engine: Engine
 
-    def refusal(self, target: ast.Variable | ast.Call, distance: float) -> MotionError | None:
+    def refusal(self, target: ast.Variable | ast.Call, distance: float) -> MotionError | IllegalValue | None:
         """Why no configuration of the arm reaches a place; None where one does, or where it has no value."""
         engine, joint_count = self.engine, self.engine.model.joint_count
         place = self._value(target) if isinstance(target, ast.Variable) else _given(target, joint_count)
         try:
             if isinstance(place, Transform):
                 self._try(engine, compose(place, translation(0.0, 0.0, -distance)))
-            elif place is not None and len(place) == engine.model.joint_count and not distance:
+            elif place is not None and not distance:
                 check_joint_limits(engine.model, place)
-        except MotionError as refusal:
+        except (MotionError, IllegalValue) as refusal:
             return refusal
         return None
 
