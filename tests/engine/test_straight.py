@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import radians
+from pathlib import Path
 
 import pytest
 
 from tests.laws.motion_laws import check_continuous, check_limits
-from vrs_cli.engine.commands import JointOffsetTarget, Move, PoseTarget, SetDuration, SetParameter, Stamp
+from vrs_cli.engine.commands import (
+    JointOffsetTarget,
+    JointTarget,
+    Move,
+    PoseTarget,
+    SetDuration,
+    SetParameter,
+    Stamp,
+)
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.engine.planner import Here, plan_motion
-from vrs_cli.errors import JointOutOfRange, MotionError
+from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat, translation
 from vrs_cli.trajectory.blend import JointState
@@ -21,6 +30,7 @@ from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.trajectory.timeline import Timeline
 
 MODEL = load_robot("puma560")
+URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 
 
 def test_a_line_out_of_a_spinning_straight_wrist_brakes_first() -> None:
@@ -153,3 +163,26 @@ def test_a_place_in_a_message_has_no_negative_zero() -> None:
     arm = Engine(MODEL).arm
     follower = Follower(arm, arm.configuration(MODEL.poses["ready"]), IDENTITY)
     assert follower.shown(translation(-1e-9, 0.0, 0.1)) == "X 0.0 Y 0.0 Z 100.0 mm"
+
+
+def turning_five_joints() -> tuple[Engine, Move]:
+    """An arm of five joints, and a line on which it cannot turn the tool as it would have to."""
+    engine = Engine(load_robot(URDF / "five.urdf"), start=tuple(map(radians, (10.0, -30.0, 60.0, 40.0, 20.0))))
+    goal = tuple(map(radians, (60.0, -40.0, 80.0, -30.0, 50.0)))
+    return engine, Move(JointTarget(goal), straight=True)
+
+
+def test_where_five_joints_cannot_turn_the_tool_a_line_says_so() -> None:
+    engine, line = turning_five_joints()
+    with pytest.raises(LocationOutOfRange, match=r"near X .* for how the tool is turned there \(use MOVE"):
+        engine.perform(line)
+
+
+def test_the_search_for_the_place_where_a_line_fails_explains_only_that_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An explanation costs a search from many starts on an arm without a closed form."""
+    engine, line = turning_five_joints()
+    asked, select = [], engine.arm.select
+    monkeypatch.setattr(engine.arm, "select", lambda T, near: asked.append(T) or select(T, near))
+    with pytest.raises(LocationOutOfRange):
+        engine.perform(line)
+    assert len(asked) <= 2, "where it is first seen, and where it begins"

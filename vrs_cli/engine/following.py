@@ -10,7 +10,14 @@ from itertools import pairwise
 from operator import mul
 from typing import NamedTuple
 
-from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooClose, MotionError, StraightLineSingular
+from vrs_cli.errors import (
+    JointOutOfRange,
+    LocationOutOfRange,
+    LocationTooClose,
+    LocationTooFar,
+    MotionError,
+    StraightLineSingular,
+)
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints, joints_outside
@@ -118,14 +125,20 @@ class Follower:
         low, high = good.s, until
         for _ in range(EDGE_STEPS):
             middle = 0.5 * (low + high)
-            try:
-                self.sample(path, middle, good.joints)
+            if self._possible(path, middle, good.joints):
                 low = middle
-            except (LocationOutOfRange, JointOutOfRange) as earlier:
-                refusal, high = earlier, middle
-            except StraightLineSingular:
-                low = middle
+            else:
+                high = middle
+        try:
+            self.sample(path, high, good.joints)
+        except (LocationOutOfRange, JointOutOfRange) as earliest:
+            return earliest
         return refusal
+
+    def _possible(self, path: CartesianPath, s: float, near: Joints) -> bool:
+        """Whether the arm reaches the path at time s, every joint in its range."""
+        joints = self.arm.branch_joints(compose(path.pose(s), self.T_tool_flange), self.configuration, near)
+        return joints is not None and self.arm.limits_ok(joints)
 
     def _close(self, a: Sample, b: Sample) -> bool:
         half = 0.5 * (b.s - a.s)
@@ -210,16 +223,20 @@ class Follower:
         return _new(Sample, (s, joints, self.arm.joint_velocity(joints, twist, self.tool)))
 
     def _out_of_reach(self, pose: Transform, near: Joints) -> LocationOutOfRange:
-        """The refusal of a line that leaves the reach, outward or next to the robot."""
+        """The refusal of a line that leaves the reach: outward, next to the robot, or for how the tool is turned."""
+        leaves = f"the straight line leaves the reach of the arm near {self.shown(pose)}"
+        what, hint = ", for how the tool is turned there", "turn it less on the way"
         try:
             self.arm.select(compose(pose, self.T_tool_flange), near)
-            close = False
-        except MotionError as error:
-            close = isinstance(error, LocationTooClose)
-        return LocationOutOfRange(
-            f"the straight line leaves the reach of the arm near {self.shown(pose)}, too {'close' if close else 'far'}",
-            f"use MOVE, or a via point {'farther from' if close else 'nearer to'} the robot",
-        ).at(*position(pose))
+            if self.arm.words:
+                what, hint = " as it is configured", "another configuration"
+        except LocationTooClose:
+            what, hint = ", too close", "a via point farther from the robot"
+        except LocationTooFar:
+            what, hint = ", too far", "a via point nearer to the robot"
+        except MotionError:
+            pass
+        return LocationOutOfRange(leaves + what, f"use MOVE, or {hint}").at(*position(pose))
 
     def _outside(self, joints: Joints, pose: Transform) -> JointOutOfRange:
         model = self.arm.model

@@ -64,8 +64,14 @@ class RobotArm(Protocol):
     def twins(self, q: Joints) -> tuple[Configuration, ...]:
         """The other configurations that the joints are in as well, on a border."""
 
-    def check_task(self, T: Transform) -> None:
-        """Raises LocationOutOfRange for a pose that asks for what no joint changes, as a tilt of a SCARA's tool."""
+    def check_task(
+        self, T: Transform, T_robot_world: Transform = IDENTITY, T_flange_tool: Transform = IDENTITY
+    ) -> None:
+        """Raises LocationOutOfRange for a pose that asks for what no joint changes, as a tilt of a SCARA's tool.
+
+        The refusal says what would be right of the location that was given, T_world_tool = T_robot_world^-1 T
+        T_flange_tool.
+        """
 
     def check_tool(self, T_flange_tool: Transform) -> None:
         """Raises IllegalValue for a tool whose tip a turn would move that does not count."""

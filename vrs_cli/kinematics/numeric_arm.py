@@ -20,7 +20,7 @@ from math import atan2, degrees, hypot, sqrt
 from random import Random
 from typing import TYPE_CHECKING
 
-from vrs_cli.errors import JointOutOfRange, LocationOutOfRange
+from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.elimination import determinant, solve, square
 from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist
@@ -146,7 +146,7 @@ class NumericArm(SerialArm):
             return self._joint_refusal(best, "turn the location, or move it nearer")
         refusal = self._out_of_reach(T, self.ways[0], "")
         away, turned = self._search(T, near, self._all, bounded=True)[1]
-        if self.short:
+        if self.short and not isinstance(refusal, LocationTooFar):
             refusal.hint = f"{self.model.joint_count} joints cannot turn the tool every way: teach the location by HERE"
         refusal.detail += f"; the search from here comes as near as {1000 * away:.1f} mm and {degrees(turned):.1f} deg"
         return refusal
