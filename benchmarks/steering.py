@@ -1,4 +1,4 @@
-"""An hour of steering at 50 Hz, through the whole engine: `python -m benchmarks steering`."""
+"""An hour of steering at 50 Hz, through the whole engine, with each profile: `python -m benchmarks steering`."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from time import perf_counter, process_time
 
 from benchmarks.report import Figure, show
 from vrs_cli.cli.steer import KEPT
+from vrs_cli.engine.commands import SetParameter
 from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot
 
 TARGETS = 180_000
@@ -22,7 +24,14 @@ SWING, LASTING = radians(40.0), 4.0  # of every joint [rad, s]: 31 deg/s at most
 
 
 def main() -> None:
+    for profile in PROFILES:
+        hour(profile)
+
+
+def hour(profile: str) -> None:
+    """Measure a stream that the robot follows with a profile, and show it."""
     engine = Engine(load_robot("puma560"))
+    engine.perform(SetParameter("PROFILE", profile))
     begun, memory = perf_counter(), _memory()
     steering, times = stream(engine, TARGETS)
     passed, following = perf_counter() - begun, steering.following
@@ -32,7 +41,7 @@ def main() -> None:
         Figure("a target, the slowest of 180,000", 1e6 * max(times), "20,000: the period"),
     ]
     show(
-        "Steering at 50 Hz for an hour",
+        f"Steering at 50 Hz for an hour, {profile}",
         figures,
         (
             f"{TARGETS} targets in {passed:.1f} s: {TARGETS * PERIOD / passed:.0f} times as fast as real time",

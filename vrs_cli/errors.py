@@ -234,6 +234,12 @@ class TooNear(MotionError):
     code, text = -691, "Too near a singularity"
 
 
+class StreamIsOver(MotionError):
+    """A motion that followed a stream of targets would have to be planned again. (The code is ours.)"""
+
+    code, text = -692, "Stream of targets is over"
+
+
 class IllegalJoint(MotionError):
     code, text = -609, "Illegal joint number"
 

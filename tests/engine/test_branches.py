@@ -233,6 +233,18 @@ def test_an_override_stays_one_when_it_is_planned_again(branches: Branches) -> N
     assert engine.parameters.parameter("INSERT") == "ON"
 
 
+def test_the_clock_of_a_branch_is_not_left_behind(branches: Branches) -> None:
+    engine = branches.engine
+    branches.make("trial")
+    engine.clock.advance(engine.now + 10.0)
+    engine.perform(drive(3, -20, at=engine.now))
+    engine.clock.advance(later := engine.end)
+    branches.change_over(MAIN)
+    engine.perform(drive(6, 5))
+    branches.merge("trial")
+    assert engine.now == later
+
+
 def test_a_merge_that_cannot_be_changes_nothing(branches: Branches) -> None:
     engine, told = branches.engine, heard(branches.engine)
     branches.make("trial")

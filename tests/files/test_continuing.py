@@ -10,13 +10,16 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.engine.wall import ManualWall
 from tests.files.trajectories import puma
+from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.commands import JointOffsetTarget, JointTarget, Move, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileError, MotionError, UsageError
 from vrs_cli.files.continuing import keep_journal, line_of
 from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
+from vrs_cli.interfaces.steering import Steering
 
 
 def drive(joint: int, degrees: float, at: float | None = None) -> Move:
@@ -58,6 +61,62 @@ def test_what_can_be_undone_is_the_same_as_before_it_was_saved(tmp_path: Path, s
     for _ in range(len(engine.history.done)):
         engine.undo(), again.undo()
         assert repr(list(again.timeline)) == repr(list(engine.timeline))
+
+
+def steer(engine: Engine) -> None:
+    """Follow a stream of targets, and stop at the last one."""
+    steering, ready, begun = Steering(engine), engine.model.poses["ready"], engine.now
+    for k in range(40):
+        steering.to((radians(10.0 + 0.2 * k), *ready[1:]), begun + 0.02 * k)
+    steering.finish()
+    engine.clock.advance(engine.end)
+
+
+def test_a_stream_of_targets_is_one_command_in_a_file_too(tmp_path: Path) -> None:
+    path = tmp_path / "s.vrst"
+    engine = Engine(puma())
+    writer = keep_journal(path, None, engine)
+    engine.perform(drive(1, 10))
+    steer(engine)
+    engine.perform(drive(1, 5))
+    writer.close()
+    again = Engine(puma())
+    again.take(line_of(path, read_trajectory(path), again), heard=True)
+    assert again.timeline == engine.timeline
+    assert again.records() == engine.records()
+    assert [record.text for record in again.records()] == ["DRIVE 1", "STEER", "STEER", "STEER ends", "DRIVE 1"]
+    engine.listeners.clear()
+    for _ in engine.records():
+        engine.undo(), again.undo()
+        assert repr(list(again.timeline)) == repr(list(engine.timeline))
+
+
+def test_a_merge_does_not_leave_the_clock_behind_that_of_the_file(tmp_path: Path) -> None:
+    """Motions of a robot in real time begin at times of their own, and the clock goes on over them."""
+    path, wall = tmp_path / "r.vrst", ManualWall()
+    live = Engine(puma(), clock=wall.clock())
+    live.clock.advance(5.0)
+    live.redirect((0.1, *live.model.poses["ready"][1:]), text="JOG 1, 5")
+    write_trajectory(path, live.model, live.initial, live.deltas)
+    engine = Engine(puma())
+    branches = Branches(engine)
+    engine.perform(drive(3, 10))
+    branches.add("r", line_of(path, read_trajectory(path), engine))
+    assert branches.merge("r") == 1
+    assert engine.now == engine.end > live.end > 5.0
+
+
+def test_a_merge_does_not_turn_the_clock_back(tmp_path: Path) -> None:
+    path, short = tmp_path / "r.vrst", Engine(puma())
+    short.perform(drive(1, 5, at=0.0))
+    write_trajectory(path, short.model, short.initial, short.deltas)
+    engine = Engine(puma())
+    branches = Branches(engine)
+    engine.perform(drive(3, 90))
+    now = engine.now
+    branches.add("r", line_of(path, read_trajectory(path), engine))
+    branches.merge("r")
+    assert engine.now == now > short.end
 
 
 def test_an_override_is_told_from_an_insertion() -> None:

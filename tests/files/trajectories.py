@@ -72,7 +72,7 @@ def appended(count: int) -> tuple[TimelineDelta, ...]:
 
 
 def motion(rng: random.Random, number: int) -> Motion:
-    kind = rng.choice(list(Kind))
+    kind = rng.choice((Kind.JOINT, Kind.STRAIGHT, Kind.REST))
     goal = tuple(angle + rng.uniform(-0.2, 0.2) for angle in STAND)
     frames = Frames(tool=translation(0.0, 0.0, 0.1)) if rng.random() < 0.3 else Frames()
     pose = compose(arm_for(puma()).forward(goal), frames.tool)

@@ -75,6 +75,19 @@ def test_switches_and_parameters_that_are_not_there() -> None:
     ]
 
 
+def test_constants_that_no_run_could_take() -> None:
+    assert found("SIGNAL 5000", "DRIVE 7, 10", "x = 1/0", "IF SWITCH(foo) THEN", "END") == [
+        (-405, 1),
+        (-609, 2),
+        (-409, 3),
+        (-300, 4),
+    ]
+    text = ".PROGRAM p\nIF FALSE THEN\nDRIVE 5, 10\nEND\n.END\n"
+    (one,) = inspect(text, load_robot("cobra600"))
+    assert (one.severity.value, one.span.line, one.span.column, one.detail) == ("warning", 3, 7, "5")
+    assert inspect(text, PUMA) == ()
+
+
 def test_unreachable_steps_of_programs_that_can_run() -> None:
     assert found("STOP", "x = 1") == [(57, 2)]
     assert found("STOP", "x = 1", "GOTO 7") == [(-412, 3)]

@@ -8,8 +8,17 @@ import pytest
 
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
-from tests.laws.motion_laws import check_continuous, check_limits
-from vrs_cli.errors import IllegalJoint, IllegalValue, PowerOff, RobotNotAttached, TooNear, UndefinedValue, UsageError
+from tests.laws.motion_laws import check_continuous, check_limits, off_line
+from vrs_cli.errors import (
+    IllegalJoint,
+    IllegalValue,
+    JointOutOfRange,
+    PowerOff,
+    RobotNotAttached,
+    TooNear,
+    UndefinedValue,
+    UsageError,
+)
 from vrs_cli.interfaces.jogging import AHEAD, AXES, Axis, Frame, Jogger, Panel, axis_of
 from vrs_cli.interfaces.replies import Message
 from vrs_cli.interfaces.session import Session
@@ -75,6 +84,21 @@ def test_the_tool_turns_about_an_axis_and_its_tip_stays(session: Session, name: 
     assert column == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+@pytest.mark.parametrize("line", ["JOG Z, -200", "JOG TX, 150", "JOG RY, 40", "JOG TRX, -40"])
+def test_a_step_of_the_tool_is_straight(session: Session, line: str, profile: str) -> None:
+    session.perform(f"PARAMETER PROFILE = {profile}")
+    begun, before = session.engine.now, session.engine.position().T_world_tool
+    session.perform(line)
+    after = session.engine.position().T_world_tool
+    a, b = (before.px, before.py, before.pz), (after.px, after.py, after.pz)
+    for k in range(21):
+        seen = session.engine.position(begun + (session.engine.now - begun) * k / 20).T_world_tool
+        assert off_line((seen.px, seen.py, seen.pz), a, b) <= 1e-6
+        turned = angle_between(before, seen) + angle_between(seen, after)
+        assert turned == pytest.approx(angle_between(before, after), abs=1e-6)
+
+
 def test_a_joint_stops_at_the_end_of_its_range(session: Session, terminal: RecordingTerminal) -> None:
     session.perform("JOG 1, 500")
     limit = session.engine.model.upper[0]
@@ -101,6 +125,30 @@ def test_the_joint_that_ends_a_step_of_the_tool_is_named() -> None:
     assert told(terminal) == [
         "The arm reaches no farther along Z: joint 3 would be 220.00 mm, its range is 0.00 to 210.00 mm"
     ]
+
+
+def test_a_line_to_the_end_of_the_reach_ends_where_the_joints_can_follow() -> None:
+    terminal = RecordingTerminal()
+    session = Session(terminal, load_robot("planar2"))
+    before = session.engine.position().T_world_tool
+    session.perform("JOG Y, 800")
+    assert told(terminal)[0].startswith("The arm reaches no farther along Y: the arm would have to reach")
+    assert 0.0762 < session.engine.position().T_world_tool.py - before.py < 0.0772
+
+
+def test_a_line_through_a_singularity_is_refused_and_names_the_joint() -> None:
+    session = Session(RecordingTerminal(), load_robot("irb120"))
+    before = session.engine.position().joints
+    where = r"Joint 4 .* near X 302.0 Y 0.0 Z 54.1 mm \(wrist singularity\) \(jog the joints away"
+    with pytest.raises(JointOutOfRange, match=where):
+        session.perform("JOG Z, -700")
+    assert session.engine.position().joints == before
+
+
+def test_an_axis_that_the_arm_does_not_have_is_told_of() -> None:
+    terminal = RecordingTerminal()
+    Session(terminal, load_robot("planar2")).perform("JOG TRZ, 5")
+    assert told(terminal) == ["This arm does not move along TRZ"]
 
 
 def test_too_near_a_singularity_nothing_moves(session: Session) -> None:
@@ -144,6 +192,7 @@ def test_what_is_planned_stays(session: Session) -> None:
         ("JOG 1, $ENCODE(1)", LineRefused, "real"),
         ("JOG 1.5, 2", UsageError, "there is no axis 1.5"),
         ("JOG 1, 2000", IllegalValue, "up to 1000"),
+        ("JOG TRZ, 180", IllegalValue, "less than 180 deg in a step"),
         ("JOG", UsageError, "needs a terminal with keys"),
     ],
 )
@@ -196,8 +245,10 @@ def hold(session: Session, wall: ManualWall, axis: Axis, amount: float, presses:
         wall.seconds += 1 / 30
 
 
+@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
 @pytest.mark.parametrize("axis", [Axis(Frame.JOINT, 0), AXES["Z"], AXES["TRX"]], ids=lambda axis: axis.name)
-def test_a_key_that_is_held_moves_the_arm_smoothly(live: Session, wall: ManualWall, axis: Axis) -> None:
+def test_a_key_that_is_held_moves_the_arm_smoothly(live: Session, wall: ManualWall, axis: Axis, profile: str) -> None:
+    live.perform(f"PARAMETER PROFILE = {profile}")
     begun, before = live.engine.now, live.engine.position()
     hold(live, wall, axis, 1.0, 60)
     live.settle()
@@ -208,6 +259,26 @@ def test_a_key_that_is_held_moves_the_arm_smoothly(live: Session, wall: ManualWa
     assert any(a != b for a, b in zip(before.joints, engine.position().joints, strict=True))
     check_continuous(engine, engine.timeline)
     check_limits(engine, engine.timeline)
+
+
+@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+def test_a_key_that_is_held_moves_the_tip_on_a_line(live: Session, wall: ManualWall, profile: str) -> None:
+    live.perform(f"PARAMETER PROFILE = {profile}")
+    engine, begun = live.engine, live.engine.now
+    hold(live, wall, AXES["X"], 2.0, 60)
+    hold(live, wall, AXES["X"], -2.0, 30)
+    engine.clock.advance(engine.end)
+    for k in range(100):
+        tip = engine.position(begun + (engine.end - begun) * k / 99).T_world_tool
+        assert off_line((tip.px, tip.py, tip.pz), (0.0, 0.45, -0.15), (1.0, 0.45, -0.15)) <= 1e-6
+
+
+def test_a_step_that_is_refused_leaves_the_motion_under_way(live: Session) -> None:
+    live.perform("MOVE #PPOINT(0, -60, 120, 0, 0, 0)")
+    timeline = live.engine.timeline
+    with pytest.raises(TooNear):
+        live.perform("JOG RX, 2")
+    assert live.engine.timeline is timeline
 
 
 def test_what_is_planned_gives_way(live: Session) -> None:

@@ -16,6 +16,7 @@ from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import (
+    IDENTITY,
     Transform,
     angle_between,
     compose,
@@ -152,6 +153,22 @@ def test_the_bias_is_the_acceleration_at_constant_rates(arm: RobotArm) -> None:
         before, after = (arm.twist(tuple(at + s * h * rate), tuple(rate)) for s in (-1, 1))
         slope = [(b - a) / (2 * h) for a, b in zip(before, after, strict=True)]
         assert arm.acceleration_bias(tuple(at), tuple(rate)) == pytest.approx(slope, abs=1e-6)
+
+
+def test_accelerations_and_jerks_of_the_joints_give_those_of_the_tool(arm: RobotArm) -> None:
+    h, n, tool = 1e-4, arm.model.joint_count, translation(0.02, 0.0, 0.1) if all(arm.model.task.counts) else IDENTITY
+    rng = np.random.default_rng(3)
+    for q in random_joints(arm, 50):
+        qd, qdd, jerk = rng.uniform(-1, 1, (3, n))
+        if min(arm.singularity(tuple(q))) > 0.05:
+            at = (q + t * (qd + t * (qdd / 2 + t * jerk / 6)) for t in (-h, 0.0, h))
+            rates = (qd + t * (qdd + t * jerk / 2) for t in (-h, 0.0, h))
+            before, here, after = (
+                np.array(arm.twist(tuple(x), tuple(v), tool)) for x, v in zip(at, rates, strict=True)
+            )
+            rate, change = (after - before) / (2 * h), (after - 2 * here + before) / h**2
+            assert arm.joint_acceleration(tuple(q), tuple(qd), tuple(rate), tool) == pytest.approx(qdd, abs=1e-5)
+            assert arm.joint_jerk(tuple(q), tuple(qd), tuple(qdd), tuple(change), tool) == pytest.approx(jerk, abs=1e-4)
 
 
 def test_scalar_and_array_agree(arm: RobotArm) -> None:

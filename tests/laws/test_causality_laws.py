@@ -10,14 +10,15 @@ from hypothesis import strategies as st
 
 from tests.engine.wall import ManualWall
 from tests.laws.motion_laws import check_continuous, check_limits
-from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, moves, others
+from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, joint_targets, moves, others
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.engine.commands import Brake, Break, SetParameter, SetTool
+from vrs_cli.engine.commands import Brake, Break, JointTarget, SetParameter, SetTool
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import Position, position_at
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.trajectory.instant import TICK
+from vrs_cli.trajectory.steered import Target
 
 LOOKS = 6  # instants of the past that are looked at before and after each command
 
@@ -70,6 +71,22 @@ def commands(request: object, program: bool) -> object:
     return lambda world: world.engine.perform(request, program=program)
 
 
+def redirects(target: JointTarget) -> object:
+    return lambda world: world.engine.redirect(target.joints, text="JOG")
+
+
+def steers(target: JointTarget, count: int) -> object:
+    """A stream of targets, one in 20 ms, that goes on from the one before."""
+
+    def act(world: World) -> None:
+        for _ in range(count):
+            world.engine.steer(Target(target.joints, (0.0,) * 6), 0.02)
+            world.wall.seconds += 0.02
+            world.clock.advance(world.clock.reached)
+
+    return act
+
+
 def takes_back(world: World) -> None:
     world.engine.undo()
 
@@ -79,6 +96,7 @@ def does_again(world: World) -> None:
 
 
 policies = st.builds(SetParameter, name=st.just("CAUSALITY"), value=st.sampled_from(["ABORT", "POSTPONE"]))
+profiles = st.builds(SetParameter, name=st.just("PROFILE"), value=st.sampled_from(["LSPB", "SCURVE"]))
 rests = st.sampled_from([Break(), Brake(), SetTool(translation(0.0, 0.0, 0.05)), SetTool(translation(0.0, 0.0, 0.0))])
 actions = st.one_of(
     st.floats(0.0, 2.0).map(waits),
@@ -88,7 +106,9 @@ actions = st.one_of(
     st.builds(commands, moves, st.booleans()),
     st.builds(commands, moves, st.booleans()),
     st.builds(commands, moves, st.booleans()),
-    st.builds(commands, others | policies | rests, st.booleans()),
+    st.builds(commands, others | policies | profiles | rests, st.booleans()),
+    st.builds(redirects, joint_targets),
+    st.builds(steers, joint_targets, st.integers(1, 8)),
     st.sampled_from([takes_back, takes_back, does_again]),
 )
 

@@ -50,10 +50,14 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 
 
 def _parser(prog: str) -> Parser:
+    from vrs_cli.kinematics.model import PROFILES
+
     parser = Parser(prog, "Let the virtual robot follow a stream of targets.", EPILOG)
     parser.add_argument("file", metavar="FILE.csv", help="the targets (- is standard input, line by line)")
     parser.add_argument("--robot", metavar="NAME|FILE", default="puma560", help="a robot's name, or its TOML file")
     parser.add_argument("--speed", metavar="PCT", type=_percent, default=100.0, help="at most so much of full speed")
+    told = "SCURVE: with limits of jerk; LSPB: without (default: as the robot's file says)"
+    parser.add_argument("--profile", type=str.upper, choices=PROFILES, help=told)
     parser.add_argument("--relative", action="store_true", help="times count from the first one (in real time, always)")
     add_realtime_option(parser)
     parser.add_argument("--save", metavar="T.vrst", help="save the trajectory, target by target")
@@ -146,6 +150,8 @@ class _Run:
             if first is None:
                 raise CommandLineError(f"{self.source} holds no target", "a line is a time and the joints")
             engine = Engine(model, start=_start(model, first), clock=clock_of(options.realtime))
+            if options.profile is not None:
+                engine.parameters.set_parameter("PROFILE", options.profile)
             steering = Steering(engine, speed=options.speed / 100.0)
             with journal(options.save, engine, durable=options.realtime is not None):
                 unreached = self._follow(steering, first, targets)

@@ -143,7 +143,8 @@ class Branches:
 
         Where main has not changed since, it gets the branch to the bit, with clock and settings. Otherwise the
         commands of the branch are planned again on main, at their times or after its last motion, as they were
-        given; main keeps its settings. Raises UsageError, MotionError; nothing is changed then.
+        given; main keeps its settings, and its clock goes on to that of the branch. Raises UsageError, MotionError;
+        nothing is changed then.
         """
         branch = self._named(name)
         if branch.fork is None:
@@ -169,10 +170,14 @@ class Branches:
         planned = self._plans(branch.name, fork.timeline, main, steps)
         self.change_over(MAIN)
         engine = self.engine
+        stood = line.clock >= line.timeline.end
         for step, delta in zip(steps, planned, strict=True):
             engine.commit(delta, engine.now, step.insert)
             if delta.motion.start is not Start.AT:
                 engine.wait_for_rest()
+            elif stood:  # as after motions in real time, each AT its instant: the clock goes on over them
+                engine.clock.advance(engine.destination(delta.executed).time)
+        engine.clock.advance(line.clock)
         return len(steps)
 
     def _plans(self, name: str, old: Timeline, main: Line, steps: Sequence[Step]) -> list[TimelineDelta]:

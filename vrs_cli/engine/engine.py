@@ -39,9 +39,10 @@ from vrs_cli.engine.commands import (
 )
 from vrs_cli.engine.history import CommandRecord, History, Step
 from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
-from vrs_cli.engine.planner import plan, plan_steering, rounding_begins, slowing_down
+from vrs_cli.engine.planner import NoRoomToStop, plan, rounding_begins, slowing_down
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
 from vrs_cli.engine.reach import Reach, explained
+from vrs_cli.engine.steered import plan_steering
 from vrs_cli.engine.targets import Situation, check_joint_count, check_joint_limits, check_near, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
@@ -378,12 +379,13 @@ class Engine:
 
     # --- targets that come one after the other ---
 
-    def redirect(self, goal: Joints, *, speed: float = 1.0, text: str = "") -> None:
-        """From now on to these joints [rad], joint-interpolated, at a fraction of full speed; what was scheduled is
-        dropped. Raises PowerOff, JointOutOfRange.
+    def redirect(self, goal: Joints | Transform, *, speed: float = 1.0, text: str = "") -> None:
+        """From now on to these joints [rad], joint-interpolated, or on a straight line to T_world_tool, at a fraction
+        of full speed; what was scheduled is dropped. Raises PowerOff, JointOutOfRange, MotionError for a line.
         """
         self._check_power()
-        check_joint_limits(self.model, goal)
+        if not isinstance(goal, Transform):
+            check_joint_limits(self.model, goal)
         self._issued = None
         if not self.parameters.switch("DRY.RUN"):
             self._edit(self._motion_from_now(goal, speed, text), on_grid(self.now), False)
@@ -393,7 +395,8 @@ class Engine:
         scheduled is dropped. Without a next one the robot coasts for a while and brakes.
 
         Targets that follow each other are one motion, which UNDO takes back as a whole. Of each the timeline keeps what
-        the robot did, `deltas` too. Raises PowerOff, JointOutOfRange.
+        the robot did, `deltas` too. A target out of a motion that has no room to stop waits for the next one: that
+        motion goes on. Raises PowerOff, JointOutOfRange.
         """
         self._check_power()
         check_joint_limits(self.model, target.joints)
@@ -401,7 +404,10 @@ class Engine:
             return
         executed, timeline, self._issued = on_grid(self.now), self.timeline, None
         motion = self._steered_motion(target.joints, speed, text)
-        delta = plan_steering(self.arm, timeline, motion, executed, target, up_to_grid(tick * LONGER))
+        try:
+            delta = plan_steering(self.arm, timeline, motion, executed, target, up_to_grid(tick * LONGER))
+        except NoRoomToStop:
+            return
         if motion is self._steered:
             self._continue(delta)
             return
@@ -410,7 +416,7 @@ class Engine:
 
     def _steered_motion(self, goal: Joints, speed: float, text: str) -> Motion:
         """The motion of the targets before, if this is one more of them."""
-        motion = replace(self._motion_from_now(goal, speed, text), profile=Profile.LSPB)  # its accelerations jump
+        motion = replace(self._motion_from_now(goal, speed, text), kind=Kind.STEERED)
         steered = self._steered
         if steered is not None and replace(motion, number=steered.number, goal=steered.goal) == steered:
             return steered
@@ -434,14 +440,13 @@ class Engine:
             rest = tuple(self.timeline[index] for index in range(last.delta.keep, len(self.timeline)))
             self.history.done[-1] = last.longer(rest)
 
-    def _motion_from_now(self, goal: Joints, speed: float, text: str) -> Motion:
+    def _motion_from_now(self, goal: Joints | Transform, speed: float, text: str) -> Motion:
         under_way = self.timeline.locate(on_grid(self.now))[0].motion
         monitor = self.parameters.monitor_speed / FULL_SPEED
-        return Motion(
+        motion = Motion(
             number=self._number + 1,
             kind=Kind.JOINT,
             start=Start.AT,
-            goal=goal,
             speed=_fraction(monitor * speed),
             acceleration=self.parameters.acceleration,
             hand=under_way.hand,
@@ -449,6 +454,9 @@ class Engine:
             text=text,
             profile=self._profile,
         )
+        if isinstance(goal, Transform):
+            return replace(motion, kind=Kind.STRAIGHT, pose=compose(motion.frames.base, goal))
+        return replace(motion, goal=goal)
 
     # --- changing the timeline ---
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from vrs_cli.engine.straight import SLOWEST, straight_segments
 from vrs_cli.engine.targets import aimed
-from vrs_cli.errors import MotionError
+from vrs_cli.errors import MotionError, StreamIsOver
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, largest_change
 from vrs_cli.kinematics.transform import Transform, compose, distance, inverse
@@ -33,10 +33,10 @@ from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.scurve import turns
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
-from vrs_cli.trajectory.steered import Room, Target, steered
 from vrs_cli.trajectory.timeline import Timeline
 
 NEARLY_NOW = 1e-6  # [s] to which the instant is found at which a corner is near
+STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
 SAME_PLACE = 1e-9  # [rad, m] two places that are one
 
 
@@ -91,18 +91,16 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     smoothly = segment.motion.profile is Profile.SCURVE
     if isinstance(path, JointPath):
         return Here(JointState(joints, path.velocity(s), path.acceleration(s) if smoothly else ()))
-    twist, frame = path.twist(s), segment.motion.frames.tool
+    (pose, twist), frame = path.state(s), segment.motion.frames.tool
     rates = path.twist_rate(s) if smoothly else (0.0,) * 6
-    tool = ToolState(path.pose(s), twist[:3], twist[3:], rates[:3], rates[3:])
+    tool = ToolState(pose, twist[:3], twist[3:], rates[:3], rates[3:])
     still = (0.0,) * len(joints)
     if tool.at_rest:
         return Here(JointState(joints, still), tool, frame)
     velocity = arm.joint_velocity(joints, twist, frame)
     if not smoothly:
         return Here(JointState(joints, velocity), tool, frame)
-    bias = arm.acceleration_bias(joints, velocity, frame)
-    vx, vy, vz, wx, wy, wz = (a - b for a, b in zip(rates, bias, strict=True))
-    acceleration = arm.joint_velocity(joints, (vx, vy, vz, wx, wy, wz), frame)
+    acceleration = arm.joint_acceleration(joints, velocity, rates, frame)
     return Here(JointState(joints, velocity, acceleration), tool, frame)
 
 
@@ -129,7 +127,7 @@ def _plan_joint(arm: RobotArm, here: Here, motion: Motion, start: float, slowest
     limits = joint_limits(arm, motion)
     planned = smooth.joint_motion if motion.profile is Profile.SCURVE else joint_motion
     segments = planned(here.joints, motion.goal, limits, start, motion, motion.duration)
-    if here.joints.at_rest or _inside(arm, segments):
+    if here.joints.at_rest or stays_inside(arm, segments):
         return segments or _there_already(here, start, motion)
     return _braked_first(arm, here, motion, start, slowest)
 
@@ -156,7 +154,17 @@ def _plan_rest(arm: RobotArm, here: Here, motion: Motion, start: float, slowest:
     return _braked_first(arm, here, motion, start, slowest)
 
 
-_PLANS = {Kind.JOINT: _plan_joint, Kind.STRAIGHT: _plan_straight, Kind.REST: _plan_rest}
+def _plan_steered(_arm: RobotArm, _here: Here, _motion: Motion, _start: float, _slowest: float) -> tuple[Segment, ...]:
+    """Raises StreamIsOver."""
+    raise StreamIsOver("its targets came one by one, from the place where the arm was then", STREAM_STAYS)
+
+
+_PLANS = {
+    Kind.JOINT: _plan_joint,
+    Kind.STRAIGHT: _plan_straight,
+    Kind.REST: _plan_rest,
+    Kind.STEERED: _plan_steered,
+}
 
 
 def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
@@ -172,12 +180,18 @@ def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
 
 def _braked_first(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
     """Come to rest on the present way, which stays inside all limits, then go. Raises NoRoomToStop."""
-    stop = next((stop for stop in _stops(arm, here.joints, motion, start) if _inside(arm, stop)), None)
-    if stop is None:
-        raise NoRoomToStop
+    stop = braked(arm, here.joints, motion, start)
     last = stop[-1]
     place = standing(state_at(arm, last, last.duration))
     return stop + plan_motion(arm, place, motion, last.finish, slowest)
+
+
+def braked(arm: RobotArm, state: JointState, motion: Motion, start: float) -> tuple[Segment, ...]:
+    """To rest, on a way that stays inside all limits. Raises NoRoomToStop."""
+    for stop in _stops(arm, state, motion, start):
+        if stays_inside(arm, stop):
+            return stop
+    raise NoRoomToStop
 
 
 class NoRoomToStop(Exception):
@@ -200,17 +214,17 @@ def _stops(arm: RobotArm, state: JointState, motion: Motion, start: float) -> It
         yield joint_stop_each(state, limits, start, parabolic)
 
 
-def _inside(arm: RobotArm, segments: tuple[Segment, ...]) -> bool:
+def stays_inside(arm: RobotArm, segments: tuple[Segment, ...]) -> bool:
     """Whether all joints stay within their limits, also where they turn back."""
     model = arm.model
     return all(
-        _stays_inside(segment.path, segment.duration, model.lower, model.upper)
+        _turns_inside(segment.path, segment.duration, model.lower, model.upper)
         for segment in segments
         if isinstance(segment.path, JointPath)
     )
 
 
-def _stays_inside(path: JointPath, duration: float, lower: Joints, upper: Joints) -> bool:
+def _turns_inside(path: JointPath, duration: float, lower: Joints, upper: Joints) -> bool:
     """Whether every joint ends inside its limits, and turns back there if it does."""
     for a, least, most in zip(path.coefficients, lower, upper, strict=True):
         low, high = least - LIMIT_TOLERANCE, most + LIMIT_TOLERANCE
@@ -293,7 +307,7 @@ def plan(
     `insert` false: what was scheduled after it is dropped. Raises MotionError when the motion, or a scheduled one that
     would have to be planned again, is not possible; the message names the latter.
     """
-    place, begin = _place(arm, timeline, executed), executed
+    place, begin = place_at(arm, timeline, executed), executed
     try:
         new = plan_motion(arm, place.here, motion, begin, slowest)
     except NoRoomToStop:
@@ -317,32 +331,6 @@ def plan(
     )
 
 
-def plan_steering(
-    arm: RobotArm, timeline: Timeline, motion: Motion, executed: float, target: Target, tick: float
-) -> TimelineDelta:
-    """The change of the timeline that lets the joints chase a target from `executed` on, for a tick [s]; all that was
-    scheduled after it is dropped.
-    """
-    place = _place(arm, timeline, executed)
-    here, model = place.here.joints, arm.model
-    room = Room(model.lower, model.upper)
-    segments = steered(here, target, joint_limits(arm, motion), room, tick, executed, motion)
-    if not _inside(arm, segments):  # the motion before left no room for a whole tick
-        segments = joint_stop_each(here, JointLimits(model.max_velocity, model.max_acceleration), executed, motion)
-    return TimelineDelta(
-        version=timeline.version,
-        cause=Cause.COMMAND,
-        motion=motion,
-        issued=executed,
-        executed=executed,
-        cut=executed,
-        keep=place.keep,
-        drop=len(timeline) - place.keep,
-        shift=0.0,
-        segments=segments,
-    )
-
-
 @dataclass(frozen=True, slots=True)
 class Place:
     """Where a time cuts the timeline: after `keep` segments, the state then, and the motion that is interrupted.
@@ -356,7 +344,7 @@ class Place:
     interrupted: Motion | None
 
 
-def _place(arm: RobotArm, timeline: Timeline, t: float) -> Place:
+def place_at(arm: RobotArm, timeline: Timeline, t: float) -> Place:
     keep = timeline.index_at(t) + 1
     while keep > 1 and timeline[keep - 1].start >= t and timeline[keep - 1].duration > 0.0:
         keep -= 1  # of segments of no length those at t have happened

@@ -93,18 +93,38 @@ class Rebuilding:
 def history_of(initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> History:
     """The commands that hold after a row of deltas, and those that were undone last, as if they had just been given.
 
-    A file does not tell the clock: UNDO goes back to the issue time of a command, REDO to the end of the timeline.
+    The targets of a stream, which are of one motion, are one command. A file does not tell the clock: UNDO goes back to
+    the issue time of a command, REDO to the end of the timeline.
     """
-    history, rebuilding = History(), Rebuilding(initial)
+    history, rebuilding, streaming = History(), Rebuilding(initial), False
     for delta in deltas:
+        goes_on = _goes_on(history, delta)
+        if streaming and not goes_on:
+            _end_stream(history, rebuilding)
+        streaming = goes_on
         if delta.cause is Cause.UNDO:
             history.take_back(rebuilding.end)
         elif delta.cause is Cause.REDO:
             history.do_again()
-        else:
+        elif not goes_on:
             history.add(_step(rebuilding, delta))
         rebuilding.add(delta)
+    if streaming:
+        _end_stream(history, rebuilding)
     return history
+
+
+def _goes_on(history: History, delta: TimelineDelta) -> bool:
+    """Whether a delta has one more target of the stream that is the last command."""
+    if delta.cause is not Cause.COMMAND or not history.done:
+        return False
+    return delta.motion.number == history.done[-1].delta.motion.number
+
+
+def _end_stream(history: History, rebuilding: Rebuilding) -> None:
+    """What UNDO takes back is all that came of a stream."""
+    timeline, last = rebuilding.timeline(), history.done[-1]
+    history.done[-1] = last.longer(tuple(timeline[index] for index in range(last.delta.keep, len(timeline))))
 
 
 def _step(rebuilding: Rebuilding, delta: TimelineDelta) -> Step:

@@ -3,6 +3,8 @@
 In real time a step begins at once, from whatever the arm does, and takes the place of what was scheduled. It returns
 while the arm moves; steps that come faster than the arm can follow are left out, so that it stops soon after the last
 one. In virtual time a step is a motion after all others, and over when it returns.
+
+Steps of the tool go straight: a line that cannot be, near a singularity, is refused, and nothing moves.
 """
 
 from __future__ import annotations
@@ -10,11 +12,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from math import ceil, radians
+from math import ceil, copysign, radians
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
-from vrs_cli.engine.commands import JointTarget, Move
-from vrs_cli.errors import IllegalJoint, IllegalValue, JointOutOfRange, MotionError, TooNear, UsageError
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
+from vrs_cli.errors import (
+    IllegalJoint,
+    IllegalValue,
+    JointOutOfRange,
+    LocationOutOfRange,
+    MotionError,
+    StraightLineSingular,
+    TooNear,
+    UsageError,
+)
 from vrs_cli.interfaces.operands import real
 from vrs_cli.interfaces.replies import Message, Reply, Tone
 from vrs_cli.kinematics.joints import Joints, largest_change
@@ -30,8 +41,11 @@ AHEAD = 0.3  # [s] before the arm comes to rest: when the next step of a sequenc
 JUMP = radians(45.0)  # [rad, m] a joint that would move so much more than was asked for: a singularity is too near
 ROUNDING = 1e-9  # [rad] a step that is none
 INCREMENT = 10.0  # [mm, deg] a long step is looked at in parts, along its way
+AWAY = "jog the joints away from there first"
+LEFT_OUT = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)  # [mm, deg] of a line to the end of the reach, until the joints can follow
 HALVINGS = 12  # of the first part that is out of reach, to find how far it can go
 LONGEST = 1000.0  # [mm, deg] a step
+LONGEST_TURN = 180.0  # [deg] a turn of the tool is less: one of more would be made the other way round
 STEPS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # [mm, deg]
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [%]
 
@@ -110,9 +124,13 @@ def _asked(session: Session, it: Instruction) -> tuple[Axis, float]:
     amount = real(session, by)
     if not abs(amount) <= LONGEST:
         raise IllegalValue(f"an amount of {plain(amount)}", f"a number of mm or degrees, up to {LONGEST:g}")
-    if isinstance(named, Variable) and named.indexes is None:
-        return axis_of(session.engine, named.name), amount
-    return axis_of(session.engine, plain(real(session, named))), amount
+    name = named.name if isinstance(named, Variable) and named.indexes is None else plain(real(session, named))
+    axis = axis_of(session.engine, name)
+    if axis.turns and not abs(amount) < LONGEST_TURN:
+        raise IllegalValue(
+            f"a turn of {plain(amount)} deg", f"the tool turns by less than {LONGEST_TURN:g} deg in a step"
+        )
+    return axis, amount
 
 
 def axis_of(engine: Engine, name: str) -> Axis:
@@ -154,17 +172,40 @@ class Jogger:
         engine = self.engine
         begin = engine.destination(engine.end).joints
         goal, part, why = self._farthest(begin, axis, amount)
-        if largest_change(begin, goal) > ROUNDING:
-            self._go(goal, f"JOG {axis.name}, {plain(round(amount * part, 3))}")
+        if largest_change(begin, goal) <= ROUNDING:
+            return why or (f"This arm does not move along {axis.name}" if amount else "")
+        if axis.frame is Frame.JOINT:
+            self._go(goal, axis, amount * part)
+        else:
+            self._go_straight(engine.world_pose(begin), axis, amount * part, why)
         return why
 
-    def _go(self, goal: Joints, text: str) -> None:
-        engine, speed = self.engine, self.speed / 100.0
+    def _go_straight(self, pose: Transform, axis: Axis, way: float, why: str) -> None:
+        """On a line from a pose; a little less far where `why` says that the arm reaches no farther: near the end of
+        its reach no joint can follow a line. Raises MotionError for a line that cannot be.
+        """
+        for left_out in LEFT_OUT if why else (0.0,):
+            by = way - copysign(left_out, way)
+            if by * way <= 0.0:
+                return
+            try:
+                self._go(moved(pose, axis, by), axis, by)
+                return
+            except (StraightLineSingular, JointOutOfRange, LocationOutOfRange) as error:
+                if not why or left_out == LEFT_OUT[-1]:
+                    error.hint = AWAY
+                    raise
+
+    def _go(self, goal: Joints | Transform, axis: Axis, by: float) -> None:
+        engine, speed, text = self.engine, self.speed / 100.0, f"JOG {axis.name}, {plain(round(by, 3))}"
         if engine.realtime:
             engine.redirect(goal, speed=speed, text=text)
+            return
+        if isinstance(goal, Transform):
+            move = Move(PoseTarget(goal), straight=True, speed=speed, text=text)
         else:
             move = Move(JointTarget(goal), straight=False, speed=speed, text=text)
-            self.session.settle(engine.begin(move, program=False))
+        self.session.settle(engine.begin(move, program=False))
 
     def stop(self) -> None:
         """Brake now."""
@@ -221,7 +262,7 @@ class Jogger:
             joint = 1 + [abs(b - a) for a, b in zip(begin, goal, strict=True)].index(change)
             raise TooNear(
                 f"joint {joint} would move by {self.engine.model.said(joint, change, 0)} for it",
-                "jog the joints away from there first",
+                AWAY,
             )
         return goal
 

@@ -118,7 +118,21 @@ class RobotArm(Protocol):
         """Joint rates [rad/s] for a twist of the tool. Raises StraightLineSingular, which names the place."""
 
     def acceleration_bias(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
-        """J' qd [m/s2, rad/s2]: qdd = joint_velocity(q, acceleration - bias)."""
+        """J' qd [m/s2, rad/s2]: the acceleration of the tool while the joint rates stay the same."""
+
+    def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+        """Joint accelerations [rad/s2] at joint rates qd, for the acceleration of a tool [m/s2, rad/s2].
+
+        Raises StraightLineSingular.
+        """
+
+    def joint_jerk(
+        self, q: Joints, qd: Joints, qdd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY
+    ) -> Joints:
+        """Joint jerks [rad/s3] at joint rates qd and accelerations qdd, for the jerk of a tool [m/s3, rad/s3].
+
+        Raises StraightLineSingular.
+        """
 
     def singularity(self, q: Joints) -> Singularity:
         """How far from each singularity, 0 to 1."""

@@ -22,7 +22,7 @@ from vrs_cli.kinematics.axes import along, any_normal, axis_of, cross, dot, from
 from vrs_cli.kinematics.compiled import Formulas, formulas
 from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.elimination import solve
-from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, bias_of
+from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, beyond, bias_of, jerk_bias_of
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, JointKind, Joints, joints_outside, nearest_turn, turn_within
 from vrs_cli.kinematics.model import SAMPLES, RobotModel, joint_axes, link_frames
 from vrs_cli.kinematics.task import ALL_PARTS
@@ -327,7 +327,11 @@ class SerialArm:
         return vx, vy, vz, wx, wy, wz
 
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-        return self._solved(q, *self._counted(q, self.jacobian(q, T_flange_tool), twist))
+        return self._rates(q, self.jacobian(q, T_flange_tool), twist)
+
+    def _rates(self, q: Joints, J: Jacobian, twist: Twist) -> Joints:
+        """Of the joints, for a twist of the tool or a derivative of it that the joint rates of now have no part in."""
+        return self._solved(q, *self._counted(q, J, twist))
 
     def _solved(self, q: Joints, rows: Sequence[Joints], wanted: Sequence[float]) -> Joints:
         qd = solve(rows, wanted)
@@ -355,6 +359,16 @@ class SerialArm:
 
     def acceleration_bias(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
         return bias_of(self.jacobian(q, T_flange_tool), qd)
+
+    def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+        J = self.jacobian(q, T_flange_tool)
+        return self._rates(q, J, beyond(rate, bias_of(J, qd)))
+
+    def joint_jerk(
+        self, q: Joints, qd: Joints, qdd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY
+    ) -> Joints:
+        J = self.jacobian(q, T_flange_tool)
+        return self._rates(q, J, beyond(rate, jerk_bias_of(J, qd, qdd)))
 
     def singularity(self, q: Joints) -> Singularity:  # noqa: ARG002 (others look at q)
         return Singularity(1.0, 1.0, 1.0)

@@ -432,7 +432,7 @@ def _segment_grid(segments: Iterable[Segment]) -> Grid:
             fixed(segment.start),
             fixed(segment.finish),
             segment.phase.value,
-            segment.motion.kind.value,
+            segment.motion.kind.space,
             _labelled(segment.motion),
         )
         for number, segment in enumerate(segments, 1)

@@ -10,11 +10,19 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 
 class Kind(Enum):
-    """JOINT: joint-interpolated. STRAIGHT: the tool tip on a straight line. REST: stand still (DELAY, hand, tool)."""
+    """JOINT: joint-interpolated. STRAIGHT: the tool tip on a straight line. REST: stand still (DELAY, hand, tool).
+    STEERED: the joints follow a stream of targets, which are not kept.
+    """
 
     JOINT = "joint"
     STRAIGHT = "straight"
     REST = "rest"
+    STEERED = "steered"
+
+    @property
+    def space(self) -> str:
+        """Where such a motion is planned, as tables say it."""
+        return "joint" if self is Kind.STEERED else str(self.value)
 
 
 class Start(Enum):
@@ -67,10 +75,10 @@ RelativeTarget = ToolOffsetTarget | JointOffsetTarget | AlignedTarget
 class Motion:
     """`number` counts the motions of a timeline from 1; 0 is the initial pose.
 
-    `goal`: the joints to reach [rad] (JOINT). `pose`: T_robot_tool to reach (STRAIGHT). `relative`: what both follow
-    from, for a motion whose target depends on where the one before it ends. `speed` and `acceleration`
-    are fractions of the nominal ones. For a straight line `tip_speed` [m/s] and `rotation` (fraction of the nominal
-    angular speed) replace what `speed` gives.
+    `goal`: the joints to reach [rad] (JOINT), or the first target (STEERED). `pose`: T_robot_tool to reach (STRAIGHT).
+    `relative`: what both follow from, for a motion whose target depends on where the one before it ends. `speed` and
+    `acceleration` are fractions of the nominal ones. For a straight line `tip_speed` [m/s] and `rotation` (fraction of
+    the nominal angular speed) replace what `speed` gives.
     `duration` [s]: the least time (for REST, the time). `hand`: the opening from its start on (1 open, 0 closed).
     `text`: the instruction that asked for it. `rounding` [m]: with Start.BLEND, how near the tip comes to the end
     of the motion before, until this one begins; None: as soon as that one slows down.

@@ -154,7 +154,7 @@ def from_rest(parts: Sequence[Part], least: float = 0.0) -> Course:
     if least > 0.0 and _rest_total(bounds, u) < least:
         u = _slower(lambda slow_u: _rest_total(bounds, slow_u), 0.0, u, least)
     reach = MARGIN / u
-    change = _ramps(by_acceleration / reach, by_jerk / reach)
+    change = ramps(by_acceleration / reach, by_jerk / reach)
     return _without_sliver(change, up_to_grid(max(reach - change.lasts, 0.0)), change)
 
 
@@ -170,7 +170,7 @@ def _slow_time(bounds: Bounds, u: float) -> float:
     return s + bounds.by_jerk * u / s
 
 
-def _ramps(by_acceleration: float, by_jerk: float) -> Change:
+def ramps(by_acceleration: float, by_jerk: float) -> Change:
     """The shortest change, with equal ramps, by velocities of which the greatest |v| / a and |v| / j are given."""
     if by_jerk <= 0.0:
         return NONE
@@ -480,7 +480,7 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
     u = max(u / MARGIN, 0.5 * (bounds.low + u))  # where rounding finds room on both sides
     if _total(bounds, change, u) < least:
         u = _slower(lambda slow_u: _total(bounds, change, slow_u), bounds.low * (1.0 + ROOM * u), u, least)
-    slow = _ramps(bounds.by_acceleration * u, bounds.by_jerk * u)
+    slow = ramps(bounds.by_acceleration * u, bounds.by_jerk * u)
     course = _without_sliver(change, up_to_grid(max(1.0 / u - bounds.lag - 0.5 * slow.lasts, 0.0)), slow)
     return course if bounds.low * course.reach <= 1.0 + SAME else None
 

@@ -70,7 +70,7 @@ def joint_motion(
     try:
         course = from_motion(_parts(state, goal, limits), least)
     except NoTimes:  # joints near their greatest velocity need different times to lose their accelerations
-        settling = laid(start, motion, _joint_pieces(state, _settlings(state, limits), Phase.BLEND))
+        settling = laid(start, motion, joint_pieces(state, _settlings(state, limits), Phase.BLEND))
         last = settling[-1]
         steady = JointState(last.path.joints(last.duration), last.path.velocity(last.duration))  # type: ignore[union-attr]
         return settling + joint_motion(steady, goal, limits, last.finish, motion, least - (last.finish - start))
@@ -144,7 +144,7 @@ def joint_stop(
         state.joints, state.velocity, _accelerations(state), limits.acceleration, limits.jerk, ranges, strict=True
     )
     pieces = [_stopped(q, v, a, a_max, j_max, within) for q, v, a, a_max, j_max, within in rows]
-    return laid(start, motion, _joint_pieces(state, pieces, Phase.DECELERATE))
+    return laid(start, motion, joint_pieces(state, pieces, Phase.DECELERATE))
 
 
 def _stopped(q: float, v: float, a: float, acceleration: float, jerk: float, within: tuple[float, float]) -> Pieces:
@@ -158,7 +158,7 @@ def _stopped(q: float, v: float, a: float, acceleration: float, jerk: float, wit
     return pieces + stop(v, a, acceleration, jerk)
 
 
-def _joint_pieces(state: JointState, pieces: Sequence[Pieces], phase: Phase) -> Iterator[tuple[float, Phase, Path]]:
+def joint_pieces(state: JointState, pieces: Sequence[Pieces], phase: Phase) -> Iterator[tuple[float, Phase, Path]]:
     """Joints that each go through pieces of their own, as common stretches: one from each instant to the next."""
     begins = [list(accumulate((duration for duration, _ in row), initial=0.0)) for row in pieces]
     instants = sorted({instant for row in begins for instant in row})

@@ -1,0 +1,79 @@
+"""The part of f that steers: the joints chase a target from now on, and what was scheduled is dropped."""
+
+from __future__ import annotations
+
+from vrs_cli.engine.planner import Place, braked, joint_limits, place_at, stays_inside
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.blend import JointLimits, JointState, joint_stop_each
+from vrs_cli.trajectory.delta import Cause, TimelineDelta
+from vrs_cli.trajectory.motion import Motion, Profile
+from vrs_cli.trajectory.segment import JointPath, Segment
+from vrs_cli.trajectory.smooth import Pieces
+from vrs_cli.trajectory.smoothly_steered import smoothly_steered
+from vrs_cli.trajectory.steered import Room, Target, steered
+from vrs_cli.trajectory.timeline import Timeline
+
+
+def plan_steering(
+    arm: RobotArm, timeline: Timeline, motion: Motion, executed: float, target: Target, tick: float
+) -> TimelineDelta:
+    """The change of the timeline that lets the joints chase a target from `executed` on, for a tick [s]; all that was
+    scheduled after it is dropped. Raises NoRoomToStop where what is under way has to go on.
+    """
+    place = place_at(arm, timeline, executed)
+    planned = _smoothly if motion.profile is Profile.SCURVE else _parabolically
+    return TimelineDelta(
+        version=timeline.version,
+        cause=Cause.COMMAND,
+        motion=motion,
+        issued=executed,
+        executed=executed,
+        cut=executed,
+        keep=place.keep,
+        drop=len(timeline) - place.keep,
+        shift=0.0,
+        segments=planned(arm, timeline, place, motion, executed, target, tick),
+    )
+
+
+def _parabolically(
+    arm: RobotArm, _timeline: Timeline, place: Place, motion: Motion, start: float, target: Target, tick: float
+) -> tuple[Segment, ...]:
+    here, model = place.here.joints, arm.model
+    room = Room(model.lower, model.upper)
+    segments = steered(here, target, joint_limits(arm, motion), room, tick, start, motion)
+    if stays_inside(arm, segments):
+        return segments
+    # the motion before left no room for a whole tick
+    return joint_stop_each(here, JointLimits(model.max_velocity, model.max_acceleration), start, motion)
+
+
+def _smoothly(
+    arm: RobotArm, timeline: Timeline, place: Place, motion: Motion, start: float, target: Target, tick: float
+) -> tuple[Segment, ...]:
+    here, room = place.here.joints, Room(arm.model.lower, arm.model.upper)
+
+    def coming() -> list[Pieces] | None:
+        return _coming(timeline, place.keep, start)
+
+    segments = smoothly_steered(here, target, joint_limits(arm, motion), room, tick, start, motion, coming)
+    return segments or braked(arm, here, motion, start)
+
+
+def _coming(timeline: Timeline, keep: int, t: float) -> list[Pieces] | None:
+    """What each joint was to do from t [s] on until the robot rests; None where that is not jerk-limited, or not in
+    joint space.
+    """
+    rows: list[Pieces] = []
+    for index in range(keep - 1, len(timeline)):
+        segment = timeline[index]
+        begin, path = max(segment.start, t), segment.path
+        if begin >= segment.finish:
+            continue
+        if segment.motion.profile is not Profile.SCURVE or not isinstance(path, JointPath):
+            return None
+        lasting, end = segment.finish - begin, segment.duration
+        rows.append(tuple((lasting, 6.0 * a[3] if len(a) > 3 else 0.0) for a in path.coefficients))
+        if JointState(path.joints(end), path.velocity(end), path.acceleration(end)).at_rest:
+            break
+    return list(zip(*rows, strict=True))

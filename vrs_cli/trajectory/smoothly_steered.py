@@ -1,0 +1,234 @@
+"""One tick of jerk-limited steering: as `steered`, but the acceleration does not jump. Each joint has a constant jerk.
+
+Every joint wants the velocity `w + g(e)`: that of its target, and one that takes away the error e in RESPONSE ticks,
+but no more than it can brake from on the way. It wants the acceleration that brings it there and is gone again just
+then, as soon as its jerk allows: with n ticks to lose it in, D = w + g - q' - q'' tick / 2,
+
+    q''(next) = 2 D / (tick (1 + n)),    n >= 1,  n (n + 1) >= 2 |D| / (jerk tick^2).
+
+Behind the tick stands a stop, and a joint only does what leaves it room for one. Where no constant jerk does, the joint
+goes on as it was planned before, to its stop at the latest; so it stays inside its limits whatever comes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from math import copysign, sqrt
+from typing import NamedTuple
+
+from vrs_cli.trajectory.blend import JointLimits, JointState, laid
+from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.scurve import MOMENT, Change, advanced, farthest, ramps, stop
+from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+from vrs_cli.trajectory.smooth import Pieces, changed, joint_pieces
+from vrs_cli.trajectory.steered import COASTING, SPARE, Room, Target
+
+RESPONSE = 4.0  # ticks in which an error goes: the quickest without going beyond
+EASY = 0.25  # of acceleration and jerk, to come near a target with
+KEPT = 0.8  # of acceleration and jerk, to stop with: the rest makes up for whole ticks
+HALVINGS = 24
+
+
+class Joint(NamedTuple):
+    """One joint: its state, its target, its limits [rad, rad/s, rad/s2, rad/s3]. `peak`: never to be exceeded."""
+
+    q: float
+    v: float
+    a: float
+    p: float
+    w: float
+    v_max: float
+    a_max: float
+    j_max: float
+    peak: float
+    low: float
+    high: float
+
+
+def smoothly_steered(
+    state: JointState,
+    target: Target,
+    limits: JointLimits,
+    room: Room,
+    tick: float,
+    start: float,
+    motion: Motion,
+    coming: Callable[[], Sequence[Pieces] | None],
+) -> tuple[Segment, ...]:
+    """A tick [s] towards the target, on the time grid, then a stop.
+
+    `coming`: what each joint was to do from now on, where that is jerk-limited; nothing is returned where that would be
+    needed, and is not.
+    """
+    joints = _joints(state, target, limits, room)
+    jerks = [_jerk(one, tick) for one in joints]
+    steady = [(one, jerk) for one, jerk in zip(joints, jerks, strict=True) if jerk is not None]
+    if len(steady) == len(joints):
+        together = _together(steady, tick)
+        if together:
+            return laid(start, motion, iter(together))
+    before = coming() if None in jerks else [()] * len(joints)
+    if before is None:
+        return ()
+    pieces = [
+        planned if jerk is None else ((tick, jerk), *_stopped(one, jerk, tick))
+        for one, jerk, planned in zip(joints, jerks, before, strict=True)
+    ]
+    return laid(start, motion, _phased(joint_pieces(state, pieces, Phase.DECELERATE), tick))
+
+
+def _joints(state: JointState, target: Target, limits: JointLimits, room: Room) -> list[Joint]:
+    rows = zip(
+        state.joints,
+        state.velocity,
+        state.acceleration if state.accelerating else (0.0,) * len(state.joints),
+        *target,
+        limits.velocity,
+        limits.acceleration,
+        limits.jerk,
+        limits.peak,
+        *room,
+        strict=True,
+    )
+    return [
+        Joint(q, v, a, p, w, v_max * SPARE, a_max * SPARE, j_max * SPARE, peak, min(low, q), max(high, q))
+        for q, v, a, p, w, v_max, a_max, j_max, peak, low, high in rows
+    ]
+
+
+# --- the tick ------------------------------------------------------------------------------------------------------
+
+
+def _jerk(one: Joint, tick: float) -> float | None:
+    """The jerk of a tick, as near to what the joint wants as its limits allow; None where no jerk keeps them."""
+    least = min(max(-one.j_max, (-one.a_max - one.a) / tick), one.j_max)
+    most = max(min(one.j_max, (one.a_max - one.a) / tick), -one.j_max)
+    jerk = min(max((_wanted(one, tick) - one.a) / tick, least), most)
+    beyond = _beyond(one, jerk, tick)
+    if not beyond:
+        return jerk
+    near, far = (least, jerk) if beyond > 0 else (most, jerk)
+    if _beyond(one, near, tick) == beyond:
+        return None
+    for _ in range(HALVINGS):
+        middle = 0.5 * (near + far)
+        if _beyond(one, middle, tick) == beyond:
+            far = middle
+        else:
+            near = middle
+    return None if _beyond(one, near, tick) else near
+
+
+def _wanted(one: Joint, tick: float) -> float:
+    """The acceleration at the end of the tick."""
+    error = one.p - one.q
+    closing = min(abs(error) / (RESPONSE * tick), _brakable(abs(error), EASY * one.a_max, EASY * one.j_max))
+    wanted = min(max(one.w + copysign(closing, error), -one.v_max), one.v_max)
+    change = wanted - one.v - 0.5 * one.a * tick
+    ticks = max(0.5 * (sqrt(1.0 + 8.0 * abs(change) / (KEPT * one.j_max * tick * tick)) - 1.0), 1.0)
+    return 2.0 * change / (tick * (1.0 + ticks))
+
+
+def _brakable(way: float, acceleration: float, jerk: float) -> float:
+    """The velocity from which a joint comes to rest on a way: v / 2 (v / A + A / J), or sqrt(v^3 / J) if that is less
+    than full acceleration."""
+    ramp = acceleration / jerk
+    if way < acceleration * ramp * ramp:
+        return float((way * way * jerk) ** (1.0 / 3.0))
+    return sqrt(0.25 * acceleration * acceleration * ramp * ramp + 2.0 * acceleration * way) - 0.5 * acceleration * ramp
+
+
+def _beyond(one: Joint, jerk: float, tick: float) -> int:
+    """Whether a tick with this jerk makes a joint too fast, or leaves it too little room to stop: 1 upwards, -1
+    downwards, 0 not at all."""
+    q, v, a = one.q, one.v, one.a
+    _, v1, a1 = advanced(q, v, a, tick, jerk)
+    turning = v - 0.5 * a * a / jerk if a * a1 < 0.0 else v  # where the acceleration changes its sign
+    settled = v1 + 0.5 * a1 * abs(a1) / (KEPT * one.j_max)
+    if max(turning, v1, settled) > _bound(one, v, a):
+        return 1
+    if min(turning, v1, settled) < -_bound(one, -v, -a):
+        return -1
+    hard, quick = KEPT * one.a_max, KEPT * one.j_max
+    fastest = max(abs(turning), abs(v1), abs(v)) + 0.5 * a1 * a1 / quick
+    enough = fastest * (tick + abs(a1) / quick + 0.5 * (fastest / hard + hard / quick) + 20.0 * MOMENT)
+    if one.low + enough <= q <= one.high - enough:
+        return 0
+    low, high = farthest(q, v, a, ((tick, jerk), *stop(v1, a1, hard, quick)))
+    return 1 if high > one.high else -1 if low < one.low else 0
+
+
+def _bound(one: Joint, v: float, a: float) -> float:
+    """What the velocity may become: the one asked for, or more where the acceleration has it come so far anyway."""
+    coming = v + 0.5 * a * a / (KEPT * one.j_max) if a > 0.0 else v
+    return max(min(max(one.v_max, coming), one.peak), v)
+
+
+# --- the stop ------------------------------------------------------------------------------------------------------
+
+
+def _stopped(one: Joint, jerk: float, tick: float) -> Pieces:
+    _, v1, a1 = advanced(one.q, one.v, one.a, tick, jerk)
+    return stop(v1, a1, KEPT * one.a_max, KEPT * one.j_max)
+
+
+def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[float, Phase, Path]]:
+    """The tick, then all joints lose their accelerations, coast, and come to rest together; nothing where there is no
+    room for that."""
+    joints = [one for one, _ in steady]
+    after = [advanced(one.q, one.v, one.a, tick, jerk) for one, jerk in steady]
+    chase = JointPath(tuple([(one.q, one.v, 0.5 * one.a, jerk / 6.0) for one, jerk in steady]))
+    stretches: list[tuple[float, Phase, Path]] = [(tick, Phase.BLEND, chase)]
+    if not any(v or a for _, v, a in after):
+        return stretches
+    settling = [abs(a) / one.j_max for one, (_, _, a) in zip(joints, after, strict=True)]
+    coasting = up_to_grid(max(COASTING * tick, *settling))
+    coasted = [advanced(q, v, a, coasting, -a / coasting)[:2] for q, v, a in after]
+    change = _slowing(joints, [v for _, v in coasted])
+    for one, here, (_, v) in zip(joints, after, coasted, strict=True):
+        if not _has_room(one, here, v, coasting, change):
+            return []
+    path = tuple([(q, v, 0.5 * a, -a / (6.0 * coasting)) for q, v, a in after])
+    stretches.append((coasting, Phase.CRUISE, JointPath(path)))
+    lasting = [duration for duration in change if duration]
+    ways = [changed(q, v, 0.0, 0.0, change) if lasting else [] for q, v in coasted]
+    for duration, rows in zip(lasting, zip(*ways, strict=True), strict=True):
+        stretches.append((duration, Phase.DECELERATE, JointPath(rows)))
+    return stretches
+
+
+def _slowing(joints: Sequence[Joint], velocities: Sequence[float]) -> Change:
+    """The times in which joints with these velocities come to rest together."""
+    by_acceleration = max(abs(v) / one.a_max for one, v in zip(joints, velocities, strict=True))
+    by_jerk = max(abs(v) / one.j_max for one, v in zip(joints, velocities, strict=True))
+    return ramps(by_acceleration / KEPT, by_jerk / KEPT)
+
+
+def _has_room(one: Joint, here: tuple[float, float, float], v1: float, coasting: float, change: Change) -> bool:
+    """Whether a joint may coast so after the tick, to the velocity v1, and stop."""
+    q, v, a = here
+    if not -_bound(one, -one.v, -one.a) <= v1 <= _bound(one, one.v, one.a):
+        return False
+    enough = max(abs(v), abs(v1)) * (coasting + change.lasts)
+    if one.low + enough <= q <= one.high - enough:
+        return True
+    low, high = farthest(q, v, a, ((coasting, -a / coasting), *_constant(change, v1)))
+    return one.low <= low and high <= one.high
+
+
+def _constant(change: Change, v: float) -> Pieces:
+    """The pieces of constant jerk of a change from velocity v to rest."""
+    if not v:
+        return ()
+    level = change.level(v, 0.0, 0.0)
+    rates = zip(change, (level / change.rise, 0.0, -level / change.fall), strict=True)
+    return tuple((duration, jerk) for duration, jerk in rates if duration)
+
+
+def _phased(stretches: Iterator[tuple[float, Phase, Path]], tick: float) -> Iterator[tuple[float, Phase, Path]]:
+    """What begins in the tick is no stop yet."""
+    begun = 0.0
+    for duration, phase, path in stretches:
+        yield duration, Phase.BLEND if begun < tick else phase, path
+        begun += duration
