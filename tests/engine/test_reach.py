@@ -249,3 +249,15 @@ def test_another_configuration_is_one_that_the_words_lead_to() -> None:
     engine.perform(SetConfiguration(Arm.LEFTY))
     engine.perform(Move(PoseTarget(engine.position().T_world_tool), straight=False))
     assert isinstance(refusal(engine, Move(far, straight=True)), JointOutOfRange)
+
+
+def test_no_via_point_is_named_while_another_configuration_is_asked() -> None:
+    """A line to a precision point may be tried all the same; one to a transformation is refused."""
+    engine = Engine(MODEL)
+    engine.perform(Move(ABOVE, straight=False))
+    target = JointTarget(engine.joints_for(located(-0.3, -0.3, -0.2).T_world_tool))
+    assert any(out.via for out in engine.explain(target).line.ways_out)
+    engine.perform(SetConfiguration(Arm.LEFTY))
+    line = engine.explain(target).line
+    assert line.duration is None
+    assert not any(out.via for out in line.ways_out)

@@ -325,7 +325,8 @@ def _ways_out(
 ) -> Iterator[WayOut]:
     """What would do instead: another configuration for the whole line, a via point, a MOVE."""
     yield from _other_configurations(arm, parameters, way, here, motion, slowest)
-    via = _via_point(arm, way, here, motion, slowest)
+    keeps = not unmet(arm.configuration(here), parameters.asked)  # else no line goes to a transformation
+    via = _via_point(arm, way, here, motion, slowest) if keeps else None
     if via is not None:
         yield WayOut(via=compose(inverse(motion.frames.base), via))
     if reachable:
