@@ -183,6 +183,7 @@ def test_a_program_that_does_not_end_is_stopped(vrs: Vrs) -> None:
     assert ended.status == 1
     told = json.loads(ended.out)
     assert told["errors"][0]["message"].startswith("*Program time limit reached*")
+    assert "(give it more time with --max-time)" in told["errors"][0]["message"]
     assert 10.0 <= told["duration_s"] < 20.0
 
 
@@ -326,3 +327,4 @@ def test_a_bound_on_steps_says_where_the_program_was(vrs: Vrs, tmp_path: Path) -
     ended = vrs("run", "w.v2", "--max-steps", 500)
     assert ended.status == 1
     assert "after 500 steps: main step 1" in ended.err
+    assert "(give it more with --max-steps)" in ended.err

@@ -8,14 +8,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetConfiguration, SetParameter
+from vrs_cli.engine.commands import (
+    JointTarget,
+    Mode,
+    Move,
+    PoseTarget,
+    SetConfiguration,
+    SetDuration,
+    SetMode,
+    SetParameter,
+)
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import Position
 from vrs_cli.errors import IllegalValue, LocationOutOfRange, MotionError
 from vrs_cli.kinematics.configuration import ALL, Arm, Wrist
 from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import Transform, distance, from_oat, position
+from vrs_cli.kinematics.transform import Transform, distance, from_oat, position, translation
 
 MODEL = load_robot("puma560")
 ABOVE = PoseTarget(from_oat(0.0, 0.45, -0.15, radians(90), radians(90), 0.0))
@@ -172,3 +181,59 @@ def test_nothing_moves() -> None:
 def test_a_precision_point_of_another_robot_is_refused() -> None:
     with pytest.raises(IllegalValue, match="2 joints"):
         Engine(MODEL).explain(JointTarget((0.0, 0.0)))
+
+
+def said_of(engine: Engine, target: PoseTarget | JointTarget) -> tuple[str, str]:
+    """What WHY says against MOVE and MOVES, after it was seen to be what they are refused with."""
+    reach = engine.explain(target)
+    expected = [refusal(engine, Move(target, straight)) for straight in (False, True)]
+    told = (reach.reason if reach.chosen is None else "", reach.line.trouble)
+    assert told == tuple(str(error or "") for error in expected)
+    return told
+
+
+@pytest.mark.parametrize(
+    ("robot", "pose", "what"),
+    [
+        ("cobra600", located(0.4, 0.0, 0.3, 90.0, 78.0), "keeps its tool vertical, pointing down"),
+        ("planar2", PoseTarget(translation(0.3, 0.1, 0.05)), "moves in the plane Z = 0.0 mm"),
+        ("planar3", PoseTarget(translation(0.3, 0.1, 0.05)), "moves in the plane Z = 0.0 mm"),
+    ],
+)
+def test_what_the_task_of_a_robot_forbids_is_said_of_the_line_too(robot: str, pose: PoseTarget, what: str) -> None:
+    engine = Engine(load_robot(robot))
+    for told in said_of(engine, pose):
+        assert what in told
+    line = engine.explain(pose).line
+    assert line.at is None
+    assert line.ways_out == ()
+
+
+def test_a_line_takes_as_long_as_duration_says() -> None:
+    engine = Engine(MODEL)
+    engine.perform(Move(ABOVE, straight=False))
+    engine.perform(SetDuration(7.0))
+    assert engine.explain(located(0.1, 0.45, -0.15)).line.duration == pytest.approx(7.0)
+
+
+def test_a_line_that_would_have_to_change_the_configuration_is_no_line() -> None:
+    engine = Engine(MODEL)
+    engine.perform(Move(ABOVE, straight=False))
+    engine.perform(SetConfiguration(Arm.LEFTY))
+    target = located(0.1, 0.45, -0.15)
+    moved, lined = said_of(engine, target)
+    assert (moved, "LEFTY asked" in lined) == ("", True)
+    assert [(out.words, out.via) for out in engine.explain(target).line.ways_out] == [((), None)]
+
+
+def test_no_joint_turns_more_than_half_a_turn_under_nooverlap() -> None:
+    engine = Engine(MODEL, start=tuple(map(radians, (0, -90, 90, 0, 0, -200))))
+    engine.perform(SetMode(Mode.OVERLAP, on=False, always=True))
+    moved, _ = said_of(engine, JointTarget(tuple(map(radians, (0, -90, 90, 0, 0, 200)))))
+    assert "NOOVERLAP" in moved
+
+
+def test_a_precision_point_out_of_range_is_no_end_of_a_line() -> None:
+    engine = Engine(MODEL)
+    _, lined = said_of(engine, JointTarget(tuple(map(radians, (0, -100, 90, 0, 0, 280)))))
+    assert "Joint 6" in lined

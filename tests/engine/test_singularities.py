@@ -135,6 +135,29 @@ def test_through_the_shoulder_singularity_is_out_of_reach(profile: str) -> None:
     assert isinstance(error, LocationOutOfRange)
 
 
+@PROFILES
+@pytest.mark.parametrize("joint_1", [0.0, 8.0])
+def test_into_the_wrist_singularity_a_line_is_as_fast_as_elsewhere(profile: str, joint_1: float) -> None:
+    engine = at((joint_1, -60.0, 140.0, 30.0, 25.0, 10.0), profile)
+    straight = tuple(map(radians, (0.0, -60.0, 140.0, 30.0, 0.0, 10.0)))
+    engine.perform(Move(PoseTarget(engine.arm.forward(straight)), straight=True))
+    assert engine.arm.singularity(engine.position().joints).wrist < 1e-9
+    assert engine.end < 1.0
+    check_continuous(engine, engine.timeline)
+    check_limits(engine, engine.timeline)
+
+
+@PROFILES
+def test_out_of_the_wrist_singularity_a_line_that_turns_joint_5_alone_is_as_fast_as_elsewhere(profile: str) -> None:
+    straight = (20.0, -60.0, 140.0, 0.0, 0.0, 10.0)
+    bent = tuple(map(radians, (20.0, -60.0, 140.0, 0.0, 25.0, 10.0)))
+    engine = at(straight, profile)
+    engine.perform(Move(PoseTarget(engine.arm.forward(bent)), straight=True))
+    assert engine.end < 1.0
+    check_continuous(engine, engine.timeline)
+    check_limits(engine, engine.timeline)
+
+
 def test_the_place_is_told_in_the_world_frame() -> None:
     engine = at(BEFORE_THE_WRIST, "LSPB")
     engine.perform(SetBase(translation(0.0, 0.0, 0.1)))

@@ -4,24 +4,35 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import radians
+from pathlib import Path
 
 import pytest
 
 from tests.laws.motion_laws import check_continuous, check_limits, off_line
-from vrs_cli.engine.commands import JointOffsetTarget, Move, PoseTarget, SetDuration, SetParameter, Stamp
+from vrs_cli.engine.commands import (
+    JointOffsetTarget,
+    JointTarget,
+    Move,
+    PoseTarget,
+    SetDuration,
+    SetParameter,
+    Stamp,
+)
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.engine.planner import Here, plan_motion
-from vrs_cli.errors import JointOutOfRange, MotionError
+from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError
 from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, angle_between, from_oat, position, translation
 from vrs_cli.trajectory.blend import JointState
-from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
+from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.trajectory.timeline import Timeline
 
 MODEL = load_robot("puma560")
 ALONG = radians(90), radians(90), 0.0  # the tool along Y
+URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 
 
 def test_a_line_out_of_a_spinning_straight_wrist_brakes_first() -> None:
@@ -71,6 +82,66 @@ def test_an_acceleration_that_peaks_between_two_samples_is_seen() -> None:
     check_limits(engine, segments)
 
 
+STARTS_OF_TOO_MUCH_JERK = [  # joints, velocities, accelerations [deg ...], X, Y, Z, O, A, T, speed and acceleration
+    (
+        "puma560",
+        (-42.44, -129.39, 13.21, 55.21, -0.7, 4.57),
+        (-17.46, -20.85, -19.71, -88.7, -53.93, -87.41),
+        (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (57.8, 594.7, -256.4, 63.4, 58.0, -36.8),
+        (0.915, 0.953),
+    ),
+    (
+        "puma560",
+        (-5.7, -91.64, 83.33, -0.19, -3.27, -4.55),
+        (-44.85, -12.89, -52.5, -1.46, -25.78, -35.8),
+        (-23.73, -6.82, -27.78, -0.78, -13.64, -18.94),
+        (138.7, 514.6, -4.6, 101.7, 87.7, 27.7),
+        (0.548, 0.921),
+    ),
+    (
+        "ur5e",
+        (251.35, 165.68, -185.88, 151.17, -201.99, -128.69),
+        (-34.64, 31.34, -85.07, 39.44, -37.65, 46.47),
+        (),
+        (-16.8, -297.4, 174.5, -45.6, 51.8, 103.7),
+        (0.545, 0.738),
+    ),
+    (
+        "ur5e",
+        (-210.15, 189.72, -94.64, -129.92, 187.51, -151.44),
+        (-68.59, 50.92, 40.49, -102.78, 100.86, -14.01),
+        (209.04, -337.98, 112.27, 248.32, -227.99, 76.93),
+        (-495.5, 179.0, 341.9, -32.0, -17.0, -1.0),
+        (0.938, 0.846),
+    ),
+]
+
+
+@pytest.mark.parametrize(("robot", "joints", "velocity", "acceleration", "place", "fractions"), STARTS_OF_TOO_MUCH_JERK)
+def test_a_line_that_would_start_with_too_much_jerk_of_a_joint_brakes_first(
+    robot: str,
+    joints: tuple[float, ...],
+    velocity: tuple[float, ...],
+    acceleration: tuple[float, ...],
+    place: tuple[float, ...],
+    fractions: tuple[float, float],
+) -> None:
+    """What the joints do there gives the jerk, however slow the line goes on: a singularity is near."""
+    engine = Engine(load_robot(robot))
+    state = JointState(*(tuple(map(radians, row)) for row in (joints, velocity, acceleration)))
+    pose = from_oat(*(0.001 * part for part in place[:3]), *map(radians, place[3:]))
+    speed, rate = fractions
+    motion = Motion(
+        1, Kind.STRAIGHT, Start.AT, pose=pose, speed=speed, rotation=speed, acceleration=rate, profile=Profile.SCURVE
+    )
+    segments = plan_motion(engine.arm, Here(state), motion, 0.0)
+    engine.timeline = Timeline(segments)
+    check_continuous(engine, segments)
+    check_limits(engine, segments)
+    assert isinstance(segments[0].path, JointPath)
+
+
 @pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
 def test_a_line_that_crosses_the_straight_wrist_next_to_where_it_starts_is_refused(profile: str) -> None:
     """Out of READY joint 5 goes a little to one side before it goes to the other: joint 4 would have to turn about."""
@@ -94,6 +165,29 @@ def test_a_place_in_a_message_has_no_negative_zero() -> None:
     arm = Engine(MODEL).arm
     follower = Follower(arm, arm.configuration(MODEL.poses["ready"]), IDENTITY)
     assert follower.shown(translation(-1e-9, 0.0, 0.1)) == "X 0.0 Y 0.0 Z 100.0 mm"
+
+
+def turning_five_joints() -> tuple[Engine, Move]:
+    """An arm of five joints, and a line on which it cannot turn the tool as it would have to."""
+    engine = Engine(load_robot(URDF / "five.urdf"), start=tuple(map(radians, (10.0, -30.0, 60.0, 40.0, 20.0))))
+    goal = tuple(map(radians, (60.0, -40.0, 80.0, -30.0, 50.0)))
+    return engine, Move(JointTarget(goal), straight=True)
+
+
+def test_where_five_joints_cannot_turn_the_tool_a_line_says_so() -> None:
+    engine, line = turning_five_joints()
+    with pytest.raises(LocationOutOfRange, match=r"near X .* for how the tool is turned there \(use MOVE"):
+        engine.perform(line)
+
+
+def test_the_search_for_the_place_where_a_line_fails_explains_only_that_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An explanation costs a search from many starts on an arm without a closed form."""
+    engine, line = turning_five_joints()
+    asked, select = [], engine.arm.select
+    monkeypatch.setattr(engine.arm, "select", lambda T, near: asked.append(T) or select(T, near))
+    with pytest.raises(LocationOutOfRange):
+        engine.perform(line)
+    assert len(asked) <= 2, "where it is first seen, and where it begins"
 
 
 # --- braking on a line -----------------------------------------------------------------------------------------------

@@ -154,6 +154,18 @@ def test_where_it_hung_is_said(session: Session) -> None:
     assert session.engine.now == 5.0
 
 
+def test_what_helps_is_said_by_who_sets_the_bounds(session: Session) -> None:
+    load(session, "WHILE x == 0 DO", "END")
+    session.perform("x = 0")
+    for bounds in (Bounds(max_time=1.0), Bounds(max_steps=100)):
+        fault = session.execute("main", bounds=bounds).fault
+        assert fault is not None
+        assert "(SIGNAL sets an input that is waited for; RETRY lets a program go on)" in fault.message
+    fault = session.execute("main", bounds=Bounds(max_time=1.0, more_time="wait longer")).fault
+    assert fault is not None
+    assert "(wait longer)" in fault.message
+
+
 @pytest.mark.parametrize(("most", "outcome"), [(3, Outcome.COMPLETED), (2, Outcome.FAILED)])
 def test_steps_are_counted_exactly(session: Session, most: int, outcome: Outcome) -> None:
     load(session, "x = 1", "x = 2", "x = 3")

@@ -13,7 +13,7 @@ import pytest
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at, positions_at
-from vrs_cli.errors import IllegalJoint, IllegalValue, NotAvailable, VrsError
+from vrs_cli.errors import IllegalJoint, IllegalValue, LocationOutOfRange, NotAvailable, VrsError
 from vrs_cli.files.exports import EXPORTERS, export
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.jogging import Jogger
@@ -100,6 +100,20 @@ def test_precision_points_have_as_many_values_as_the_robot_has_joints(session: S
     assert told(session, "LISTL #middle").split()[-model.joint_count :] == [f"{x:.3f}" for x in model.units.shown(q)]
     with pytest.raises(IllegalValue, match=rf"the robot has {model.joint_count} joints"):
         session.perform(f"MOVE #PPOINT({', '.join(['0'] * (model.joint_count + 1))})")
+
+
+def test_a_precision_point_of_another_robot_is_refused_by_all_that_take_one(
+    session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    count = session.engine.model.joint_count
+    numbers = "".join(f" {k}.0" for k in range(count + 1))
+    (tmp_path / "other.lc").write_text(f".LOCATIONS\n#other{numbers}\n.END\n")
+    session.perform("LOAD other.lc")
+    for line in ("MOVE #other", "MOVES #other", "MOVE #other AT 3", "WHY #other", "TYPE INRANGE(#other)"):
+        with pytest.raises(IllegalValue, match=rf"of {count + 1} joints \(this robot has {count}\)"):
+            session.perform(line)
+    assert told(session, "LISTL #other").split()[-1] == f"{count}.000"
 
 
 def test_where_shows_every_joint_in_its_unit(session: Session) -> None:
@@ -305,3 +319,15 @@ def test_why_names_no_configuration_where_there_is_none(session: Session) -> Non
     if not words:
         assert "MOVE: the nearest joints that were found\n" in said
         assert "\n-      " in said
+
+
+@pytest.mark.parametrize("name", ["cobra600", "planar2", "planar3"])
+def test_a_forbidden_place_is_told_alike_by_move_moves_and_why(name: str) -> None:
+    session = Session(RecordingTerminal(), load_robot(name))
+    session.perform("HERE there")
+    session.perform("SET tilted = there:RX(20)")
+    for line in ("MOVE tilted", "MOVES tilted", "APPROS tilted, 0"):
+        with pytest.raises(LocationOutOfRange, match=r"keeps its tool vertical, .* by 20.00 deg \(give O .* instead"):
+            session.perform(line)
+    said = told(session, "WHY tilted").splitlines()
+    assert [line.partition(":")[0] for line in said if "vertical" in line] == ["MOVE, MOVES"]

@@ -40,6 +40,15 @@ def test_places_that_numbers_give() -> None:
     assert found("TOOL NULL", "MOVE TRANS(0, 3000)") == []
 
 
+def test_joints_of_another_robot() -> None:
+    text = f".PROGRAM p\nMOVE #bad\nMOVE #PPOINT(0, 0, 0, 0, 0)\nMOVE #PPOINT(0, 0, 0)\n.END\n{SECTIONS}"
+    told = [one.message for one in inspect(text, load_robot("cobra600"))]
+    assert told == [
+        "*Illegal value* #bad: a precision point of 6 joints (this robot has 4)",
+        "*Illegal value* a precision point of 5 joints (this robot has 4)",
+    ]
+
+
 def test_what_is_in_reach() -> None:
     assert found("MOVE good", "MOVE #ready", "READY") == [(-401, 2)]
 
@@ -64,6 +73,19 @@ def test_switches_and_parameters_that_are_not_there() -> None:
         (-300, 3),
         (-300, 5),
     ]
+
+
+def test_constants_that_no_run_could_take() -> None:
+    assert found("SIGNAL 5000", "DRIVE 7, 10", "x = 1/0", "IF SWITCH(foo) THEN", "END") == [
+        (-405, 1),
+        (-609, 2),
+        (-409, 3),
+        (-300, 4),
+    ]
+    text = ".PROGRAM p\nIF FALSE THEN\nDRIVE 5, 10\nEND\n.END\n"
+    (one,) = inspect(text, load_robot("cobra600"))
+    assert (one.severity.value, one.span.line, one.span.column, one.detail) == ("warning", 3, 7, "5")
+    assert inspect(text, PUMA) == ()
 
 
 def test_unreachable_steps_of_programs_that_can_run() -> None:

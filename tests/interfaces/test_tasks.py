@@ -5,9 +5,11 @@ from __future__ import annotations
 import pytest
 
 from tests.interfaces.programs import load, value
-from vrs_cli.errors import ProgramInterlocked, TaskActive, TaskNotActive
+from vrs_cli.errors import FileError, ProgramInterlocked, TaskActive, TaskNotActive
+from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.runs import Outcome
 from vrs_cli.interfaces.session import Session
+from vrs_cli.language.events import TaskState
 
 
 def test_a_program_on_the_stack_is_left_alone_until_kill(session: Session) -> None:
@@ -37,6 +39,31 @@ def test_tasks_that_are_busy_or_not_there(session: Session) -> None:
     session.perform("PCPROCEED")
     with pytest.raises(TaskNotActive):
         session.perform("PCPROCEED")
+
+
+@pytest.mark.parametrize("line", ["PRIME main", "EXECUTE main", "XSTEP main"])
+def test_a_robot_program_that_runs_beside_is_not_replaced(session: Session, line: str) -> None:
+    load(session, "DELAY 5", "x = 1")
+    load(session, "EXECUTE 0 main", "WAIT DEFINED(x)", name="other")
+    session.perform("PCEXECUTE other")
+    with pytest.raises(TaskActive, match="task 0 runs main"):
+        session.perform(line)
+    assert session.task is not None
+    assert session.task.state is TaskState.RUNNING
+
+
+def test_a_refused_prime_leaves_the_task_that_was_there(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    load(session, "x = 1")
+    session.perform("EXECUTE main")
+
+    def full(_disk: Disk, _number: int) -> None:
+        raise FileError("the disk is full")
+
+    monkeypatch.setattr(Disk, "release", full)
+    with pytest.raises(FileError):
+        session.perform("PRIME main")
+    assert session.task is not None
+    assert session.task.state is TaskState.COMPLETED
 
 
 def test_another_task_that_fails_is_told_and_does_not_stop_the_first(session: Session) -> None:

@@ -113,6 +113,9 @@ def test_what_cannot_be_reached_is_said() -> None:
     far = arm.forward(arm.model.poses["ready"])._replace(px=3.0)
     with pytest.raises(LocationTooFar, match=r"all links in one line are 922.0 mm; the search from here comes as near"):
         arm.select(far, arm.model.poses["ready"])
+    short = arm_of("five")
+    with pytest.raises(LocationTooFar, match=r"nearer\)"):
+        short.select(translation(0.0, 0.0, 0.7), short.model.poses["ready"])
     gantry = arm_of("gantry")
     beyond = gantry.forward(gantry.model.poses["ready"])._replace(px=5.0)
     with pytest.raises(JointOutOfRange, match=r"Joint 1 out of range\* would be 5000.00 mm, .* 0.00 to 1200.00 mm"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from math import degrees
+from random import Random
 
 import numpy as np
 import pytest
@@ -14,7 +15,17 @@ from vrs_cli.kinematics.configuration import ALL, SIDES, Arm, Elbow, Wrist
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import Transform, angle_between, from_oat, to_oat, translation
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    angle_between,
+    compose,
+    from_oat,
+    inverse,
+    rotation_z,
+    to_oat,
+    translation,
+)
 
 NAMES = robot_names()
 N = 4000
@@ -144,6 +155,22 @@ def test_the_bias_is_the_acceleration_at_constant_rates(arm: RobotArm) -> None:
         assert arm.acceleration_bias(tuple(at), tuple(rate)) == pytest.approx(slope, abs=1e-6)
 
 
+def test_accelerations_and_jerks_of_the_joints_give_those_of_the_tool(arm: RobotArm) -> None:
+    h, n, tool = 1e-4, arm.model.joint_count, translation(0.02, 0.0, 0.1) if all(arm.model.task.counts) else IDENTITY
+    rng = np.random.default_rng(3)
+    for q in random_joints(arm, 50):
+        qd, qdd, jerk = rng.uniform(-1, 1, (3, n))
+        if min(arm.singularity(tuple(q))) > 0.05:
+            at = (q + t * (qd + t * (qdd / 2 + t * jerk / 6)) for t in (-h, 0.0, h))
+            rates = (qd + t * (qdd + t * jerk / 2) for t in (-h, 0.0, h))
+            before, here, after = (
+                np.array(arm.twist(tuple(x), tuple(v), tool)) for x, v in zip(at, rates, strict=True)
+            )
+            rate, change = (after - before) / (2 * h), (after - 2 * here + before) / h**2
+            assert arm.joint_acceleration(tuple(q), tuple(qd), tuple(rate), tool) == pytest.approx(qdd, abs=1e-5)
+            assert arm.joint_jerk(tuple(q), tuple(qd), tuple(qdd), tuple(change), tool) == pytest.approx(jerk, abs=1e-4)
+
+
 def test_scalar_and_array_agree(arm: RobotArm) -> None:
     q = random_joints(arm, 300)
     T = arm.forward_batch(q)
@@ -206,7 +233,9 @@ def test_a_scara_keeps_its_tool_vertical() -> None:
     arm = arm_of("cobra600")
     ready = arm.model.poses["ready"]
     tilted = from_oat(0.4, 0.0, 0.3, *np.radians((90.0, 78.0, 0.0)))
-    message = r"keeps its tool vertical, pointing down; the location tilts it by 12.00 deg \(give O 90, A 90, and turn"
+    message = (
+        r"keeps its tool vertical, pointing down; the location tilts it by 12.00 deg \(give O 90, A 90, T 0 instead\)"
+    )
     with pytest.raises(LocationOutOfRange, match=message):
         arm.select(tilted, ready)
     assert not any(solution.usable for solution in arm.inverse_all(tilted))
@@ -216,7 +245,9 @@ def test_a_scara_keeps_its_tool_vertical() -> None:
 
 def test_a_planar_arm_stays_in_its_plane() -> None:
     arm = arm_of("planar2")
-    with pytest.raises(LocationOutOfRange, match=r"moves in the plane Z = 0.0 mm, .* Z = 50.0 mm .*-50.0 mm along Z"):
+    with pytest.raises(
+        LocationOutOfRange, match=r"moves in the plane Z = 0.0 mm of its own frame, .* Z = 50.0 mm \(give Z 0 instead\)"
+    ):
         arm.select(translation(0.3, 0.1, 0.05), arm.model.poses["ready"])
     turned = from_oat(0.3, 0.1, 0.0, *np.radians((90.0, -90.0, 77.0)))  # its turn does not count
     assert arm.forward(arm.select(turned, arm.model.poses["ready"]))[3::4] == pytest.approx((0.3, 0.1, 0.0))
@@ -241,6 +272,38 @@ def test_out_of_reach_is_said_in_millimetres(
     upright = (90.0, -90.0, 0.0) if name.startswith("planar") else (90.0, 90.0, 0.0)
     with pytest.raises(error, match=message):
         arm.select(from_oat(*place, *np.radians(upright)), arm.model.poses["ready"])
+
+
+@pytest.mark.parametrize("name", ["cobra600", "planar2", "planar3"])
+def test_a_refusal_gives_angles_and_coordinates_that_are_right_under_any_tool_and_base(name: str) -> None:
+    arm, random = arm_of(name), Random(3)
+    for _ in range(20):
+        base = compose(translation(0.1, -0.2, random.uniform(-0.1, 0.1)), rotation_z(random.uniform(-3, 3)))
+        tool = from_oat(0.0, 0.0, 0.08, *(random.uniform(-3, 3) for _ in range(3)))
+        asked = dict(zip("XYZOAT", (random.uniform(-400, 400) for _ in range(6)), strict=True))
+        said = instead(arm, asked, base, tool)
+        assert said.keys() == {"O", "A", "T"}
+        asked |= said
+        if name.startswith("planar"):
+            said = instead(arm, asked, base, tool)
+            assert said.keys() == {"Z"}
+            asked |= said
+        check_as_given(arm, asked, base, tool)
+
+
+def check_as_given(arm: RobotArm, asked: dict[str, float], base: Transform, tool: Transform) -> None:
+    """The task of an arm about a location in mm and degrees."""
+    x, y, z, *angles = asked.values()
+    location = from_oat(x / 1000.0, y / 1000.0, z / 1000.0, *np.radians(angles))
+    arm.check_task(compose(compose(base, location), inverse(tool)), base, tool)
+
+
+def instead(arm: RobotArm, asked: dict[str, float], base: Transform, tool: Transform) -> dict[str, float]:
+    """What the refusal says to give."""
+    with pytest.raises(LocationOutOfRange) as refused:
+        check_as_given(arm, asked, base, tool)
+    pairs = refused.value.hint.removeprefix("give ").removesuffix(" instead").split(", ")
+    return {name: float(number) for name, number in (pair.split() for pair in pairs)}
 
 
 def test_a_tool_that_sticks_out_where_no_turn_is_chosen_is_refused() -> None:

@@ -1,6 +1,7 @@
-"""Random sessions for as long as one likes: `python -m tests.laws.long SEEDS [FIRST] [COMMANDS]`.
+"""Random sessions for as long as one likes: `python -m tests.laws.long SEEDS [FIRST] [COMMANDS] [ROBOT]`.
 
-Prints how many commands kept every law, and the seed of every session that did not. Status 1 when there was one.
+ROBOT is a built-in one or a file; without it, every built-in robot has so many sessions. Prints how many commands of
+each robot kept every law, and the seed of every session that did not. Status 1 when there was one.
 """
 
 from __future__ import annotations
@@ -9,22 +10,33 @@ import sys
 import traceback
 
 from tests.laws.sessions import Session, Tally
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot, robot_names
 
 
-def main(seeds: int, first: int = 1, commands: int = 200) -> int:
+def main(seeds: int, first: int = 1, commands: int = 200, robot: str = "") -> int:
+    robots = [robot] if robot else robot_names()
+    return 1 if sum([sessions(load_robot(name), range(first, first + seeds), commands) for name in robots]) else 0
+
+
+def sessions(model: RobotModel, seeds: range, commands: int) -> int:
+    """How many sessions of one robot broke a law."""
     total, faults = Tally(), 0
-    for seed in range(first, first + seeds):
-        session = Session(seed)
+    for seed in seeds:
+        session = Session(seed, model)
         try:
             session.run(commands)
         except Exception:
             faults += 1
-            print(f"--- seed {seed}, command {session.tally.commands}\n{traceback.format_exc()}", flush=True)
+            print(
+                f"--- {model.name}, seed {seed}, command {session.tally.commands}\n{traceback.format_exc()}", flush=True
+            )
         for name in vars(total):
             setattr(total, name, getattr(total, name) + getattr(session.tally, name))
-    print(f"{seeds} sessions: {total}, {faults} faults")
-    return 1 if faults else 0
+    print(f"{model.name}: {len(seeds)} sessions, {total}, {faults} faults", flush=True)
+    return faults
 
 
 if __name__ == "__main__":
-    sys.exit(main(*map(int, sys.argv[1:])))
+    numbers, robot = sys.argv[1:4], sys.argv[4:5]
+    sys.exit(main(*map(int, numbers), **({"robot": robot[0]} if robot else {})))

@@ -10,11 +10,13 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import segment_joints, state_at
 from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
-from vrs_cli.kinematics.transform import angle_between, compose, distance
+from vrs_cli.kinematics.serial_arm import LEVEL, STRAIGHT
+from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.transform import Transform, angle_between, compose, distance
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import Kind, Profile, Start
 from vrs_cli.trajectory.polynomial import derivative, value
-from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment
+from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
 POSITION = 1e-8  # [rad] joints at a boundary, where one side may be found by inverse kinematics
@@ -90,9 +92,29 @@ def check_target(engine: Engine) -> None:
     if motion.goal is not None:
         assert largest_change(q, motion.goal) <= 1e-9
     if motion.pose is not None:
-        tip = compose(engine.arm.forward(q), motion.frames.tool)
-        assert distance(tip, motion.pose) <= 1e-9
-        assert angle_between(tip, motion.pose) <= 1e-7
+        check_pose(engine, compose(engine.arm.forward(q), motion.frames.tool), motion.pose)
+
+
+def check_pose(engine: Engine, have: Transform, want: Transform) -> None:
+    """Two poses of a flange or a tool are the same, in what counts for the robot."""
+    task = engine.model.task
+    near, turned = (LEVEL, STRAIGHT) if task.size > engine.model.joint_count or task is not Task.POSE else (1e-9, 1e-7)
+    assert distance(have, want) <= near
+    if all(task.counts[3:]) or task in (Task.UPRIGHT, Task.PLANE):
+        assert angle_between(have, want) <= turned
+
+
+def check_rounding(engine: Engine, segments: Sequence[Segment]) -> None:
+    """Where a motion rounds a corner, the tip is no farther from it than ROUNDING says."""
+    for before, after in pairwise(segments):
+        near, motion = after.motion.rounding, before.motion
+        if near is None or after.motion.number == motion.number or before.finish < after.start:
+            continue
+        if motion.kind is Kind.REST or before.phase is not Phase.DECELERATE:
+            continue
+        corner = motion.pose or compose(engine.arm.forward(motion.goal or ()), motion.frames.tool)
+        tip = compose(engine.arm.forward(segment_joints(engine.arm, before, before.duration)), motion.frames.tool)
+        assert distance(tip, corner) <= near + LEVEL
 
 
 def check_lines(engine: Engine, segments: Sequence[Segment]) -> None:

@@ -1,4 +1,4 @@
-"""Random sessions of one robot, from a seed: motions of all kinds, issued everywhere on the timeline, every law checked
+"""Random sessions of any robot, from a seed: motions of all kinds, issued everywhere on the timeline, every law checked
 after each of them.
 """
 
@@ -8,9 +8,20 @@ from dataclasses import dataclass, field
 from math import radians
 from random import Random
 
-from tests.laws.motion_laws import check_continuous, check_edit, check_limits, check_lines, check_target, edited
+from tests.laws.motion_laws import (
+    check_continuous,
+    check_edit,
+    check_limits,
+    check_lines,
+    check_rounding,
+    check_target,
+    edited,
+)
+from tests.laws.reach_laws import check_reach
 from vrs_cli.engine.commands import (
     AlignedTarget,
+    Brake,
+    Break,
     Delay,
     JointOffsetTarget,
     JointTarget,
@@ -22,6 +33,7 @@ from vrs_cli.engine.commands import (
     Request,
     SetAcceleration,
     SetBase,
+    SetConfiguration,
     SetDuration,
     SetMode,
     SetMonitorSpeed,
@@ -35,14 +47,17 @@ from vrs_cli.engine.commands import (
 )
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
-from vrs_cli.errors import MotionError, UsageError
-from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import compose, from_oat, rotation_z, translation
+from vrs_cli.errors import IllegalValue, MotionError, UsageError
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.transform import Transform, compose, from_oat, rotation_x, rotation_z, translation
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.timeline import Timeline
 
-MODEL = load_robot("puma560")
 LONGEST = 400  # segments; then the timeline begins anew
+NEAR = (0.02, 0.1, 0.1, 0.3)  # of the ranges: how far straight lines go
+INSIDE = 0.2  # of a range, at both ends, that the robot begins away from
+TILT = 0.2  # [rad]
 
 
 @dataclass
@@ -53,6 +68,7 @@ class Tally:
     refused: int = 0
     undone: int = 0
     edits: int = 0
+    explained: int = 0
 
 
 @dataclass
@@ -60,6 +76,7 @@ class Session:
     """One robot at work; `run` gives so many commands."""
 
     seed: int
+    model: RobotModel
     tally: Tally = field(default_factory=Tally)
 
     def __post_init__(self) -> None:
@@ -67,11 +84,11 @@ class Session:
         self._begin()
 
     def _begin(self) -> None:
-        self.engine = Engine(MODEL)
+        self.engine = Engine(self.model)
         self.edits: list[tuple[Timeline, TimelineDelta]] = []
         self.engine.listeners.append(self._note)
         self.before = self.engine.timeline
-        self.engine.perform(Move(PoseTarget(from_oat(0.0, 0.45, -0.15, radians(90), radians(90), 0.0)), False))
+        self.engine.perform(Move(JointTarget(self._joints(INSIDE)), False))
 
     def _note(self, delta: TimelineDelta, _after: Timeline) -> None:
         self.edits.append((self.before, delta))
@@ -87,13 +104,17 @@ class Session:
     def command(self) -> None:
         """One random command, and every law."""
         self.tally.commands += 1
-        if self.random.random() < 0.05 and self.engine.deltas:
+        chance = self.random.random()
+        if chance < 0.05 and self.engine.deltas:
             self._undo()
+            return
+        if chance < 0.1:
+            self._explain()
             return
         before, self.edits = self.engine.timeline, []
         try:
             self.engine.perform(self.request(), program=self.random.random() < 0.5)
-        except MotionError:
+        except (MotionError, IllegalValue):
             self.tally.refused += 1
             assert self.engine.timeline is before, "a refused motion leaves the timeline as it was"
         for old, delta in self.edits:
@@ -101,7 +122,7 @@ class Session:
             self._check(old, delta)
 
     def _undo(self) -> None:
-        """UNDO, and what it took back again by what the deltas say."""
+        """UNDO, and what it took back again by what the deltas say; REDO as it was, now and then."""
         timeline = self.engine.timeline
         try:
             delta = self.engine.undo()
@@ -109,6 +130,17 @@ class Session:
             return
         self.tally.undone += 1
         assert timeline.apply(delta) == self.engine.timeline
+        if self.random.random() < 0.3:
+            self.engine.redo()
+            assert self.engine.timeline == timeline
+
+    def _explain(self) -> None:
+        """WHY, for a place near by or anywhere."""
+        target = self.joints_target() if self.random.random() < 0.2 else self.pose_target(self.random.random() < 0.7)
+        before = self.engine.timeline
+        check_reach(self.engine, target)
+        assert self.engine.timeline is before
+        self.tally.explained += 1
 
     def _check(self, before: Timeline, delta: TimelineDelta) -> None:
         engine = self.engine
@@ -119,6 +151,7 @@ class Session:
         check_continuous(engine, edited(delta, after))
         check_limits(engine, delta.segments)
         check_lines(engine, edited(delta, after))
+        check_rounding(engine, edited(delta, after))
         check_target(engine)
         for _ in range(3):
             t = self.random.uniform(0.0, delta.cut)
@@ -141,34 +174,77 @@ class Session:
                 lambda: SetAcceleration(r.uniform(20.0, 100.0)),
                 lambda: SetDuration(r.uniform(0.1, 3.0), always=r.random() < 0.2),
                 lambda: SetMode(Mode.CONTINUOUS_PATH, r.random() < 0.7, always=r.random() < 0.5),
+                lambda: SetMode(r.choice((Mode.OVERLAP, Mode.SINGLE)), r.random() < 0.7, always=r.random() < 0.5),
                 lambda: SetParameter("INSERT", r.choice(("ON", "ON", "OFF"))),
                 lambda: SetParameter("PROFILE", r.choice(("LSPB", "SCURVE", "SCURVE"))),
                 lambda: SetParameter("ROUNDING", r.choice(("DECEL", 0.0, r.uniform(0.0, 60.0)))),
-                lambda: SetTool(translation(0.0, 0.0, r.choice((0.0, r.uniform(0.0, 0.1))))),
+                lambda: SetParameter("STRETCH", r.uniform(1.0, 50.0)),
+                lambda: SetTool(self.tool()),
                 lambda: SetBase(
                     compose(translation(0.0, 0.0, r.uniform(-0.1, 0.1)), rotation_z(r.choice((0.0, r.uniform(-1, 1)))))
                 ),
+                self.configuration,
+                lambda: r.choice((Break(), Break(), Brake())),
             )
         )()
+
+    def configuration(self) -> Request:
+        words = self.engine.arm.words
+        return SetConfiguration(self.random.choice(words)) if words else Break()
+
+    def tool(self) -> Transform:
+        """Along the flange's axis; sometimes beside it, which an arm that does not choose its turn refuses."""
+        r = self.random
+        beside = r.choice((0.0, 0.0, r.uniform(-0.05, 0.05)))
+        return compose(translation(beside, 0.0, r.choice((0.0, r.uniform(0.0, 0.1)))), rotation_z(r.uniform(-1, 1)))
 
     def move(self) -> Move:
         r = self.random
         stamp = Stamp(self.instant()) if r.random() < 0.7 else None
-        return Move(self.target(), r.random() < 0.5, hand=r.choice((None, 0.0, 1.0)), stamp=stamp, text="MOVE")
+        straight = r.random() < 0.5
+        return Move(self.target(straight), straight, hand=r.choice((None, 0.0, 1.0)), stamp=stamp, text="MOVE")
 
-    def target(self) -> Target:
+    def target(self, straight: bool) -> Target:
         r = self.random
         kind = r.random()
         if kind < 0.55:
-            x, y, z = r.uniform(-0.3, 0.3), r.uniform(0.35, 0.6), r.uniform(-0.4, 0.1)
-            return PoseTarget(from_oat(x, y, z, *map(radians, (r.uniform(30, 150), r.uniform(50, 90), r.gauss(0, 30)))))
+            return self.pose_target(straight)
         if kind < 0.75:
-            return JointTarget(tuple(map(r.uniform, MODEL.lower, MODEL.upper)))
+            return self.joints_target()
         if kind < 0.85:
-            return JointOffsetTarget(r.randint(1, 6), r.uniform(-1.0, 1.0))
+            return JointOffsetTarget(r.randint(1, self.model.joint_count), r.uniform(-1.0, 1.0))
         if kind < 0.95:
             return ToolOffsetTarget(translation(0.0, 0.0, r.uniform(-0.1, 0.1)))
         return r.choice((AlignedTarget(), NamedTarget("ready"), NamedTarget("nest")))
+
+    def joints_target(self) -> JointTarget:
+        return JointTarget(self._joints(0.0))
+
+    def pose_target(self, near: bool) -> PoseTarget:
+        """A place that some joints reach, near where the robot ends or anywhere; a few are tilted or somewhere else."""
+        r = self.random
+        joints = self._joints_near(r.choice(NEAR)) if near else self._joints(0.0)
+        pose = self.engine.world_pose(joints)
+        other = r.random()
+        if other < 0.05:
+            pose = compose(pose, rotation_x(r.uniform(-TILT, TILT)))
+        elif other < 0.1:
+            pose = compose(translation(*(r.uniform(-1.0, 1.0) for _ in range(3))), pose)
+        elif other < 0.12:
+            pose = from_oat(*(r.uniform(-0.5, 0.5) for _ in range(3)), *(radians(r.uniform(-180, 180)) for _ in "OAT"))
+        return PoseTarget(pose)
+
+    def _joints(self, inside: float) -> Joints:
+        """Joints in their ranges, so far from both ends."""
+        parts = [self.random.uniform(inside, 1.0 - inside) for _ in self.model.lower]
+        return tuple(
+            low + p * (high - low) for p, low, high in zip(parts, self.model.lower, self.model.upper, strict=True)
+        )
+
+    def _joints_near(self, part: float) -> Joints:
+        """Joints no farther than a part of their ranges from where the last motion ends."""
+        rows = zip(self.engine.destination(self.engine.end).joints, self.model.lower, self.model.upper, strict=True)
+        return tuple(min(max(x + self.random.uniform(-part, part) * (high - low), low), high) for x, low, high in rows)
 
     def instant(self) -> float:
         """An execution time: inside a segment of any kind, exactly on a boundary, in a gap, at or after the end."""

@@ -5,11 +5,14 @@ from __future__ import annotations
 import pytest
 
 from tests.laws.sessions import Session
+from vrs_cli.kinematics.robot_file import load_robot, robot_names
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_a_random_session_keeps_every_law_after_every_command(seed: int) -> None:
-    tally = Session(seed).run(200)
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("robot", robot_names())
+def test_a_random_session_keeps_every_law_after_every_command(robot: str, seed: int) -> None:
+    tally = Session(seed, load_robot(robot)).run(200)
     assert tally.commands == 200
     assert tally.edits > 50, "most commands change the timeline"
     assert tally.undone
+    assert tally.explained

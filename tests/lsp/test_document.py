@@ -256,6 +256,25 @@ def test_folds() -> None:
     assert Document(CELL, PUMA).folds == ((2, 12), (6, 7), (8, 10), (14, 17), (19, 21))
 
 
+def test_a_case_folds_as_a_whole_and_by_its_values() -> None:
+    lines = [
+        ".PROGRAM p",
+        "CASE n OF",
+        "VALUE 1:",
+        "x = 1",
+        "VALUE 2:",
+        "x = 2",
+        "ANY",
+        "x = 3",
+        "END",
+        "y = 1",
+        ".END",
+    ]
+    assert Document("\n".join(lines), PUMA).folds == ((1, 10), (2, 8), (3, 4), (5, 6), (7, 8))
+    empty = [".PROGRAM p", "CASE n OF", "END", "y = 1", ".END"]
+    assert Document("\n".join(empty), PUMA).folds == ((1, 4),)
+
+
 @pytest.mark.parametrize(
     ("typed", "form", "active"),
     [

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryFile
 from threading import Timer
 from typing import Any
 
@@ -40,7 +41,10 @@ class Editor:
     def __init__(self) -> None:
         environment = os.environ | {"PYTHONPATH": str(ROOT)}
         command = [sys.executable, "-m", "vrs_cli", "lsp", "--stdio"]
-        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
+        self.log = TemporaryFile()  # noqa: SIM115 (closed with the editor)
+        self.process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, env=environment
+        )
         self.notified: list[dict[str, Any]] = []
         self._number = 0
         self._timer = Timer(PATIENCE, self.process.kill)
@@ -91,6 +95,12 @@ class Editor:
         self._timer.cancel()
         self.process.kill()
         self.process.communicate()
+        self.log.close()
+
+    def logged(self) -> str:
+        """What the server has written to its stderr."""
+        self.log.seek(0)
+        return self.log.read().decode()
 
     def _send(self, message: dict[str, Any]) -> None:
         body = json.dumps({"jsonrpc": "2.0", **message}).encode()
@@ -200,6 +210,7 @@ def test_references_and_rename(editor: Editor) -> None:
 def test_a_rename_that_is_refused_says_why(editor: Editor) -> None:
     message = editor.refused("textDocument/rename", **at(2, 15), newName="move")
     assert "MOVE is a word of the language" in message
+    assert "Traceback" not in editor.logged()
 
 
 def test_folding(editor: Editor) -> None:

@@ -56,10 +56,10 @@ def test_braille_with_a_colour_for_each_curve() -> None:
     assert all(0x2800 < ord(text) <= 0x28FF for text, _ in pieces if text != " ")
 
 
-@pytest.mark.parametrize("width", [30, 60, 100, 300])
+@pytest.mark.parametrize("width", [30, 60, 80, 100, 300])
 def test_it_fits_the_page(width: int) -> None:
     drawn = rows(RAMP, page=Page(width, colours=True, unicode=True))
-    assert all(len(row) <= width for row in drawn[: HEIGHT + 2])
+    assert all(len(row) <= width for row in drawn[: HEIGHT + 3])
 
 
 def test_dots_of_a_braille_cell() -> None:

@@ -29,6 +29,17 @@ WORDS = [
     ("WHERE FROM 0 TO 5", "FROM", Role.CONTROL),
     (".PROGRAM pick", ".PROGRAM", Role.CONTROL),
     ("MOVF part", "MOVF", Role.NAME),
+    ("x = 6 BAND 3", "BAND", Role.CONTROL),
+    ("IF a EQ b THEN 10", "EQ", Role.CONTROL),
+    ("if a lt b then 10 ; VAL", "lt", Role.CONTROL),
+    ("20 IF a GE b THEN 10", "GE", Role.CONTROL),
+    ("lt = gt+1", "gt", Role.NAME),
+    ("IF lt > 2 THEN", "lt", Role.NAME),
+    ("AUTO REAL i, row[]", "REAL", Role.CONTROL),
+    ("local double x", "double", Role.CONTROL),
+    ("GLOBAL LOC part", "LOC", Role.CONTROL),
+    ("AUTO real", "real", Role.NAME),
+    ("x = real+loc", "loc", Role.NAME),
 ]
 
 

@@ -90,6 +90,11 @@ IN_PROGRAM = [
     ("CASE count ", ["OF"]),
     (".", [".END"]),
     ("SPEED 30 MM", ["MMPS"]),
+    ("AUTO R", ["REAL"]),
+    ("LOCAL dou", ["double"]),
+    ("GLOBAL L", ["LOC"]),
+    ("AUTO REAL i, L", []),
+    ("AUTO x, R", []),
     ("SPEED 30 MMPS ALW", ["ALWAYS"]),
 ]
 
@@ -97,6 +102,11 @@ IN_PROGRAM = [
 @pytest.mark.parametrize(("text", "expected"), IN_PROGRAM)
 def test_in_a_program(text: str, expected: list[str]) -> None:
     assert words(text, in_program=True) == expected
+
+
+@pytest.mark.parametrize("word", ["AUTO", "LOCAL", "GLOBAL"])
+def test_a_declaration_begins_with_a_sort_or_a_name(word: str) -> None:
+    assert words(f"{word} ", in_program=True)[:3] == ["REAL", "DOUBLE", "LOC"]
 
 
 def test_monitor_commands_are_no_steps() -> None:

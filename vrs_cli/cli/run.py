@@ -139,7 +139,12 @@ class _Batch:
         from vrs_cli.interfaces.runs import LONGEST, Bounds
 
         most = self.options.max_time
-        return Bounds(LONGEST if most is None else most, self.options.max_steps)
+        return Bounds(
+            LONGEST if most is None else most,
+            self.options.max_steps,
+            more_time="give it more time with --max-time",
+            more_steps="give it more with --max-steps",
+        )
 
     def _program(self, session: Session) -> str:
         """The program asked for, or the first of the file. Raises CommandLineError."""

@@ -43,7 +43,7 @@ from vrs_cli.engine.planner import NoRoomToStop, plan, rounding_begins, slowing_
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
 from vrs_cli.engine.reach import Reach, explained
 from vrs_cli.engine.steered import plan_steering
-from vrs_cli.engine.targets import Situation, check_joint_limits, check_near, resolve, select, unmet
+from vrs_cli.engine.targets import Situation, check_joint_count, check_joint_limits, check_near, resolve, select, unmet
 from vrs_cli.errors import (
     IllegalValue,
     NotAvailable,
@@ -628,9 +628,9 @@ class Engine:
 
         Raises LocationOutOfRange, JointOutOfRange.
         """
-        frames = self.frames
-        T_robot_flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
-        return select(self.arm, self.parameters, T_robot_flange, self.position().joints if near is None else near)
+        pose = compose(self.frames.base, T_world_tool)
+        near = self.position().joints if near is None else near
+        return select(self.arm, self.parameters, pose, self.frames, near)
 
     def explain(self, target: PoseTarget | JointTarget) -> Reach:
         """Why a MOVE or MOVES to a target from here is possible or not.
@@ -638,15 +638,14 @@ class Engine:
         Raises IllegalValue for the joints of another robot.
         """
         here = self.position().joints
-        if isinstance(target, JointTarget) and len(target.joints) != self.model.joint_count:
-            raise IllegalValue(
-                f"a precision point of {len(target.joints)} joints", f"this robot has {self.model.joint_count}"
-            )
+        if isinstance(target, JointTarget):
+            check_joint_count(self.model, target.joints)
         line = Motion(
             self._number + 1,
             Kind.STRAIGHT,
             Start.AT,
             acceleration=self.parameters.acceleration,
+            duration=on_grid(self.parameters.duration.present),
             frames=self.frames,
             profile=self._profile,
         )

@@ -91,18 +91,16 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     smoothly = segment.motion.profile is Profile.SCURVE
     if isinstance(path, JointPath):
         return Here(JointState(joints, path.velocity(s), path.acceleration(s) if smoothly else ()))
-    twist, frame = path.twist(s), segment.motion.frames.tool
+    (pose, twist), frame = path.state(s), segment.motion.frames.tool
     rates = path.twist_rate(s) if smoothly else (0.0,) * 6
-    tool = ToolState(path.pose(s), twist[:3], twist[3:], rates[:3], rates[3:])
+    tool = ToolState(pose, twist[:3], twist[3:], rates[:3], rates[3:])
     still = (0.0,) * len(joints)
     if tool.at_rest:
         return Here(JointState(joints, still), tool, frame)
     velocity = arm.joint_velocity(joints, twist, frame)
     if not smoothly:
         return Here(JointState(joints, velocity), tool, frame)
-    bias = arm.acceleration_bias(joints, velocity, frame)
-    vx, vy, vz, wx, wy, wz = (a - b for a, b in zip(rates, bias, strict=True))
-    acceleration = arm.joint_velocity(joints, (vx, vy, vz, wx, wy, wz), frame)
+    acceleration = arm.joint_acceleration(joints, velocity, rates, frame)
     return Here(JointState(joints, velocity, acceleration), tool, frame)
 
 

@@ -107,9 +107,7 @@ def _rates(arm: RobotArm, segment: Segment, s: float, joints: Joints) -> tuple[J
         twist = path.twist(s)
         if any(twist):
             velocity = arm.joint_velocity(joints, twist, tool)
-        bias = arm.acceleration_bias(joints, velocity, tool)
-        vx, vy, vz, wx, wy, wz = (a - b for a, b in zip(path.twist_rate(s), bias, strict=True))
-        return velocity, arm.joint_velocity(joints, (vx, vy, vz, wx, wy, wz), tool)
+        return velocity, arm.joint_acceleration(joints, velocity, path.twist_rate(s), tool)
     except StraightLineSingular:  # only where a line begins or ends at rest in a singular pose: no rate is defined
         return velocity, still
 

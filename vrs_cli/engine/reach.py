@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from vrs_cli.engine.commands import JointTarget, PoseTarget
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
 from vrs_cli.engine.parameters import Asked, Parameters
 from vrs_cli.engine.planner import Here, plan_motion, segment_joints
-from vrs_cli.engine.targets import check_joint_limits, select, unmet
-from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooClose, LocationTooFar, MotionError
+from vrs_cli.engine.targets import Situation, resolve, unmet
+from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar, MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints, joints_outside
@@ -27,7 +27,7 @@ from vrs_cli.kinematics.transform import (
     rotation_about,
 )
 from vrs_cli.trajectory.blend import JointState
-from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.motion import Frames, Motion
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.vector import added, cross, length, scaled, subtracted
 
@@ -112,25 +112,31 @@ def explained(
 
     Raises IllegalValue for a precision point of another number of joints.
     """
+    pose = _tool_pose(arm, target, motion.frames)
+    branches: tuple[Branch, ...] = ()
+    goal = None
     if isinstance(target, JointTarget):
-        return _precision_point(arm, target.joints, here, motion, slowest)
-    pose = compose(motion.frames.base, target.T_world_tool)
-    T_robot_flange = compose(pose, inverse(motion.frames.tool))
-    branches = tuple(_branch(arm, T_robot_flange, here, solution) for solution in arm.inverse_all(T_robot_flange))
-    chosen, reason = _chosen(arm, parameters, T_robot_flange, here, branches)
-    line = _line(arm, here, replace(motion, pose=pose), slowest, reachable=chosen is not None)
-    return Reach(branches, None, chosen, reason, line)
-
-
-def _precision_point(arm: RobotArm, joints: Joints, here: Joints, motion: Motion, slowest: float) -> Reach:
-    goal = Branch(arm.configuration(joints), joints, _overruns(arm, joints))
-    pose = compose(arm.forward(joints), motion.frames.tool)
+        goal = Branch(arm.configuration(target.joints), target.joints, _overruns(arm, target.joints))
+    else:
+        T_robot_flange = compose(pose, inverse(motion.frames.tool))
+        branches = tuple(_branch(arm, T_robot_flange, here, solution) for solution in arm.inverse_all(T_robot_flange))
+    situation = Situation(here, here, motion.frames)
+    chosen, reason = _chosen(arm, parameters, target, situation, branches)
+    way = _Way(compose(arm.forward(here), motion.frames.tool), pose, motion.frames.tool)
     try:
-        check_joint_limits(arm.model, joints)
-    except JointOutOfRange as error:
-        return Reach((), goal, None, str(error), _line(arm, here, replace(motion, pose=pose), slowest, reachable=False))
-    line = _line(arm, here, replace(motion, pose=pose), slowest, reachable=True)
-    return Reach((), goal, goal.configuration, "a precision point says all joints", line)
+        resolve(arm, parameters, Move(target, straight=True), situation)
+    except MotionError as error:  # no line goes there, wherever it begins
+        line = LineCheck(way.length, None, str(error), None, () if chosen is None else (WayOut(),))
+    else:
+        line = _line(arm, way, here, replace(motion, pose=pose), slowest, reachable=chosen is not None)
+    return Reach(branches, goal, chosen, reason, line)
+
+
+def _tool_pose(arm: RobotArm, target: PoseTarget | JointTarget, frames: Frames) -> Transform:
+    """T_robot_tool."""
+    if isinstance(target, JointTarget):
+        return compose(arm.forward(target.joints), frames.tool)
+    return compose(frames.base, target.T_world_tool)
 
 
 # --- the configurations ----------------------------------------------------------------------------------------
@@ -168,14 +174,22 @@ def _overruns(arm: RobotArm, joints: Joints) -> tuple[Overrun, ...]:
 
 
 def _chosen(
-    arm: RobotArm, parameters: Parameters, T_robot_flange: Transform, here: Joints, branches: tuple[Branch, ...]
+    arm: RobotArm,
+    parameters: Parameters,
+    target: PoseTarget | JointTarget,
+    situation: Situation,
+    branches: tuple[Branch, ...],
 ) -> tuple[Configuration | None, str]:
     """What MOVE would take, and why."""
     try:
-        joints = select(arm, parameters, T_robot_flange, here)
+        joints = resolve(arm, parameters, Move(target, straight=False), situation).joints
     except MotionError as error:
         return None, str(error)
+    assert joints is not None
+    here = situation.here
     chosen, have = arm.configuration(joints), arm.configuration(here)
+    if isinstance(target, JointTarget):
+        return chosen, "a precision point says all joints"
     if chosen == NONE:
         return chosen, "the nearest joints that were found"
     asked = parameters.asked
@@ -230,6 +244,10 @@ class _Way:
     def displacement(self) -> Vector:
         return subtracted(_position(self.end), _position(self.begin))
 
+    @property
+    def length(self) -> float:
+        return length(self.displacement)
+
     def pose(self, part: float) -> Transform:
         axis, angle = axis_angle(compose(inverse(self.begin), self.end))
         R = compose(self.begin, rotation_about(axis, angle * part))
@@ -243,20 +261,15 @@ def _position(T: Transform) -> Vector:
     return T.px, T.py, T.pz
 
 
-def _line(arm: RobotArm, here: Joints, motion: Motion, slowest: float, *, reachable: bool) -> LineCheck:
+def _line(arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: float, *, reachable: bool) -> LineCheck:
     """The straight line from here, planned as MOVES would."""
-    if motion.pose is None:
-        raise ValueError("a straight line goes to a pose")
-    begin = compose(arm.forward(here), motion.frames.tool)
-    way = _Way(begin, motion.pose, motion.frames.tool)
-    size = length(way.displacement)
     try:
-        return LineCheck(size, _planned(arm, here, motion, slowest).finish)
+        return LineCheck(way.length, _planned(arm, here, motion, slowest).finish)
     except MotionError as error:
         stopped = _stopped(arm, way, arm.configuration(here), here)
-        at = _along(way, error) if stopped is None else stopped * size
+        at = _along(way, error) if stopped is None else stopped * way.length
         out = tuple(_ways_out(arm, way, here, motion, slowest, reachable=reachable))
-        return LineCheck(size, None, str(error), at, out)
+        return LineCheck(way.length, None, str(error), at, out)
 
 
 def _planned(arm: RobotArm, here: Joints, motion: Motion, slowest: float) -> Segment:
@@ -338,6 +351,8 @@ def _via_point(arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: 
     for distance in SIDEWAYS:
         for direction in _beside(way.displacement):
             via = at_position(middle, *added(_position(middle), scaled(direction, distance)))
+            if not _both_held(arm, way, via, here):
+                continue
             try:
                 first = _planned(arm, here, replace(motion, pose=via), slowest)
                 _planned(arm, segment_joints(arm, first, first.duration), motion, slowest)
@@ -345,6 +360,13 @@ def _via_point(arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: 
                 continue
             return via
     return None
+
+
+def _both_held(arm: RobotArm, way: _Way, via: Transform, here: Joints) -> bool:
+    """Whether the arm, as it is configured, has joints for a via point and for the end: seen sooner than in a plan."""
+    there = _Way(via, way.end, way.T_flange_tool)
+    at_via = arm.branch_joints(there.flange(0.0), arm.configuration(here), here)
+    return at_via is not None and arm.branch_joints(there.flange(1.0), arm.configuration(here), at_via) is not None
 
 
 def _beside(displacement: Vector) -> Sequence[Vector]:

@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import dist
 
-from vrs_cli.engine.following import FEWER_SAMPLES, PASSED, ROUNDING, SAMPLES, Follower, Load, Sample, seeds_of
+from vrs_cli.engine.following import FEWER_SAMPLES, PASSED, SAMPLES, Follower, Sample, seeds_of
+from vrs_cli.engine.load import ROUNDING, Load, StretchLoad
 from vrs_cli.errors import MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
@@ -163,9 +164,8 @@ class _Line:
             samples = self.follower.samples(path, stretch.duration, near, steps, before)
             if started is None:
                 started = self._started(samples[0])
-            load = load.worse(self.follower.load(path, samples, started))
-            if self.smoothly:
-                load = load.worse(self.follower.jerk_load(path, samples))
+            asked = StretchLoad(self.follower, path, samples)
+            load = load.worse(asked.smooth(started) if self.smoothly else asked.parabolic(started))
             seeds.append(seeds_of(samples, self.arm.seed_step))
             before = samples[-1]
             near = before.joints

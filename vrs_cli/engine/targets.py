@@ -62,11 +62,11 @@ def resolve(arm: RobotArm, parameters: Parameters, move: Move, situation: Situat
         if move.straight:
             return Goal(pose=compose(arm.forward(joints), situation.frames.tool))
     elif move.straight:
-        arm.check_task(compose(pose, inverse(situation.frames.tool)))
+        _check_task(arm, pose, situation.frames)
         _check_same_configuration(arm.configuration(situation.here), parameters.asked)
         return Goal(pose=pose)
     else:
-        joints = select(arm, parameters, compose(pose, inverse(situation.frames.tool)), situation.here)
+        joints = select(arm, parameters, pose, situation.frames, situation.here)
     if not parameters.modes[Mode.OVERLAP].present:
         _check_half_turns(arm.model, situation.here, joints)
     return Goal(joints=joints)
@@ -111,8 +111,6 @@ def _joints(model: RobotModel, move: Move, situation: Situation) -> Joints:
     if isinstance(target, JointOffsetTarget):
         return _driven(situation.destination, target)
     assert isinstance(target, JointTarget)
-    if len(target.joints) != model.joint_count:
-        raise IllegalValue(f"a precision point of {len(target.joints)} joints", f"this robot has {model.joint_count}")
     return target.joints
 
 
@@ -171,12 +169,19 @@ def aligned(T: Transform) -> Transform:
 # --- configuration -----------------------------------------------------------------------------------------------
 
 
-def select(arm: RobotArm, parameters: Parameters, T_robot_flange: Transform, near: Joints) -> Joints:
+def select(arm: RobotArm, parameters: Parameters, T_robot_tool: Transform, frames: Frames, near: Joints) -> Joints:
     """The joints of a pose, in the configuration that was asked for; under SINGLE no joint turns more than once."""
+    _check_task(arm, T_robot_tool, frames)
+    T_robot_flange = compose(T_robot_tool, inverse(frames.tool))
     asked = parameters.asked
     if parameters.modes[Mode.SINGLE].present:
         arm = arm_for(_single_turn(arm.model))
     return arm.select(T_robot_flange, near, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist)
+
+
+def _check_task(arm: RobotArm, T_robot_tool: Transform, frames: Frames) -> None:
+    """Raises LocationOutOfRange for a pose that the arm's task leaves out."""
+    arm.check_task(compose(T_robot_tool, inverse(frames.tool)), frames.base, frames.tool)
 
 
 def _single_turn(model: RobotModel) -> RobotModel:
@@ -201,8 +206,15 @@ def _check_same_configuration(have: Configuration, asked: Asked) -> None:
 # --- joint limits ------------------------------------------------------------------------------------------------
 
 
+def check_joint_count(model: RobotModel, joints: Joints) -> None:
+    """Raises IllegalValue for the joints of another robot."""
+    if len(joints) != model.joint_count:
+        raise IllegalValue(f"a precision point of {len(joints)} joints", f"this robot has {model.joint_count}")
+
+
 def check_joint_limits(model: RobotModel, joints: Joints) -> None:
-    """Raises JointOutOfRange for the first joint outside its range."""
+    """Raises JointOutOfRange for the first joint outside its range, IllegalValue for the joints of another robot."""
+    check_joint_count(model, joints)
     for joint in joints_outside(joints, model.lower, model.upper)[:1]:
         raise JointOutOfRange(
             joint, f"would be {model.said(joint, joints[joint - 1])}, its range is {model.range_of(joint)}"

@@ -112,7 +112,7 @@ class Driver:
         if coming > last and not isinstance(foreground.pending, Failed | Aborted):
             self.engine.clock.advance(max(last, now))
             what = f"the program was still running after {bounds.max_time:g} s of the robot's time"
-            self._exhausted(foreground, what, "give it more time with --max-time")
+            self._exhausted(foreground, what, bounds.more_time)
             return
         if not self._waited(foreground, coming):
             return
@@ -123,7 +123,7 @@ class Driver:
         self._happen(bounds.max_steps - done + 1)  # the one too many begins, and is not done
         if self.tasks.steps_done - before > bounds.max_steps and foreground.running:
             what = f"the program was still running after {bounds.max_steps} steps"
-            self._exhausted(foreground, what, "give it more with --max-steps")
+            self._exhausted(foreground, what, bounds.more_steps)
 
     def _waited(self, foreground: Track, coming: float) -> bool:
         """Let time go on; whether it has come so far. On a clock that stands, the foreground waits in vain."""

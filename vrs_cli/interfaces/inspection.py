@@ -8,19 +8,22 @@ from dataclasses import dataclass
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch, row_of
 from vrs_cli.engine.targets import check_joint_limits
-from vrs_cli.errors import JointOutOfRange, MotionError, UsageError
+from vrs_cli.errors import IllegalValue, JointOutOfRange, MotionError, UsageError
+from vrs_cli.interfaces.readings import Readings
 from vrs_cli.interfaces.session import defined
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language import ast
-from vrs_cli.language.analyzer import Analysis, analyze, names_given_by
-from vrs_cli.language.ast import Kind, Program, Section
+from vrs_cli.language.analyzer import Analysis, analyze_among
+from vrs_cli.language.ast import Program, Section
+from vrs_cli.language.constants import Constants
 from vrs_cli.language.diagnostics import Diagnostic, Severity, error
-from vrs_cli.language.environment import Environment
+from vrs_cli.language.environment import Context, Environment
 from vrs_cli.language.operations import trans
 from vrs_cli.language.parts import Part, Placed, parts_of, programs_of, repeated
 from vrs_cli.language.reachability import unreachable
 from vrs_cli.language.source import JOINTS_HIGH
+from vrs_cli.language.surroundings import Surroundings, names_given_by
 from vrs_cli.language.values import precision_point
 
 # the motions whose first argument is where they go; those of the second row stop at a distance in front of it
@@ -31,7 +34,8 @@ CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # with one of them in the file, n
 
 def inspect(text: str, model: RobotModel) -> tuple[Diagnostic, ...]:
     """Everything that is wrong with a file by itself, as LOAD into an empty memory finds it; steps that nothing
-    leads to; constant locations that this robot cannot reach. In the order of the lines.
+    leads to; constants that no run could take; constant locations that this robot cannot reach. In the order of the
+    lines.
     """
     inspector = Inspector(model)
     return inspector.inspect(inspector.read(text))
@@ -47,7 +51,7 @@ class _Inspected:
 
     basis: _Basis
     analysis: Analysis
-    unreachable: tuple[Diagnostic, ...]
+    of_running: tuple[Diagnostic, ...]  # steps that nothing leads to, and those that can never be done
 
 
 class Inspector:
@@ -55,6 +59,7 @@ class Inspector:
 
     def __init__(self, model: RobotModel) -> None:
         self._engine = Engine(model)
+        self._constants = _constants(model)
         self._known: dict[tuple[str, ...], Part] = {}
         self._inspected: dict[Part, _Inspected] = {}
         self._ways: dict[Part, tuple[_Way, ...]] = {}
@@ -76,7 +81,7 @@ class Inspector:
         programs = {program.key: placed for placed, program in programs_of(parts)}
         for placed, inspected in self._analysed(environment, programs):
             found += placed.found(inspected.analysis.diagnostics)
-            found += placed.found(inspected.unreachable)
+            found += placed.found(inspected.of_running)
         found += self._out_of_reach(environment, tuple(programs_of(programs.values())))
         for placed, program in programs_of(programs.values()):
             found += placed.found(_unknown_settings(program))
@@ -88,7 +93,7 @@ class Inspector:
         self, environment: Environment, programs: Mapping[str, Placed]
     ) -> tuple[tuple[Placed, _Inspected], ...]:
         trees = {program.key: program for _, program in programs_of(programs.values())}
-        memory, before = _Memory(environment.kinds(), trees), self._inspected
+        memory, before = _Memory(Surroundings(environment.kinds(), trees), self._constants), self._inspected
         self._inspected = {}
         for key, placed in programs.items():
             one = before.get(placed.part)
@@ -118,31 +123,37 @@ class Inspector:
 class _Memory:
     """The variables and programs that a file brings."""
 
-    kinds: Mapping[str, Kind]
-    programs: Mapping[str, Program]
+    surroundings: Surroundings
+    constants: Constants
 
     def inspected(self, program: Program) -> _Inspected:
-        analysis = analyze(program, self.kinds, self.programs)
-        reachable = unreachable(program, analysis.blocks, analysis.labels) if analysis.executable else ()
-        return _Inspected(self.basis(analysis), analysis, reachable)
+        analysis = analyze_among(self.surroundings, program)
+        of_running = tuple(self._of_running(analysis)) if analysis.executable else ()
+        return _Inspected(self.basis(analysis), analysis, of_running)
+
+    def _of_running(self, analysis: Analysis) -> Iterator[Diagnostic]:
+        yield from unreachable(analysis.program, analysis.blocks, analysis.labels)
+        yield from self.constants.findings(analysis.program)
 
     def basis(self, analysis: Analysis) -> _Basis:
         """What the findings in a program depend on, besides its text."""
+        around = self.surroundings
         called = tuple(self._signature(key) for key in sorted(analysis.calls))
-        names = tuple(self.programs) if None in called else ()
-        elsewhere = self._given_elsewhere(analysis.program) if analysis.needs else frozenset[str]()
-        missing = analysis.needs - elsewhere
-        return self.kinds, called, names, analysis.needs & elsewhere, elsewhere if missing else None
+        names = around.program_keys if None in called else ()
+        elsewhere = frozenset(key for key in analysis.needs if around.given_elsewhere(key, analysis.program))
+        return around.known, called, names, elsewhere, around.given if analysis.needs - elsewhere else None
 
     def _signature(self, key: str) -> tuple[object, ...] | None:
-        program = self.programs.get(key)
+        program = self.surroundings.programs.get(key)
         if program is None:
             return None
         return program.name, tuple((one.sigil, one.name) for one in program.parameters)
 
-    def _given_elsewhere(self, program: Program) -> frozenset[str]:
-        others = (names_given_by(other) for other in self.programs.values() if other is not program)
-        return frozenset[str]().union(*others)
+
+def _constants(model: RobotModel) -> Constants:
+    """With a robot of their own, which may be asked anything."""
+    engine = Engine(model)
+    return Constants(Context(Environment(units=model.units), Readings(engine)), engine.perform)
 
 
 # --- switches and parameters ------------------------------------------------------------------------------------
@@ -210,22 +221,17 @@ def _way(statement: ast.Instruction) -> _Way | None:
 
 def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
     """The arguments of TRANS and #PPOINT where all are numbers; None for what is only known when it runs."""
-    numbers = tuple(_number(argument) for argument in place.arguments)
+    numbers = tuple(map(ast.plain_number, place.arguments))
     missing = any(at is None and given is not None for at, given in zip(numbers, place.arguments, strict=True))
     return None if place.name not in ("TRANS", "#PPOINT") or missing or len(numbers) > JOINTS_HIGH else numbers
 
 
-def _number(expression: ast.Expression | None) -> float | None:
-    if isinstance(expression, ast.Unary) and expression.operator == "-" and isinstance(expression.operand, ast.Number):
-        return -expression.operand.value
-    return expression.value if isinstance(expression, ast.Number) else None
-
-
 def _given(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
     """The place that numbers give; those that are left out are for the function to fill in."""
-    numbers = (*(_numbers(place) or ()), *(None,) * JOINTS_HIGH)
+    given = _numbers(place) or ()
+    numbers = (*given, *(None,) * JOINTS_HIGH)
     if place.name == "#PPOINT":
-        return precision_point(number or 0.0 for number in numbers[:joint_count])
+        return precision_point(number or 0.0 for number in numbers[: max(joint_count, len(given))])
     return trans(*numbers[:6])
 
 
@@ -239,7 +245,7 @@ def _unreached(way: _Way, places: _Places) -> Diagnostic | None:
     return Diagnostic(Severity.WARNING, refusal.code, _text(refusal), detail, refusal.hint, target.span)
 
 
-def _text(refusal: MotionError) -> str:
+def _text(refusal: MotionError | IllegalValue) -> str:
     return f"Joint {refusal.joint} out of range" if isinstance(refusal, JointOutOfRange) else refusal.text
 
 
@@ -258,16 +264,16 @@ class _Places:
     environment: Environment
     engine: Engine
 
-    def refusal(self, target: ast.Variable | ast.Call, distance: float) -> MotionError | None:
+    def refusal(self, target: ast.Variable | ast.Call, distance: float) -> MotionError | IllegalValue | None:
         """Why no configuration of the arm reaches a place; None where one does, or where it has no value."""
         engine, joint_count = self.engine, self.engine.model.joint_count
         place = self._value(target) if isinstance(target, ast.Variable) else _given(target, joint_count)
         try:
             if isinstance(place, Transform):
                 self._try(engine, compose(place, translation(0.0, 0.0, -distance)))
-            elif place is not None and len(place) == engine.model.joint_count and not distance:
+            elif place is not None and not distance:
                 check_joint_limits(engine.model, place)
-        except MotionError as refusal:
+        except (MotionError, IllegalValue) as refusal:
             return refusal
         return None
 

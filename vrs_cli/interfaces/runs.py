@@ -8,6 +8,7 @@ from typing import Protocol
 
 from vrs_cli.language.events import ProgramFault
 
+GO_ON = "SIGNAL sets an input that is waited for; RETRY lets a program go on"  # what helps at a prompt
 LONGEST = 86_400.0  # [s] of virtual time that a program may take unless told otherwise: a day
 
 
@@ -62,10 +63,12 @@ class RunResult:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """When a program is stopped that does not stop by itself."""
+    """When a program is stopped that does not stop by itself, and what is said to help then."""
 
     max_time: float = LONGEST
     max_steps: int | None = None
+    more_time: str = GO_ON
+    more_steps: str = GO_ON
 
 
 A_DAY = Bounds()

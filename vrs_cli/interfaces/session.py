@@ -138,14 +138,15 @@ class Session:
         return self._store(File((program,)), text)
 
     def _store(self, file: File, text: str) -> tuple[Diagnostic, ...]:
-        from vrs_cli.language.analyzer import analyze
+        from vrs_cli.language.analyzer import analyze_among
+        from vrs_cli.language.surroundings import Surroundings
 
         programs = {part.key: part for part in file.parts if isinstance(part, Program)}
-        known = self.environment.kinds()
         everything = {key: stored.program for key, stored in self.environment.programs.items()} | programs
+        surroundings = Surroundings(self.environment.kinds(), everything)
         diagnostics: list[Diagnostic] = []
         for program in programs.values():
-            analysis = analyze(program, known, everything)
+            analysis = analyze_among(surroundings, program)
             stored = self.environment.store(analysis, text)
             diagnostics += analysis.diagnostics
             diagnostics += () if self.robot.switch("VPLUS") else stored.beyond_val2
@@ -184,7 +185,6 @@ class Session:
         task = self._prepared(program, arguments, cycles, step)
         self._nothing_runs()
         self._clock_runs()
-        self.driver.tasks.forget(ROBOT_PROGRAM)
         return self._run(self.driver.tasks.start(ROBOT_PROGRAM, task), bounds or self.bounds, progress)
 
     def _run(self, track: Track, bounds: Bounds, progress: Callable[[float], None] | None) -> RunResult:
@@ -205,7 +205,6 @@ class Session:
         """Get a program ready: `proceed` and `step` begin it. Raises as `execute` does."""
         task = self._prepared(program, arguments, cycles, step)
         self._nothing_runs()
-        self.driver.tasks.forget(ROBOT_PROGRAM)
         return self.driver.tasks.prime(ROBOT_PROGRAM, task)
 
     def start(

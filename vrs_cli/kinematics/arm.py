@@ -64,8 +64,14 @@ class RobotArm(Protocol):
     def twins(self, q: Joints) -> tuple[Configuration, ...]:
         """The other configurations that the joints are in as well, on a border."""
 
-    def check_task(self, T: Transform) -> None:
-        """Raises LocationOutOfRange for a pose that asks for what no joint changes, as a tilt of a SCARA's tool."""
+    def check_task(
+        self, T: Transform, T_robot_world: Transform = IDENTITY, T_flange_tool: Transform = IDENTITY
+    ) -> None:
+        """Raises LocationOutOfRange for a pose that asks for what no joint changes, as a tilt of a SCARA's tool.
+
+        The refusal says what would be right of the location that was given, T_world_tool = T_robot_world^-1 T
+        T_flange_tool.
+        """
 
     def check_tool(self, T_flange_tool: Transform) -> None:
         """Raises IllegalValue for a tool whose tip a turn would move that does not count."""
@@ -112,7 +118,21 @@ class RobotArm(Protocol):
         """Joint rates [rad/s] for a twist of the tool. Raises StraightLineSingular, which names the place."""
 
     def acceleration_bias(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
-        """J' qd [m/s2, rad/s2]: qdd = joint_velocity(q, acceleration - bias)."""
+        """J' qd [m/s2, rad/s2]: the acceleration of the tool while the joint rates stay the same."""
+
+    def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+        """Joint accelerations [rad/s2] at joint rates qd, for the acceleration of a tool [m/s2, rad/s2].
+
+        Raises StraightLineSingular.
+        """
+
+    def joint_jerk(
+        self, q: Joints, qd: Joints, qdd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY
+    ) -> Joints:
+        """Joint jerks [rad/s3] at joint rates qd and accelerations qdd, for the jerk of a tool [m/s3, rad/s3].
+
+        Raises StraightLineSingular.
+        """
 
     def singularity(self, q: Joints) -> Singularity:
         """How far from each singularity, 0 to 1."""

@@ -44,7 +44,7 @@ class Singularity(NamedTuple):
         return min(zip(self, self._fields, strict=True))[1]
 
 
-class _Arm(NamedTuple):
+class Terms(NamedTuple):
     """What the formulas share: the arm's plane (`spherical_wrist`), the wrist, the tool seen from the wrist."""
 
     c1: float
@@ -68,7 +68,7 @@ class _Arm(NamedTuple):
     rz: float
 
 
-def _arm(geometry: Geometry, q: Joints, T_flange_tool: Transform) -> _Arm:
+def terms_of(geometry: Geometry, q: Joints, T_flange_tool: Transform) -> Terms:
     _, a1, a2, a3, d4, d6, _, _, _ = geometry
     q1, q2, q3, q4, q5, q6 = q
     c1, s1 = cos(q1), sin(q1)
@@ -93,12 +93,12 @@ def _arm(geometry: Geometry, q: Joints, T_flange_tool: Transform) -> _Arm:
         ry += s1 * e + c1 * y
         rz += c23 * z - s23 * x
     shared = (c1, s1, c23, s23, c4, s4, c5, s5, uu, uv, fu, fv, a1 + uu + fu, ax, ay, az, rx, ry, rz)
-    return _new(_Arm, shared)
+    return _new(Terms, shared)
 
 
 def singularity(geometry: Geometry, q: Joints) -> Singularity:
     """The measures of a pose."""
-    arm = _arm(geometry, q, IDENTITY)
+    arm = terms_of(geometry, q, IDENTITY)
     a2, forearm = geometry.a2, geometry.forearm
     stretch = (arm.uu * arm.fv - arm.uv * arm.fu) / (a2 * forearm)
     return Singularity(abs(arm.u) / (geometry.a1 + a2 + forearm), abs(stretch), abs(arm.s5))
@@ -106,7 +106,7 @@ def singularity(geometry: Geometry, q: Joints) -> Singularity:
 
 def jacobian(geometry: Geometry, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
     """Six rows (vx, vy, vz, wx, wy, wz) of six joints: twist = J qd."""
-    c1, s1, c23, s23, c4, s4, _, _, _, uv, fu, fv, u, ax, ay, az, rx, ry, rz = _arm(geometry, q, T_flange_tool)
+    c1, s1, c23, s23, c4, s4, _, _, _, uv, fu, fv, u, ax, ay, az, rx, ry, rz = terms_of(geometry, q, T_flange_tool)
     side = geometry.side
     out = c1 * rx + s1 * ry  # tool from the wrist, outward in the arm's plane
     zx, zy = c1 * s23, s1 * s23  # axis of joint 4 is (zx, zy, c23)
@@ -154,20 +154,35 @@ def joint_velocity(geometry: Geometry, q: Joints, twist: Twist, T_flange_tool: T
     still); any other raises StraightLineSingular, which says which singularity it is. Near one the rates are
     large: compare them with the limits.
     """
-    c1, s1, c23, s23, c4, s4, c5, s5, uu, uv, fu, fv, u, _, _, _, rx, ry, rz = _arm(geometry, q, T_flange_tool)
+    terms = terms_of(geometry, q, T_flange_tool)
+    c1, s1, c23, s23, _, _, _, _, _, _, _, _, _, _, _, _, rx, ry, rz = terms
     vx, vy, vz, wx, wy, wz = twist
-    # the wrist centre, outward, across and down in the arm's plane
     x = vx - wy * rz + wz * ry
     y = vy - wz * rx + wx * rz
     down = wx * ry - wy * rx - vz
-    across = c1 * y - s1 * x
+    turn = c1 * wx + s1 * wy
+    across, turn_across = c1 * y - s1 * x, c1 * wy - s1 * wx
+    return rates(
+        geometry, terms, c1 * x + s1 * y, across, down, c23 * turn - s23 * wz, turn_across, s23 * turn + c23 * wz
+    )
+
+
+def rates(
+    geometry: Geometry, terms: Terms, out: float, across: float, down: float, x: float, y: float, z: float
+) -> Joints:
+    """Joint rates for a velocity of the wrist centre, outward, across and down in the arm's plane, and a turn of the
+    hand about the axes of frame 3. Raises StraightLineSingular.
+
+    Accelerations and jerks follow from the same equations, once what the lower rates make of them is taken away.
+    """
+    _, _, c23, s23, c4, s4, c5, s5, uu, uv, fu, fv, u, _, _, _, _, _, _ = terms
     if u > SINGULAR or u < -SINGULAR:
         qd1 = across / u
     elif -AT_REST < across < AT_REST:
         qd1 = 0.0
     else:
         raise _singular("shoulder", "the wrist is above or below the axis of joint 1")
-    out = c1 * x + s1 * y + geometry.side * qd1
+    out += geometry.side * qd1
     stretch = uu * fv - uv * fu  # a2 forearm sin psi
     if abs(stretch) > SINGULAR * geometry.a2 * geometry.forearm:
         qd2 = (out * fu + down * fv) / stretch
@@ -178,11 +193,10 @@ def joint_velocity(geometry: Geometry, q: Joints, twist: Twist, T_flange_tool: T
         if reach < SINGULAR or abs(out * h + down * v) > AT_REST * reach:
             raise _singular("elbow", "the arm is stretched or folded flat")
         qd2 = qd23 = (down * h - out * v) / (reach * reach)
-    # what is left for the wrist to turn, in frame 3
-    x = c1 * wx + s1 * wy
-    y = c1 * wy - s1 * wx - qd23
-    z = wz - qd1
-    x, z = c23 * x - s23 * z, s23 * x + c23 * z
+    # what is left for the wrist to turn
+    x += s23 * qd1
+    y -= qd23
+    z -= c23 * qd1
     lost = c4 * x + s4 * y
     qd5 = c4 * y - s4 * x
     if s5 > SINGULAR or s5 < -SINGULAR:
@@ -197,17 +211,11 @@ def _singular(which: str, why: str) -> StraightLineSingular:
     return StraightLineSingular(f"{which}: {why}", "take another path, or go there by MOVE")
 
 
-def acceleration_bias(geometry: Geometry, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
-    """J' qd: the tool's acceleration [m/s2, rad/s2] while the joint rates stay the same.
-
-    So qdd = joint_velocity(q, acceleration - bias). Source: the outward half of the Newton-Euler recursion
-    (Luh, Walker and Paul 1980).
-    """
-    return bias_of(jacobian(geometry, q, T_flange_tool), qd)
-
-
 def bias_of(J: Jacobian, qd: Joints) -> Twist:
-    """`acceleration_bias` of any serial arm, from its Jacobian."""
+    """J' qd of any serial arm, from its Jacobian: the tool's acceleration [m/s2, rad/s2] while the joint rates stay.
+
+    Source: the outward half of the Newton-Euler recursion (Luh, Walker and Paul 1980).
+    """
     wx = wy = wz = 0.0
     lx = ly = lz = bx = by = bz = 0.0
     # Column i is z_i x r_i. The joints before i carry it round with their w; its own joint and those after it
@@ -236,3 +244,44 @@ def _tails(J: Jacobian, qd: Joints) -> list[tuple[float, float, float]]:
         x, y, z = x + a * d, y + b * d, z + c * d
         tails.append((x, y, z))
     return tails[::-1]
+
+
+def beyond(rate: Twist, bias: Twist) -> Twist:
+    """What the joints' next derivative has to make of a rate of the tool: all but the bias."""
+    vx, vy, vz, wx, wy, wz = (a - b for a, b in zip(rate, bias, strict=True))
+    return vx, vy, vz, wx, wy, wz
+
+
+def jerk_bias_of(J: Jacobian, qd: Joints, qdd: Joints) -> Twist:
+    """J'' qd + 2 J' qdd of any serial arm, from its Jacobian: the tool's jerk [m/s3, rad/s3] at constant qdd.
+
+    One derivative more of what `bias_of` does: the joints before i turn with w and its rate `a`, and the derivative of
+    the tail is `pull`.
+    """
+    wx = wy = wz = ax = ay = az = 0.0
+    lx = ly = lz = bx = by = bz = px = py = pz = 0.0
+    changes = []
+    for cx, cy, cz, zx, zy, zz, (tx, ty, tz), d, dd in zip(*J, _tails(J, qd), qd, qdd, strict=True):
+        ux, uy, uz = wy * zz - wz * zy, wz * zx - wx * zz, wx * zy - wy * zx  # w x z
+        ex = wy * cz - wz * cy + zy * tz - zz * ty  # the change of the column
+        ey = wz * cx - wx * cz + zz * tx - zx * tz
+        ez = wx * cy - wy * cx + zx * ty - zy * tx
+        bx += d * (ay * zz - az * zy + wy * uz - wz * uy) + 2.0 * dd * ux
+        by += d * (az * zx - ax * zz + wz * ux - wx * uz) + 2.0 * dd * uy
+        bz += d * (ax * zy - ay * zx + wx * uy - wy * ux) + 2.0 * dd * uz
+        # the change of that, but what z x pull makes of it
+        gx = ay * cz - az * cy + wy * ez - wz * ey + uy * tz - uz * ty
+        gy = az * cx - ax * cz + wz * ex - wx * ez + uz * tx - ux * tz
+        gz = ax * cy - ay * cx + wx * ey - wy * ex + ux * ty - uy * tx
+        lx += d * gx + 2.0 * dd * ex
+        ly += d * gy + 2.0 * dd * ey
+        lz += d * gz + 2.0 * dd * ez
+        changes.append((d, zx, zy, zz, d * ex + dd * cx, d * ey + dd * cy, d * ez + dd * cz))
+        ax, ay, az = ax + dd * zx + d * ux, ay + dd * zy + d * uy, az + dd * zz + d * uz
+        wx, wy, wz = wx + d * zx, wy + d * zy, wz + d * zz
+    for d, zx, zy, zz, x, y, z in reversed(changes):
+        px, py, pz = px + x, py + y, pz + z
+        lx += d * (zy * pz - zz * py)
+        ly += d * (zz * px - zx * pz)
+        lz += d * (zx * py - zy * px)
+    return lx, ly, lz, bx, by, bz

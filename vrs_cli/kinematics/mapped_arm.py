@@ -81,10 +81,27 @@ class MappedArm(SerialArm):
         return self.inner._out_of_reach(self._seen(T), configuration, hint)
 
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-        v, w = rotate(self.to_inner, twist[:3]), rotate(self.to_inner, twist[3:])
-        tool = compose(self.way.chain.flange, T_flange_tool)
-        qd = self.inner.joint_velocity(self.way.to(q), (*v, *w), tool)
-        return tuple([s * rate for s, rate in zip(self.way.chain.signs, qd, strict=True)])
+        seen, tool = self._moved(twist), compose(self.way.chain.flange, T_flange_tool)
+        return self._signed(self.inner.joint_velocity(self.way.to(q), seen, tool))
+
+    def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+        seen, tool = self._moved(rate), compose(self.way.chain.flange, T_flange_tool)
+        return self._signed(self.inner.joint_acceleration(self.way.to(q), self._signed(qd), seen, tool))
+
+    def joint_jerk(
+        self, q: Joints, qd: Joints, qdd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY
+    ) -> Joints:
+        seen, tool = self._moved(rate), compose(self.way.chain.flange, T_flange_tool)
+        rates = self._signed(qd), self._signed(qdd)
+        return self._signed(self.inner.joint_jerk(self.way.to(q), *rates, seen, tool))
+
+    def _moved(self, twist: Twist) -> Twist:
+        """A twist of the tool, or a rate of it, as the inner arm has it."""
+        return (*rotate(self.to_inner, twist[:3]), *rotate(self.to_inner, twist[3:]))
+
+    def _signed(self, rates: Joints) -> Joints:
+        """Rates of the joints as the inner arm has them, and the way back."""
+        return tuple([s * rate for s, rate in zip(self.way.chain.signs, rates, strict=True)])
 
     def singularity(self, q: Joints) -> Singularity:
         return self.inner.singularity(self.way.to(q))

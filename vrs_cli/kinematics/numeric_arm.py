@@ -20,15 +20,15 @@ from math import atan2, degrees, hypot, sqrt
 from random import Random
 from typing import TYPE_CHECKING
 
-from vrs_cli.errors import JointOutOfRange, LocationOutOfRange
+from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.elimination import determinant, solve, square
-from vrs_cli.kinematics.jacobian import Singularity, Twist
+from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.serial_arm import LEVEL, STRAIGHT, SerialArm
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.kinematics.transform import Transform
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric_batch import NumericBatch
@@ -76,8 +76,8 @@ class NumericArm(SerialArm):
             total += sqrt(max(determinant(gram), 0.0))
         return total
 
-    def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-        rows, wanted = self._counted(q, self.jacobian(q, T_flange_tool), twist)
+    def _rates(self, q: Joints, J: Jacobian, twist: Twist) -> Joints:
+        rows, wanted = self._counted(q, J, twist)
         if self.held:
             rows = [tuple(0.0 if i in self.held else x for i, x in enumerate(row)) for row in rows]
         if self.short:
@@ -146,7 +146,7 @@ class NumericArm(SerialArm):
             return self._joint_refusal(best, "turn the location, or move it nearer")
         refusal = self._out_of_reach(T, self.ways[0], "")
         away, turned = self._search(T, near, self._all, bounded=True)[1]
-        if self.short:
+        if self.short and not isinstance(refusal, LocationTooFar):
             refusal.hint = f"{self.model.joint_count} joints cannot turn the tool every way: teach the location by HERE"
         refusal.detail += f"; the search from here comes as near as {1000 * away:.1f} mm and {degrees(turned):.1f} deg"
         return refusal

@@ -11,16 +11,33 @@ from functools import cached_property
 from math import acos, degrees, dist
 from typing import TYPE_CHECKING, NamedTuple, cast
 
-from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, LocationTooFar, StraightLineSingular
-from vrs_cli.kinematics.axes import along, axis_of, cross, dot, from_to
+from vrs_cli.errors import (
+    IllegalValue,
+    JointOutOfRange,
+    LocationOutOfRange,
+    LocationTooFar,
+    StraightLineSingular,
+)
+from vrs_cli.kinematics.axes import along, any_normal, axis_of, cross, dot, from_to, unit
 from vrs_cli.kinematics.compiled import Formulas, formulas
 from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.elimination import solve
-from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, bias_of
+from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, beyond, bias_of, jerk_bias_of
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, JointKind, Joints, joints_outside, nearest_turn, turn_within
 from vrs_cli.kinematics.model import SAMPLES, RobotModel, joint_axes, link_frames
 from vrs_cli.kinematics.task import ALL_PARTS
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, position, to_oat
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    Vector,
+    angle_between,
+    at_position,
+    compose,
+    inverse,
+    position,
+    rotation_about,
+    to_oat,
+)
 
 if TYPE_CHECKING:
     import numpy as np
@@ -52,6 +69,13 @@ class Unchanging(NamedTuple):
 
     places: tuple[tuple[int, float], ...]
     approach: Vector | None
+
+
+class Forbidden(NamedTuple):
+    """What an arm cannot do about a pose of its flange, in words, and the nearest pose of which that is not so."""
+
+    what: str
+    right: Transform
 
 
 _new = tuple.__new__
@@ -251,38 +275,33 @@ class SerialArm:
         steady = all(dist(axis_of(T).direction, approach) < CONSTANT for T in poses)
         return Unchanging(places, approach if steady else None)
 
-    def check_task(self, T: Transform) -> None:
-        """Raises LocationOutOfRange for a pose of the flange outside of what this arm can do at all."""
+    def check_task(
+        self, T: Transform, T_robot_world: Transform = IDENTITY, T_flange_tool: Transform = IDENTITY
+    ) -> None:
+        if (forbidden := self._forbidden(T)) is not None:
+            what, right = forbidden
+            asked, instead = (compose(inverse(T_robot_world), compose(P, T_flange_tool)) for P in (T, right))
+            raise LocationOutOfRange(f"this robot {what}", f"give {_difference(asked, instead)} instead")
+
+    def _forbidden(self, T: Transform) -> Forbidden | None:
         places, approach = self.unchanging
-        for i, value in places:
-            if abs(position(T)[i] - value) > LEVEL:
-                axis, at = "XYZ"[i], f"{1000.0 * position(T)[i]:.1f} mm"
-                raise LocationOutOfRange(
-                    f"this robot moves in the plane {axis} = {1000.0 * value:.1f} mm, "
-                    f"the flange would be at {axis} = {at}",
-                    f"move the location into the plane: {1000.0 * (value - position(T)[i]):+.1f} mm along {axis}",
-                )
         if approach is not None and (tilt := _angle(approach, axis_of(T).direction)) > STRAIGHT:
-            raise self._tilted(approach, tilt)
+            what = f"keeps its tool {_direction(approach)}; the location tilts it by {degrees(tilt):.2f} deg"
+            return Forbidden(what, _turned_along(T, approach))
+        at = list(position(T))
+        for i, value in places:
+            if abs(at[i] - value) > LEVEL:
+                axis, plane, flange = "XYZ"[i], f"{1000.0 * value:.1f} mm", f"{1000.0 * at[i]:.1f} mm"
+                at[i] = value
+                what = f"moves in the plane {axis} = {plane} of its own frame, its flange would be at {axis} = {flange}"
+                return Forbidden(what, at_position(T, *at))
+        return None
 
     def in_task(self, T: Transform) -> bool:
         """Whether `check_task` has nothing to say."""
         places, approach = self.unchanging
         return all(abs(position(T)[i] - value) <= LEVEL for i, value in places) and (
             approach is None or _angle(approach, axis_of(T).direction) <= STRAIGHT
-        )
-
-    def _tilted(self, approach: Vector, tilt: float) -> LocationOutOfRange:
-        o, a, _ = map(degrees, to_oat(self.forward(self.model.poses["ready"])))
-        upright = abs(approach[2]) > 1.0 - CONSTANT
-        how = (
-            ("vertical, pointing down" if approach[2] < 0.0 else "vertical, pointing up")
-            if upright
-            else "in one direction"
-        )
-        return LocationOutOfRange(
-            f"this robot keeps its tool {how}; the location tilts it by {degrees(tilt):.2f} deg",
-            f"give O {o:g}, A {a:g}, and turn the tool by T",
         )
 
     def check_tool(self, T_flange_tool: Transform) -> None:
@@ -308,7 +327,11 @@ class SerialArm:
         return vx, vy, vz, wx, wy, wz
 
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-        return self._solved(q, *self._counted(q, self.jacobian(q, T_flange_tool), twist))
+        return self._rates(q, self.jacobian(q, T_flange_tool), twist)
+
+    def _rates(self, q: Joints, J: Jacobian, twist: Twist) -> Joints:
+        """Of the joints, for a twist of the tool or a derivative of it that the joint rates of now have no part in."""
+        return self._solved(q, *self._counted(q, J, twist))
 
     def _solved(self, q: Joints, rows: Sequence[Joints], wanted: Sequence[float]) -> Joints:
         qd = solve(rows, wanted)
@@ -336,6 +359,16 @@ class SerialArm:
 
     def acceleration_bias(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
         return bias_of(self.jacobian(q, T_flange_tool), qd)
+
+    def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+        J = self.jacobian(q, T_flange_tool)
+        return self._rates(q, J, beyond(rate, bias_of(J, qd)))
+
+    def joint_jerk(
+        self, q: Joints, qd: Joints, qdd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY
+    ) -> Joints:
+        J = self.jacobian(q, T_flange_tool)
+        return self._rates(q, J, beyond(rate, jerk_bias_of(J, qd, qdd)))
 
     def singularity(self, q: Joints) -> Singularity:  # noqa: ARG002 (others look at q)
         return Singularity(1.0, 1.0, 1.0)
@@ -374,6 +407,31 @@ def _angle(a: Vector, b: Vector) -> float:
     """Between two directions [rad]."""
     sine = dist(cross(a, b), (0.0, 0.0, 0.0))
     return sine if dot(a, b) > 0.0 and sine < STRAIGHT else acos(min(max(dot(a, b), -1.0), 1.0))
+
+
+def _direction(approach: Vector) -> str:
+    """Where a tool points that always points there, in words."""
+    if abs(approach[2]) <= 1.0 - CONSTANT:
+        return "in one direction"
+    return "vertical, pointing down" if approach[2] < 0.0 else "vertical, pointing up"
+
+
+def _turned_along(T: Transform, approach: Vector) -> Transform:
+    """The pose at the same place, turned the shortest way until its Z lies along a direction."""
+    z = axis_of(T).direction
+    axis, angle = cross(z, approach), _angle(z, approach)
+    if dist(axis, (0.0, 0.0, 0.0)) < CONSTANT:
+        axis = any_normal(z)
+    return at_position(compose(rotation_about(unit(axis), angle), T), *position(T))
+
+
+def _difference(asked: Transform, instead: Transform) -> str:
+    """What to give instead of a location: the angles or the coordinates that differ, as the user writes them."""
+    rows = list(zip("OAT", map(degrees, to_oat(instead)), strict=True))
+    if angle_between(asked, instead) <= STRAIGHT:
+        places = zip("XYZ", position(asked), position(instead), strict=True)
+        rows = [(name, 1000.0 * b) for name, a, b in places if abs(a - b) > 0.5 * LEVEL]
+    return ", ".join(f"{name} {round(x, 3) + 0.0:.10g}" for name, x in rows)
 
 
 def turned_near(angles: Iterable[float], near: Joints) -> Joints:

@@ -11,6 +11,7 @@ from math import hypot
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
+from vrs_cli.kinematics import accelerations
 from vrs_cli.kinematics import jacobian as velocity
 from vrs_cli.kinematics.configuration import ALL, Configuration, Wrist
 from vrs_cli.kinematics.forward import make_forward
@@ -120,8 +121,13 @@ class SphericalWristArm(SerialArm):
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
         return velocity.joint_velocity(self.geometry, q, twist, T_flange_tool)
 
-    def acceleration_bias(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
-        return velocity.acceleration_bias(self.geometry, q, qd, T_flange_tool)
+    def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+        return accelerations.joint_acceleration(self.geometry, q, qd, rate, T_flange_tool)
+
+    def joint_jerk(
+        self, q: Joints, qd: Joints, qdd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY
+    ) -> Joints:
+        return accelerations.joint_jerk(self.geometry, q, qd, qdd, rate, T_flange_tool)
 
     def singularity(self, q: Joints) -> Singularity:
         return velocity.singularity(self.geometry, q)

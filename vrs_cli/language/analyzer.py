@@ -6,10 +6,8 @@ of the tables.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from collections.abc import Set as AbstractSet
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 from vrs_cli.errors import (
@@ -27,7 +25,7 @@ from vrs_cli.language import ast
 from vrs_cli.language.ast import NAME_LENGTH, Expression, Kind, Program, ProgramHeader, Span, Statement
 from vrs_cli.language.channels import channel
 from vrs_cli.language.declarations import Declarations, Own, own_variables
-from vrs_cli.language.diagnostics import Diagnostic, Severity, counted, did_you_mean
+from vrs_cli.language.diagnostics import Diagnostic, Severity, counted
 from vrs_cli.language.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.kinds import Expressions
 from vrs_cli.language.monitor import COMMANDS
@@ -44,24 +42,13 @@ from vrs_cli.language.names import (
     with_article,
 )
 from vrs_cli.language.structure import Block, BlockKind, structure_of
-from vrs_cli.language.words import Argument, Shape, State, Word
+from vrs_cli.language.surroundings import Candidates, Surroundings
+from vrs_cli.language.words import Argument, Shape, State, Word, argument_at
 
-MOST_HINTS = (
-    10  # names of a program that are compared with others: one without its locations has hundreds that it lacks
-)
-MANY_NAMES = 200  # among so many, a name is compared with those alone that begin as it does
+# names of a program that are compared with others: one without its locations has hundreds that it lacks
+MOST_HINTS = 10
 
-__all__ = [
-    "DEFINING",
-    "Analysis",
-    "Block",
-    "BlockKind",
-    "analyze",
-    "argument_at",
-    "check_line",
-    "is_reserved",
-    "names_given_by",
-]
+__all__ = ["Analysis", "Block", "BlockKind", "analyze", "analyze_among", "check_line", "is_reserved"]
 
 
 _IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS  # instructions that make no sense at the prompt
@@ -95,13 +82,18 @@ class Analysis:
 def analyze(
     program: Program, known: Mapping[str, Kind] | None = None, programs: Mapping[str, Program] | None = None
 ) -> Analysis:
-    """A whole program. `known`: the kinds of the variables that have a value; `programs`: those in memory, by key.
+    """A whole program. `known`: the kinds of the variables that have a value; `programs`: those in memory, by key."""
+    return analyze_among(Surroundings(known or {}, programs or {}), program)
+
+
+def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
+    """A whole program, one of many in the same surroundings.
 
     Lines that the parser could not read are its findings; they are not told again, but keep the program from running.
     """
     structure = structure_of(program)
     findings = Findings()
-    steps = _Steps(findings, known or {}, program, programs or {})
+    steps = _Steps(findings, surroundings.known, program, surroundings)
     steps.header(program)
     for index, step in enumerate(program.steps):
         if step.statement is not None:
@@ -130,14 +122,14 @@ def check_line(
 
 
 class _Steps:
-    """One pass over the steps. `program` and `programs` are None for a line of the prompt."""
+    """One pass over the steps. `program` and `surroundings` are None for a line of the prompt."""
 
     def __init__(
         self,
         findings: Findings,
         known: Mapping[str, Kind],
         program: Program | None = None,
-        programs: Mapping[str, Program] | None = None,
+        surroundings: Surroundings | None = None,
     ) -> None:
         parameters = {variable.key for variable in program.parameters} if program is not None else set()
         self.names = Names(findings, known, parameters, at_prompt=program is None)
@@ -146,7 +138,7 @@ class _Steps:
         self._expressions = Expressions(self.names, findings)
         self._declarations = Declarations(self.names, findings, program)
         self._program = program
-        self._programs = programs
+        self._surroundings = surroundings
 
     # --- lines ---
 
@@ -192,20 +184,20 @@ class _Steps:
 
     def finish(self) -> None:
         """What only the end of the program shows: names that are given a value nowhere."""
-        unknown = self.names.without_value()
-        if not unknown:
-            return
-        elsewhere = frozenset[str]().union(*(_given_in(_Same(program)) for program in self._others()))
-        keys = self.names.all_keys() | elsewhere
-        nowhere = (one for one in unknown if one.key not in elsewhere or self.names.is_own(one))
+        nowhere = [one for one in self.names.without_value() if not self._given_elsewhere(one)]
+        own = Candidates(self.names.own_keys())
         for number, variable in enumerate(nowhere):
             detail = f"{variable.sigil}{variable.name} is given a value nowhere"
-            hint = did_you_mean(variable.key, _alike(variable, keys)) if number < MOST_HINTS else ""
+            hint = ""
+            if self._surroundings is not None and number < MOST_HINTS:
+                hint = self._surroundings.name_meant(variable, own)
             self._findings.warn(UndefinedValue, variable.span, detail, hint)
 
-    def _others(self) -> Iterable[Program]:
-        own = self._program.key if self._program is not None else ""
-        return (program for key, program in (self._programs or {}).items() if key != own)
+    def _given_elsewhere(self, variable: ast.Variable) -> bool:
+        """Whether another program gives it a value; nobody else does to one of AUTO and LOCAL."""
+        if self._surroundings is None or self._program is None or self.names.is_own(variable):
+            return False
+        return self._surroundings.given_elsewhere(variable.key, self._program)
 
     # --- statements ---
 
@@ -346,15 +338,13 @@ class _Steps:
 
     def _check_call(self, call: ast.Call) -> None:
         """The number and sorts of the arguments, where the program is known."""
-        if self._program is None or self._programs is None:
+        if self._program is None or self._surroundings is None:
             return
         key = call.name.lower()[:NAME_LENGTH]
         self.called.add(key)
-        target = self._program if key == self._program.key else self._programs.get(key)
+        target = self._program if key == self._program.key else self._surroundings.programs.get(key)
         if target is None:
-            hint = ""
-            if len(self.called) <= MOST_HINTS:
-                hint = did_you_mean(call.name, [program.name for program in self._programs.values()])
+            hint = self._surroundings.program_meant(call.name) if len(self.called) <= MOST_HINTS else ""
             self._findings.warn(UndefinedName, call.span, f"{call.name} is not in memory", hint)
             return
         if len(call.arguments) > len(target.parameters):
@@ -385,72 +375,3 @@ _STATEMENTS: Mapping[type, Callable[[_Steps, Any], None]] = {
     ast.Case: _Steps._case,
     ast.Value: _Steps._value,
 }
-
-
-def argument_at(row: Word, place: int) -> Argument | None:
-    """The row's argument of that place; those beyond belong to a repeated one, or to a repeated value."""
-    if place < len(row.arguments):
-        return row.arguments[place]
-    if row.repeats:
-        return row.arguments[-1]
-    return row.value if row.value is not None and row.value.repeated else None
-
-
-class _Same:
-    """A program by its identity: comparing trees would cost more than walking one."""
-
-    def __init__(self, program: Program) -> None:
-        self.program = program
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Same) and other.program is self.program
-
-    def __hash__(self) -> int:
-        return id(self.program)
-
-
-def names_given_by(program: Program) -> frozenset[str]:
-    """The keys of all variables that a program gives a value to, by itself or through a CALL."""
-    return _given_in(_Same(program))
-
-
-@lru_cache(maxsize=1024)
-def _given_in(same: _Same) -> frozenset[str]:
-    """The keys of all variables that a program gives a value to."""
-    own = {own.key for own in own_variables(same.program)}
-    return frozenset(key for step in same.program.steps for key in _given_by(step.statement)) - own
-
-
-def _alike(variable: ast.Variable, keys: AbstractSet[str]) -> list[str]:
-    """The names that a variable may have been meant for: of its kind, and among many those that begin as it does."""
-    wanted = variable.key
-    if len(keys) > MANY_NAMES:
-        return [key for key in keys if key[:2] == wanted[:2] and -3 < len(key) - len(wanted) < 3]
-    return [key for key in keys if key[0] == wanted[0] or not (variable.sigil or key[0] in "#$")]
-
-
-def _given_by(statement: Statement | None) -> Iterator[str]:
-    if isinstance(statement, ast.Assignment):
-        yield statement.target.key
-    elif isinstance(statement, ast.For):
-        yield statement.variable.key
-    elif isinstance(statement, ast.Instruction) and statement.word not in DECLARATIONS:
-        row = INSTRUCTIONS.get(statement.word)
-        for place, expression in enumerate(statement.arguments):
-            argument = argument_at(row, place) if row is not None else None
-            if argument is not None and expression is not None:
-                yield from _given_at(expression, argument.shape)
-
-
-def _given_at(expression: Expression, shape: Shape) -> Iterator[str]:
-    if shape in _CALLED and isinstance(expression, ast.Call | ast.Applied):
-        yield from (argument.key for argument in expression.arguments if isinstance(argument, ast.Variable))
-    elif shape in DEFINING:
-        if isinstance(expression, ast.Binary):
-            expression = expression.right
-        if isinstance(expression, ast.Variable):
-            yield expression.key
-
-
-_CALLED = frozenset({Shape.PROGRAM, Shape.PROGRAM_TEXT})
-DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE, Shape.UNIT})

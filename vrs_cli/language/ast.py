@@ -394,3 +394,10 @@ def nodes(tree: object) -> Iterator[object]:
     elif is_dataclass(tree):
         for field in fields(tree):
             yield from nodes(getattr(tree, field.name))
+
+
+def plain_number(expression: Expression | None) -> float | None:
+    """A number as it stands there, also behind a minus; None for anything else."""
+    if isinstance(expression, Unary) and expression.operator == "-" and isinstance(expression.operand, Number):
+        return -expression.operand.value
+    return expression.value if isinstance(expression, Number) else None

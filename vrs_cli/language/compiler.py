@@ -336,12 +336,7 @@ class _ProgramCompiler(Expressions):
 
 def _constant_step(statement: ast.For) -> float | None:
     """The STEP of a FOR where it is a number that is known and not 0; 1 where there is none."""
-    step = statement.step
-    if step is None:
-        return 1.0
-    if isinstance(step, ast.Unary) and step.operator == "-" and isinstance(step.operand, ast.Number):
-        return -step.operand.value or None
-    return (step.value or None) if isinstance(step, ast.Number) else None
+    return 1.0 if statement.step is None else ast.plain_number(statement.step) or None
 
 
 _OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {

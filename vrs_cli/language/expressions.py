@@ -246,11 +246,11 @@ class Expressions:
         """What an argument is given as: a value, the variable itself, or a word."""
         if expression is None:
             return tree.constant(None)
-        if argument.shape in _WORDS:
+        if argument.shape in WORDS:
             return tree.constant(word_of(expression))
         if argument.shape is Shape.LOCATION_VARIABLE:
             return self._definable(expression)
-        if argument.shape in _VARIABLES and isinstance(expression, ast.Variable):
+        if argument.shape in VARIABLES and isinstance(expression, ast.Variable):
             return self.reference(expression)
         if argument.shape is Shape.ITEM:
             return self._item_of_list(expression)
@@ -308,8 +308,8 @@ class Expressions:
         return self.reference(expression)
 
 
-_VARIABLES = {Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE}
-_WORDS = {Shape.SWITCH, Shape.PARAMETER_NAME, Shape.WORD, Shape.BRANCH, Shape.FILE}
+VARIABLES = {Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE}
+WORDS = {Shape.SWITCH, Shape.PARAMETER_NAME, Shape.WORD, Shape.BRANCH, Shape.FILE}
 _WANTED = {
     Shape.STRING: Kind.STRING,
     Shape.LOCATION: Kind.LOCATION,

@@ -22,7 +22,7 @@ from vrs_cli.language.ast import Span
 from vrs_cli.language.diagnostics import LineRefused, did_you_mean, error
 from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, PROGRAM_WORDS, RELATIONS_OF_VAL
 from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.words import State, Word, abbreviated, usable
+from vrs_cli.language.words import SORT_WORDS, State, Word, abbreviated, usable
 
 LABEL_HIGH = 65535
 LONGEST = 400  # tokens of a line; a VAL-II line holds far fewer
@@ -73,10 +73,10 @@ _CLOSING = frozenset({"RPAR", "RSQB"})
 _BLANKS = re.compile(r"[ \t]*")
 _WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
 _GLUED = re.compile(r"[\w.^']+")
-_VAL_IF = re.compile(rf"\b({'|'.join(RELATIONS_OF_VAL)})\b.*\bTHEN[ \t]+\d+[ \t]*$", re.IGNORECASE)
+VAL_IF = re.compile(rf"\b({'|'.join(RELATIONS_OF_VAL)})\b.*\bTHEN[ \t]+\d+[ \t]*$", re.IGNORECASE)
 _TASK = re.compile(r"\s*(\d+)(?=\s*[A-Za-z])")
 _LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
-_SORT = re.compile(r"[ \t]*(REAL|DOUBLE|LOC)(?=[ \t]+[#$A-Z])", re.IGNORECASE)
+SORT = re.compile(rf"[ \t]*({'|'.join(SORT_WORDS)})(?=[ \t]+[#$A-Z])", re.IGNORECASE)
 _ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
 _ELEMENT = re.compile(r"\(.*\)[ \t]*=(?!=)")
 _RAW = re.compile(r'"[^"]*"|[^\s;,="]+')
@@ -252,7 +252,7 @@ class _Scan:
             self.statement()
         elif row is CONTROL.get(row.name):
             self._add(row.name, row.name, *word.span())
-            self._val_if = row.name == "IF" and _VAL_IF.search(_before_comment(self._text[self._at :])) is not None
+            self._val_if = row.name == "IF" and VAL_IF.search(_before_comment(self._text[self._at :])) is not None
             self._rest(None)
             self._mark_colon(row)
         else:
@@ -324,7 +324,7 @@ class _Scan:
 
     def _sort(self) -> None:
         """The sort of variables in AUTO REAL x: a word with a name after it."""
-        match = _SORT.match(self._text, self._at)
+        match = SORT.match(self._text, self._at)
         if match is not None:
             self._add("SORT", match[1].upper(), *match.span(1))
             self._at = match.end()

@@ -125,9 +125,9 @@ class Names:
         if kind is not None:
             self._kinds[variable.key] = _Decided(kind, self.step)
 
-    def all_keys(self) -> set[str]:
-        """The keys of all names that have a value or are given one."""
-        return {*self.given, *self._known, *self._parameters}
+    def own_keys(self) -> set[str]:
+        """The keys of all names that the program gives a value, or is given."""
+        return {*self.given, *self._parameters}
 
     def check(self, variable: ast.Variable) -> None:
         """Whether a name can be used as one."""

@@ -44,6 +44,13 @@ RAW_SHAPES = frozenset({Shape.FILE, Shape.WORD})  # read as they stand, up to a 
 GROUPED = frozenset({Shape.GROUP, Shape.UNIT})  # these stand in one pair of parentheses before the others
 
 
+SORT_WORDS: Mapping[str, str] = {  # between the word of a declaration and its variables
+    "REAL": "reals",
+    "DOUBLE": "reals, as all are in double precision",
+    "LOC": "transformations",
+}
+
+
 class Route(Enum):
     """The four types of command that the analyzer tells apart."""
 
@@ -99,7 +106,7 @@ class Word:
     @property
     def form(self) -> str:
         """`APPRO location, distance [AT t | IN dt]`."""
-        sort = "[REAL | DOUBLE | LOC]" if "SORT" in self.modifiers else ""
+        sort = f"[{' | '.join(SORT_WORDS)}]" if "SORT" in self.modifiers else ""
         parts = (self.name, sort, _arguments_form(self.arguments), *self._tail())
         return " ".join(part for part in parts if part).replace(" :", ":")
 
@@ -216,3 +223,12 @@ def abbreviated(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
         if found:
             return found if len(name) > 1 or old else ()
     return ()
+
+
+def argument_at(row: Word, place: int) -> Argument | None:
+    """The row's argument of that place; those beyond belong to a repeated one, or to a repeated value."""
+    if place < len(row.arguments):
+        return row.arguments[place]
+    if row.repeats:
+        return row.arguments[-1]
+    return row.value if row.value is not None and row.value.repeated else None

@@ -17,7 +17,7 @@ from vrs_cli.interfaces.help import page
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language import ast
-from vrs_cli.language.analyzer import DEFINING, argument_at, is_reserved
+from vrs_cli.language.analyzer import is_reserved
 from vrs_cli.language.ast import NAME_LENGTH, Kind, Program, Section, Span, Statement
 from vrs_cli.language.diagnostics import Diagnostic
 from vrs_cli.language.formatting import formatted
@@ -26,8 +26,9 @@ from vrs_cli.language.lexer import LABEL_HIGH
 from vrs_cli.language.parts import Part, Placed, programs_of
 from vrs_cli.language.printer import statement_text
 from vrs_cli.language.source import PROGRAM, SECTIONS
-from vrs_cli.language.structure import structure_of
-from vrs_cli.language.words import Shape
+from vrs_cli.language.structure import BlockKind, structure_of
+from vrs_cli.language.surroundings import DEFINING
+from vrs_cli.language.words import Shape, argument_at
 from vrs_cli.lsp.occurrences import (
     Occurrence,
     SymbolKind,
@@ -329,11 +330,13 @@ def _folds(part: Part) -> Iterator[tuple[int, int]]:
     if part.last > 2:
         yield 1, part.last - 1
     if isinstance(part.node, Program):
+        steps = part.node.steps
         for block in structure_of(part.node).blocks:
             marks = (block.opener, *block.middles, block.closer)
-            for first, after in pairwise(part.node.steps[mark].span.line for mark in marks):
-                if after - first > 1:
-                    yield first, after - 1
+            # CASE and its first VALUE are no branch: the block folds as a whole
+            whole = ((block.opener, block.closer),) if block.kind is BlockKind.CASE else ()
+            lines = ((steps[a].span.line, steps[b].span.line) for a, b in (*whole, *pairwise(marks)))
+            yield from ((first, after - 1) for first, after in lines if after - first > 1)
 
 
 def _entry_name(variable: ast.Variable) -> str:

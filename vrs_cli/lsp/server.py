@@ -7,12 +7,14 @@ character is as many units as the editor and pygls have agreed upon.
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
+from pygls.protocol import json_rpc
 
 from vrs_cli import __version__
 from vrs_cli.errors import VrsError
@@ -36,6 +38,15 @@ _SYMBOLS: Mapping[SymbolKind, lsp.SymbolKind] = {
     SymbolKind.LABEL: lsp.SymbolKind.Key,
     SymbolKind.VARIABLE: lsp.SymbolKind.Variable,
 }
+
+
+class Refused(JsonRpcInvalidParams):
+    """A request that cannot be done; the editor shows the message."""
+
+
+def _is_news(record: logging.LogRecord) -> bool:
+    """Whether the log should tell: what is refused has been answered, and is no fault of the server."""
+    return record.exc_info is None or not isinstance(record.exc_info[1], Refused)
 
 
 class Val2Server(LanguageServer):
@@ -131,6 +142,7 @@ class Val2Server(LanguageServer):
 def server(model: RobotModel) -> Val2Server:
     """A server with all that it can do."""
     made = Val2Server(model)
+    logging.getLogger(json_rpc.__name__).addFilter(_is_news)
     for name, feature in _FEATURES.items():
         made.feature(name)(feature)
     triggers = lsp.CompletionOptions(trigger_characters=[" ", ".", "$", "#"])
@@ -220,12 +232,12 @@ def _prepare_rename(server: Val2Server, params: lsp.PrepareRenameParams) -> lsp.
 
 
 def _rename(server: Val2Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
-    """Raises JsonRpcInvalidParams, whose message the editor shows, for a name that cannot be taken."""
+    """Raises Refused for a name that cannot be taken."""
     uri = params.text_document.uri
     try:
         name, spans = server.document(uri).renamed(*server.place(uri, params.position), params.new_name)
     except VrsError as refused:
-        raise JsonRpcInvalidParams(str(refused)) from None
+        raise Refused(str(refused)) from None
     return lsp.WorkspaceEdit({uri: [lsp.TextEdit(server.range(uri, span), name) for span in spans]})
 
 

@@ -99,7 +99,7 @@ def _cells(canvas: Canvas, row: int, curves: Sequence[Curve], fine: bool) -> Ite
 
 
 def _time_axis(times: Sequence[float], width: int) -> Iterator[Line]:
-    ticks = [column for column in range(width) if column % TICK == 0]
+    ticks = range(0, width - TICK // 2, TICK)  # with room for the last figure
     rule = "".join("+" if column in ticks else "-" for column in range(width))
     yield line(" " * LABEL + rule, Role.NOTE)
     first, last = times[0], times[-1]

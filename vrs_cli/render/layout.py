@@ -119,6 +119,9 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
         for branch in branches
     )
     yield Grid(columns, rows, boxed=True, keys=1)
+    if reach.chosen is None and reach.line.trouble == reach.reason:
+        yield from _told(f"MOVE, MOVES: {reach.reason}", Role.ERROR, page)
+        return
     if reach.chosen is None:
         yield from _told(f"MOVE: {reach.reason}", Role.ERROR, page)
     else:

@@ -20,6 +20,8 @@ _TOKEN = re.compile(
 )
 _TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")  # what follows the name that is assigned
 
+_FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Z][\w.]*)", re.IGNORECASE)  # behind a label
+
 _ROLES: Mapping[str, Role] = {
     "comment": Role.COMMENT,
     "string": Role.STRING,
@@ -55,15 +57,33 @@ def inner_words() -> Mapping[str, Role]:
     return dict.fromkeys(FUNCTIONS, Role.FUNCTION) | dict.fromkeys(words, Role.CONTROL)
 
 
+def _words_of(line: str) -> frozenset[str]:
+    """The words that link in such a line alone: the relations in an IF of VAL, the sort of what is declared."""
+    from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
+    from vrs_cli.language.lexer import SORT, VAL_IF
+    from vrs_cli.language.words import abbreviated
+
+    first = _FIRST.match(line)
+    rows = abbreviated(first[1], INSTRUCTIONS, CONTROL) if first is not None else ()
+    if first is None or len(rows) != 1:
+        return frozenset()
+    rest = line[first.end() :].partition(";")[0]
+    if rows[0].name == "IF" and VAL_IF.search(rest):
+        return frozenset(RELATIONS_OF_VAL)
+    sort = SORT.match(rest) if "SORT" in rows[0].modifiers else None
+    return frozenset({sort[1].upper()}) if sort is not None else frozenset()
+
+
 def scan(line: str) -> Iterator[tuple[str, Role]]:
     """The pieces of a line with their roles; together they are the line."""
-    first = True
+    first, linking = True, _words_of(line)
     for token in _TOKEN.finditer(line):
         text, sort = token.group(), token.lastgroup or "operator"
         if sort != "word":
             yield text, _ROLES[sort]
             continue
-        yield text, _role(text, first, line, token.end())
+        linked = not first and text.upper() in linking
+        yield text, Role.CONTROL if linked else _role(text, first, line, token.end())
         first = first and text.upper() == "DO"
 
 

@@ -19,7 +19,7 @@ from vrs_cli.language.ast import Kind
 from vrs_cli.language.functions import FUNCTIONS, Function
 from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
 from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.words import Argument, Shape, State, Word, abbreviated
+from vrs_cli.language.words import SORT_WORDS, Argument, Shape, State, Word, abbreviated
 
 
 @dataclass(frozen=True, slots=True)
@@ -334,7 +334,10 @@ def _inside(word: Word, place: Place, names: Names) -> Candidates:
     if wanted is None:
         return _items(names) if word.name in CONTROL else _connecting(word, place)
     offered = SHAPES.get(wanted.shape, _nothing)(names)
-    return (*_connecting(word, place), *offered) if wanted.optional and not place.settled.strip() else offered
+    if place.settled.strip():
+        return offered
+    sorts = SORT_WORDS.items() if "SORT" in word.modifiers else ()
+    return (*sorts, *_connecting(word, place), *offered) if wanted.optional else (*sorts, *offered)
 
 
 def _connecting(word: Word, place: Place) -> Candidates:

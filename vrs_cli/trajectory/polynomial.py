@@ -27,6 +27,22 @@ def value_and_rate(a: Polynomial, t: float) -> tuple[float, float]:
     return result, rate
 
 
+def second_derivative(a: Polynomial, t: float) -> float:
+    """d2p/dt2."""
+    if len(a) == 3:
+        return 2.0 * a[2]
+    if len(a) == 4:
+        return 2.0 * a[2] + t * 6.0 * a[3]
+    return value(derivative(derivative(a)), t)
+
+
+def third_derivative(a: Polynomial, t: float) -> float:
+    """d3p/dt3."""
+    if len(a) == 4:
+        return 6.0 * a[3]
+    return value(derivative(derivative(derivative(a))), t) if len(a) > 4 else 0.0
+
+
 def derivative(a: Polynomial) -> Polynomial:
     """The polynomial dp/dt."""
     return tuple(power * coefficient for power, coefficient in enumerate(a) if power) or (0.0,)

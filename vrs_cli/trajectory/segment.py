@@ -15,10 +15,18 @@ from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotate, rotation_about
 from vrs_cli.trajectory.motion import Motion
-from vrs_cli.trajectory.polynomial import Polynomial, derivative, value, value_and_rate
+from vrs_cli.trajectory.polynomial import (
+    Polynomial,
+    derivative,
+    second_derivative,
+    third_derivative,
+    value,
+    value_and_rate,
+)
 from vrs_cli.trajectory.vector import added, cross, scaled
 
 Twist = tuple[float, float, float, float, float, float]
+STILL: Vector = (0.0, 0.0, 0.0)
 
 
 class Phase(Enum):
@@ -50,7 +58,7 @@ class JointPath:
         return tuple([value(derivative(a), s) for a in self.coefficients])
 
     def acceleration(self, s: float) -> Joints:
-        return tuple([value(derivative(derivative(a)), s) for a in self.coefficients])
+        return tuple([second_derivative(a, s) for a in self.coefficients])
 
 
 class Turn(NamedTuple):
@@ -103,22 +111,34 @@ class CartesianPath:
 
     def twist_rate(self, s: float) -> Twist:
         """Acceleration of the tool tip and angular acceleration [m/s2, rad/s2]."""
-        ax, ay, az = (value(derivative(derivative(a)), s) for a in self.position)
-        return (ax, ay, az, *self._spin_rate(s))
+        return self.twist_rates(s)[0]
 
-    def _spin_rate(self, s: float) -> Vector:
-        """Angular acceleration: each turn adds to what the turns before it carry along."""
-        w: Vector = (0.0, 0.0, 0.0)
-        alpha: Vector = (0.0, 0.0, 0.0)
+    def twist_rates(self, s: float) -> tuple[Twist, Twist]:
+        """`twist_rate`, and the rate of that: jerk of the tool tip and angular jerk [m/s3, rad/s3]."""
+        x, y, z = self.position
+        alpha, beta = self._spin_rates(s) if self.turns else (STILL, STILL)
+        return (
+            (second_derivative(x, s), second_derivative(y, s), second_derivative(z, s), *alpha),
+            (third_derivative(x, s), third_derivative(y, s), third_derivative(z, s), *beta),
+        )
+
+    def _spin_rates(self, s: float) -> tuple[Vector, Vector]:
+        """Angular acceleration and jerk: each turn adds to what the turns before it carry along."""
+        w = alpha = beta = STILL
         R = self.orientation
-        for axis, polynomial in self.turns:
-            angle, rate = value_and_rate(polynomial, s)
-            k = rotate(R, axis)
-            spin = scaled(k, rate)
-            alpha = added(added(alpha, scaled(k, value(derivative(derivative(polynomial)), s))), cross(w, spin))
-            w = added(w, spin)
-            R = compose(R, rotation_about(axis, angle))
-        return alpha
+        before: Turn | None = None
+        for axis, angle in self.turns:
+            if before is not None:
+                R = compose(R, rotation_about(before.axis, value(before.angle, s)))
+            k, rate, second = rotate(R, axis), value_and_rate(angle, s)[1], second_derivative(angle, s)
+            carried = cross(w, k)
+            again = added(cross(alpha, k), cross(w, carried))
+            beta = added(added(beta, scaled(k, third_derivative(angle, s))), scaled(carried, 2.0 * second))
+            beta = added(beta, scaled(again, rate))
+            alpha = added(added(alpha, scaled(k, second)), scaled(carried, rate))
+            w = added(w, scaled(k, rate))
+            before = Turn(axis, angle)
+        return alpha, beta
 
 
 Path = JointPath | CartesianPath

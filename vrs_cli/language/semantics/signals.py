@@ -40,9 +40,10 @@ def _timer(context: Context, it: Operands) -> Iterable[Yielded]:
 def _react(immediate: bool) -> Handler:
     def react(context: Context, it: Operands) -> Iterable[Yielded]:
         signal, program = checked_signal(it.real(0)), cast(CallProgram, it.get(1))
+        priority = checked_priority(it.real_or(2, DEFAULT), 1)
         context.environment.signals.read(signal)
         context.environment.program(program.name)
-        return (Reaction(signal, program.name, checked_priority(it.real_or(2, DEFAULT), 1), immediate),)
+        return (Reaction(signal, program.name, priority, immediate),)
 
     return react
 

@@ -41,10 +41,11 @@ def _start(number: int | None) -> Handler:
 
     def start(context: Context, it: Operands) -> Iterable[Yielded]:
         call = cast(CallProgram, it.get(0))
-        context.environment.program(call.name)
         cycles, step = whole(it.real_or(1, 1.0)), whole(it.real_or(2, 1.0))
         asked = it.optional(3) if number is None else float(number)
-        return (StartTask(None if asked is None else checked_task(asked), call, cycles, step),)
+        task = None if asked is None else checked_task(asked)
+        context.environment.program(call.name)
+        return (StartTask(task, call, cycles, step),)
 
     return start
 

@@ -1,0 +1,86 @@
+"""Random straight lines out of any state of motion, many of them next to a straight wrist: harder than a session.
+
+`python -m tests.laws.lines ROBOT SEEDS [FIRST]` prints the seed of every line that breaks a law; status 1 then.
+"""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from random import Random
+
+from tests.laws.motion_laws import check_continuous, check_limits
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.planner import Here, NoRoomToStop, plan_motion
+from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.trajectory.blend import JointState
+from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
+from vrs_cli.trajectory.timeline import Timeline
+
+WRIST = 4  # joint 5 by its index: the arm is singular where it is 0, unless its wrist is another
+
+
+def check_line(model: RobotModel, seed: int) -> bool:
+    """Every law for one line; whether it is possible."""
+    random, engine = Random(seed), Engine(model)
+    profile = random.choice((Profile.LSPB, Profile.SCURVE, Profile.SCURVE))
+    state = _state(random, model, profile)
+    pose = engine.arm.forward(_goal(random, model, state.joints))
+    speed = random.uniform(0.2, 1.0)
+    rate = random.uniform(0.4, 1.0)
+    motion = Motion(
+        1, Kind.STRAIGHT, Start.AT, pose=pose, speed=speed, rotation=speed, acceleration=rate, profile=profile
+    )
+    try:
+        segments = plan_motion(engine.arm, Here(state), motion, 0.0)
+    except (MotionError, NoRoomToStop):
+        return False
+    engine.timeline = Timeline(segments)
+    check_continuous(engine, segments)
+    check_limits(engine, segments)
+    return True
+
+
+def _state(random: Random, model: RobotModel, profile: Profile) -> JointState:
+    """Anywhere, as often as not with a wrist that is nearly straight; at rest or in motion."""
+    q = [low + random.uniform(0.15, 0.85) * (high - low) for low, high in zip(model.lower, model.upper, strict=True)]
+    if len(q) > WRIST and random.random() < 0.5:
+        q[WRIST] = _bent(random)
+    if random.random() < 0.4:
+        return JointState(tuple(q), (0.0,) * len(q))
+    velocity = tuple(random.uniform(-0.6, 0.6) * most for most in model.max_velocity)
+    acceleration = tuple(random.uniform(-0.6, 0.6) * most for most in model.max_acceleration)
+    smoothly = profile is Profile.SCURVE and random.random() < 0.7
+    return JointState(tuple(q), velocity, acceleration if smoothly else ())
+
+
+def _goal(random: Random, model: RobotModel, start: Joints) -> Joints:
+    rows = zip(start, model.lower, model.upper, strict=True)
+    q = [min(max(at + random.gauss(0.0, 0.08) * (high - low), low), high) for at, low, high in rows]
+    if len(q) > WRIST and random.random() < 0.25:
+        q[WRIST] = _bent(random)
+    return tuple(q)
+
+
+def _bent(random: Random) -> float:
+    """How far a wrist is bent that is nearly straight [rad]."""
+    return float(random.choice((-1.0, 1.0)) * 10.0 ** random.uniform(-3.0, -0.7))
+
+
+def main(robot: str, seeds: int, first: int = 0) -> int:
+    model, done, faults = load_robot(robot), 0, 0
+    for seed in range(first, first + seeds):
+        try:
+            done += check_line(model, seed)
+        except Exception:
+            faults += 1
+            print(f"--- seed {seed}\n{traceback.format_exc()}", flush=True)
+    print(f"{robot}: {done} lines of {seeds}, {faults} faults")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], *map(int, sys.argv[2:])))

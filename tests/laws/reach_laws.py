@@ -1,0 +1,86 @@
+"""The laws of WHY: what it says is reachable is, and what it says is not is refused."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+
+import pytest
+
+from tests.laws.motion_laws import check_pose
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetBase, SetTool
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.reach import Branch, Reach
+from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.joints import joints_outside
+from vrs_cli.kinematics.transform import Transform, compose, inverse
+
+BORDER = 1e-6  # measure of a pose that is in two configurations
+
+
+def check_reach(engine: Engine, target: PoseTarget | JointTarget) -> Reach:
+    """WHY agrees with the arm, with what MOVE does, and with what MOVES does, from where the robot is now."""
+    reach = engine.explain(target)
+    if isinstance(target, PoseTarget):
+        T_robot_flange = compose(compose(engine.frames.base, target.T_world_tool), inverse(engine.frames.tool))
+        assert tuple(branch.configuration for branch in reach.branches) == engine.arm.ways
+        for branch in reach.branches:
+            _check_branch(engine, branch, T_robot_flange)
+    _check_move(engine, target, reach)
+    _check_line(engine, target, reach)
+    return reach
+
+
+def _check_branch(engine: Engine, branch: Branch, T_robot_flange: Transform) -> None:
+    """The joints of a configuration are at the place, and out of range where that is said."""
+    if branch.joints is None:
+        assert engine.arm.branch_joints(T_robot_flange, branch.configuration, engine.position().joints) is None
+        return
+    model = engine.model
+    check_pose(engine, engine.arm.forward(branch.joints), T_robot_flange)
+    if min(engine.arm.singularity(branch.joints)) > BORDER:
+        assert branch.configuration == engine.arm.configuration(branch.joints)
+    assert tuple(over.joint for over in branch.overruns) == joints_outside(branch.joints, model.lower, model.upper)
+    for over in branch.overruns:
+        assert over.limit + over.by == pytest.approx(branch.joints[over.joint - 1])
+
+
+def _check_move(engine: Engine, target: PoseTarget | JointTarget, reach: Reach) -> None:
+    """What MOVE would take is what it takes, and what it would be refused with is that."""
+    other = standing_here(engine)
+    refusal = refused(other, Move(target, straight=False))
+    if refusal is not None:
+        assert (reach.chosen, reach.reason) == (None, str(refusal))
+        return
+    assert reach.chosen == engine.arm.configuration(other.position().joints)
+    if isinstance(target, PoseTarget) and reach.chosen in [branch.configuration for branch in reach.branches]:
+        (branch,) = (branch for branch in reach.branches if branch.configuration == reach.chosen)
+        assert branch.usable, "MOVE goes where a configuration is in reach"
+
+
+def _check_line(engine: Engine, target: PoseTarget | JointTarget, reach: Reach) -> None:
+    """The straight line takes as long as MOVES does, or stops for its reason."""
+    other = standing_here(engine)
+    begin = other.end
+    refusal = refused(other, Move(target, straight=True))
+    if refusal is not None:
+        assert (reach.line.duration, reach.line.trouble) == (None, str(refusal))
+        return
+    assert reach.line.duration == pytest.approx(other.end - begin)
+
+
+def refused(engine: Engine, move: Move) -> MotionError | None:
+    """What a motion is refused with."""
+    try:
+        engine.perform(move)
+    except MotionError as refusal:
+        return refusal
+    return None
+
+
+def standing_here(engine: Engine) -> Engine:
+    """Another robot that stands where this one is now, under the same settings."""
+    other = Engine(engine.model, start=engine.position().joints)
+    other.perform(SetTool(engine.frames.tool))
+    other.perform(SetBase(engine.frames.base))
+    other.parameters = deepcopy(engine.parameters)
+    return other

@@ -1,0 +1,288 @@
+"""What a stretch of a straight line asks of the joints: velocity, acceleration and jerk, as parts of their limits.
+
+The stretch is known at samples; what lies between two of them is told by how they explain each other. Where that does
+not do, near a limit, it is looked at more closely.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise, repeat
+from math import cbrt, sqrt
+from typing import NamedTuple
+
+from vrs_cli.engine.following import FINEST, Follower, Sample
+from vrs_cli.errors import StraightLineSingular
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.trajectory.segment import CartesianPath
+
+MARGIN = 1.01  # velocities are taken so much higher than the samples show, for what lies between them
+SMALL_MARGIN = 1.0005
+ROUNDING = 1e-6  # a velocity that is this little above its limit is at it
+ACCELERATION_MARGIN = 1.025
+JERK_MARGIN = 1.01
+NEAR_LIMIT = 0.9  # of an acceleration or jerk limit: what the samples show may hide a peak above it
+NEAR_PEAK = 0.95  # of the worst joint's part of its limit: the joints whose peaks between samples are looked for
+BENT = 0.01  # of the greatest jerk: a bend between two samples from which it is looked at more closely
+GOLDEN = 0.6180339887498949
+PEAK_STEPS = 14  # leave a thousandth of the way between two samples
+LOST = 1e-6  # measure of a pose at rest in which the rates of the joints are rounding
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """The greatest joint velocity, acceleration and jerk as parts of their limits; which joint asks most, and where."""
+
+    velocity: float = 0.0
+    acceleration: float = 0.0
+    joint: int = 0
+    place: Transform | None = None
+    jerk: float = 0.0
+
+    @property
+    def slowing(self) -> float:
+        """By how much time would have to be stretched for the joints to follow."""
+        return max(self.velocity, sqrt(self.acceleration), cbrt(self.jerk))
+
+    def worse(self, other: Load) -> Load:
+        worst = self if self.slowing >= other.slowing else other
+        velocity, acceleration = max(self.velocity, other.velocity), max(self.acceleration, other.acceleration)
+        return Load(velocity, acceleration, worst.joint, worst.place, max(self.jerk, other.jerk))
+
+
+class Moment(NamedTuple):
+    """A sample, and the joint accelerations and jerks there [rad/s2, rad/s3]."""
+
+    sample: Sample
+    acceleration: Joints
+    jerk: Joints
+
+
+Rates = tuple[float, Joints]  # of the joints, at a time of the stretch
+
+
+class StretchLoad:
+    """What one stretch of a path asks, which the follower has sampled."""
+
+    def __init__(self, follower: Follower, path: CartesianPath, samples: list[Sample]) -> None:
+        self.follower, self.path, self.samples = follower, path, samples
+        self.arm, self.tool = follower.arm, follower.tool
+        self.limits = follower.arm.model
+
+    def parabolic(self, start: Joints) -> Load:
+        """The greatest load. A joint that is no faster than at the start of the motion, `start`, is given
+        little margin: the motion that was interrupted may have been at its limit.
+        """
+        samples, means = self.samples, _means(self.samples)
+        first, last = self._acceleration_at(samples[0]), self._acceleration_at(samples[-1])
+        at_first = first or _carried_on(means[0], means[1], samples[0].s)
+        at_last = last or _carried_on(means[-1], means[-2], samples[-1].s)
+        velocity = self._velocity(start, at_first, means[0][1])
+        rates = [(samples[0].s, at_first), *means, (samples[-1].s, at_last)]
+        acceleration = self._acceleration(rates, ACCELERATION_MARGIN)
+        if acceleration.acceleration > NEAR_LIMIT:
+            acceleration = acceleration.worse(self._acceleration([*self._near_limit(means)], ACCELERATION_MARGIN))
+        return velocity.worse(acceleration)
+
+    def smooth(self, start: Joints) -> Load:
+        """`parabolic` for a jerk-limited motion, with its jerk."""
+        clear = self._clear()
+        means = _means([self.samples[0], *clear, self.samples[-1]])
+        moments = [moment for sample in clear if (moment := self._moment(sample)) is not None]
+        known = bool(moments) and moments[0].sample is self.samples[0]
+        load = self._velocity(start, moments[0].acceleration if known else means[0][1], means[0][1])
+        return load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
+
+    # --- velocity ---
+
+    def _velocity(self, start: Joints, at_first: Joints, first_mean: Joints) -> Load:
+        """At all samples but the first, which is given; between these two; and where a joint is fastest."""
+        samples, limits = self.samples, self.limits.max_velocity
+        columns = list(zip(*[sample.velocity for sample in samples], strict=True))
+        fastest = [_largest(column[1:]) for column in columns]
+        rows = zip(fastest, start, limits, strict=True)
+        later = [v * (MARGIN if v > abs(before) else SMALL_MARGIN) / most for v, before, most in rows]
+        firsts = map(_first_peak, samples[0].velocity, at_first, first_mean, repeat(samples[1].s - samples[0].s))
+        first = [abs(v) / most for v, most in zip(firsts, limits, strict=True)]
+        worst = max(*later, *first)
+        load = Load(worst)
+        if worst > 1.0 + ROUNDING:
+            ratios = later if worst in later else first
+            joint = ratios.index(worst)
+            at = 1 + _where_largest(columns[joint][1:]) if ratios is later else 0
+            load = replace(load, joint=joint + 1, place=self.path.pose(samples[at].s))
+        for sample in self._peaks(columns, worst) if worst >= NEAR_PEAK else ():
+            load = load.worse(self._velocity_at(sample))
+        return load
+
+    def _velocity_at(self, sample: Sample) -> Load:
+        ratios = [
+            abs(v) * SMALL_MARGIN / most for v, most in zip(sample.velocity, self.limits.max_velocity, strict=True)
+        ]
+        worst = max(ratios)
+        place = self.path.pose(sample.s) if worst > 1.0 + ROUNDING else None
+        return Load(worst, joint=ratios.index(worst) + 1, place=place)
+
+    def _peaks(self, columns: Sequence[Joints], worst: float) -> Iterator[Sample]:
+        """Where the joints that may be too fast are fastest: past a singularity that is for a moment only."""
+        samples = self.samples
+        for i, (column, limit) in enumerate(zip(columns, self.limits.max_velocity, strict=True)):
+            k = _where_largest(column)
+            if k and abs(column[k]) / limit >= NEAR_PEAK * max(worst, 1.0):  # what the first interval has is known
+                yield self._peak(i, samples[k - 1], samples[min(k + 1, len(samples) - 1)])
+
+    def _peak(self, joint: int, before: Sample, after: Sample) -> Sample:
+        """Where a joint is fastest between two samples, by golden section."""
+        low, high, near = before.s, after.s, before.joints
+        a = self._sample(high - GOLDEN * (high - low), near)
+        b = self._sample(low + GOLDEN * (high - low), near)
+        for _ in range(PEAK_STEPS):
+            if abs(a.velocity[joint]) > abs(b.velocity[joint]):
+                high, b = b.s, a
+                a = self._sample(high - GOLDEN * (high - low), near)
+            else:
+                low, a = a.s, b
+                b = self._sample(low + GOLDEN * (high - low), near)
+        return max(a, b, key=lambda sample: abs(sample.velocity[joint]))
+
+    def _sample(self, s: float, near: Joints) -> Sample:
+        return self.follower.sample(self.path, s, near)
+
+    # --- acceleration ---
+
+    def _near_limit(self, means: list[Rates]) -> Iterator[Rates]:
+        """The joint accelerations at both samples of the greatest mean of a joint, where that is near its limit."""
+        columns = zip(*[rates for _, rates in means], strict=True)
+        for column, limit in zip(columns, self.limits.max_acceleration, strict=True):
+            k = _where_largest(column)
+            if NEAR_LIMIT * limit < abs(column[k]):
+                for sample in self.samples[k : k + 2]:
+                    rates = self._acceleration_at(sample)
+                    if rates is not None:
+                        yield sample.s, rates
+
+    def _acceleration_at(self, sample: Sample) -> Joints | None:
+        """The joint acceleration at a sample; None in a singular pose, where none is defined."""
+        try:
+            return self.arm.joint_acceleration(
+                sample.joints, sample.velocity, self.path.twist_rate(sample.s), self.tool
+            )
+        except StraightLineSingular:
+            return None
+
+    def _acceleration(self, rates: list[Rates], margin: float) -> Load:
+        """The greatest of joint accelerations, taken higher by a margin."""
+        columns = list(zip(*[row for _, row in rates], strict=True))
+        ratios = [
+            _largest(column) / limit for column, limit in zip(columns, self.limits.max_acceleration, strict=False)
+        ]
+        worst = max(ratios, default=0.0)
+        load = Load(0.0, worst * margin)
+        if load.acceleration <= 1.0:
+            return load
+        joint = ratios.index(worst)
+        return replace(load, joint=joint + 1, place=self.path.pose(rates[_where_largest(columns[joint])][0]))
+
+    def _smooth_acceleration(self, moments: list[Moment], means: list[Rates]) -> Load:
+        """That at the samples, and where the jerk changes its sign between two of them. The first is given: the motion
+        that was interrupted may have been at its limit.
+        """
+        rates = [*((moment.sample.s, moment.acceleration) for moment in moments), *means]
+        load = self._acceleration(rates, SMALL_MARGIN)
+        if load.acceleration < NEAR_LIMIT:
+            return load
+        rates += (_peaks_between(a, b) for a, b in pairwise(moments))
+        return self._acceleration(rates[:1], 1.0).worse(self._acceleration(rates[1:], SMALL_MARGIN))
+
+    # --- jerk ---
+
+    def _clear(self) -> list[Sample]:
+        """The samples, but those next to a singular pose in which the line begins or ends."""
+        if not (self.follower.singular(self.samples[0]) or self.follower.singular(self.samples[-1])):
+            return self.samples
+        return [sample for sample in self.samples if min(self.arm.singularity(sample.joints)) > LOST]
+
+    def _moment(self, sample: Sample) -> Moment | None:
+        """The joint acceleration and jerk at a sample; None in a singular pose, where none is defined."""
+        joints, velocity = sample.joints, sample.velocity
+        rate, change = self.path.twist_rates(sample.s)
+        try:
+            acceleration = self.arm.joint_acceleration(joints, velocity, rate, self.tool)
+            return Moment(sample, acceleration, self.arm.joint_jerk(joints, velocity, acceleration, change, self.tool))
+        except StraightLineSingular:
+            return None
+
+    def _jerk(self, moments: list[Moment]) -> Load:
+        """The greatest joint jerk: at the moments, and between them as far as their accelerations explain it."""
+        load = Load()
+        finest = FINEST * self.samples[-1].s
+        pending = list(pairwise(moments))
+        while pending:
+            a, b = pending.pop()
+            worst, joint, bent = self._between(a, b)
+            if worst > NEAR_LIMIT and bent and b.sample.s - a.sample.s > finest:
+                middle = self._moment(self._sample(0.5 * (a.sample.s + b.sample.s), a.sample.joints))
+                if middle is not None:
+                    pending += (a, middle), (middle, b)
+                    continue
+            if worst > load.jerk:
+                load = Load(0.0, 0.0, joint, self.path.pose(a.sample.s) if worst > 1.0 else None, worst)
+        return load
+
+    def _between(self, a: Moment, b: Moment) -> tuple[float, int, bool]:
+        """The greatest jerk from a to b as a part of its limit, of which joint, and whether it may be another.
+
+        Parabolas through the jerks at both ends with the mean in between: they are farthest from their chord in the
+        middle, by one and a half of what the mean is.
+        """
+        lasting = b.sample.s - a.sample.s
+        worst, joint, bent = 0.0, 0, False
+        rows = zip(a.jerk, b.jerk, a.acceleration, b.acceleration, self.limits.max_jerk, strict=True)
+        for i, (x, y, v, w, limit) in enumerate(rows, 1):
+            bend = 1.5 * abs((w - v) / lasting - 0.5 * (x + y))
+            most = max(abs(x), abs(y)) + bend
+            if most * JERK_MARGIN / limit > worst:
+                worst, joint, bent = most * JERK_MARGIN / limit, i, bend > BENT * most
+        return worst, joint, bent
+
+
+def _means(samples: list[Sample]) -> list[Rates]:
+    """The mean joint accelerations between samples."""
+    return [
+        (0.5 * (a.s + b.s), tuple([(w - v) / (b.s - a.s) for v, w in zip(a.velocity, b.velocity, strict=True)]))
+        for a, b in pairwise(samples)
+        if b.s > a.s
+    ]
+
+
+def _largest(values: Sequence[float]) -> float:
+    """The greatest size."""
+    return max(*values, -min(values))
+
+
+def _where_largest(values: Sequence[float]) -> int:
+    sizes = [abs(v) for v in values]
+    return sizes.index(max(sizes))
+
+
+def _first_peak(velocity: float, rate: float, mean: float, lasting: float) -> float:
+    """The greatest velocity between the first two samples: a parabola with the acceleration at the start."""
+    bend = rate - mean
+    if rate * velocity > 0.0 and abs(rate) < 2.0 * abs(bend) and bend * velocity > 0.0:
+        return velocity + rate * rate * lasting / (4.0 * bend)
+    return velocity
+
+
+def _peaks_between(a: Moment, b: Moment) -> Rates:
+    """The joint accelerations where jerks that change their sign between two moments are zero."""
+    lasting = b.sample.s - a.sample.s
+    rows = zip(a.acceleration, a.jerk, b.jerk, strict=True)
+    return a.sample.s, tuple([v + 0.5 * lasting * x * x / (x - y) if x * y < 0.0 else v for v, x, y in rows])
+
+
+def _carried_on(near: Rates, far: Rates, s: float) -> Joints:
+    """The line through two timed values, at time s."""
+    part = (s - near[0]) / (near[0] - far[0])
+    return tuple([a + part * (a - b) for a, b in zip(near[1], far[1], strict=True)])
