@@ -440,7 +440,10 @@ class _Rescheduling:
         return self.end + following.start - self.old[self.index - 1].finish
 
     def _plan_again(self, following: Segment) -> None:
-        motion = following.motion
+        after = self._after(following.motion, self.index)
+        motion = self.old[
+            after - 1
+        ].motion  # a stop at constant acceleration, where there was one, was of another profile
         try:
             motion = aimed(self.arm, motion, self.place.joints.joints)
             begin, segments = self._segments(motion, following)
@@ -452,7 +455,7 @@ class _Rescheduling:
             self.end, self.place = segments[-1].finish, self._rest_of(segments)
         else:
             self.end = begin
-        self.index = self._after(motion, self.index)
+        self.index = after
 
     def _segments(self, motion: Motion, following: Segment) -> tuple[float, tuple[Segment, ...]]:
         """When a motion begins, and its segments: out of the motion before where it did so and there is room."""
