@@ -304,6 +304,33 @@ def test_a_record_that_cannot_be_is_refused(tmp_path: Path, change, told: str) -
     assert told in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"speed": 0.0}, "Expected `float` > 0.0 - at `$.motion.speed`"),
+        ({"speed": 1.5}, "Expected `float` <= 1.0 - at `$.motion.speed`"),
+        ({"acceleration": 0.0}, "Expected `float` > 0.0 - at `$.motion.acceleration`"),
+        ({"duration": -7.0}, "Expected `float` >= 0.0 - at `$.motion.duration`"),
+        ({"duration": 1e300}, "Expected `float` <= 4194304.0 - at `$.motion.duration`"),
+        ({"goal": None}, "a motion of kind joint needs a goal"),
+        ({"kind": "steered", "goal": None}, "a motion of kind steered needs a goal"),
+        ({"kind": "straight"}, "a motion of kind straight needs a pose"),
+    ],
+)
+def test_a_motion_that_could_not_be_planned_again_is_refused(tmp_path: Path, change, told: str) -> None:
+    path = tmp_path / "t.vrst"
+    write_trajectory(path, puma(), [initial()], appended(2))
+    with pytest.raises(FileDamaged, match=r"line 2: ") as caught:
+        read_trajectory(damaged_record(path, lambda record: record["motion"].update(change)))
+    assert told in str(caught.value)
+
+
+def test_a_damaged_first_line_has_nothing_before_it(saved: Path) -> None:
+    with pytest.raises(FileDamaged, match="line 1: 5 joint values") as caught:
+        read_trajectory(edited(saved, 1, '"joints":[[0.0],', '"joints":['))
+    assert "before that line" not in str(caught.value)
+
+
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(NonexistentFile, match="nowhere"):
         read_trajectory(tmp_path / "nowhere.vrst")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from functools import cache
 from math import radians
 
@@ -15,7 +16,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
-from vrs_cli.trajectory.instant import on_grid
+from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.trajectory.motion import (
     AlignedTarget,
     Frames,
@@ -103,25 +104,27 @@ relatives = (
     | st.builds(ToolOffsetTarget, transforms)
     | st.just(AlignedTarget())
 )
+fractions = st.floats(0.0, 1.0, exclude_min=True)
+positive = st.floats(0.0, allow_infinity=False, exclude_min=True)
 motions = st.builds(
     Motion,
     number=st.integers(0, 9),
     kind=st.sampled_from(Kind),
     start=st.sampled_from(Start),
-    goal=st.none() | joints,
-    pose=st.none() | transforms,
-    speed=floats,
-    acceleration=floats,
-    tip_speed=st.none() | floats,
-    rotation=st.none() | floats,
-    duration=floats,
+    goal=joints,
+    pose=transforms,
+    speed=fractions,
+    acceleration=fractions,
+    tip_speed=st.none() | positive,
+    rotation=st.none() | positive,
+    duration=st.floats(0.0, LATEST),
     hand=floats,
     frames=frames,
     text=st.text(st.characters(codec="utf-8")),
     relative=st.none() | relatives,
     profile=st.sampled_from(Profile),
-    rounding=st.none() | floats,
-)
+    rounding=st.none() | st.floats(0.0, allow_infinity=False),
+).map(lambda motion: replace(motion, goal=None, pose=None) if motion.kind is Kind.REST else motion)
 joint_paths = st.tuples(*[polynomials] * JOINTS).map(JointPath)
 lines = st.builds(
     CartesianPath,

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from random import Random
+from threading import Thread
 
 import pytest
 from hypothesis import given, settings
@@ -12,7 +14,7 @@ from hypothesis import strategies as st
 from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.motion import Kind, Motion, Start
-from vrs_cli.trajectory.rope import BLOCK, FAN, SMALL, Branch, Held, Leaf
+from vrs_cli.trajectory.rope import BLOCK, FAN, SMALL, Branch, Held, Leaf, Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 
 MOTION = Motion(1, Kind.JOINT, Start.AFTER)
@@ -152,6 +154,46 @@ def test_two_versions_that_go_on_from_one_do_not_disturb_each_other() -> None:
     assert listed(held) == row(3)
     assert listed(one) == row(5)
     assert listed(other) == row(3) + row(2, 7.0)
+
+
+def test_threads_that_go_on_from_one_version_do_not_disturb_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both find the end of the row free; the other one is let in just before this one takes it."""
+    held, grow, made = rope.rope_of(row(3)), Row.grow, list[Held | None]()
+    assert held is not None
+    other = Thread(target=lambda: made.append(rope.spliced(held, 3, 3, row(2, 7.0), 0.0)))
+
+    def let_in(self: Row, segments: Sequence[Segment]) -> None:
+        monkeypatch.setattr(Row, "grow", grow)
+        other.start()
+        other.join(0.1)
+        grow(self, segments)
+
+    monkeypatch.setattr(Row, "grow", let_in)
+    one = rope.spliced(held, 3, 3, row(2, 3.0), 0.0)
+    other.join()
+    assert listed(held) == row(3)
+    assert listed(one) == row(5)
+    assert listed(made[0]) == row(3) + row(2, 7.0)
+
+
+def test_an_edit_that_is_interrupted_leaves_no_trace() -> None:
+    """Ctrl-C may come between any two steps."""
+
+    class Interrupted(list[Segment]):
+        def extend(self, _segments: object) -> None:
+            raise KeyboardInterrupt
+
+    held = rope.rope_of(row(3))
+    assert held is not None
+    one = held_row(held)
+    one.segments = Interrupted(one.segments)
+    with pytest.raises(KeyboardInterrupt):
+        rope.spliced(held, 3, 3, row(2, 7.0), 0.0)
+    one.segments = list(one.segments)
+    again = rope.spliced(held, 3, 3, row(3, 3.0), 0.0)
+    assert again is not None
+    check_sound(again)
+    assert listed(again) == row(6)
 
 
 def test_a_stream_that_takes_back_its_last_segments_makes_long_rows() -> None:

@@ -14,6 +14,7 @@ import msgspec
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
+from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.trajectory.motion import (
     AlignedTarget,
     Frames,
@@ -28,6 +29,7 @@ from vrs_cli.trajectory.motion import (
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Path, Phase, Segment, Turn
 
 FORMAT = 1
+NEEDS = {Kind.JOINT: "goal", Kind.STEERED: "goal", Kind.STRAIGHT: "pose"}  # to be planned again
 UNITS = {"length": "m", "angle": "rad", "time": "s"}
 
 Coefficients = Annotated[tuple[float, ...], msgspec.Meta(min_length=1)]
@@ -35,6 +37,10 @@ Row = tuple[float, float, float, float]
 Rows = tuple[Row, Row, Row]
 Axis = tuple[float, float, float]
 Count = Annotated[int, msgspec.Meta(ge=0)]
+Fraction = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
+Rate = Annotated[float, msgspec.Meta(gt=0.0)]
+Length = Annotated[float, msgspec.Meta(ge=0.0)]
+Duration = Annotated[float, msgspec.Meta(ge=0.0, le=LATEST)]
 
 
 class Record(msgspec.Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True):
@@ -62,16 +68,16 @@ class MotionRecord(Record, frozen=True):
     text: str = ""
     goal: tuple[float, ...] | None = None
     pose: Rows | None = None
-    speed: float | None = None
-    acceleration: float | None = None
-    tip_speed: float | None = None
-    rotation: float | None = None
-    duration: float | None = None
+    speed: Fraction | None = None
+    acceleration: Fraction | None = None
+    tip_speed: Rate | None = None
+    rotation: Rate | None = None
+    duration: Duration | None = None
     hand: float | None = None
     frames: FramesRecord | None = None
     relative: RelativeRecord | None = None
     profile: Profile | None = None
-    rounding: float | None = None
+    rounding: Length | None = None
 
 
 class TurnRecord(Record, frozen=True):
@@ -319,6 +325,9 @@ def _line(record: LineRecord, joint_count: int) -> CartesianPath:
 
 
 def _motion(record: MotionRecord, joint_count: int) -> Motion:
+    need = NEEDS.get(record.kind)
+    if need is not None and getattr(record, need) is None:
+        raise RecordError(f"a motion of kind {record.kind.value} needs a {need}")
     if record.goal is not None:
         _check_count(len(record.goal), joint_count)
     return Motion(

@@ -331,4 +331,4 @@ def _no_header(path: Path) -> FileDamaged:
 
 
 def _damaged(path: Path, number: int, what: str) -> FileDamaged:
-    return FileDamaged(f"{path}, line {number}: {what}", REPAIR)
+    return FileDamaged(f"{path}, line {number}: {what}", REPAIR if number > 1 else GUIDE)

@@ -17,6 +17,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
+from threading import Lock
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.trajectory.segment import Segment
@@ -47,7 +48,8 @@ class Row:
         return len(self.segments)
 
     def grow(self, segments: Sequence[Segment]) -> None:
-        self.starts.extend([segment.start for segment in segments])
+        starts = array("d", [segment.start for segment in segments])
+        self.starts[len(self.segments) :] = starts  # in the place of those that Ctrl-C has left without segments
         self.segments.extend(segments)
 
 
@@ -170,10 +172,13 @@ def rope_of(segments: Sequence[Segment]) -> Held | None:
 
 # --- editing -----------------------------------------------------------------------------------------------------
 
+_EDITING = Lock()  # two threads that go on from one version must not both put something on behind the same row
+
 
 def spliced(held: Held, first: int, last: int, new: Sequence[Segment], shift: float) -> Held | None:
     """`new` in place of the segments from index `first` to before `last`; all after them later by `shift` [s]."""
-    return _root(_spliced(held, 0.0, first, last, new, shift))
+    with _EDITING:
+        return _root(_spliced(held, 0.0, first, last, new, shift))
 
 
 def _spliced(held: Held, base: float, first: int, last: int, new: Sequence[Segment], shift: float) -> list[Held]:
