@@ -111,7 +111,7 @@ class Session:
             self._undo()
             return
         if chance < 0.1:
-            self._explain()
+            self.explain()
             return
         before, self.edits = self.engine.timeline, []
         try:
@@ -136,7 +136,7 @@ class Session:
             self.engine.redo()
             assert self.engine.timeline == timeline
 
-    def _explain(self) -> None:
+    def explain(self) -> None:
         """WHY, for a place near by or anywhere."""
         target = self.joints_target() if self.random.random() < 0.2 else self.pose_target(self.random.random() < 0.7)
         before = self.engine.timeline
