@@ -22,6 +22,7 @@ from vrs_cli.trajectory.instant import LATEST
 
 TIME = "t"
 POSE = ("x", "y", "z", "o", "a", "t_angle")
+LONGEST = 60  # characters of a wrong first line that are shown: it may be any file
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,9 +108,9 @@ def _named(fields: Sequence[str], joints: Sequence[str], where: str) -> _Columns
     for wanted, is_pose in ((joints, False), (POSE, True)):
         if all(name in names for name in (TIME, *wanted)):
             return _Columns(names.index(TIME), tuple(map(names.index, wanted)), is_pose, len(names))
-    raise FileDamaged(
-        f"{where}: the columns are {', '.join(fields)}", f"t,{','.join(joints)} or t,{','.join(POSE)} are wanted"
-    )
+    found = ", ".join(fields)
+    told = found if len(found) <= LONGEST else f"{found[:LONGEST]}..."
+    raise FileDamaged(f"{where}: the columns are {told}", f"t,{','.join(joints)} or t,{','.join(POSE)} are wanted")
 
 
 def _number(text: str, where: str) -> float:
