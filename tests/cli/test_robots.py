@@ -77,5 +77,7 @@ def test_a_plot_and_a_table_of_four_joints(vrs: Vrs, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     (tmp_path / "go.v2").write_text(".PROGRAM go\n  DRIVE 3, 25, 100\n  NEST\n.END\n")
     assert vrs("run", "go.v2", "--robot", "cobra600", "--plot", "go.svg", "--csv", "go.csv").status == 0
-    assert "joints [deg/mm]" in (tmp_path / "go.svg").read_text()
+    drawn = (tmp_path / "go.svg").read_text()
+    assert "joints [deg, mm]" in drawn
+    assert "joint velocities [deg/s, mm/s]" in drawn
     assert (tmp_path / "go.csv").read_text().startswith("t,jt1,jt2,jt3,jt4,x,y,z,")

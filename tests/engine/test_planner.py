@@ -293,3 +293,17 @@ def test_where_there_is_no_room_to_stop_the_motion_under_way_is_finished_first(m
 
 def straight_to(target: PoseTarget) -> Motion:
     return Motion(2, Kind.STRAIGHT, Start.AT, pose=target.T_world_tool, profile=Profile.SCURVE)
+
+
+def test_a_motion_that_first_braked_at_constant_acceleration_keeps_its_profile_when_it_is_planned_again(
+    engine: Engine,
+) -> None:
+    """It is planned out of a motion that slows down to the end of a range: no jerk-limited stop has room there."""
+    go(engine, joints(160, -90, 90, 0, 0, 0), at=5.0)
+    end = engine.end
+    engine.perform(SetParameter("PROFILE", "SCURVE"))
+    go(engine, joints(-57, -90, 90, 0, 0, 0), at=end - 0.1)
+    assert {s.motion.profile for s in engine.timeline if s.motion.number == 2} == {Profile.LSPB, Profile.SCURVE}
+    go(engine, joints(28, -90, 90, 0, 0, 0), at=1.0)
+    go(engine, joints(57, -90, 90, 0, 0, 0), at=5.5)
+    assert {s.motion.profile for s in engine.timeline if s.motion.number == 2} == {Profile.SCURVE}

@@ -20,7 +20,7 @@ from vrs_cli.engine.commands import (
 )
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import Position
-from vrs_cli.errors import IllegalValue, LocationOutOfRange, MotionError
+from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, MotionError
 from vrs_cli.kinematics.configuration import ALL, Arm, Wrist
 from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.kinematics.robot_file import load_robot
@@ -237,3 +237,27 @@ def test_a_precision_point_out_of_range_is_no_end_of_a_line() -> None:
     engine = Engine(MODEL)
     _, lined = said_of(engine, JointTarget(tuple(map(radians, (0, -100, 90, 0, 0, 280)))))
     assert "Joint 6" in lined
+
+
+def test_another_configuration_is_one_that_the_words_lead_to() -> None:
+    """Joint 4 of the Cobra turns twice about: LEFTY leaves it on a turn on which this line is out of its range."""
+    model = load_robot("cobra600")
+    engine = Engine(model, start=(-0.10733325644156255, 1.8460871174049578, 0.16170544981077445, -2.765194059537814))
+    far = PoseTarget(from_oat(-0.0206, -0.5815, 0.2435, *map(radians, (90.0, 90.0, 140.355))))
+    assert engine.explain(far).line.duration is None
+    assert not [out for out in engine.explain(far).line.ways_out if out.words]
+    engine.perform(SetConfiguration(Arm.LEFTY))
+    engine.perform(Move(PoseTarget(engine.position().T_world_tool), straight=False))
+    assert isinstance(refusal(engine, Move(far, straight=True)), JointOutOfRange)
+
+
+def test_no_via_point_is_named_while_another_configuration_is_asked() -> None:
+    """A line to a precision point may be tried all the same; one to a transformation is refused."""
+    engine = Engine(MODEL)
+    engine.perform(Move(ABOVE, straight=False))
+    target = JointTarget(engine.joints_for(located(-0.3, -0.3, -0.2).T_world_tool))
+    assert any(out.via for out in engine.explain(target).line.ways_out)
+    engine.perform(SetConfiguration(Arm.LEFTY))
+    line = engine.explain(target).line
+    assert line.duration is None
+    assert not any(out.via for out in line.ways_out)

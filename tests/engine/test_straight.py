@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.laws.motion_laws import check_continuous, check_limits
+from tests.laws.motion_laws import check_continuous, check_limits, off_line
 from vrs_cli.engine.commands import (
     JointOffsetTarget,
     JointTarget,
@@ -22,14 +22,16 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.engine.planner import Here, plan_motion
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError
+from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat, translation
+from vrs_cli.kinematics.transform import IDENTITY, Transform, angle_between, from_oat, position, translation
 from vrs_cli.trajectory.blend import JointState
 from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
 from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.trajectory.timeline import Timeline
 
 MODEL = load_robot("puma560")
+ALONG = radians(90), radians(90), 0.0  # the tool along Y
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 
 
@@ -186,3 +188,30 @@ def test_the_search_for_the_place_where_a_line_fails_explains_only_that_place(mo
     with pytest.raises(LocationOutOfRange):
         engine.perform(line)
     assert len(asked) <= 2, "where it is first seen, and where it begins"
+
+
+# --- braking on a line -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("part", [0.01, 0.2, 0.5, 0.85, 0.99])
+@pytest.mark.parametrize("pose", [from_oat(0.1, 0.5, 0.0, *ALONG), from_oat(0.0, 0.45, -0.15, 1.0, 1.2, 0.4)])
+def test_a_brake_on_a_line_stays_on_it(profile: str, part: float, pose: Transform) -> None:
+    """Of the way and of the turn: the orientations on the way to rest are those of the line."""
+    engine = Engine(MODEL)
+    engine.perform(SetParameter("PROFILE", profile))
+    engine.perform(Move(PoseTarget(from_oat(0.0, 0.45, -0.15, *ALONG)), straight=False))
+    engine.perform(Move(PoseTarget(pose), straight=True), program=True)
+    begin = engine.position(engine.now).T_world_tool
+    engine.clock.advance(engine.now + part * (engine.end - engine.now))
+    whole, begun = engine.end, engine.now
+    engine.stop()
+    assert engine.end < min(whole + 0.1, begun + 0.7)
+    for k in range(21):
+        seen = engine.position(begun + (engine.end - begun) * k / 20).T_world_tool
+        assert off_line(position(seen), position(begin), position(pose)) <= 1e-6
+        turned = angle_between(begin, seen) + angle_between(seen, pose)
+        assert turned == pytest.approx(angle_between(begin, pose), abs=5e-4)  # late, it may end a hair farther
+    assert not engine.position(engine.end).moving
+    check_continuous(engine, engine.timeline)
+    check_limits(engine, engine.timeline)

@@ -67,6 +67,7 @@ def test_lines_are_read_one_by_one() -> None:
         ("0,1,2\n1,2,nan", r"t\.csv:2: 'nan' is no number"),
         ("2,1,2\n1,2,3", r"t\.csv:2: 1\.0 s comes after 2\.0 s"),
         ("-1,2,3", r"t\.csv:1: -1\.0 s is no time"),
+        ("t,jt1,jt2,jt3\n0,1,2,3", r"t\.csv:1: jt3 of another robot \(this one has jt1, jt2\)"),
         ("{" + ",".join(f'"column{k}":0' for k in range(999)), r"t\.csv:1: the columns are \{\"column0.{,60}\.\.\. \("),
         ("t,jt1\n0,1", r"t\.csv:1: the columns are t, jt1 .*t,jt1,jt2 or t,x,y,z,o,a,t_angle"),
     ],

@@ -40,12 +40,14 @@ def test_places_that_numbers_give() -> None:
     assert found("TOOL NULL", "MOVE TRANS(0, 3000)") == []
 
 
-def test_joints_of_another_robot() -> None:
-    text = f".PROGRAM p\nMOVE #bad\nMOVE #PPOINT(0, 0, 0, 0, 0)\nMOVE #PPOINT(0, 0, 0)\n.END\n{SECTIONS}"
-    told = [one.message for one in inspect(text, load_robot("cobra600"))]
-    assert told == [
+def test_what_another_robot_has_not() -> None:
+    steps = ("MOVE #bad", "MOVE #PPOINT(0, 0, 0, 0, 0)", "MOVE #PPOINT(0, 0, 0)", "DRIVE 5, 1, 1", "FLIP", "LEFTY")
+    text = "\n".join((".PROGRAM p", *steps, ".END", SECTIONS))
+    assert [one.message for one in inspect(text, load_robot("cobra600"))] == [
         "*Illegal value* #bad: a precision point of 6 joints (this robot has 4)",
-        "*Illegal value* a precision point of 5 joints (this robot has 4)",
+        "*Illegal value* 5 joint values (the robot has 4 joints)",
+        "*Illegal joint number* 5 (joints are 1 to 4)",
+        "*Not available* FLIP: Adept Cobra 600 has no such configuration (it has RIGHTY, LEFTY)",
     ]
 
 

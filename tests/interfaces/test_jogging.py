@@ -267,6 +267,9 @@ def test_a_key_that_is_held_moves_the_tip_on_a_line(live: Session, wall: ManualW
     engine, begun = live.engine, live.engine.now
     hold(live, wall, AXES["X"], 2.0, 60)
     hold(live, wall, AXES["X"], -2.0, 30)
+    live.settle()
+    assert engine.position().moving
+    Jogger(live).stop()
     engine.clock.advance(engine.end)
     for k in range(100):
         tip = engine.position(begun + (engine.end - begun) * k / 99).T_world_tool

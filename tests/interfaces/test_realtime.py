@@ -283,6 +283,18 @@ def test_nothing_waits_for_a_clock_that_stands(session: Session, line: str) -> N
         session.perform(line)
 
 
+def test_the_clock_that_is_paused_tells_where_it_stands(
+    session: Session, terminal: RecordingTerminal, wall: ManualWall
+) -> None:
+    """Also when it has gone on while the command was read."""
+    wall.each_look = lambda: 0.05
+    session.perform("CLOCK PAUSE")
+    told = terminal.replies[-1]
+    assert told == ClockReport(session.engine.clock.reached, 1.0, paused=True)
+    session.perform("CLOCK")
+    assert terminal.replies[-1] == told
+
+
 def test_motions_are_planned_while_it_stands(session: Session) -> None:
     session.engine.clock.change(paused=True)  # type: ignore[attr-defined]
     session.perform(SLOW)

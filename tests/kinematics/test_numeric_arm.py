@@ -14,7 +14,7 @@ from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.elimination import determinant, solve
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import compose, translation
+from vrs_cli.kinematics.transform import compose, rotation_x, translation
 from vrs_cli.trajectory.segment import CartesianPath
 
 URDF = Path(__file__).parent / "urdf"
@@ -106,6 +106,17 @@ def test_five_joints_follow_a_line_that_they_can() -> None:
     sideways = engine.arm.forward(down)._replace(nx=0.0, ny=1.0, nz=0.0, sx=0.0, sy=0.0, sz=1.0, ax=1.0, ay=0.0, az=0.0)
     with pytest.raises(LocationOutOfRange, match=r"5 joints cannot turn the tool every way"):
         engine.perform(Move(PoseTarget(sideways._replace(py=0.2)), straight=False))
+
+
+def test_a_search_that_leads_nowhere_ends_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Next to what five joints can do: a line that leaves it is looked at there many times."""
+    arm = arm_of("five")
+    q = arm.model.units.read((10.0, -30.0, 60.0, 40.0, 20.0))
+    taken, step = [], arm._step
+    monkeypatch.setattr(arm, "_step", lambda *given, **more: taken.append(given) or step(*given, **more))
+    for turn in (0.02, 0.2):
+        assert arm.branch_joints(compose(arm.forward(q), rotation_x(turn)), arm.ways[0], q) is None
+    assert len(taken) < 60
 
 
 def test_what_cannot_be_reached_is_said() -> None:

@@ -84,13 +84,14 @@ def test_a_toml_file_adds_what_urdf_has_not(tmp_path: Path) -> None:
     written(tmp_path)
     toml = tmp_path / "mine.toml"
     toml.write_text(
-        'urdf = "little.urdf"\nurdf_tip = "lens"\nname = "mine"\n[[joints]]\nname = "lean"\nmax_velocity = 30\n'
+        'urdf = "little.urdf"\nurdf_tip = "lens"\nname = "mine"\nprofile = "SCURVE"\n'
+        '[[joints]]\nname = "lean"\nmax_velocity = 30\n'
         '[[joints]]\nname = "slide"\nkind = "prismatic"\nupper = 200\nmax_acceleration = 900\n'
         "[tool]\nlinear_speed = 123\n[poses]\nready = [10, 20, 30]\nfar = [0, 0, 200]\n",
         encoding="utf-8",
     )
     model = load_robot(toml)
-    assert (model.name, model.title) == ("mine", "little")
+    assert (model.name, model.title, model.profile) == ("mine", "little", "SCURVE")
     assert degrees(model.max_velocity[1]) == pytest.approx(30)
     assert degrees(model.max_acceleration[1]) == pytest.approx(100)
     assert (model.upper[2], model.max_acceleration[2]) == (0.2, 0.9)
@@ -211,6 +212,7 @@ def test_what_is_wrong_is_said_with_file_and_element(tmp_path: Path, old: str, n
         ),
         ('urdf = "little.urdf"\ntask = "pose"', r"task: 'pose' takes 6 joints \(the robot has 3"),
         ('urdf = "little.urdf"\ntask = "all"', r"task: 'all' is none \(give one of pose,"),
+        ('urdf = "little.urdf"\nprofile = "SQUARE"', r"profile: 'SQUARE' is no profile"),
         ('urdf = "little.urdf"\ncolour = 1', r"unknown key 'colour'"),
     ],
 )

@@ -77,6 +77,16 @@ def test_columns() -> None:
     assert [(token.column, token.end) for token in tokens] == [(3, 5), (6, 10), (12, 16), (17, 19)]
 
 
+@pytest.mark.parametrize(
+    "line", ['TYPE "abc', '10 TYPE "a", x, "abc ; not a remark', 'TYPE /F6.2,"abc', 'CALL q("abc)']
+)
+def test_a_missing_quote_is_placed_from_the_one_that_opens(line: str) -> None:
+    with pytest.raises(LineRefused) as caught:
+        LEXER.step(line, 1)
+    span = caught.value.diagnostic.span
+    assert (span.column, span.end) == (line.rindex('"') + 1, len(line) + 1)
+
+
 def test_words_in_full_and_signs_in_one_spelling() -> None:
     tokens = LEXER.step("calib", 1)
     assert (tokens[0].value, tokens[0].text) == ("CALIBRATE", "calib")

@@ -25,6 +25,7 @@ ACCELERATION = 1e-4  # [rad/s2]
 JERK_ON_LINE = 1.02  # of a joint on a straight line, where it is found by differences
 LIMIT = 1.0 + 1e-5  # rounding
 ON_LINE = 1e-6  # [m]
+PLACE, TURN = 1e-9, 1e-7  # [m, rad] of a pose beside its target
 PARTS = (1e-6, *((k + 0.37) / 9.4 for k in range(9)), 1.0 - 1e-6)  # of a segment: inside, and next to both ends
 
 
@@ -98,10 +99,14 @@ def check_target(engine: Engine) -> None:
 def check_pose(engine: Engine, have: Transform, want: Transform) -> None:
     """Two poses of a flange or a tool are the same, in what counts for the robot."""
     task = engine.model.task
-    near, turned = (LEVEL, STRAIGHT) if task.size > engine.model.joint_count or task is not Task.POSE else (1e-9, 1e-7)
-    assert distance(have, want) <= near
+    assert distance(have, want) <= (LEVEL if short(engine) else PLACE)
     if all(task.counts[3:]) or task in (Task.UPRIGHT, Task.PLANE):
-        assert angle_between(have, want) <= turned
+        assert angle_between(have, want) <= (STRAIGHT if short(engine) else TURN)
+
+
+def short(engine: Engine) -> bool:
+    """Whether the arm has too few joints for its task: it is where it should be as well as three decimals tell."""
+    return engine.model.task.size > engine.model.joint_count
 
 
 def check_rounding(engine: Engine, segments: Sequence[Segment]) -> None:
@@ -134,7 +139,7 @@ def check_lines(engine: Engine, segments: Sequence[Segment]) -> None:
             for k in range(5):
                 q = segment_joints(engine.arm, segment, segment.duration * k / 4)
                 tip = compose(engine.arm.forward(q), motion.frames.tool)
-                assert off_line((tip.px, tip.py, tip.pz), a, b) <= ON_LINE
+                assert off_line((tip.px, tip.py, tip.pz), a, b) <= (LEVEL if short(engine) else ON_LINE)
 
 
 def off_line(p: tuple[float, ...], a: tuple[float, ...], b: tuple[float, ...]) -> float:

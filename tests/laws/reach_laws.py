@@ -7,9 +7,9 @@ from copy import deepcopy
 import pytest
 
 from tests.laws.motion_laws import check_pose
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetBase, SetTool
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetBase, SetConfiguration, SetTool
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.reach import Branch, Reach
+from vrs_cli.engine.reach import Branch, Reach, WayOut
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.kinematics.transform import Transform, compose, inverse
@@ -27,6 +27,8 @@ def check_reach(engine: Engine, target: PoseTarget | JointTarget) -> Reach:
             _check_branch(engine, branch, T_robot_flange)
     _check_move(engine, target, reach)
     _check_line(engine, target, reach)
+    for out in reach.line.ways_out:
+        _check_way_out(engine, target, out)
     return reach
 
 
@@ -66,6 +68,19 @@ def _check_line(engine: Engine, target: PoseTarget | JointTarget, reach: Reach) 
         assert (reach.line.duration, reach.line.trouble) == (None, str(refusal))
         return
     assert reach.line.duration == pytest.approx(other.end - begin)
+
+
+def _check_way_out(engine: Engine, target: PoseTarget | JointTarget, out: WayOut) -> None:
+    """What is named instead of a line is possible."""
+    other = standing_here(engine)
+    if not (out.words or out.via):
+        assert refused(other, Move(target, straight=False)) is None
+    else:
+        first = Move(PoseTarget(out.via or engine.position().T_world_tool), straight=out.via is not None)
+        for word in out.words:
+            other.perform(SetConfiguration(next(flag for flag in engine.arm.words if flag.name == word)))
+        assert refused(other, first) is None
+        assert refused(other, Move(target, straight=True)) is None
 
 
 def refused(engine: Engine, move: Move) -> MotionError | None:

@@ -88,6 +88,8 @@ class Session:
         self.edits: list[tuple[Timeline, TimelineDelta]] = []
         self.engine.listeners.append(self._note)
         self.before = self.engine.timeline
+        self.engine.perform(self.profile())
+        self.engine.perform(self.rounding())
         self.engine.perform(Move(JointTarget(self._joints(INSIDE)), False))
 
     def _note(self, delta: TimelineDelta, _after: Timeline) -> None:
@@ -109,7 +111,7 @@ class Session:
             self._undo()
             return
         if chance < 0.1:
-            self._explain()
+            self.explain()
             return
         before, self.edits = self.engine.timeline, []
         try:
@@ -134,7 +136,7 @@ class Session:
             self.engine.redo()
             assert self.engine.timeline == timeline
 
-    def _explain(self) -> None:
+    def explain(self) -> None:
         """WHY, for a place near by or anywhere."""
         target = self.joints_target() if self.random.random() < 0.2 else self.pose_target(self.random.random() < 0.7)
         before = self.engine.timeline
@@ -176,8 +178,8 @@ class Session:
                 lambda: SetMode(Mode.CONTINUOUS_PATH, r.random() < 0.7, always=r.random() < 0.5),
                 lambda: SetMode(r.choice((Mode.OVERLAP, Mode.SINGLE)), r.random() < 0.7, always=r.random() < 0.5),
                 lambda: SetParameter("INSERT", r.choice(("ON", "ON", "OFF"))),
-                lambda: SetParameter("PROFILE", r.choice(("LSPB", "SCURVE", "SCURVE"))),
-                lambda: SetParameter("ROUNDING", r.choice(("DECEL", 0.0, r.uniform(0.0, 60.0)))),
+                self.profile,
+                self.rounding,
                 lambda: SetParameter("STRETCH", r.uniform(1.0, 50.0)),
                 lambda: SetTool(self.tool()),
                 lambda: SetBase(
@@ -187,6 +189,12 @@ class Session:
                 lambda: r.choice((Break(), Break(), Brake())),
             )
         )()
+
+    def profile(self) -> Request:
+        return SetParameter("PROFILE", self.random.choice(("LSPB", "SCURVE", "SCURVE")))
+
+    def rounding(self) -> Request:
+        return SetParameter("ROUNDING", self.random.choice(("DECEL", 0.0, self.random.uniform(0.0, 60.0))))
 
     def configuration(self) -> Request:
         words = self.engine.arm.words
@@ -200,7 +208,7 @@ class Session:
 
     def move(self) -> Move:
         r = self.random
-        stamp = Stamp(self.instant()) if r.random() < 0.7 else None
+        stamp = Stamp(self.instant()) if r.random() < 0.6 else None
         straight = r.random() < 0.5
         return Move(self.target(straight), straight, hand=r.choice((None, 0.0, 1.0)), stamp=stamp, text="MOVE")
 

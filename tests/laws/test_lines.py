@@ -10,7 +10,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 SEEDS = {  # that have been harder than others: too much jerk of a joint where the line starts
     "puma560": (412, 574, 627, 1322),
     "ur5e": (683, 694),
-    "irb120": (),
+    "irb120": (3149, 3196, 3724, 4974, 5417),
 }
 
 

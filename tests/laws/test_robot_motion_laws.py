@@ -8,15 +8,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.laws.motion_laws import check_continuous, check_limits, check_lines
+from tests.laws.motion_laws import check_continuous, check_limits, check_lines, check_target
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSpeed, Stamp
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.planner import segment_joints
 from vrs_cli.errors import VrsError
-from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
-from vrs_cli.kinematics.transform import Transform, angle_between, compose, distance
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 ROBOTS = [name for name in robot_names() if name != "puma560"]
@@ -51,23 +48,6 @@ def perform(engine: Engine, kind: str, parts: list[float], at: float | None) -> 
     engine.perform(Move(target, straight=kind == "line", stamp=stamp, text=kind), program=True)
 
 
-def check_goal(engine: Engine) -> None:
-    last = engine.timeline[len(engine.timeline) - 1]
-    q = segment_joints(engine.arm, last, last.duration)
-    motion = last.motion
-    if motion.goal is not None:
-        assert largest_change(q, motion.goal) <= 1e-9
-    if motion.pose is not None:
-        check_pose(engine, compose(engine.arm.forward(q), motion.frames.tool), motion.pose)
-
-
-def check_pose(engine: Engine, have: Transform, want: Transform) -> None:
-    counts = engine.model.task.counts
-    assert distance(have, want) <= 1e-8
-    if all(counts[3:]) or engine.arm.model.task.value in ("upright", "plane"):
-        assert angle_between(have, want) <= 1e-7
-
-
 def check_robot(model: RobotModel, sequence: list[tuple[str, list[float], float | None]]) -> int:
     """How many requests were possible."""
     engine, done = Engine(model), 0
@@ -82,7 +62,7 @@ def check_robot(model: RobotModel, sequence: list[tuple[str, list[float], float 
     check_continuous(engine, segments)
     check_limits(engine, segments)
     check_lines(engine, segments)
-    check_goal(engine)
+    check_target(engine)
     return done
 
 

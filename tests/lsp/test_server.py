@@ -31,6 +31,8 @@ TEXT = """\
   DEPART 50
 .END
 """
+MENDED = {"range": {"start": {"line": 6, "character": 2}, "end": {"line": 6, "character": 7}}, "text": "MOVES"}
+OPTIONS = {"tabSize": 4, "insertSpaces": True}
 CAPABILITIES = {"textDocument": {"rename": {"prepareSupport": True}}}
 PATIENCE = 60.0  # [s] a server that says nothing for so long is stopped, and the test fails
 
@@ -47,8 +49,10 @@ class Editor:
         )
         self.notified: list[dict[str, Any]] = []
         self._number = 0
-        self._timer = Timer(PATIENCE, self.process.kill)
-        self._timer.start()
+        said = self.ask("initialize", processId=None, rootUri=None, capabilities=CAPABILITIES)
+        self.able: dict[str, Any] = said["capabilities"]
+        self.name: str = said["serverInfo"]["name"]
+        self.tell("initialized")
 
     def ask(self, method: str, **params: Any) -> Any:
         """A request; its result."""
@@ -92,7 +96,6 @@ class Editor:
         return status
 
     def close(self) -> None:
-        self._timer.cancel()
         self.process.kill()
         self.process.communicate()
         self.log.close()
@@ -109,6 +112,14 @@ class Editor:
         self.process.stdin.flush()
 
     def _receive(self) -> dict[str, Any]:
+        impatient = Timer(PATIENCE, self.process.kill)
+        impatient.start()
+        try:
+            return self._message()
+        finally:
+            impatient.cancel()
+
+    def _message(self) -> dict[str, Any]:
         assert self.process.stdout is not None
         length = 0
         while line := self.process.stdout.readline().strip():
@@ -130,23 +141,31 @@ def where(result: dict[str, Any]) -> tuple[int, int, int]:
 
 
 @pytest.fixture(scope="module")
-def editor() -> Iterator[Editor]:
+def server() -> Iterator[Editor]:
     editor = Editor()
     try:
-        said = editor.ask("initialize", processId=None, rootUri=None, capabilities=CAPABILITIES)
-        able = said["capabilities"]
-        assert able["hoverProvider"]
-        assert able["definitionProvider"]
-        assert able["documentFormattingProvider"]
-        assert able["documentSymbolProvider"]
-        assert able["renameProvider"] == {"prepareProvider": True}
-        assert said["serverInfo"]["name"] == "vrs"
-        editor.tell("initialized")
-        document = {"uri": URI, "languageId": "val2", "version": 1, "text": TEXT}
-        editor.tell("textDocument/didOpen", textDocument=document)
         yield editor
     finally:
         editor.close()
+
+
+@pytest.fixture
+def editor(server: Editor) -> Iterator[Editor]:
+    """With the text just opened, whatever tests there were before."""
+    document = {"uri": URI, "languageId": "val2", "version": 1, "text": TEXT}
+    server.tell("textDocument/didOpen", textDocument=document)
+    yield server
+    server.tell("textDocument/didClose", textDocument={"uri": URI})
+    server.notified.clear()
+
+
+def test_what_the_server_offers(server: Editor) -> None:
+    assert server.name == "vrs"
+    assert server.able["hoverProvider"]
+    assert server.able["definitionProvider"]
+    assert server.able["documentFormattingProvider"]
+    assert server.able["documentSymbolProvider"]
+    assert server.able["renameProvider"] == {"prepareProvider": True}
 
 
 def test_diagnostics_when_a_text_is_opened_and_changed(editor: Editor) -> None:
@@ -154,9 +173,8 @@ def test_diagnostics_when_a_text_is_opened_and_changed(editor: Editor) -> None:
     wrong = next(one for one in found if one["severity"] == 1)
     assert (wrong["code"], where(wrong)) == (-452, (6, 2, 7))
     assert wrong["message"].startswith("*Unknown instruction* MOVEE")
-    change = {"range": {"start": {"line": 6, "character": 2}, "end": {"line": 6, "character": 7}}, "text": "MOVES"}
     document = {"uri": URI, "version": 2}
-    editor.tell("textDocument/didChange", textDocument=document, contentChanges=[change])
+    editor.tell("textDocument/didChange", textDocument=document, contentChanges=[MENDED])
     assert {one["code"] for one in editor.diagnostics(2)} == {57}
 
 
@@ -226,12 +244,15 @@ def test_signature_help(editor: Editor) -> None:
 
 
 def test_formatting(editor: Editor) -> None:
-    options = {"tabSize": 4, "insertSpaces": True}
-    [edit] = editor.ask("textDocument/formatting", textDocument={"uri": URI}, options=options)
+    """Of a text that can be read."""
+    assert editor.ask("textDocument/formatting", textDocument={"uri": URI}, options=OPTIONS) is None
+    document = {"uri": URI, "version": 2}
+    editor.tell("textDocument/didChange", textDocument=document, contentChanges=[MENDED])
+    [edit] = editor.ask("textDocument/formatting", textDocument={"uri": URI}, options=OPTIONS)
     assert "    MOVE part\n" in edit["newText"]
     assert edit["range"]["start"] == {"line": 0, "character": 0}
     assert edit["range"]["end"]["line"] >= TEXT.count("\n")
 
 
-def test_goodbye(editor: Editor) -> None:
-    assert editor.end() == 0
+def test_goodbye() -> None:
+    assert Editor().end() == 0

@@ -7,7 +7,8 @@ import pytest
 
 from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.replies import Farewell, Message, ProgramStopped, Tone
-from vrs_cli.interfaces.session import Dialogue, Session
+from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.terminal import Dialogue
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.repl.terminal import PATIENCE, REFRESH, PlainTerminal, ShellTerminal
 

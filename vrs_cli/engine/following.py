@@ -42,8 +42,7 @@ WAYS_ROUND = {  # by the singularity
 }
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # the joints that a singularity turns far
 EDGE_STEPS = 30  # to find the place where a line is no longer possible, as well as it is shown
-PEAK_STEPS = 14  # leave a thousandth of the way between two samples
-
+TURN_STEPS = 14  # to find where a joint turns back between two samples
 
 _new = tuple.__new__
 
@@ -166,7 +165,7 @@ class Follower:
     def _turn(self, path: CartesianPath, joint: int, a: Sample, b: Sample) -> None:
         """Look where a joint turns back; a sample outside the range is refused."""
         low, high = a.s, b.s
-        for _ in range(PEAK_STEPS):
+        for _ in range(TURN_STEPS):
             middle = self.sample(path, 0.5 * (low + high), a.joints)
             if middle.velocity[joint] * a.velocity[joint] > 0.0:
                 low = middle.s

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from vrs_cli.engine.straight import SLOWEST, straight_segments
+from vrs_cli.engine.straight import SLOWEST, line_stop, straight_segments
 from vrs_cli.engine.targets import aimed
 from vrs_cli.errors import MotionError, StreamIsOver
 from vrs_cli.kinematics.arm import RobotArm
@@ -180,10 +180,20 @@ def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
 
 def _braked_first(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
     """Come to rest on the present way, which stays inside all limits, then go. Raises NoRoomToStop."""
-    stop = braked(arm, here.joints, motion, start)
+    stop = _stopped_on_line(arm, here, motion, start) or braked(arm, here.joints, motion, start)
     last = stop[-1]
     place = standing(state_at(arm, last, last.duration))
     return stop + plan_motion(arm, place, motion, last.finish, slowest)
+
+
+def _stopped_on_line(arm: RobotArm, here: Here, motion: Motion, start: float) -> tuple[Segment, ...]:
+    """To rest on the straight line that the tool moves on; nothing where it moves on none, or cannot."""
+    if here.tool is None or here.T_flange_tool != motion.frames.tool:
+        return ()
+    try:
+        return line_stop(arm, here.tool, here.joints, motion, start)
+    except MotionError:
+        return ()
 
 
 def braked(arm: RobotArm, state: JointState, motion: Motion, start: float) -> tuple[Segment, ...]:
@@ -430,7 +440,10 @@ class _Rescheduling:
         return self.end + following.start - self.old[self.index - 1].finish
 
     def _plan_again(self, following: Segment) -> None:
-        motion = following.motion
+        after = self._after(following.motion, self.index)
+        motion = self.old[
+            after - 1
+        ].motion  # a stop at constant acceleration, where there was one, was of another profile
         try:
             motion = aimed(self.arm, motion, self.place.joints.joints)
             begin, segments = self._segments(motion, following)
@@ -442,7 +455,7 @@ class _Rescheduling:
             self.end, self.place = segments[-1].finish, self._rest_of(segments)
         else:
             self.end = begin
-        self.index = self._after(motion, self.index)
+        self.index = after
 
     def _segments(self, motion: Motion, following: Segment) -> tuple[float, tuple[Segment, ...]]:
         """When a motion begins, and its segments: out of the motion before where it did so and there is room."""

@@ -6,6 +6,7 @@ What is found is data (WHY shows it). Nothing is moved.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, replace
 
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
@@ -128,7 +129,8 @@ def explained(
     except MotionError as error:  # no line goes there, wherever it begins
         line = LineCheck(way.length, None, str(error), None, () if chosen is None else (WayOut(),))
     else:
-        line = _line(arm, way, here, replace(motion, pose=pose), slowest, reachable=chosen is not None)
+        straight = replace(motion, pose=pose)
+        line = _line(arm, parameters, way, here, straight, slowest, reachable=chosen is not None)
     return Reach(branches, goal, chosen, reason, line)
 
 
@@ -261,14 +263,16 @@ def _position(T: Transform) -> Vector:
     return T.px, T.py, T.pz
 
 
-def _line(arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: float, *, reachable: bool) -> LineCheck:
+def _line(
+    arm: RobotArm, parameters: Parameters, way: _Way, here: Joints, motion: Motion, slowest: float, *, reachable: bool
+) -> LineCheck:
     """The straight line from here, planned as MOVES would."""
     try:
         return LineCheck(way.length, _planned(arm, here, motion, slowest).finish)
     except MotionError as error:
         stopped = _stopped(arm, way, arm.configuration(here), here)
         at = _along(way, error) if stopped is None else stopped * way.length
-        out = tuple(_ways_out(arm, way, here, motion, slowest, reachable=reachable))
+        out = tuple(_ways_out(arm, parameters, way, here, motion, slowest, reachable=reachable))
         return LineCheck(way.length, None, str(error), at, out)
 
 
@@ -317,32 +321,46 @@ def _held(arm: RobotArm, way: _Way, configuration: Configuration, near: Joints, 
 
 
 def _ways_out(
-    arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: float, *, reachable: bool
+    arm: RobotArm, parameters: Parameters, way: _Way, here: Joints, motion: Motion, slowest: float, *, reachable: bool
 ) -> Iterator[WayOut]:
     """What would do instead: another configuration for the whole line, a via point, a MOVE."""
-    yield from _other_configurations(arm, way, here, motion, slowest)
-    via = _via_point(arm, way, here, motion, slowest)
+    yield from _other_configurations(arm, parameters, way, here, motion, slowest)
+    keeps = not unmet(arm.configuration(here), parameters.asked)  # else no line goes to a transformation
+    via = _via_point(arm, way, here, motion, slowest) if keeps else None
     if via is not None:
         yield WayOut(via=compose(inverse(motion.frames.base), via))
     if reachable:
         yield WayOut()
 
 
-def _other_configurations(arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: float) -> Iterator[WayOut]:
+def _other_configurations(
+    arm: RobotArm, parameters: Parameters, way: _Way, here: Joints, motion: Motion, slowest: float
+) -> Iterator[WayOut]:
     """The configurations in which the line is possible from the same place, those of the fewest words."""
     have = arm.configuration(here)
     found = []
-    for solution in arm.inverse_all(way.flange(0.0)):
-        words = solution.configuration.words_beside((have,))
-        if not words or not solution.usable or solution.joints is None:
-            continue
+    for words in filter(None, (way.words_beside((have,)) for way in arm.ways)):
         try:
-            _planned(arm, solution.joints, motion, slowest)
+            _planned(arm, _moved(arm, parameters, way.begin, here, motion.frames, words), motion, slowest)
         except MotionError:
             continue
         found.append(words)
     if found:
         yield WayOut(words=min(found, key=len))
+
+
+def _moved(
+    arm: RobotArm, parameters: Parameters, T_robot_tool: Transform, here: Joints, frames: Frames, words: Sequence[str]
+) -> Joints:
+    """The joints after some words and a MOVE to a pose. Raises MotionError."""
+    told = deepcopy(parameters)
+    for flag in arm.words:
+        if flag.name in words:
+            told.asked.say(flag)
+    target = PoseTarget(compose(inverse(frames.base), T_robot_tool))
+    joints = resolve(arm, told, Move(target, straight=False), Situation(here, here, frames)).joints
+    assert joints is not None
+    return joints
 
 
 def _via_point(arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: float) -> Transform | None:

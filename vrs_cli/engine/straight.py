@@ -18,7 +18,7 @@ from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import at_position, position
 from vrs_cli.trajectory import smooth
-from vrs_cli.trajectory.blend import JointState, ToolLimits, ToolState, ToolStretch, straight_motion
+from vrs_cli.trajectory.blend import JointState, ToolLimits, ToolState, ToolStretch, straight_motion, straight_stop
 from vrs_cli.trajectory.motion import Motion, Profile
 from vrs_cli.trajectory.scurve import NoTimes
 from vrs_cli.trajectory.segment import CartesianPath, Segment, Turn
@@ -201,6 +201,28 @@ class _Line:
         turns = tuple(Turn(axis, angle) for axis, angle in stretch.turns)
         interval = stretch.duration / max(len(seeds) - 1, 1)
         return CartesianPath(stretch.position, stretch.orientation, turns, self.configuration, seeds, interval)
+
+
+class _Stop(_Line):
+    """The line that the tool moves on, no farther than it must."""
+
+    def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
+        if not self.smoothly:
+            return straight_stop(self.state, limits)
+        try:
+            return smooth.straight_stop(self.state, limits)
+        except NoTimes as no_times:
+            raise StraightLineSingular(str(no_times)) from None
+
+
+def line_stop(arm: RobotArm, state: ToolState, joints: JointState, motion: Motion, start: float) -> tuple[Segment, ...]:
+    """From a tool state (that of `joints`) to rest on the line that the tool moves on, whatever the speed of `motion`.
+
+    Raises MotionError.
+    """
+    stop = _Stop(arm, state, joints, motion, arm.configuration(joints.joints), SLOWEST)
+    stop.limits = tool_limits(arm, replace(motion, speed=1.0, acceleration=1.0, tip_speed=None, rotation=None))
+    return stop.segments(start)
 
 
 def _eased(load: float) -> float:

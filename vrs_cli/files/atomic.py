@@ -1,9 +1,14 @@
-"""Writing files so that a reader never meets half of one: written beside, synced, renamed into place."""
+"""Writing files so that a reader never meets half of one: written beside, synced, renamed into place.
+
+A file beside is locked while it is written. One that nobody has locked was left by a writer that was killed: the next
+writer of the same file clears it away.
+"""
 
 from __future__ import annotations
 
 import errno
 import os
+import re
 import stat
 import tempfile
 from collections.abc import Callable, Iterator
@@ -71,14 +76,41 @@ class Beside:
 
 
 def create_beside(target: Path) -> Beside:
-    """An open, empty, hidden file in the folder of the target (of what a link points at). Raises OSError."""
+    """An open, empty, hidden file in the folder of the target (of what a link points at), locked where there are locks.
+
+    Raises OSError.
+    """
     if _is_special(target):
         return Beside(target, None, target.open("wb"))
     target = Path(os.path.realpath(target))
     if target.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
-    return Beside(target, name, os.fdopen(handle, "wb"))
+    _clear_left(target)
+    while True:
+        handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+        beside = Beside(target, name, os.fdopen(handle, "wb"))
+        if _kept(beside.stream):
+            return beside
+        beside.discard()
+
+
+def _kept(stream: BinaryIO) -> bool:
+    """Lock a new file; False where somebody had taken it for one that was left."""
+    try:
+        return _lock(stream) and os.fstat(stream.fileno()).st_nlink > 0
+    except OSError:  # no locks here: nobody clears anything
+        return True
+
+
+def _clear_left(target: Path) -> None:
+    """Remove the files beside a target whose writers are gone; where that cannot be known they stay."""
+    ours = re.compile(rf"\.{re.escape(target.name)}\.[a-z0-9_]{{8}}\.part")  # as mkstemp makes them
+    with suppress(OSError), os.scandir(target.parent) as entries:
+        for entry in entries:
+            if ours.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
+                with suppress(OSError), open(entry.path, "r+b") as stream:
+                    if _lock(stream):
+                        os.unlink(entry.path)
 
 
 def sync(stream: BinaryIO) -> None:
@@ -96,16 +128,22 @@ def claim(stream: BinaryIO, path: Path) -> None:
 
     Systems without such locks, and places that have none (devices, some network disks), let everybody write.
     """
+    with suppress(OSError):
+        if not _lock(stream):
+            raise FileError(f"{path} is being written by another vrs", "end that one, or name another file")
+
+
+def _lock(stream: BinaryIO) -> bool:
+    """Lock a file until it is closed; False where somebody else has. Raises OSError where there are no locks."""
     try:
         import fcntl
     except ImportError:
-        return
+        raise OSError(errno.ENOTSUP, os.strerror(errno.ENOTSUP)) from None
     try:
         fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        raise FileError(f"{path} is being written by another vrs", "end that one, or name another file") from None
-    except OSError:
-        return
+        return False
+    return True
 
 
 def check_writable(path: str | Path) -> None:

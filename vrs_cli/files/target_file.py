@@ -102,6 +102,9 @@ class _Times:
 
 def _named(fields: Sequence[str], joints: Sequence[str], where: str) -> _Columns:
     names = [field.lower() for field in fields]
+    others = [name for name in names if name not in joints and name[:2] == "jt" and name[2:].isdecimal()]
+    if others:
+        raise FileDamaged(f"{where}: {', '.join(others)} of another robot", f"this one has {', '.join(joints)}")
     for wanted, is_pose in ((joints, False), (POSE, True)):
         if all(name in names for name in (TIME, *wanted)):
             return _Columns(names.index(TIME), tuple(map(names.index, wanted)), is_pose, len(names))

@@ -21,9 +21,10 @@ from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.debugging import Debugging
 from vrs_cli.interfaces.devices import Devices
 from vrs_cli.interfaces.performing import Performer
-from vrs_cli.interfaces.runs import A_DAY, Beside, Bounds, Console, Outcome, RunResult
+from vrs_cli.interfaces.runs import A_DAY, Beside, Bounds, Outcome, RunResult
 from vrs_cli.interfaces.system import SystemReadings
 from vrs_cli.interfaces.tasks import Tasks
+from vrs_cli.interfaces.terminal import Console
 from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Pending, Track, interruptible
 from vrs_cli.interfaces.transcript import Transcript
 from vrs_cli.language.environment import Environment, Robot

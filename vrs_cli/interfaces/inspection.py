@@ -228,10 +228,9 @@ def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
 
 def _given(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
     """The place that numbers give; those that are left out are for the function to fill in."""
-    given = _numbers(place) or ()
-    numbers = (*given, *(None,) * JOINTS_HIGH)
+    numbers = (*(_numbers(place) or ()), *(None,) * JOINTS_HIGH)
     if place.name == "#PPOINT":
-        return precision_point(number or 0.0 for number in numbers[: max(joint_count, len(given))])
+        return precision_point(number or 0.0 for number in numbers[:joint_count])
     return trans(*numbers[:6])
 
 

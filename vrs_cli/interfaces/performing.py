@@ -14,8 +14,9 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import TaskNotActive
 from vrs_cli.interfaces.debugging import Onward, Stopped
 from vrs_cli.interfaces.devices import Devices
-from vrs_cli.interfaces.runs import Console, Outcome
+from vrs_cli.interfaces.runs import Outcome
 from vrs_cli.interfaces.tasks import Tasks
+from vrs_cli.interfaces.terminal import Console
 from vrs_cli.interfaces.track import Aborted, Pending, Track
 from vrs_cli.interfaces.transcript import Transcript
 from vrs_cli.language.effects import (

@@ -23,6 +23,7 @@ def clock(session: Session, it: Instruction) -> Iterator[Reply]:
         word = it.arguments[0]
         assert isinstance(word, Word)
         _change(_wall_clock(session), word.text.upper(), it.value)
+        session.settle()  # it has gone on since the line was given, and may stand now
     yield clock_report(session)
 
 

@@ -1,25 +1,14 @@
-"""A run of a program: what it needs of a terminal, when it is stopped, and how it ended."""
+"""A run of a program: when it is stopped, and how it ended."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
 
 from vrs_cli.language.events import ProgramFault
 
 GO_ON = "SIGNAL sets an input that is waited for; RETRY lets a program go on"  # what helps at a prompt
 LONGEST = 86_400.0  # [s] of virtual time that a program may take unless told otherwise: a day
-
-
-class Console(Protocol):
-    """What a running program needs of a terminal."""
-
-    def type(self, text: str, newline: bool) -> None:
-        """TYPE output."""
-
-    def ask(self, prompt: str) -> str:
-        """PROMPT: one line. Raises VrsError when there is no more input."""
 
 
 class Outcome(Enum):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING
 from weakref import finalize
 
 from vrs_cli.engine.branches import Branches
@@ -25,7 +25,8 @@ from vrs_cli.interfaces.debugging import Stepping
 from vrs_cli.interfaces.driver import Driver
 from vrs_cli.interfaces.readings import Readings
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, ProgramStopped, Reply, Tone
-from vrs_cli.interfaces.runs import A_DAY, Beside, Bounds, Console, Outcome, RunResult
+from vrs_cli.interfaces.runs import A_DAY, Beside, Bounds, Outcome, RunResult
+from vrs_cli.interfaces.terminal import Dialogue, Terminal
 from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
@@ -40,33 +41,6 @@ from vrs_cli.language.values import Value
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.editor import Editor
-
-
-class Terminal(Console, Protocol):
-    """How a session talks to whoever drives it."""
-
-    def show(self, reply: Reply) -> None:
-        """An answer to a command."""
-
-    def confirm(self, question: str) -> bool:
-        """Are you sure (Y/N)? Where nobody can answer, the answer is no."""
-
-
-@runtime_checkable
-class Dialogue(Protocol):
-    """A terminal with somebody at it, who can be asked and may watch a program run. A pipe is none."""
-
-    def change(self, question: str) -> str | None:
-        """An answer; None when the question is left (Ctrl-C)."""
-
-    def begin_progress(self) -> None:
-        """A program starts."""
-
-    def progress(self, clock: float) -> None:
-        """It has come to that time of the robot's clock [s]."""
-
-    def end_progress(self) -> None:
-        """It has ended."""
 
 
 class Session:

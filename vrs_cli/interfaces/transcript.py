@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.interfaces.runs import Console
+from vrs_cli.interfaces.terminal import Console
 
 
 class Transcript:

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from itertools import islice
-from math import atan2, degrees, hypot, sqrt
+from math import atan2, degrees, hypot, inf, sqrt
 from random import Random
 from typing import TYPE_CHECKING
 
@@ -37,6 +37,7 @@ CONVERGED = 1e-10  # [m, rad] an error that is none
 STEPS = 60  # of one search
 LARGEST_STEP = 0.5  # [rad, m] of a joint
 LEAST_DAMPING = 1e-13
+HOPELESS = 1e-3  # a step, as a part of the error, from which steps that do not grow lead nowhere
 NEWTON = 1e-3  # [m2, rad2] with less damping the step is Newton's, which costs half
 STARTS = 40  # beside the middle of the ranges
 ENOUGH = 3  # solutions among which the nearest is taken
@@ -164,6 +165,7 @@ class NumericArm(SerialArm):
         if not self.in_task(T):
             return None, (0.0, 0.0)
         held = [q[i] for i in self._all]
+        before = inf
         for _ in range(STEPS):
             at = tuple(held)
             rows, error = self._error(at, T)
@@ -173,6 +175,9 @@ class NumericArm(SerialArm):
             largest = max(map(abs, step))
             if self.short and largest < CONVERGED and self.reaches(at, T):
                 return at, (0.0, 0.0)
+            if largest <= before and largest < HOPELESS * max(map(abs, error)):
+                break
+            before = largest
             scale = min(1.0, LARGEST_STEP / largest) if largest else 0.0
             held = [x + scale * dx for x, dx in zip(at, step, strict=True)]
             if bounded:

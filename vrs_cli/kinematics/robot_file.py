@@ -110,8 +110,8 @@ def _from_urdf(reader: ModelReader, arm: UrdfArm, table: Mapping[str, object]) -
         "tool": tool,
         "poses": {**dict.fromkeys(NEEDED_POSES, middle), **poses},
     }
-    task = {"task": table["task"]} if "task" in table else {}
-    return ModelReader(reader.file, human=False).model({**data, **task})
+    options = {key: table[key] for key in ("task", "profile") if key in table}
+    return ModelReader(reader.file, human=False).model({**data, **options})
 
 
 def _with_rates(joint: dict[str, Any], more: Mapping[str, float]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from typing import get_args
 from vrs_cli.engine.commands import (
     Request,
     SetAcceleration,
+    SetConfiguration,
     SetDuration,
     SetMonitorSpeed,
     SetParameter,
@@ -26,6 +27,7 @@ from vrs_cli.errors import (
     IllegalSignal,
     IllegalValue,
     NegativeSquareRoot,
+    NotAvailable,
     UsageError,
     VrsError,
 )
@@ -46,7 +48,7 @@ from vrs_cli.language.values import Value
 from vrs_cli.language.words import Argument, Shape, argument_at
 
 NEVER_RIGHT = (IllegalValue, IllegalSignal, IllegalJoint, ArithmeticOverflow, NegativeSquareRoot)
-CHECKED_BY_THE_ROBOT = (SetSpeed, SetMonitorSpeed, SetAcceleration, SetDuration, SetParameter)
+CHECKED_BY_THE_ROBOT = (SetSpeed, SetMonitorSpeed, SetAcceleration, SetDuration, SetParameter, SetConfiguration)
 STAND_INS = (1.0, 8.0, 32.0)  # for a real that is not known: what each of them meets with in the same words, all do
 TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # a plain number is a signal to them
 NAMED = frozenset({Shape.UNIT, Shape.SETTING})  # where a variable stands for more than its value
@@ -184,7 +186,7 @@ class Constants:
             for request in HANDLERS[statement.word](self.context, it):
                 if isinstance(request, CHECKED_BY_THE_ROBOT):
                     self.perform(request)
-        except NEVER_RIGHT as error:
+        except (*NEVER_RIGHT, NotAvailable) as error:
             return error
         except VrsError:  # what only a run can tell: a unit, a program
             return None
@@ -246,11 +248,11 @@ def _constant(expression: Expression) -> bool:
 
 
 def _evaluable(expression: Expression) -> bool:
-    """Whether it can be evaluated without a run, and may be refused then. A location is one whatever its numbers."""
+    """Whether it can be evaluated without a run, and may be refused then. Any numbers make a transformation."""
     if isinstance(expression, ast.Unary | ast.Binary):
         return ast.plain_number(expression) is None and _constant(expression)
     function = FUNCTIONS.get(expression.name) if isinstance(expression, ast.Call) else None
-    if function is None or function.result in (Kind.LOCATION, Kind.PRECISION) or not function.arguments:
+    if function is None or function.result is Kind.LOCATION or not function.arguments:
         return False
     return _by_value(function) and all(isinstance(one, ast.Word) or _constant(one) for one in _children(expression))
 

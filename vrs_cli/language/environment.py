@@ -214,7 +214,8 @@ class Reference(NamedTuple):
         to_location = kind is Kind.LOCATION and self.cells.kind is Kind.REAL
         mine, other = (self.locations, self.cells) if to_location else (self.cells, self.locations)
         if mine.kind is not kind:
-            raise TypeMismatch(f"{self.name} cannot hold a {kind.value}", f"a {self.cells.kind.value} is wanted")
+            wanted = "real or a transformation" if self.cells.kind is Kind.REAL else self.cells.kind.value
+            raise TypeMismatch(f"{self.name} cannot hold a {kind.value}", f"a {wanted} is wanted")
         if key in other:
             raise mine.clash(key)
         if not isinstance(key, str) and min(key if isinstance(key, tuple) else (key,)) < 0:

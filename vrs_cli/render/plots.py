@@ -84,12 +84,13 @@ def _panels(arm: RobotArm, timeline: Timeline, times: Floats) -> tuple[Curves, .
     from vrs_cli.files.exports import shown_joints
 
     units = arm.model.units
-    unit = "/".join(dict.fromkeys(units.unit(joint) for joint in range(1, arm.model.joint_count + 1)))
+    names = tuple(dict.fromkeys(units.unit(joint) for joint in range(1, arm.model.joint_count + 1)))
+    unit, rate = ", ".join(names), ", ".join(f"{name}/s" for name in names)
     at = positions_at(arm, timeline, times)
     joints = [f"JT{i}" for i in range(1, arm.model.joint_count + 1)]
     return (
         Curves(f"joints [{unit}]", joints, shown_joints(at.joints, units)),
-        Curves(f"joint velocities [{unit}/s]", joints, shown_joints(at.velocity, units)),
+        Curves(f"joint velocities [{rate}]", joints, shown_joints(at.velocity, units)),
         Curves("tool [mm]", ("X", "Y", "Z"), at.T_world_tool[:, :, 3] * 1000.0),
     )
 

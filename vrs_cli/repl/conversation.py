@@ -12,7 +12,7 @@ from vrs_cli.errors import ProgramExists, VrsError
 from vrs_cli.interfaces.monitor.consent import may_replace
 from vrs_cli.interfaces.monitor.files import load
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone, report
-from vrs_cli.interfaces.session import Dialogue
+from vrs_cli.interfaces.terminal import Dialogue
 from vrs_cli.repl.entry import Entry, closes_entry, opens_entry
 from vrs_cli.repl.mishap import internal_error
 

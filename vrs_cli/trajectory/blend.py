@@ -7,7 +7,7 @@ tool tip start and stop together (`profile`).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 from vrs_cli.kinematics.joints import Joints
@@ -231,6 +231,13 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
     line = _Line(state, target, limits)
     times = line.times(least)
     return list(line.stretches(times)) if times.reach > 0.0 else []
+
+
+def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
+    """The tool to rest as soon as it can, on the line that it moves on."""
+    line = _Line(state, state.pose, limits)
+    blend = up_to_grid(max(length(state.velocity) / limits.acceleration, line.spin / limits.spin_acceleration))
+    return [replace(stretch, phase=Phase.DECELERATE) for stretch in line.stretches(Times(blend, 0.0, 0.0))]
 
 
 class _Line:

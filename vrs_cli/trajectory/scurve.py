@@ -346,6 +346,13 @@ def vector_bounds(part: VectorPart, change: Change) -> Bounds:
     return Bounds(low, high, size / part.max_acceleration, size / part.max_jerk, k1 / reach)
 
 
+def keeps(change: Change, velocity: Vector, at: Vector, acceleration: float, jerk: float) -> bool:
+    """Whether a change from a velocity and an acceleration `at` the start to rest is within limits."""
+    level = scaled(added(velocity, scaled(at, 0.5 * change.rise)), -1.0 / change.reach)
+    most = min(acceleration, jerk * change.fall)
+    return length(level) <= most and length(subtracted(level, at)) <= jerk * change.rise
+
+
 def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
     """The u at which u times `ray` is inside a sphere; an empty interval where it never is."""
     size = length(ray)

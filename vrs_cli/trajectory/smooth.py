@@ -6,6 +6,7 @@ Position, velocity and acceleration are continuous from the state that the motio
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import accumulate, pairwise
 
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
@@ -14,7 +15,7 @@ from vrs_cli.trajectory.blend import CORNER, STEADY, JointLimits, JointState, To
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import Polynomial, value
-from vrs_cli.trajectory.profile import NEGLIGIBLE
+from vrs_cli.trajectory.profile import MARGIN, NEGLIGIBLE
 from vrs_cli.trajectory.scurve import (
     NONE,
     Bounds,
@@ -28,6 +29,7 @@ from vrs_cli.trajectory.scurve import (
     farthest,
     from_motion,
     from_rest,
+    keeps,
     search,
     stop,
     turn_bounds,
@@ -36,6 +38,12 @@ from vrs_cli.trajectory.scurve import (
 )
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
 from vrs_cli.trajectory.vector import added, dot, length, rotated_back, scaled, subtracted
+
+STRETCH, STRETCHES = (
+    1.02,
+    (-150, 150),
+)  # powers of it, by which the likely times of a stop are tried: from short to long
+RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # of a ramp
 
 Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) of one joint, one after the other
 
@@ -193,6 +201,13 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
     return list(line.stretches(course)) if course.reach > 0.0 else []
 
 
+def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
+    """The tool to rest about as soon as it can, on the line that it moves on. Raises NoTimes."""
+    line = _Line(state, state.pose, limits)
+    stretches = line.stretches(Course(line.stop(), 0.0, NONE))
+    return [replace(stretch, phase=Phase.DECELERATE) for stretch in stretches]
+
+
 class _Line:
     """A straight line from a state to a target, with its rotation: the present spin dies, then one turn.
 
@@ -225,6 +240,32 @@ class _Line:
         )
         guess = Change(max(1.01 * settling, min(ramp, slowest)), slowest, ramp)
         return search(self._demands, guess, settling, least)
+
+    def stop(self) -> Change:
+        """The shortest times found in which velocity and spin end, with their accelerations. Raises NoTimes."""
+        found = [change for rise in RISES if (change := self._stop(rise)) is not None]
+        if not found:
+            raise NoTimes("no change of velocity within the limits ends at rest")
+        return min(found, key=lambda change: change.lasts)
+
+    def _stop(self, rise: float) -> Change | None:
+        """Times of a stop whose first ramp is a part of the last one: that a tool which slows down already is quick."""
+        limits = self.limits
+        ramp = max(limits.acceleration / limits.jerk, limits.spin_acceleration / limits.spin_jerk)
+        lasting = max(length(self.state.velocity) / limits.acceleration, length(self.spin) / limits.spin_acceleration)
+        times = (rise * ramp, max(lasting - 0.5 * (1.0 + rise) * ramp, 0.0), ramp)
+        for k in range(*STRETCHES):
+            change = Change(*(up_to_grid(duration * STRETCH**k) for duration in times))
+            if self._ends(change):
+                return change
+        return None
+
+    def _ends(self, change: Change) -> bool:
+        """Whether a change to rest keeps the limits."""
+        limits = self.limits
+        return keeps(
+            change, self.state.velocity, self.acceleration, limits.acceleration * MARGIN, limits.jerk * MARGIN
+        ) and keeps(change, self.spin, self.spin_rate, limits.spin_acceleration * MARGIN, limits.spin_jerk * MARGIN)
 
     def _demands(self, change: Change) -> Bounds:
         """Position and rotation together; the dying spin and the new turn share the angular limits."""

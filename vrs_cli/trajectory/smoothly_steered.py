@@ -189,7 +189,7 @@ def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[
     for one, here, (_, v) in zip(joints, after, coasted, strict=True):
         if not _has_room(one, here, v, coasting, change):
             return []
-    path = tuple([(q, v, 0.5 * a, -a / (6.0 * coasting)) for q, v, a in after])
+    path = tuple([(q, v, 0.5 * a, (0.0 - a) / (6.0 * coasting)) for q, v, a in after])
     stretches.append((coasting, Phase.CRUISE, JointPath(path)))
     lasting = [duration for duration in change if duration]
     ways = [changed(q, v, 0.0, 0.0, change) if lasting else [] for q, v in coasted]

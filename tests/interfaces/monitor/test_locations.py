@@ -8,7 +8,7 @@ import pytest
 
 from tests.interfaces.monitor.people import PART, Person, at, last, location
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.errors import IllegalValue, InvalidName, UndefinedValue, UsageError
+from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.monitor.locations import changed
 from vrs_cli.kinematics.transform import IDENTITY
@@ -141,3 +141,8 @@ def test_a_remark_is_no_change() -> None:
     session = at(Person(",,50 ; higher", " ;nothing"), "POINT part = NULL")
     (part,) = session.environment.variables(Kind.LOCATION)
     assert numbers_of(part.value)[:3] == pytest.approx((0.0, 0.0, 50.0))  # type: ignore[arg-type]
+
+
+def test_a_precision_point_needs_a_name_of_its_own() -> None:
+    with pytest.raises(TypeMismatch, match=r"z cannot hold a precision point \(a real or a transformation is wanted\)"):
+        at(RecordingTerminal(), "POINT z = #PPOINT(0, -90, 90)")

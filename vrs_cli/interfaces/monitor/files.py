@@ -6,14 +6,14 @@ import re
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING
 
 from vrs_cli.errors import ProgramExists, UsageError
 from vrs_cli.interfaces.monitor.consent import may_replace, may_write, refusal
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.replies import FileRow, FileTable, FileText, Message, Replay, Reply, Tone, report
-from vrs_cli.interfaces.session import Dialogue
+from vrs_cli.interfaces.terminal import Dialogue, Watched
 from vrs_cli.language.ast import Instruction
 from vrs_cli.language.environment import StoredProgram
 
@@ -21,20 +21,6 @@ if TYPE_CHECKING:
     from vrs_cli.files.store import Part
     from vrs_cli.files.trajectory_file import Recording
     from vrs_cli.interfaces.session import Session
-
-
-@runtime_checkable
-class Watched(Protocol):
-    """A terminal where somebody may watch how a long file is read."""
-
-    def begin_progress(self) -> None:
-        """The file is opened."""
-
-    def reading(self, path: str, share: float) -> None:
-        """So much of it has been read, from 0 to 1."""
-
-    def end_progress(self) -> None:
-        """It has been read."""
 
 
 TORN = "its last line was not written to the end, and was left out"

@@ -19,7 +19,7 @@ from vrs_cli.interfaces.replies import (
     Whereabouts,
     WhereaboutsTable,
 )
-from vrs_cli.interfaces.session import Dialogue
+from vrs_cli.interfaces.terminal import Dialogue
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.ast import NAME_LENGTH, Instruction, Kind, Number, Variable

@@ -1,0 +1,86 @@
+"""What a line asks of the joints, told from a few samples, against the same at a great many places."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from vrs_cli.engine.following import FEWER_SAMPLES, SAMPLES, Follower
+from vrs_cli.engine.load import Load, StretchLoad
+from vrs_cli.engine.planner import Here, plan_motion
+from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import IDENTITY
+from vrs_cli.trajectory.blend import JointState
+from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
+from vrs_cli.trajectory.segment import CartesianPath, Segment
+
+MODEL = load_robot("puma560")
+ARM = arm_for(MODEL)
+STILL = (0.0,) * MODEL.joint_count
+PLACES = 300  # of a stretch
+FAR = 0.97  # of a limit: what asks for less need not be known better
+
+
+def line(seed: int, profile: Profile) -> tuple[Segment, ...]:
+    """A line from rest that ends with a wrist that is nearly straight, if there is one."""
+    source = Random(seed)
+    start = tuple(
+        low + source.uniform(0.2, 0.8) * (high - low) for low, high in zip(MODEL.lower, MODEL.upper, strict=True)
+    )
+    goal = [q + source.gauss(0.0, 0.15) for q in start]
+    goal[4] = source.choice((-1.0, 1.0)) * 10.0 ** source.uniform(-2.5, -0.5)
+    motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=ARM.forward(tuple(goal)), profile=profile)
+    try:
+        return plan_motion(ARM, Here(JointState(start, STILL)), motion, 0.0)
+    except MotionError:
+        return ()
+
+
+def asked(path: CartesianPath, duration: float, profile: Profile) -> Load:
+    follower = Follower(ARM, path.configuration, IDENTITY)
+    smoothly = profile is Profile.SCURVE
+    samples = follower.samples(path, duration, path.seeds[0], FEWER_SAMPLES if smoothly else SAMPLES)
+    load = StretchLoad(follower, path, samples)
+    return load.smooth(STILL) if smoothly else load.parabolic(STILL)
+
+
+def greatest(path: CartesianPath, duration: float) -> tuple[float, float, float]:
+    """Velocity, acceleration and jerk of the joint that is nearest to its limit, as parts of the limits."""
+    worst = [0.0, 0.0, 0.0]
+    for k in range(PLACES):
+        s = duration * (k + 0.5) / PLACES
+        q = ARM.branch_joints(path.pose(s), path.configuration, path.seed(s))
+        assert q is not None
+        rate, change = path.twist_rates(s)
+        velocity = ARM.joint_velocity(q, path.twist(s))
+        acceleration = ARM.joint_acceleration(q, velocity, rate)
+        jerk = ARM.joint_jerk(q, velocity, acceleration, change)
+        limits = (MODEL.max_velocity, MODEL.max_acceleration, MODEL.max_jerk)
+        for i, (rates, most) in enumerate(zip((velocity, acceleration, jerk), limits, strict=True)):
+            worst[i] = max(worst[i], _part(rates, most))
+    return worst[0], worst[1], worst[2]
+
+
+def _part(rates: Joints, limits: Joints) -> float:
+    return max(abs(rate) / most for rate, most in zip(rates, limits, strict=True))
+
+
+@pytest.mark.parametrize("profile", [Profile.LSPB, Profile.SCURVE])
+def test_no_peak_between_samples_is_missed(profile: Profile) -> None:
+    near = 0
+    for seed in range(40):
+        for segment in line(seed, profile):
+            assert isinstance(segment.path, CartesianPath)
+            load = asked(segment.path, segment.duration, profile)
+            velocity, acceleration, jerk = greatest(segment.path, segment.duration)
+            assert velocity <= max(load.velocity, FAR)
+            assert acceleration <= max(load.acceleration, FAR)
+            if profile is Profile.SCURVE:
+                assert jerk <= max(load.jerk, FAR)
+            near += max(load.velocity, load.acceleration, load.jerk) > FAR
+            assert load.slowing <= 1.002, "what was planned is inside the limits"
+    assert near > 10

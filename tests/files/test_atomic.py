@@ -1,0 +1,78 @@
+"""What writers leave behind: nothing, or what the next one clears away."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from vrs_cli.files.atomic import create_beside, write_atomically
+
+pytest.importorskip("fcntl")
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from vrs_cli.files.atomic import create_beside
+beside = create_beside(Path(sys.argv[1]))
+beside.stream.write(b"half of")
+beside.stream.flush()
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_what_a_killed_writer_left_is_cleared_by_the_next_of_that_file(tmp_path: Path) -> None:
+    for name in ("a.v2", "b.v2"):
+        subprocess.run([sys.executable, "-c", KILLED, tmp_path / name], check=False)
+    (left,) = (name for name in names(tmp_path) if name.startswith(".b.v2."))
+    assert len(names(tmp_path)) == 2
+    write_atomically(tmp_path / "a.v2", "whole")
+    assert names(tmp_path) == [left, "a.v2"]
+    assert (tmp_path / "a.v2").read_text() == "whole"
+
+
+def test_a_file_that_is_being_written_stays(tmp_path: Path) -> None:
+    beside = create_beside(tmp_path / "a.v2")
+    beside.stream.write(b"the slow one")
+    write_atomically(tmp_path / "a.v2", "the fast one")
+    beside.commit()
+    beside.stream.close()
+    assert names(tmp_path) == ["a.v2"]
+    assert (tmp_path / "a.v2").read_text() == "the slow one"
+
+
+def test_what_others_call_nearly_so_stays(tmp_path: Path) -> None:
+    kept = [".a.v2.part", ".a.v2.abcdefghi.part", ".a.v2.ABCDEFGH.part", "a.v2.abcdefgh.part", ".axv2.abcdefgh.part"]
+    for name in kept:
+        (tmp_path / name).write_text("somebody's")
+    (tmp_path / ".a.v2.abcdefgh.part").symlink_to(tmp_path / kept[0])
+    (tmp_path / ".a.v2.ijklmnop.part").mkdir()
+    before = names(tmp_path)
+    write_atomically(tmp_path / "a.v2", "")
+    assert names(tmp_path) == sorted([*before, "a.v2"])
+
+
+def test_a_new_file_that_was_taken_for_one_left_behind_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[str] = []
+    make = tempfile.mkstemp
+
+    def swept(*, prefix: str, suffix: str, dir: Path) -> tuple[int, str]:
+        handle, name = make(prefix=prefix, suffix=suffix, dir=dir)
+        if not made:
+            Path(name).unlink()  # by another writer, before this one has locked it
+        made.append(name)
+        return handle, name
+
+    monkeypatch.setattr(tempfile, "mkstemp", swept)
+    write_atomically(tmp_path / "a.v2", "whole")
+    assert len(made) == 2
+    assert names(tmp_path) == ["a.v2"]
