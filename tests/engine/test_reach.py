@@ -8,15 +8,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.laws.reach_laws import check_reach
 from vrs_cli.engine.commands import (
     JointTarget,
     Mode,
     Move,
     PoseTarget,
+    SetAcceleration,
+    SetBase,
     SetConfiguration,
     SetDuration,
     SetMode,
+    SetMonitorSpeed,
     SetParameter,
+    SetSpeed,
+    SpeedUnit,
 )
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import Position
@@ -24,7 +30,16 @@ from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, Mo
 from vrs_cli.kinematics.configuration import ALL, Arm, Wrist
 from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import Transform, distance, from_oat, position, translation
+from vrs_cli.kinematics.transform import (
+    Transform,
+    compose,
+    distance,
+    from_oat,
+    position,
+    rotation_z,
+    to_oat,
+    translation,
+)
 
 MODEL = load_robot("puma560")
 ABOVE = PoseTarget(from_oat(0.0, 0.45, -0.15, radians(90), radians(90), 0.0))
@@ -261,3 +276,20 @@ def test_no_via_point_is_named_while_another_configuration_is_asked() -> None:
     line = engine.explain(target).line
     assert line.duration is None
     assert not any(out.via for out in line.ways_out)
+
+
+def test_a_way_out_counts_with_the_settings_that_will_be_in_force() -> None:
+    """The speed is for the next motion, which is the MOVE to another configuration or the line to a via point."""
+    start = (2.3039547, -0.8973254, 3.4888060, -1.6066079, -0.1671192, -1.8110975)
+    engine = Engine(MODEL, start=start)
+    engine.perform(SetParameter("STRETCH", 3.0163))
+    engine.perform(SetMonitorSpeed(72.457))
+    engine.perform(SetAcceleration(22.197))
+    engine.perform(SetSpeed(38.5018, always=True))
+    engine.perform(SetSpeed(20.5728, unit=SpeedUnit.MMPS))
+    engine.perform(SetBase(compose(translation(0.0, 0.0, -0.0052854), rotation_z(0.31162))))
+    x, y, z = -0.206166, 0.117211, 0.331110
+    n, o, a = (-0.253079, 0.319936, 0.913012), (0.024362, 0.945543, -0.324583), (-0.967139, -0.059902, -0.247092)
+    pose = Transform(n[0], o[0], a[0], x, n[1], o[1], a[1], y, n[2], o[2], a[2], z)
+    reach = check_reach(engine, PoseTarget(from_oat(x, y, z, *to_oat(pose))))
+    assert reach.line.trouble, reach

@@ -49,6 +49,16 @@ def across(y: float, profile: str) -> tuple[Engine, Move]:
     return engine, Move(PoseTarget(from_oat(0.3, y, -0.45, *turned)), straight=True)
 
 
+@PROFILES
+def test_a_line_out_of_a_singular_pose_may_not_make_a_joint_jump_by_a_hair(profile: str) -> None:
+    """Joint 6 would have to be turned by 0.06 deg before the line begins at READY, where joint 5 is 0."""
+    engine = Engine(MODEL)
+    engine.perform(SetParameter("PROFILE", profile))
+    turned = map(radians, (66.4, 110.6, -25.6))
+    refusal = refused(engine, Move(PoseTarget(from_oat(-0.0662, 0.386, -0.108, *turned)), straight=True))
+    assert "would have to jump by 0.1 deg" in str(refusal)
+
+
 def refused(engine: Engine, move: Move) -> MotionError:
     before = engine.timeline
     with pytest.raises(MotionError) as caught:

@@ -20,6 +20,8 @@ from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
 POSITION = 1e-8  # [rad] joints at a boundary, where one side may be found by inverse kinematics
+POSE_ROUNDING = 2e-16  # of a pose, from which joints are found
+MOST_ROUNDING = 1e-6  # [rad]
 VELOCITY = 1e-6  # [rad/s]
 ACCELERATION = 1e-4  # [rad/s2]
 JERK_ON_LINE = 1.02  # of a joint on a straight line, where it is found by differences
@@ -34,13 +36,18 @@ def check_continuous(engine: Engine, segments: Iterable[Segment]) -> None:
     for a, b in pairwise(segments):
         assert a.finish <= b.start
         left, right = state_at(engine.arm, a, a.duration).joints, state_at(engine.arm, b, 0.0).joints
-        assert largest_change(left.joints, right.joints) <= POSITION, (a, b)
+        assert largest_change(left.joints, right.joints) <= POSITION + rounding(engine, right.joints), (a, b)
         if a.finish == b.start and a.duration and b.duration:
             assert largest_change(left.velocity, right.velocity) <= VELOCITY, (a, b)
             if left.acceleration and right.acceleration and not singular(engine, right.joints):
                 assert largest_change(left.acceleration, right.acceleration) <= ACCELERATION, (a, b)
         if a.finish < b.start:
             assert max(map(abs, left.velocity)) <= VELOCITY, "the robot stands still in a gap"
+
+
+def rounding(engine: Engine, joints: Joints) -> float:
+    """By how much rounding may turn a joint next to a singular pose [rad]: as much more as that is nearer."""
+    return min(POSE_ROUNDING / max(min(engine.arm.singularity(joints)), POSE_ROUNDING), MOST_ROUNDING)
 
 
 def singular(engine: Engine, joints: Joints) -> bool:

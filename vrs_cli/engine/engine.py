@@ -295,10 +295,12 @@ class Engine:
 
     def _at_speed(self, motion: Motion, move: Move) -> Motion:
         """With the speeds that are in force: actual = monitor x program."""
+        if move.speed is None:
+            return self._at_program_speed(motion, self.parameters.speed.present)
+        return replace(motion, speed=_fraction(self.parameters.monitor_speed / FULL_SPEED * move.speed))
+
+    def _at_program_speed(self, motion: Motion, program: SetSpeed) -> Motion:
         monitor = self.parameters.monitor_speed / FULL_SPEED
-        program = self.parameters.speed.present
-        if move.speed is not None:
-            return replace(motion, speed=_fraction(monitor * move.speed))
         if program.unit is SpeedUnit.PERCENT:
             rotation = program.rotation
             return replace(
@@ -645,13 +647,14 @@ class Engine:
             Kind.STRAIGHT,
             Start.AT,
             acceleration=self.parameters.acceleration,
-            duration=on_grid(self.parameters.duration.present),
             frames=self.frames,
             profile=self._profile,
         )
-        line = self._at_speed(line, Move(target, straight=True))
+        duration, speed = self.parameters.duration, self.parameters.speed
+        first = self._at_program_speed(replace(line, duration=on_grid(duration.present)), speed.present)
+        later = self._at_program_speed(replace(line, duration=on_grid(duration.always)), speed.always)
         slowest = float(self.parameters.values["STRETCH"])
-        return explained(self.arm, self.parameters, target, here, line, slowest)
+        return explained(self.arm, self.parameters, target, here, (first, later), slowest)
 
 
 _SETTERS: dict[type, Callable[[Engine, Any], None]] = {

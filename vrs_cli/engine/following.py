@@ -32,6 +32,7 @@ CLOSER = tuple(2.0**-k for k in range(12, 3, -1))  # parts of a stretch, next to
 JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
 JUMP = 2e-3  # [rad] at most, beyond what the velocities of two neighbours explain
+LEAST_JUMP = 1e-6  # [rad] rounding next to a singular pose, where samples are near each other
 STILL = 1e-9  # [m/s, rad/s] a tool that stands
 CLOSE_BY = 0.2  # measure of a pose that a singularity is to blame for
 PASSED = "use MOVE there, or a via point farther from the singularity"
@@ -86,14 +87,17 @@ class Follower:
         if self.singular(samples[0]):  # from there a joint may turn about at once
             for part in CLOSER:
                 self._refine(path, samples, duration * part, finest)
+            self._check_starts(path, samples)
         for step in range(1, steps + 1):
             self._refine(path, samples, duration * step / steps, finest)
         if self.singular(samples[-1]):
             samples.pop()
+            steady = len(samples) - 1
             for part in reversed(CLOSER):
                 if duration * (1.0 - part) - samples[-1].s > finest:
                     self._refine(path, samples, duration * (1.0 - part), finest)
             self._refine(path, samples, duration, finest)
+            self._check_starts(path, samples[steady:])
         return samples
 
     def singular(self, sample: Sample) -> bool:
@@ -172,12 +176,18 @@ class Follower:
             else:
                 high = middle.s
 
-    def _check_no_jump(self, a: Sample, b: Sample, path: CartesianPath) -> None:
+    def _check_starts(self, path: CartesianPath, samples: list[Sample]) -> None:
+        """Next to a singular pose in which the tool rests, velocities explain nearly all of what joints change."""
+        for a, b in pairwise(samples):
+            moved = 0.5 * (b.s - a.s) * max([abs(v + w) for v, w in zip(a.velocity, b.velocity, strict=True)])
+            self._check_no_jump(a, b, path, min(JUMP, LEAST_JUMP + moved))
+
+    def _check_no_jump(self, a: Sample, b: Sample, path: CartesianPath, most: float = JUMP) -> None:
         """At a singularity joints may jump: they change in next to no time, though their velocities are small."""
         half = 0.5 * (b.s - a.s)
         rows = zip(a.joints, b.joints, a.velocity, b.velocity, strict=True)
         jumps = [abs(q - p - half * (v + w)) for p, q, v, w in rows]
-        if max(jumps) > JUMP:
+        if max(jumps) > most:
             pose = path.pose(b.s)
             near, hint = self.place(pose)
             joint = jumps.index(max(jumps)) + 1

@@ -101,36 +101,40 @@ class Reach:
     line: LineCheck
 
 
+Lines = tuple[Motion, Motion]  # straight, with the settings for the next motion and with those for the ones after it
+
+
 def explained(
     arm: RobotArm,
     parameters: Parameters,
     target: PoseTarget | JointTarget,
     here: Joints,
-    motion: Motion,
+    lines: Lines,
     slowest: float,
 ) -> Reach:
-    """Why a target can be reached from `here`, at rest, or not; `motion`: a straight line at the speeds in force.
+    """Why a target can be reached from `here`, at rest, or not.
 
     Raises IllegalValue for a precision point of another number of joints.
     """
-    pose = _tool_pose(arm, target, motion.frames)
+    frames = lines[0].frames
+    pose = _tool_pose(arm, target, frames)
     branches: tuple[Branch, ...] = ()
     goal = None
     if isinstance(target, JointTarget):
         goal = Branch(arm.configuration(target.joints), target.joints, _overruns(arm, target.joints))
     else:
-        T_robot_flange = compose(pose, inverse(motion.frames.tool))
+        T_robot_flange = compose(pose, inverse(frames.tool))
         branches = tuple(_branch(arm, T_robot_flange, here, solution) for solution in arm.inverse_all(T_robot_flange))
-    situation = Situation(here, here, motion.frames)
+    situation = Situation(here, here, frames)
     chosen, reason = _chosen(arm, parameters, target, situation, branches)
-    way = _Way(compose(arm.forward(here), motion.frames.tool), pose, motion.frames.tool)
+    way = _Way(compose(arm.forward(here), frames.tool), pose, frames.tool)
     try:
         resolve(arm, parameters, Move(target, straight=True), situation)
     except MotionError as error:  # no line goes there, wherever it begins
         line = LineCheck(way.length, None, str(error), None, () if chosen is None else (WayOut(),))
     else:
-        straight = replace(motion, pose=pose)
-        line = _line(arm, parameters, way, here, straight, slowest, reachable=chosen is not None)
+        first, later = (replace(line, pose=pose) for line in lines)
+        line = _line(arm, parameters, way, here, (first, later), slowest, reachable=chosen is not None)
     return Reach(branches, goal, chosen, reason, line)
 
 
@@ -264,15 +268,15 @@ def _position(T: Transform) -> Vector:
 
 
 def _line(
-    arm: RobotArm, parameters: Parameters, way: _Way, here: Joints, motion: Motion, slowest: float, *, reachable: bool
+    arm: RobotArm, parameters: Parameters, way: _Way, here: Joints, lines: Lines, slowest: float, *, reachable: bool
 ) -> LineCheck:
     """The straight line from here, planned as MOVES would."""
     try:
-        return LineCheck(way.length, _planned(arm, here, motion, slowest).finish)
+        return LineCheck(way.length, _planned(arm, here, lines[0], slowest).finish)
     except MotionError as error:
         stopped = _stopped(arm, way, arm.configuration(here), here)
         at = _along(way, error) if stopped is None else stopped * way.length
-        out = tuple(_ways_out(arm, parameters, way, here, motion, slowest, reachable=reachable))
+        out = tuple(_ways_out(arm, parameters, way, here, lines, slowest, reachable=reachable))
         return LineCheck(way.length, None, str(error), at, out)
 
 
@@ -321,14 +325,14 @@ def _held(arm: RobotArm, way: _Way, configuration: Configuration, near: Joints, 
 
 
 def _ways_out(
-    arm: RobotArm, parameters: Parameters, way: _Way, here: Joints, motion: Motion, slowest: float, *, reachable: bool
+    arm: RobotArm, parameters: Parameters, way: _Way, here: Joints, lines: Lines, slowest: float, *, reachable: bool
 ) -> Iterator[WayOut]:
     """What would do instead: another configuration for the whole line, a via point, a MOVE."""
-    yield from _other_configurations(arm, parameters, way, here, motion, slowest)
+    yield from _other_configurations(arm, parameters, way, here, lines[1], slowest)
     keeps = not unmet(arm.configuration(here), parameters.asked)  # else no line goes to a transformation
-    via = _via_point(arm, way, here, motion, slowest) if keeps else None
+    via = _via_point(arm, way, here, lines, slowest) if keeps else None
     if via is not None:
-        yield WayOut(via=compose(inverse(motion.frames.base), via))
+        yield WayOut(via=compose(inverse(lines[0].frames.base), via))
     if reachable:
         yield WayOut()
 
@@ -363,8 +367,9 @@ def _moved(
     return joints
 
 
-def _via_point(arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: float) -> Transform | None:
+def _via_point(arm: RobotArm, way: _Way, here: Joints, lines: Lines, slowest: float) -> Transform | None:
     """A pose half-way, beside the line, by which two lines lead to the target; the nearest of those tried."""
+    motion, later = lines
     middle = way.pose(0.5)
     for distance in SIDEWAYS:
         for direction in _beside(way.displacement):
@@ -373,7 +378,7 @@ def _via_point(arm: RobotArm, way: _Way, here: Joints, motion: Motion, slowest: 
                 continue
             try:
                 first = _planned(arm, here, replace(motion, pose=via), slowest)
-                _planned(arm, segment_joints(arm, first, first.duration), motion, slowest)
+                _planned(arm, segment_joints(arm, first, first.duration), later, slowest)
             except MotionError:
                 continue
             return via
