@@ -90,6 +90,30 @@ def test_both_kinds_of_motion_interrupt_each_other(engine: Engine, first: bool, 
     assert any(phase == "blend" for _, phase in phases(engine))
 
 
+@pytest.mark.parametrize("profile", list(Profile))
+def test_a_motion_that_interrupts_another_does_so_also_when_that_begins_elsewhere(profile: Profile) -> None:
+    """The order in which commands are given does not count, where they do not touch each other."""
+    ends = []
+    for order in (((A, 3.0), (B, 3.4), (C, 0.0)), ((C, 0.0), (A, 3.0), (B, 3.4))):
+        engine = Engine(MODEL)
+        engine.perform(SetParameter("PROFILE", profile.name))
+        for target, at in order:
+            go(engine, target, at=at)
+        check_continuous(engine, engine.timeline)
+        check_limits(engine, engine.timeline)
+        ends.append([(s.start, s.finish, s.path) for s in engine.timeline])
+    assert ends[0] == ends[1]
+
+
+def test_an_interruption_that_has_come_too_early_waits(engine: Engine) -> None:
+    go(engine, A, at=3.0)
+    go(engine, B, at=3.4)
+    go(engine, joints(150, 20, 0, 0, 30, 0), at=2.0)
+    begins = {s.motion.number: s.start for s in reversed(list(engine.timeline))}
+    assert begins[3] < 3.4 < begins[1] < begins[2]
+    check_continuous(engine, engine.timeline)
+
+
 def test_motions_scheduled_later_stay_and_the_next_is_planned_again(engine: Engine) -> None:
     for target in (A, B, C):
         go(engine, target)

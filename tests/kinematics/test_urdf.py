@@ -161,6 +161,9 @@ def test_axes_that_lie_like_those_of_a_ur_are_too(tmp_path: Path) -> None:
         ('rpy="0 0 1.5708"', 'rpy="0 0 1e308"', r"joint lean: origin rpy is '0 0 1e308'"),
         ('lower="-1"', 'lower="nan"', r"joint lean: limit lower is 'nan' \(give a number below 1e\+06\)"),
         ('lower="-1" ', "", r"joint lean: limit has no lower"),
+        ('velocity="3"', 'velocity="-3"', r"joint lean: limit: velocity -3 is below zero \(give it without a sign"),
+        ('<child link="one"/>', '<child link="base"/>', r"joint turn: link 'base' has two parents"),
+        ('<parent link="world"/>', '<parent link="base"/>', r"joint stand: leads from link 'base' to itself"),
         (
             '<limit lower="-1" upper="2" velocity="3" effort="7"/>',
             '<limit lower="-1" upper="2"/><mimic joint="turn"/>',

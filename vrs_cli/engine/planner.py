@@ -467,15 +467,36 @@ class _Rescheduling:
                 return begin, plan_motion(self.arm, here, motion, begin, self.slowest)
             except NoRoomToStop:
                 self.planned = before
+        if self._interrupts(following):
+            before = list(self.planned)
+            here = self._ended(following.start)
+            try:
+                return following.start, plan_motion(self.arm, here, motion, following.start, self.slowest)
+            except NoRoomToStop:
+                self.planned = before
         begin = self._begin(following)
         return begin, plan_motion(self.arm, self.place, motion, begin, self.slowest)
+
+    def _interrupts(self, following: Segment) -> bool:
+        """Whether a motion begins at its own time in the middle of the one before, and that is still under way then."""
+        if following.motion.start is not Start.AT or not self.planned:
+            return False
+        if state_at(self.arm, following, 0.0).joints.at_rest:
+            return False
+        number = self.old[self.index - 1].motion.number
+        begins = next((segment.start for segment in self.planned if segment.motion.number == number), None)
+        return begins is not None and begins < following.start < self.end
 
     def _rounded_into(self, motion: Motion) -> tuple[float, Here]:
         """When and where a motion begins that blends into what is planned: that ends there."""
         begin = rounding_begins(self.arm, slowing_down(self.planned), motion.rounding)
+        return begin, self._ended(begin)
+
+    def _ended(self, begin: float) -> Here:
+        """What is planned ends at that time; the state then."""
         while self.planned[-1].start >= begin:
             self.planned.pop()
         last = self.planned[-1]
         here = state_at(self.arm, last, min(begin - last.start, last.duration))
         self.planned[-1] = last.truncated(begin)
-        return begin, here
+        return here

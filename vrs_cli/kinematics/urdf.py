@@ -37,6 +37,7 @@ TIPS = ("tool0", "tcp", "flange", "ee_link")  # names of a tip, the most likely 
 STEP, ROUNDED = pi / 12, 1e-5  # [rad] files say 1.5708 for a right angle: so near to a multiple of 15 deg it is one
 
 _MOVING = {"revolute": JointKind.REVOLUTE, "continuous": JointKind.REVOLUTE, "prismatic": JointKind.PRISMATIC}
+_CHAIN = "an arm is a chain without loops"
 _FIXED = "fixed"
 
 
@@ -97,7 +98,9 @@ class _File:
         for joint in root.findall("joint")[: MOST_JOINTS + 1]:
             parent, child = self._end(joint, "parent"), self._end(joint, "child")
             if child in self.by_child:
-                raise self.wrong(joint, f"link {child!r} has two parents", "an arm is a chain without loops")
+                raise self.wrong(joint, f"link {child!r} has two parents", _CHAIN)
+            if child == parent:
+                raise self.wrong(joint, f"leads from link {parent!r} to itself", _CHAIN)
             self.by_child[child], self.parents[child] = joint, parent
         if not self.by_child or len(self.by_child) > MOST_JOINTS:
             raise FileDamaged(
@@ -192,6 +195,8 @@ class _File:
                 element, f"limit: lower {lower:g} is not below upper {upper:g}", "swap or mend the two limits"
             )
         velocity = self._limit(element, values, "velocity") if "velocity" in values else 0.0
+        if velocity < 0.0:
+            raise self.wrong(element, f"limit: velocity {velocity:g} is below zero", "give it without a sign")
         name = element.get("name") or "joint"
         return UrdfJoint(name, kind, lower, upper, velocity if velocity > 0.0 else USUAL_VELOCITY[kind])
 
