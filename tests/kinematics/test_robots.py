@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from math import degrees
 from random import Random
 
@@ -144,6 +145,20 @@ def test_velocities_there_and_back(arm: RobotArm) -> None:
         if min(arm.singularity(row)) > 1e-3:
             assert arm.joint_velocity(row, arm.twist(row, tuple(qd), tool), tool) == pytest.approx(qd, abs=1e-7)
             assert found == pytest.approx(qd, abs=1e-7)
+
+
+@pytest.mark.parametrize("name", ["irb120", "puma260", "ur5e"])
+def test_a_closed_form_follows_all_of_a_pose_whatever_counts(name: str) -> None:
+    model, tool = load_robot(name), translation(0.0, 0.0, 0.1)
+    whole, pointing = arm_for(model), arm_for(replace(model, task=Task.POINTING))
+    rng = np.random.default_rng(4)
+    q, twist = random_joints(whole, 20), rng.uniform(-1, 1, (20, 6))
+    for row, one in zip(q.tolist(), twist.tolist(), strict=True):
+        if min(whole.singularity(tuple(row))) > 0.05:
+            expected = whole.joint_velocity(tuple(row), tuple(one), tool)
+            assert pointing.joint_velocity(tuple(row), tuple(one), tool) == pytest.approx(expected, abs=1e-9)
+            batch = pointing.joint_velocity_batch(np.array([row]), np.array([one]), tool)
+            assert batch[0] == pytest.approx(expected, abs=1e-7)
 
 
 def test_the_bias_is_the_acceleration_at_constant_rates(arm: RobotArm) -> None:

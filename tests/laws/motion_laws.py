@@ -25,6 +25,8 @@ MOST_ROUNDING = 1e-6  # [rad]
 VELOCITY = 1e-6  # [rad/s]
 ACCELERATION = 1e-4  # [rad/s2]
 JERK_ON_LINE = 1.02  # of a joint on a straight line, where it is found by differences
+SLOPE = 1e-2  # of an acceleration that is found by differences, and [rad/s2]
+SHORT = 1e-3  # [s] a segment in which differences are rounding
 LIMIT = 1.0 + 1e-5  # rounding
 ON_LINE = 1e-6  # [m]
 PLACE, TURN = 1e-9, 1e-7  # [m, rad] of a pose beside its target
@@ -90,6 +92,22 @@ def jerk(engine: Engine, segment: Segment, s: float) -> Joints:
     if not (before.acceleration and after.acceleration):  # it rests
         return (0.0,) * len(before.joints)
     return tuple((b - a) / (2.0 * step) for a, b in zip(before.acceleration, after.acceleration, strict=True))
+
+
+def check_accelerations(engine: Engine, segments: Iterable[Segment]) -> None:
+    """On straight lines the joint acceleration is the rate of the joint velocity."""
+    for segment in segments:
+        if not isinstance(segment.path, CartesianPath) or segment.duration < SHORT:
+            continue
+        step = 1e-3 * segment.duration
+        for part in (0.3, 0.7):
+            t = segment.start + part * segment.duration
+            before, here, after = (position_at(engine.arm, engine.timeline, t + side) for side in (-step, 0.0, step))
+            if min(engine.arm.singularity(here.joints)) < 0.1:
+                continue
+            for v, a, w in zip(before.velocity, here.acceleration, after.velocity, strict=True):
+                mean = (w - v) / (2.0 * step)
+                assert abs(a - mean) <= SLOPE * (1.0 + abs(a)), (segment, t)
 
 
 def check_target(engine: Engine) -> None:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.laws.motion_laws import check_continuous, check_limits, check_lines, check_target
+from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
+from tests.laws.motion_laws import check_accelerations, check_continuous, check_limits, check_lines, check_target
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSpeed, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import VrsError
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import PROFILES, RobotModel
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
@@ -61,6 +63,7 @@ def check_robot(model: RobotModel, sequence: list[tuple[str, list[float], float 
     segments = list(engine.timeline)
     check_continuous(engine, segments)
     check_limits(engine, segments)
+    check_accelerations(engine, segments)
     check_lines(engine, segments)
     check_target(engine)
     return done
@@ -80,3 +83,13 @@ def test_a_robot_of_a_urdf_file_keeps_the_laws(
     name: str, sequence: list[tuple[str, list[float], float | None]]
 ) -> None:
     check_robot(load_robot(URDF / f"{name}.urdf"), sequence)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("model", [FIVE, SEVEN, CLOSED], ids=lambda model: str(model.name))
+@settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@given(sequence=steps)
+def test_a_robot_that_points_keeps_the_laws(
+    model: RobotModel, profile: str, sequence: list[tuple[str, list[float], float | None]]
+) -> None:
+    check_robot(replace(model, profile=profile), sequence)

@@ -13,6 +13,7 @@ from math import cbrt, sqrt
 from typing import NamedTuple
 
 from vrs_cli.engine.following import FINEST, Follower, Sample
+from vrs_cli.engine.rates import joint_acceleration, joint_acceleration_and_jerk
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
@@ -166,9 +167,7 @@ class StretchLoad:
     def _acceleration_at(self, sample: Sample) -> Joints | None:
         """The joint acceleration at a sample; None in a singular pose, where none is defined."""
         try:
-            return self.arm.joint_acceleration(
-                sample.joints, sample.velocity, self.path.twist_rate(sample.s), self.tool
-            )
+            return joint_acceleration(self.arm, self.path, sample.s, sample.joints, sample.velocity, self.tool)
         except StraightLineSingular:
             return None
 
@@ -206,11 +205,9 @@ class StretchLoad:
 
     def _moment(self, sample: Sample) -> Moment | None:
         """The joint acceleration and jerk at a sample; None in a singular pose, where none is defined."""
-        joints, velocity = sample.joints, sample.velocity
-        rate, change = self.path.twist_rates(sample.s)
+        s, joints, velocity = sample
         try:
-            acceleration = self.arm.joint_acceleration(joints, velocity, rate, self.tool)
-            return Moment(sample, acceleration, self.arm.joint_jerk(joints, velocity, acceleration, change, self.tool))
+            return Moment(sample, *joint_acceleration_and_jerk(self.arm, self.path, s, joints, velocity, self.tool))
         except StraightLineSingular:
             return None
 

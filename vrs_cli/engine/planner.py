@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from vrs_cli.engine.rates import joint_acceleration
 from vrs_cli.engine.straight import SLOWEST, line_stop, straight_segments
 from vrs_cli.engine.targets import aimed
 from vrs_cli.errors import MotionError, StreamIsOver
@@ -100,7 +101,7 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     velocity = arm.joint_velocity(joints, twist, frame)
     if not smoothly:
         return Here(JointState(joints, velocity), tool, frame)
-    acceleration = arm.joint_acceleration(joints, velocity, rates, frame)
+    acceleration = joint_acceleration(arm, path, s, joints, velocity, frame)
     return Here(JointState(joints, velocity, acceleration), tool, frame)
 
 

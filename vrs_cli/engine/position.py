@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from vrs_cli.engine.planner import segment_joints
+from vrs_cli.engine.rates import joint_acceleration
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
@@ -107,7 +108,7 @@ def _rates(arm: RobotArm, segment: Segment, s: float, joints: Joints) -> tuple[J
         twist = path.twist(s)
         if any(twist):
             velocity = arm.joint_velocity(joints, twist, tool)
-        return velocity, arm.joint_acceleration(joints, velocity, path.twist_rate(s), tool)
+        return velocity, joint_acceleration(arm, path, s, joints, velocity, tool)
     except StraightLineSingular:  # only where a line begins or ends at rest in a singular pose: no rate is defined
         return velocity, still
 

@@ -14,6 +14,7 @@ from vrs_cli.kinematics.jacobian import Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
 from vrs_cli.kinematics.serial_arm import SerialArm
+from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, rotate
 
 if TYPE_CHECKING:
@@ -22,7 +23,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Canonical:
-    """A robot's chain with the links of a closed form, and the model that it solves, limits included."""
+    """A robot's chain with the links of a closed form, and the model that it solves, limits included.
+
+    All of a pose counts for it, whatever counts for the robot.
+    """
 
     chain: Chain
     model: RobotModel
@@ -46,7 +50,7 @@ def canonical(model: RobotModel, alphas: Sequence[float]) -> Canonical | None:
     ends = zip(chain.of(model.lower), chain.of(model.upper), strict=True)
     lower, upper = zip(*((min(pair), max(pair)) for pair in ends), strict=True)
     links = tuple(link._replace(theta=0.0) for link in chain.links)
-    inner = replace(model, links=links, base=IDENTITY, flange=IDENTITY, lower=lower, upper=upper)
+    inner = replace(model, links=links, base=IDENTITY, flange=IDENTITY, lower=lower, upper=upper, task=Task.POSE)
     return Canonical(chain, inner)
 
 

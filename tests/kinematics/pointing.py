@@ -1,0 +1,32 @@
+"""Robots whose task is `pointing`: with five joints, with more, and with a closed form for the whole pose."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.task import Task
+
+URDF = Path(__file__).parent / "urdf"
+
+
+def without_last_joint(model: RobotModel) -> RobotModel:
+    return replace(
+        model,
+        name=f"{model.name} without its last joint",
+        task=Task.POINTING,
+        links=model.links[:-1],
+        lower=model.lower[:-1],
+        upper=model.upper[:-1],
+        max_velocity=model.max_velocity[:-1],
+        max_acceleration=model.max_acceleration[:-1],
+        max_jerk=model.max_jerk[:-1],
+        poses={name: joints[:-1] for name, joints in model.poses.items()},
+    )
+
+
+FIVE = without_last_joint(load_robot("puma560"))
+SEVEN = replace(load_robot(URDF / "seven.urdf"), task=Task.POINTING)
+CLOSED = replace(load_robot("ur5e"), task=Task.POINTING)

@@ -1,0 +1,74 @@
+"""Accelerations and jerks of the joints along the path of a tool.
+
+Where the turn of the flange about its own axis a does not count (`Task.POINTING`) it is not the path's: the arm makes
+it faster by psi'. With the angular velocity w of the path and a' = w x a:
+
+    w_arm   = w   + psi' a
+    w_arm'  = w'  + psi' a'                + psi'' a
+    w_arm'' = w'' + psi' a'' + 2 psi'' a'  + psi''' a
+
+What is along a does not count; the rest does, and is asked of the joints.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.jacobian import Twist
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.transform import Transform, Vector
+from vrs_cli.trajectory.segment import CartesianPath
+from vrs_cli.trajectory.vector import added, cross, dot, scaled, subtracted
+
+
+class _FreeTurn(NamedTuple):
+    """The axis a of a flange that turns about it as the joints have it, its rate a', w, and psi' [rad/s]."""
+
+    axis: Vector
+    axis_rate: Vector
+    spin: Vector
+    extra: float
+
+
+def joint_acceleration(
+    arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints, T_flange_tool: Transform
+) -> Joints:
+    """[rad/s2] at s seconds into a path, where the joints are q and their rates qd. Raises StraightLineSingular."""
+    rate = path.twist_rate(s)
+    if arm.model.task is Task.POINTING:
+        rate = _asked_acceleration(_free_turn(arm, path, s, q, qd), rate)
+    return arm.joint_acceleration(q, qd, rate, T_flange_tool)
+
+
+def joint_acceleration_and_jerk(
+    arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints, T_flange_tool: Transform
+) -> tuple[Joints, Joints]:
+    """`joint_acceleration`, and the rate of it [rad/s3]."""
+    rate, change = path.twist_rates(s)
+    if arm.model.task is not Task.POINTING:
+        qdd = arm.joint_acceleration(q, qd, rate, T_flange_tool)
+        return qdd, arm.joint_jerk(q, qd, qdd, change, T_flange_tool)
+    turn = _free_turn(arm, path, s, q, qd)
+    qdd = arm.joint_acceleration(q, qd, _asked_acceleration(turn, rate), T_flange_tool)
+    spin_rate = added(arm.twist(q, qdd)[3:], arm.acceleration_bias(q, qd)[3:])
+    return qdd, arm.joint_jerk(q, qd, qdd, _asked_jerk(turn, rate, spin_rate, change), T_flange_tool)
+
+
+def _free_turn(arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints) -> _FreeTurn:
+    flange, spin = arm.forward(q), path.twist(s)[3:]
+    a = flange.ax, flange.ay, flange.az
+    return _FreeTurn(a, cross(spin, a), spin, dot(subtracted(arm.twist(q, qd)[3:], spin), a))
+
+
+def _asked_acceleration(turn: _FreeTurn, rate: Twist) -> Twist:
+    return (*rate[:3], *added(rate[3:], scaled(turn.axis_rate, turn.extra)))
+
+
+def _asked_jerk(turn: _FreeTurn, rate: Twist, spin_rate: Vector, change: Twist) -> Twist:
+    """From the `rate` of the path's twist, the `change` of that, and the angular acceleration that the arm has."""
+    extra_rate = dot(subtracted(spin_rate, rate[3:]), turn.axis)
+    again = added(cross(rate[3:], turn.axis), cross(turn.spin, turn.axis_rate))
+    more = added(scaled(again, turn.extra), scaled(turn.axis_rate, 2.0 * extra_rate))
+    return (*change[:3], *added(change[3:], more))
