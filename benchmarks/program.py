@@ -15,7 +15,7 @@ from vrs_cli.interfaces.session import Session
 REPEATS = 5
 
 PROGRAM = """\
-.PROGRAM shift()
+.PROGRAM work()
     parts = 0
     READY
     WHILE TIME() < 600 DO
@@ -64,7 +64,7 @@ def run_once() -> tuple[float, float, int]:
     session = Session(Silent())
     begin = perf_counter()
     session.load_text(PROGRAM)
-    result = session.execute("shift")
+    result = session.execute("work")
     took = perf_counter() - begin
     if result.fault is not None:
         raise SystemExit(result.fault.message)

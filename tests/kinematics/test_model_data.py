@@ -82,6 +82,7 @@ def test_frames_at_both_ends_and_zeros_of_joints(tmp_path: Path) -> None:
         ("[[joints]]", "base = [1, 2]\n[[joints]]", r"base: is not a list of 6 numbers \(give X, Y, Z, O, A, T"),
         ("a = 0.0", 'kind = "bent"\na = 0.0', r"joint 1: kind is 'bent' \(write \"revolute\" or \"prismatic\""),
         ("[[joints]]", "task = 6\n[[joints]]", r"task: 6 is none"),
+        ("[[joints]]", 'task = "upright"\n[[joints]]', r"task: 'upright' is for arms whose flange keeps its direction"),
     ],
 )
 def test_damage_of_what_may_be_left_out(tmp_path: Path, old: str, new: str, message: str) -> None:

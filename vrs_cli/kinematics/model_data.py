@@ -196,6 +196,9 @@ class ModelReader:
         if not task.suits(model.joint_count):
             what = f"{task.value!r} takes {task.size} joints"
             raise self.wrong("task", what, f"the robot has {model.joint_count}")
+        if task in (Task.UPRIGHT, Task.PLANE) and not flange_steady(model):
+            what = f"{task.value!r} is for arms whose flange keeps its direction, and this one tilts it"
+            raise self.wrong("task", what, f"give {Task.POSITION.value!r}")
         return task
 
     def frame(self, data: object, key: str) -> Transform:
