@@ -27,6 +27,8 @@ JERK_MARGIN = 1.01
 NEAR_LIMIT = 0.9  # of an acceleration or jerk limit: what the samples show may hide a peak above it
 NEAR_PEAK = 0.95  # of the worst joint's part of its limit: the joints whose peaks between samples are looked for
 BENT = 0.01  # of the greatest jerk: a bend between two samples from which it is looked at more closely
+AT_LIMIT = 0.999  # of a velocity limit: a joint that begins the stretch there
+SLOWS_DOWN = 0.1  # [1/s] of its velocity: a joint that loses so much is fastest at the beginning
 GOLDEN = 0.6180339887498949
 PEAK_STEPS = 14  # leave a thousandth of the way between two samples
 LOST = 1e-6  # measure of a pose at rest in which the rates of the joints are rounding
@@ -115,13 +117,13 @@ class StretchLoad:
             at = 1 + _where_largest(columns[joint][1:]) if ratios is later else 0
             load = replace(load, joint=joint + 1, place=self.path.pose(samples[at].s))
         for sample in self._peaks(columns, worst) if worst >= NEAR_PEAK else ():
-            load = load.worse(self._velocity_at(sample))
+            load = load.worse(self._velocity_at(sample, SMALL_MARGIN))
+        for sample in self._peaks_at_first(at_first) if worst <= 1.0 + ROUNDING else ():
+            load = load.worse(self._velocity_at(sample, 1.0))
         return load
 
-    def _velocity_at(self, sample: Sample) -> Load:
-        ratios = [
-            abs(v) * SMALL_MARGIN / most for v, most in zip(sample.velocity, self.limits.max_velocity, strict=True)
-        ]
+    def _velocity_at(self, sample: Sample, margin: float) -> Load:
+        ratios = [abs(v) * margin / most for v, most in zip(sample.velocity, self.limits.max_velocity, strict=True)]
         worst = max(ratios)
         place = self.path.pose(sample.s) if worst > 1.0 + ROUNDING else None
         return Load(worst, joint=ratios.index(worst) + 1, place=place)
@@ -133,6 +135,13 @@ class StretchLoad:
             k = _where_largest(column)
             if k and abs(column[k]) / limit >= NEAR_PEAK * max(worst, 1.0):  # what the first interval has is known
                 yield self._peak(i, samples[k - 1], samples[min(k + 1, len(samples) - 1)])
+
+    def _peaks_at_first(self, at_first: Joints) -> Iterator[Sample]:
+        """Where the joints that begin at their limit are fastest before the second sample, unless they slow down."""
+        rows = zip(self.samples[0].velocity, at_first, self.limits.max_velocity, strict=True)
+        for i, (v, a, limit) in enumerate(rows):
+            if abs(v) >= AT_LIMIT * limit and a * v > -SLOWS_DOWN * abs(v):
+                yield self._peak(i, self.samples[0], self.samples[1])
 
     def _peak(self, joint: int, before: Sample, after: Sample) -> Sample:
         """Where a joint is fastest between two samples, by golden section."""
