@@ -22,11 +22,20 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.engine.planner import Here, plan_motion
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError
+from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import IDENTITY, Transform, angle_between, from_oat, position, translation
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    angle_between,
+    from_oat,
+    position,
+    rotation_z,
+    translation,
+)
 from vrs_cli.trajectory.blend import JointState
-from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
+from vrs_cli.trajectory.motion import Frames, Kind, Motion, Profile, Start
 from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -215,3 +224,28 @@ def test_a_brake_on_a_line_stays_on_it(profile: str, part: float, pose: Transfor
     assert not engine.position(engine.end).moving
     check_continuous(engine, engine.timeline)
     check_limits(engine, engine.timeline)
+
+
+def test_a_joint_at_the_end_of_its_range_may_not_swing_out_first() -> None:
+    """Joint 4 rests at 170 deg; the line would take it a hair beyond, and back before the first sample."""
+    model = load_robot("puma560")
+    arm = arm_for(model)
+    q = (
+        -2.245735942833484,
+        -3.072367849793791,
+        model.upper[2],
+        model.upper[3],
+        -0.19905939146012527,
+        2.535553589266462,
+    )
+    pose = Transform(
+        *(-0.7869716795481398, 0.22737210147348547, -0.5735656048445645, 0.21022582675259505),
+        *(0.20718386781797932, -0.7782547435212686, -0.5927852892090244, -0.014269971478899994),
+        *(-0.5811629896209516, -0.5853387751193113, 0.5653566112080606, 0.3812855351697436),
+    )
+    turned = rotation_z(-0.0016536399)
+    frames = Frames(tool=turned._replace(px=-0.031789269261289235))
+    motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=pose, speed=0.4774, acceleration=0.8264, frames=frames)
+    with pytest.raises(JointOutOfRange) as caught:
+        plan_motion(arm, Here(JointState(q, (0.0,) * 6)), motion, 0.0)
+    assert caught.value.joint == 4

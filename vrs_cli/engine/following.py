@@ -33,6 +33,7 @@ JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
 JUMP = 2e-3  # [rad] at most, beyond what the velocities of two neighbours explain
 LEAST_JUMP = 1e-6  # [rad] rounding next to a singular pose, where samples are near each other
+NEAR_RANGE = 1e-4  # [rad, m] of a joint to the end of its range
 STILL = 1e-9  # [m/s, rad/s] a tool that stands
 CLOSE_BY = 0.2  # measure of a pose that a singularity is to blame for
 PASSED = "use MOVE there, or a via point farther from the singularity"
@@ -98,6 +99,8 @@ class Follower:
                     self._refine(path, samples, duration * (1.0 - part), finest)
             self._refine(path, samples, duration, finest)
             self._check_starts(path, samples[steady:])
+        self._check_range(path, samples[0], samples[1])
+        self._check_range(path, samples[-1], samples[-2])
         return samples
 
     def singular(self, sample: Sample) -> bool:
@@ -165,6 +168,15 @@ class Follower:
         for i, (back, v) in enumerate(zip(turned, a.velocity, strict=True)):
             if back < 0.0 and not self.lower[i] <= a.joints[i] + half * v <= self.upper[i]:
                 self._turn(path, i, a, b)
+
+    def _check_range(self, path: CartesianPath, rest: Sample, other: Sample) -> None:
+        """A joint that rests at the end of its range may go beyond it and turn back before the other sample."""
+        if any(rest.velocity):
+            return
+        rows = zip(rest.joints, self.lower, self.upper, strict=True)
+        if min([min(q - low, high - q) for q, low, high in rows]) < NEAR_RANGE:
+            for part in (*CLOSER, 0.125, 0.25, 0.5):
+                self.sample(path, rest.s + part * (other.s - rest.s), rest.joints)
 
     def _turn(self, path: CartesianPath, joint: int, a: Sample, b: Sample) -> None:
         """Look where a joint turns back; a sample outside the range is refused."""
