@@ -442,9 +442,7 @@ class _Rescheduling:
 
     def _plan_again(self, following: Segment) -> None:
         after = self._after(following.motion, self.index)
-        motion = self.old[
-            after - 1
-        ].motion  # a stop at constant acceleration, where there was one, was of another profile
+        motion = self.old[after - 1].motion  # not of its first segment, a stop of another profile where it braked first
         try:
             motion = aimed(self.arm, motion, self.place.joints.joints)
             begin, segments = self._segments(motion, following)
@@ -460,22 +458,22 @@ class _Rescheduling:
 
     def _segments(self, motion: Motion, following: Segment) -> tuple[float, tuple[Segment, ...]]:
         """When a motion begins, and its segments: out of the motion before where it did so and there is room."""
-        if motion.start is Start.BLEND and self.planned and self.planned[-1].phase is Phase.DECELERATE:
+        begin = self._out_of_motion(motion, following)
+        if begin is not None:
             before = list(self.planned)
-            begin, here = self._rounded_into(motion)
+            here = self._ended(begin)
             try:
                 return begin, plan_motion(self.arm, here, motion, begin, self.slowest)
             except NoRoomToStop:
                 self.planned = before
-        if self._interrupts(following):
-            before = list(self.planned)
-            here = self._ended(following.start)
-            try:
-                return following.start, plan_motion(self.arm, here, motion, following.start, self.slowest)
-            except NoRoomToStop:
-                self.planned = before
         begin = self._begin(following)
         return begin, plan_motion(self.arm, self.place, motion, begin, self.slowest)
+
+    def _out_of_motion(self, motion: Motion, following: Segment) -> float | None:
+        """When a motion begins that blends into what is planned, or interrupts it; None for one that does neither."""
+        if motion.start is Start.BLEND and self.planned and self.planned[-1].phase is Phase.DECELERATE:
+            return rounding_begins(self.arm, slowing_down(self.planned), motion.rounding)
+        return following.start if self._interrupts(following) else None
 
     def _interrupts(self, following: Segment) -> bool:
         """Whether a motion begins at its own time in the middle of the one before, and that is still under way then."""
@@ -486,11 +484,6 @@ class _Rescheduling:
         number = self.old[self.index - 1].motion.number
         begins = next((segment.start for segment in self.planned if segment.motion.number == number), None)
         return begins is not None and begins < following.start < self.end
-
-    def _rounded_into(self, motion: Motion) -> tuple[float, Here]:
-        """When and where a motion begins that blends into what is planned: that ends there."""
-        begin = rounding_begins(self.arm, slowing_down(self.planned), motion.rounding)
-        return begin, self._ended(begin)
 
     def _ended(self, begin: float) -> Here:
         """What is planned ends at that time; the state then."""
