@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from vrs_cli.engine.planner import Place, braked, joint_limits, place_at, stays_inside
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.blend import JointLimits, JointState, joint_stop_each
@@ -21,7 +23,6 @@ def plan_steering(
     scheduled after it is dropped. Raises NoRoomToStop where what is under way has to go on.
     """
     place = place_at(arm, timeline, executed)
-    planned = _smoothly if motion.profile is Profile.SCURVE else _parabolically
     return TimelineDelta(
         version=timeline.version,
         cause=Cause.COMMAND,
@@ -32,32 +33,24 @@ def plan_steering(
         keep=place.keep,
         drop=len(timeline) - place.keep,
         shift=0.0,
-        segments=planned(arm, timeline, place, motion, executed, target, tick),
+        segments=_chasing(arm, timeline, place, motion, executed, target, tick),
     )
 
 
-def _parabolically(
-    arm: RobotArm, _timeline: Timeline, place: Place, motion: Motion, start: float, target: Target, tick: float
+def _chasing(
+    arm: RobotArm, timeline: Timeline, place: Place, motion: Motion, start: float, target: Target, tick: float
 ) -> tuple[Segment, ...]:
-    here, model = place.here.joints, arm.model
+    here, model, limits = place.here.joints, arm.model, joint_limits(arm, motion)
     room = Room(model.lower, model.upper)
-    segments = steered(here, target, joint_limits(arm, motion), room, tick, start, motion)
+    if motion.profile is Profile.SCURVE:
+        coming = partial(_coming, timeline, place.keep, start)
+        segments = smoothly_steered(here, target, limits, room, tick, start, motion, coming)
+        return segments or braked(arm, here, motion, start)
+    segments = steered(here, target, limits, room, tick, start, motion)
     if stays_inside(arm, segments):
         return segments
     # the motion before left no room for a whole tick
     return joint_stop_each(here, JointLimits(model.max_velocity, model.max_acceleration), start, motion)
-
-
-def _smoothly(
-    arm: RobotArm, timeline: Timeline, place: Place, motion: Motion, start: float, target: Target, tick: float
-) -> tuple[Segment, ...]:
-    here, room = place.here.joints, Room(arm.model.lower, arm.model.upper)
-
-    def coming() -> list[Pieces] | None:
-        return _coming(timeline, place.keep, start)
-
-    segments = smoothly_steered(here, target, joint_limits(arm, motion), room, tick, start, motion, coming)
-    return segments or braked(arm, here, motion, start)
 
 
 def _coming(timeline: Timeline, keep: int, t: float) -> list[Pieces] | None:
