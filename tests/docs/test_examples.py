@@ -45,9 +45,11 @@ def test_links_lead_to_files_and_headings(page: Path) -> None:
     assert not [file for file in _NAMED_FILE.findall(text) if not (ROOT / file).exists()]
 
 
-def test_every_page_is_linked_from_the_readme() -> None:
-    text = README.read_text(encoding="utf-8")
-    assert not [page for page in PAGES[1:] if f"](docs/{page.name})" not in text]
+def test_every_page_is_linked_from_the_index() -> None:
+    index = ROOT / "docs" / "index.md"
+    assert "](docs/index.md)" in README.read_text(encoding="utf-8")
+    text = index.read_text(encoding="utf-8")
+    assert not [page for page in PAGES[1:] if page != index and f"]({page.name})" not in text]
 
 
 def test_every_sample_program_is_in_the_table() -> None:
