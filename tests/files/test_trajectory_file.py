@@ -12,14 +12,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.files.trajectories import JOINTS, appended, deltas, initial, planned, puma
+from tests.files.trajectories import JOINTS, appended, deltas, initial, planned, puma, without_checksums
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files import trajectory_file
+from vrs_cli.files.checksum import Checksums
 from vrs_cli.files.records import MotionRecord, Motions
 from vrs_cli.files.trajectory_file import (
+    LineEncoder,
     TrajectoryWriter,
     decode_delta,
-    encode_delta,
     read_trajectory,
     write_trajectory,
 )
@@ -35,8 +36,8 @@ def saved(tmp_path: Path) -> Path:
 
 
 def edited(path: Path, line: int, old: str, new: str) -> Path:
-    """The file with one line changed (counted from 1)."""
-    lines = path.read_text(encoding="utf-8").split("\n")
+    """The file with one line changed (counted from 1), and without checksums."""
+    lines = without_checksums(path).read_text(encoding="utf-8").split("\n")
     assert old in lines[line - 1]
     lines[line - 1] = lines[line - 1].replace(old, new, 1)
     path.write_text("\n".join(lines), encoding="utf-8")
@@ -49,10 +50,10 @@ def edited(path: Path, line: int, old: str, new: str) -> Path:
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.lists(deltas, min_size=1, max_size=3))
 def test_decoding_an_encoded_delta_gives_it_back_to_the_bit(given_deltas: list) -> None:
-    written, read = Motions(), Motions()
+    written, read, checksums = LineEncoder(), Motions(), Checksums()
     for delta in given_deltas:
-        line = encode_delta(delta, written)
-        again = decode_delta(line, read, JOINTS)
+        line = written.delta(delta)
+        again = decode_delta(checksums.opened(line), read, JOINTS)
         assert repr(again) == repr(delta)  # repr tells -0.0 from 0.0, == does not
         assert line.count(b"\n") == 1
 
@@ -228,6 +229,41 @@ def test_a_failed_save_leaves_the_old_file(saved: Path) -> None:
     assert [entry.name for entry in saved.parent.iterdir()] == [saved.name]
 
 
+# --- checksums ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        (lambda lines: [*lines[:2], lines[2].replace(b"1", b"2", 1), *lines[3:]], 3),
+        (lambda lines: [*lines[:2], lines[2].replace(b'"text":"M', b'"text":"N'), *lines[3:]], 3),
+        (lambda lines: [*lines[:2], *lines[3:]], 3),
+        (lambda lines: [*lines[:3], *lines[2:]], 4),
+        (lambda lines: [*lines[:2], lines[3], lines[2], *lines[4:]], 3),
+        (lambda lines: [lines[0].replace(b'"title":"U', b'"title":"V'), *lines[1:]], 1),
+        (lambda lines: [*lines[:2], lines[2].replace(b",", b", ", 1), *lines[3:]], 3),
+        (lambda lines: [*lines[:2], lines[2][:-19] + b"}\n", *lines[3:]], 3),
+    ],
+    ids=["number", "text", "dropped", "doubled", "swapped", "header", "blank", "checksum"],
+)
+def test_a_line_that_was_not_written_there_is_refused(saved: Path, change, line: int) -> None:
+    saved.write_bytes(b"".join(change(saved.read_bytes().splitlines(keepends=True))))
+    with pytest.raises(FileDamaged, match=f"line {line}: its checksum does not fit"):
+        read_trajectory(saved)
+
+
+def test_a_file_without_checksums_is_read_and_gone_on_with_as_it_is(saved: Path) -> None:
+    changes = planned(6)[1]
+    write_trajectory(saved, puma(), [initial()], changes[:-1])
+    assert without_checksums(saved).read_bytes().count(b'"crc"') == 0
+    recording = read_trajectory(saved)
+    assert recording.deltas == changes[:-1]
+    with TrajectoryWriter.continued(saved, recording) as journal:
+        journal.append(changes[-1])
+    assert b'"crc"' not in saved.read_bytes()
+    assert read_trajectory(saved).deltas == changes
+
+
 # --- files that are not what they should be ----------------------------------------------------------------
 
 
@@ -275,8 +311,8 @@ def test_a_damaged_line_is_named_with_its_reason(saved: Path, line: int, old: st
 
 
 def damaged_record(path: Path, change) -> Path:
-    """The file with the record of line 2 changed by `change`."""
-    lines = path.read_text(encoding="utf-8").split("\n")
+    """The file with the record of line 2 changed by `change`, and without checksums."""
+    lines = without_checksums(path).read_text(encoding="utf-8").split("\n")
     record = json.loads(lines[1])
     change(record)
     lines[1] = json.dumps(record)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import random
+import re
 from dataclasses import replace
 from functools import cache
 from math import radians
+from pathlib import Path
 
 from hypothesis import strategies as st
 
@@ -58,6 +60,12 @@ def planned(count: int, seed: int = 1) -> tuple[Timeline, tuple[TimelineDelta, .
             deltas.append(before.inverse(delta))
             timeline = timeline.apply(deltas[-1])
     return timeline, tuple(deltas)
+
+
+def without_checksums(path: Path) -> Path:
+    """The file as it was written before lines had checksums."""
+    path.write_bytes(re.sub(rb',"crc":"[0-9a-f]{8}"}', b"}", path.read_bytes()))
+    return path
 
 
 def appended(count: int) -> tuple[TimelineDelta, ...]:

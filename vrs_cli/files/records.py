@@ -122,14 +122,16 @@ class DeltaRecord(Record, frozen=True):
     cause: Cause | None = None
 
 
-class HeaderRecord(msgspec.Struct, frozen=True):
-    """The first line; keys that a later version may add are passed over."""
+class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):
+    """The first line; keys that a later version may add are passed over. `crc` says that every line has its checksum,
+    which `files/checksum.py` puts there and takes away."""
 
     vrst: int
     vrs: str
     units: dict[str, str]
     robot: dict[str, Any]
     initial: tuple[SegmentRecord, ...]
+    crc: str | None = None
 
 
 class RecordError(ValueError):

@@ -19,6 +19,7 @@ import msgspec
 from vrs_cli import __version__
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically, claim, create_beside, reason, sync, writing
+from vrs_cli.files.checksum import START, Checksums
 from vrs_cli.files.rebuild import Rebuilding
 from vrs_cli.files.records import (
     FORMAT,
@@ -56,24 +57,31 @@ _delta_decoder = msgspec.json.Decoder(DeltaRecord)
 # --- lines ----------------------------------------------------------------------------------------------
 
 
-def encode_header(model: RobotModel, initial: Iterable[Segment], motions: Motions) -> bytes:
-    """The first line. `initial`: the timeline of version 0 (s_0: where the robot stands at first)."""
-    segments = segment_records(initial, motions, None)
-    return _line(HeaderRecord(FORMAT, __version__, UNITS, to_dict(model), segments))
+class LineEncoder:
+    """The lines of one file as they are written: each knows the motions, and the checksum, of those before it.
 
+    The same values give the same bytes.
+    """
 
-def encode_delta(delta: TimelineDelta, motions: Motions) -> bytes:
-    """One line; `motions` are those that the lines before describe. The same bytes for the same values."""
-    return _line(delta_record(delta, motions))
+    def __init__(self, motions: Mapping[int, Motion] = MappingProxyType({}), checksum: int | None = START) -> None:
+        self._motions, self._checksums = Motions(motions), Checksums(checksum)
+
+    def header(self, model: RobotModel, initial: Iterable[Segment]) -> bytes:
+        """The first line. `initial`: the timeline of version 0 (s_0: where the robot stands at first)."""
+        segments = segment_records(initial, self._motions, None)
+        return self._line(HeaderRecord(FORMAT, __version__, UNITS, to_dict(model), segments))
+
+    def delta(self, delta: TimelineDelta) -> bytes:
+        """The next line."""
+        return self._line(delta_record(delta, self._motions))
+
+    def _line(self, record: msgspec.Struct) -> bytes:
+        return self._checksums.sealed(_encoder.encode(record)) + b"\n"
 
 
 def decode_delta(line: bytes, motions: Motions, joint_count: int) -> TimelineDelta:
     """The delta of a line. Raises msgspec.DecodeError for what is no record, RecordError for a wrong one."""
     return delta_of(_delta_decoder.decode(line), motions, joint_count)
-
-
-def _line(record: msgspec.Struct) -> bytes:
-    return _encoder.encode(record) + b"\n"
 
 
 # --- writing --------------------------------------------------------------------------------------------
@@ -90,9 +98,8 @@ class TrajectoryWriter:
     def __init__(
         self, path: str | Path, model: RobotModel, initial: Iterable[Segment], *, durable: bool = True
     ) -> None:
-        motions = Motions()
-        header = encode_header(model, initial, motions)
-        target = Path(path)
+        target, lines = Path(path), LineEncoder()
+        header = lines.header(model, initial)
         with writing(target):
             beside = create_beside(target)
         try:
@@ -103,7 +110,7 @@ class TrajectoryWriter:
         except BaseException:
             beside.discard()
             raise
-        self._go_on(target, beside.stream, motions, durable)
+        self._go_on(target, beside.stream, lines, durable)
 
     @classmethod
     def continued(cls, path: str | Path, recording: Recording, *, durable: bool = True) -> Self:
@@ -117,11 +124,11 @@ class TrajectoryWriter:
             if stream.read(1) != b"\n":
                 stream.write(b"\n")
             sync(stream)
-        writer._go_on(target, stream, Motions(recording.motions), durable)
+        writer._go_on(target, stream, LineEncoder(recording.motions, recording.checksum), durable)
         return writer
 
-    def _go_on(self, path: Path, stream: BinaryIO, motions: Motions, durable: bool) -> None:
-        self.path, self._stream, self._motions, self._durable = path, stream, motions, durable
+    def _go_on(self, path: Path, stream: BinaryIO, lines: LineEncoder, durable: bool) -> None:
+        self.path, self._stream, self._lines, self._durable = path, stream, lines, durable
         self._state = (
             stream.tell() if stream.seekable() else 0,
             b"",
@@ -130,7 +137,7 @@ class TrajectoryWriter:
     def append(self, delta: TimelineDelta) -> None:
         """Add one delta."""
         size, pending = self._state
-        self._state = (size, pending + encode_delta(delta, self._motions))
+        self._state = (size, pending + self._lines.delta(delta))
         with writing(self.path):
             self._put()
 
@@ -179,11 +186,11 @@ def write_trajectory(
     path: str | Path, model: RobotModel, initial: Iterable[Segment], deltas: Iterable[TimelineDelta]
 ) -> None:
     """Save a trajectory: the whole file or, when that fails, what was there before. Raises FileError."""
-    motions = Motions()
+    lines = LineEncoder()
     with atomically(path) as stream:
-        stream.write(encode_header(model, initial, motions))
+        stream.write(lines.header(model, initial))
         for delta in deltas:
-            stream.write(encode_delta(delta, motions))
+            stream.write(lines.delta(delta))
 
 
 # --- reading --------------------------------------------------------------------------------------------
@@ -203,7 +210,8 @@ class Recording:
     """A trajectory file as read: `timeline` is tau after all `deltas`, `initial` the segments of tau[0].
 
     `dropped_tail`: a last line that had not been written to its end was left out. `size`: the bytes of all others;
-    `motions`: what they describe. Both are what writing on needs.
+    `motions`: what they describe; `checksum`: that of the last, None where the file has none. These three are what
+    writing on needs.
     """
 
     model: RobotModel
@@ -214,6 +222,7 @@ class Recording:
     dropped_tail: bool
     size: int
     motions: Mapping[int, Motion]
+    checksum: int | None
 
 
 @collector_paused()
@@ -225,16 +234,24 @@ def read_trajectory(path: str | Path, progress: Callable[[float], None] | None =
     file = Path(path)
     with _reading(file) as stream:
         lines = _Lines(stream, progress)
-        header, model, initial, motions = _header(file, lines.first(file))
+        header, model, initial, motions, checksums = _header(file, lines.first(file))
         rebuilding, deltas = Rebuilding(initial), list[TimelineDelta]()
         for number, line in enumerate(lines, 2):
             try:
-                deltas.append(decode_delta(line, motions, model.joint_count))
+                deltas.append(decode_delta(checksums.opened(line), motions, model.joint_count))
                 rebuilding.add(deltas[-1])
             except (*UNREADABLE, RecordError) as error:
                 raise _damaged(file, number, str(error)) from None
     return Recording(
-        model, rebuilding.timeline(), tuple(deltas), initial, header, lines.torn, lines.whole, MappingProxyType(motions)
+        model=model,
+        timeline=rebuilding.timeline(),
+        deltas=tuple(deltas),
+        initial=initial,
+        header=header,
+        dropped_tail=lines.torn,
+        size=lines.whole,
+        motions=MappingProxyType(motions),
+        checksum=checksums.last,
     )
 
 
@@ -289,17 +306,19 @@ def _is_whole(line: bytes) -> bool:
     return True
 
 
-def _header(path: Path, line: bytes) -> tuple[Header, RobotModel, tuple[Segment, ...], Motions]:
+def _header(path: Path, line: bytes) -> tuple[Header, RobotModel, tuple[Segment, ...], Motions, Checksums]:
     record = _header_record(path, line)
-    model = from_dict(record.robot, f"{path}, line 1: robot")
+    checksums = Checksums(None if record.crc is None else START)
     motions = Motions()
     try:
+        checksums.opened(line)
+        model = from_dict(record.robot, f"{path}, line 1: robot")
         initial = segments_of(record.initial, motions, None, model.joint_count)
     except RecordError as error:
         raise _damaged(path, 1, str(error)) from None
     if not initial:
         raise _damaged(path, 1, "the initial timeline has no segment")
-    return Header(record.vrst, record.vrs, record.units), model, initial, motions
+    return Header(record.vrst, record.vrs, record.units), model, initial, motions, checksums
 
 
 class _Marks(msgspec.Struct):
