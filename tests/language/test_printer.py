@@ -87,7 +87,7 @@ def test_canonical_form(typed: str, canonical: str) -> None:
     [
         ("where from 0 to 5 step .5", "WHERE FROM 0 TO 5 STEP .5"),
         ("where at 2", "WHERE AT 2"),
-        ("w", "WHERE"),
+        ("wh", "WHERE"),
         ("store Cell.v2=pick,place", "STORE Cell.v2 = pick, place"),
         ('load "my file.v2"', 'LOAD "my file.v2"'),
         ("ex pick(a),5,2", "EXECUTE pick(a), 5, 2"),

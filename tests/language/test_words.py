@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from string import ascii_letters, ascii_uppercase
+
 import pytest
 
 from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, PROGRAM_WORDS
@@ -62,9 +64,9 @@ def test_form_of_commands(name: str, form: str) -> None:
         ("CALI", "CALIBRATE"),
         ("EN", "ENABLE"),
         ("DIR", "DIRECTORY"),
-        ("W", "WHERE"),
+        ("WH", "WHERE"),
         ("store", "STORE"),  # a full name, though others begin with it
-        ("AB", "ABORT"),  # commands come before instructions
+        ("ABO", "ABORT"),  # commands come before instructions
         ("ALI", "ALIGN"),
         ("TIMEL", "TIMELINE"),
         ("PL", "PLOT"),
@@ -88,6 +90,18 @@ def test_abbreviations_in_programs(typed: str, meant: list[str]) -> None:
     assert [word.name for word in abbreviated(typed, PROGRAM_WORDS)] == meant
 
 
-def test_one_letter_is_enough_for_words_of_val_alone() -> None:
-    assert abbreviated("X", COMMANDS) == ()
-    assert [word.name for word in abbreviated("XS", COMMANDS)] == ["XSTEP"]
+def test_no_letter_alone_is_short_for_a_word() -> None:
+    assert [letter for letter in ascii_letters if abbreviated(letter, COMMANDS, PROGRAM_WORDS)] == []
+
+
+def test_two_letters_are_not_short_for_what_deletes_stops_steps_or_takes_back() -> None:
+    pairs = [one + two for one in ascii_uppercase for two in ascii_uppercase]
+    meant = [abbreviated(pair, COMMANDS, PROGRAM_WORDS) for pair in pairs if pair not in COMMANDS]
+    assert [rows[0].name for rows in meant if len(rows) == 1 and rows[0].drastic] == []
+    for name in ("ABORT", "KILL", "ZERO", "DELETE", "RESET", "NEXT", "SSTEP", "XSTEP", "UNDO", "BASE", "TOOL"):
+        assert COMMANDS[name].drastic
+
+
+@pytest.mark.parametrize(("typed", "meant"), [("ABO", "ABORT"), ("ZER", "ZERO"), ("XST", "XSTEP"), ("NEX", "NEXT")])
+def test_three_letters_are(typed: str, meant: str) -> None:
+    assert [word.name for word in abbreviated(typed, COMMANDS, PROGRAM_WORDS)] == [meant]

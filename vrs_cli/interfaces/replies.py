@@ -123,9 +123,10 @@ class LocationTable:
 
 @dataclass(frozen=True, slots=True)
 class RealTable:
-    """LISTR: a name or the text of an expression, and its value."""
+    """LISTR: a name or the text of an expression, and its value. `truths`: the values say whether something is so."""
 
     rows: tuple[tuple[str, float], ...]
+    truths: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,17 @@ from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.ast import BadLine, DoInstruction, File, Instruction, Program, ProgramHeader, Section, Statement
+from vrs_cli.language.ast import (
+    BadLine,
+    DoInstruction,
+    File,
+    Instruction,
+    Program,
+    ProgramHeader,
+    Section,
+    Show,
+    Statement,
+)
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity, error
 from vrs_cli.language.effects import CYCLE_SETTINGS
 from vrs_cli.language.environment import Environment, Reference, StoredProgram
@@ -314,7 +324,7 @@ class Session:
             return
         from vrs_cli.language.parser import parse_prompt
 
-        statement = parse_prompt(line)
+        statement = parse_prompt(line, self.names())
         if statement is None:
             return
         if isinstance(statement, ProgramHeader):
@@ -323,6 +333,11 @@ class Session:
             )
         yield from self._check(statement, line)
         yield from self.carry_out(statement)
+
+    def names(self) -> frozenset[str]:
+        """The keys of the variables that have a value, those among them that a stopped program has for itself."""
+        own = {} if self.task is None else self.task.own
+        return frozenset((*self.environment.kinds(), *(key for key, one in own.items() if one.defined())))
 
     def _edited(self, editor: Editor, line: str) -> Iterator[Reply]:
         replies = editor.take(line)
@@ -347,9 +362,13 @@ class Session:
     def carry_out(self, statement: Statement) -> Iterator[Reply]:
         """A monitor command by its handler, everything else as DO."""
         from vrs_cli.interfaces.monitor.table import MONITOR
+        from vrs_cli.interfaces.monitor.variables import shown_value
 
         if isinstance(statement, Instruction) and statement.word in MONITOR:
             yield from MONITOR[statement.word](self, statement)
+            return
+        if isinstance(statement, Show):
+            yield from shown_value(self, statement.expression)
             return
         if isinstance(statement, DoInstruction):
             if statement.statement is None and self.last_statement is None:

@@ -178,6 +178,8 @@ class _Steps:
             self._instruction(inner, table)
         elif isinstance(inner, ast.Assignment):
             self._assignment(inner)
+        elif isinstance(inner, ast.Show):
+            self._expressions.value(inner.expression, ANY_KIND)
         elif inner is not None:
             detail, hint = "this works in programs only", ".PROGRAM name begins one"
             self._findings.fault(CannotInterpret, statement.span, detail, hint)

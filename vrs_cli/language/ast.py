@@ -200,6 +200,14 @@ class DoInstruction:
 
 
 @dataclass(frozen=True, slots=True)
+class Show:
+    """An expression alone at the prompt: its value is shown."""
+
+    expression: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class Goto:
     label: int
     span: Span
@@ -288,6 +296,7 @@ Statement = (
     Assignment
     | Instruction
     | DoInstruction
+    | Show
     | Goto
     | IfGoto
     | If

@@ -340,6 +340,9 @@ class Builder:
     def do_command(self, children: Children) -> ast.DoInstruction:
         return ast.DoInstruction(children[1] if len(children) > 1 else None, _all(children))
 
+    def show(self, children: Children) -> ast.Show:
+        return ast.Show(children[0], _all(children))
+
     def header(self, children: Children) -> ast.ProgramHeader:
         name: Token = children[0]
         if name.text[0] in "#$%":

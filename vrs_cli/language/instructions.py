@@ -173,6 +173,7 @@ _SETTINGS = (
         "TOOL gripper",
         "1 2 +",
         breaks=True,
+        drastic=True,
     ),
     Word(
         "BASE",
@@ -182,6 +183,7 @@ _SETTINGS = (
         "BASE 100,,-50, 90",
         "1 2 +",
         breaks=True,
+        drastic=True,
     ),
     CALIBRATE,
     SELECT,

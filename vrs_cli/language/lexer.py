@@ -6,7 +6,7 @@ The patterns of the terminals stand in grammar/val2.lark and come in as an argum
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from typing import NamedTuple
 
 from vrs_cli.errors import (
@@ -18,8 +18,9 @@ from vrs_cli.errors import (
     UsageError,
     VrsError,
 )
-from vrs_cli.language.ast import Span
+from vrs_cli.language.ast import NAME_LENGTH, Span
 from vrs_cli.language.diagnostics import LineRefused, did_you_mean, error
+from vrs_cli.language.functions import FUNCTIONS
 from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, PROGRAM_WORDS, RELATIONS_OF_VAL
 from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.words import SORT_WORDS, State, Word, abbreviated, usable
@@ -78,6 +79,10 @@ _TASK = re.compile(r"\s*(\d+)(?=\s*[A-Za-z])")
 _LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
 SORT = re.compile(rf"[ \t]*({'|'.join(SORT_WORDS)})(?=[ \t]+[#$A-Z])", re.IGNORECASE)
 _ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
+_COLON_EQUAL = re.compile(r"[ \t]*(?:\[.*\][ \t]*)?(:=)")
+_VALUE = re.compile(r"[-+]?[ \t]*(?:\.?[0-9]|[\"('^#$]|[A-Za-z])")  # what begins an expression, where no word stands
+_OPERATED = re.compile(r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))")  # a sign after a name that begins no argument
+_NO_ARGUMENT = re.compile(rf"[ \t]*(?:$|;|[-+*/:<>=)]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)", re.IGNORECASE)
 _ELEMENT = re.compile(r"\(.*\)[ \t]*=(?!=)")
 _RAW = re.compile(r'"[^"]*"|[^\s;,="]+')
 _RELATION = re.compile(r"[=<>]{1,2}")
@@ -99,10 +104,10 @@ class Lexer:
         scan.statement()
         return scan.tokens
 
-    def prompt(self, text: str) -> list[Token]:
-        """A line of the prompt."""
+    def prompt(self, text: str, names: Container[str] = ()) -> list[Token]:
+        """A line of the prompt. `names`: the keys of what is defined."""
         scan = _Scan(self._patterns, text, 1)
-        scan.command()
+        scan.command(names)
         return scan.tokens
 
     def header(self, text: str, line: int, at: int) -> list[Token]:
@@ -157,9 +162,13 @@ class _Scan:
         if not self._over():
             self._statement((PROGRAM_WORDS,), UnknownInstruction)
 
-    def command(self) -> None:
-        """A monitor command, or a statement."""
-        if not self._over():
+    def command(self, names: Container[str]) -> None:
+        """A monitor command, a statement, or an expression whose value is shown."""
+        if self._over():
+            return
+        if self._shows(names):
+            self._rest(None)
+        else:
             self._statement((COMMANDS, PROGRAM_WORDS), UsageError)
 
     def heading(self) -> None:
@@ -180,10 +189,37 @@ class _Scan:
 
     # --- the start of a statement ---
 
+    def _shows(self, names: Container[str]) -> bool:
+        """Whether a line of the prompt is an expression. A full word of a command or an instruction comes before a name
+        that is defined, and that before a word cut short.
+        """
+        word = _WORD.match(self._text, self._at)
+        if word is None:
+            label = _LABEL.match(self._text, self._at)
+            return (_NO_ARGUMENT if label else _VALUE).match(self._text, label.end() if label else self._at) is not None
+        name, at = word[0].upper(), word.end()
+        if _COLON_EQUAL.match(self._text, at):
+            return False
+        if name[0] in "#$" or name in _PREFIXES:
+            return True
+        defined, function = word[0].lower()[:NAME_LENGTH] in names, FUNCTIONS.get(name)
+        operated, constant = _OPERATED.match(self._text, at) is not None, function is not None and function.constant
+        if name in COMMANDS or name in PROGRAM_WORDS:
+            return operated and (defined or constant)
+        if constant or (function is not None and self._text[at : at + 1] == "("):
+            return True
+        if defined:
+            return _NO_ARGUMENT.match(self._text, at) is not None
+        return operated and not abbreviated(name, COMMANDS, PROGRAM_WORDS)
+
     def _statement(self, tables: tuple[Mapping[str, Word], ...], unknown: type[VrsError]) -> None:
         hint = "LISTR 5+3 shows a value, HELP the commands" if unknown is UsageError else ""
         kind = UsageError if unknown is UsageError else CannotInterpret
         word = self._first_word(kind, "a line begins with a word or the variable that is assigned", hint)
+        colon_equal = _COLON_EQUAL.match(self._text, word.end())
+        if colon_equal:
+            hint = f"{word[0]} = 5 assigns, {word[0]} == 5 compares"
+            raise self._refused(CannotInterpret, *colon_equal.span(1), ":= is no sign of VAL-II", hint)
         if self._assigned(word.end()):
             self._rest(None)
         elif word[0][0] in "#$%":
@@ -230,18 +266,18 @@ class _Scan:
         if word.upper() in COMMANDS:
             return "a monitor command, typed at the prompt"
         if rest.startswith("=="):
-            return "an assignment has one ="
-        if rest.startswith(":="):
-            return "an assignment has = alone"
+            return "= assigns; == compares, in IF, WHILE and the like"
         if _ELEMENT.match(rest):
             return f"an element of an array is {word}[index]"
         at_prompt = COMMANDS in tables
         near = did_you_mean(word, usable(COMMANDS, INSTRUCTIONS) if at_prompt else usable(PROGRAM_WORDS))
-        if near or (rest and rest[0] != "("):
+        if near:
             return near
-        return (
-            f"EXECUTE {word} runs a program, LISTR {word} shows a value" if at_prompt else f"CALL {word} runs a program"
-        )
+        if rest and rest[0] != "(":
+            return "an abbreviation has two letters at least" if len(word) == 1 else ""
+        if not at_prompt:
+            return f"CALL {word} runs a program"
+        return f"EXECUTE {word} runs a program, {word} = 5 makes a variable"
 
     def _operation(self, row: Word, word: re.Match[str], tables: tuple[Mapping[str, Word], ...]) -> None:
         if row.name == "REMARK":

@@ -27,8 +27,10 @@ def _word(
     route: Route = Route.PROGRAM,
     value: Argument | None = None,
     note: str = "",
+    *,
+    drastic: bool = False,
 ) -> Word:
-    return Word(name, arguments, route, summary, example, where, value, note=note)
+    return Word(name, arguments, route, summary, example, where, value, note=note, drastic=drastic)
 
 
 def _refused(name: str, summary: str, where: str, note: str) -> Word:
@@ -123,9 +125,15 @@ _PROGRAMS = (
         (Argument("program", Shape.PROGRAM, repeated=True),),
         "delete programs and what they alone use",
         "DELETE pick.place",
+        drastic=True,
     ),
     _word(
-        "DELETEP", (Argument("program", Shape.PROGRAM, repeated=True),), "delete programs", "DELETEP pick.place", "2 +"
+        "DELETEP",
+        (Argument("program", Shape.PROGRAM, repeated=True),),
+        "delete programs",
+        "DELETEP pick.place",
+        "2 +",
+        drastic=True,
     ),
     _word(
         "DELETEL",
@@ -133,6 +141,7 @@ _PROGRAMS = (
         "delete locations",
         "DELETEL part, #safe",
         "2 +",
+        drastic=True,
     ),
     _word(
         "DPOINT",
@@ -141,16 +150,25 @@ _PROGRAMS = (
         "DPOINT part",
         "1",
         note="DELETEL is the same",
+        drastic=True,
     ),
-    _word("DELETER", (Argument("real", Shape.REAL_VARIABLE, repeated=True),), "delete reals", "DELETER count", "2 +"),
+    _word(
+        "DELETER",
+        (Argument("real", Shape.REAL_VARIABLE, repeated=True),),
+        "delete reals",
+        "DELETER count",
+        "2 +",
+        drastic=True,
+    ),
     _word(
         "DELETES",
         (Argument("$string", Shape.STRING_VARIABLE, repeated=True),),
         "delete strings",
         "DELETES $part",
         "2 +",
+        drastic=True,
     ),
-    _word("ZERO", (), "delete all programs and variables", "ZERO"),
+    _word("ZERO", (), "delete all programs and variables", "ZERO", drastic=True),
 )
 
 _FILES = (
@@ -197,7 +215,7 @@ _EDITORS_AND_DISK = (
         "1",
         note="FDIRECTORY is the same",
     ),
-    _word("FDELETE", (FILE,), "delete a disk file", "FDELETE old.v2", "2 +"),
+    _word("FDELETE", (FILE,), "delete a disk file", "FDELETE old.v2", "2 +", drastic=True),
     _word("FRENAME", (NEW_FILE,), "rename a disk file", "FRENAME new.v2 = old.v2", "2 +", value=OLD_FILE),
     _word("FCOPY", (NEW_FILE,), "copy a disk file", "FCOPY new.v2 = old.v2", "2 +", value=OLD_FILE),
     _word("COMMANDS", (FILE,), "carry out a file of monitor commands", "COMMANDS start.pc", "2 +"),
@@ -217,14 +235,14 @@ _EXECUTION = (
         "carry out one instruction; bare: the last one again",
         "DO MOVE part",
     ),
-    _word("ABORT", (TASK,), "stop the program and the motion", "ABORT"),
+    _word("ABORT", (TASK,), "stop the program and the motion", "ABORT", drastic=True),
     _word("PROCEED", (TASK,), "go on at the next step", "PROCEED"),
     _word("RETRY", (TASK,), "go on with the step that failed", "RETRY"),
-    _word("KILL", (TASK,), "clear a program that has stopped, so that it can be changed", "KILL", "+"),
+    _word("KILL", (TASK,), "clear a program that has stopped, so that it can be changed", "KILL", "+", drastic=True),
     _word("CYCLE.END", (TASK,), "let the program end after its present cycle", "CYCLE.END", "+"),
-    _word("SSTEP", EXECUTED, "carry out one step, a call as a whole", "SSTEP", "2 +"),
-    _word("XSTEP", EXECUTED, "carry out one step, also of a called program", "XSTEP", "+"),
-    _word("NEXT", (), "carry out one step, a call as a whole", "NEXT", "1 2"),
+    _word("SSTEP", EXECUTED, "carry out one step, a call as a whole", "SSTEP", "2 +", drastic=True),
+    _word("XSTEP", EXECUTED, "carry out one step, also of a called program", "XSTEP", "+", drastic=True),
+    _word("NEXT", (), "carry out one step, a call as a whole", "NEXT", "1 2", drastic=True),
     _word(
         "BPT",
         (Argument("program", Shape.PROGRAM, optional=True), real("step", optional=True)),
@@ -240,7 +258,7 @@ _EXECUTION = (
         "+",
     ),
     _word("PCEXECUTE", EXECUTED, "start the process control program, beside the robot program", "PCEXECUTE watch", "2"),
-    _word("PCABORT", (), "stop the process control program", "PCABORT", "2"),
+    _word("PCABORT", (), "stop the process control program", "PCABORT", "2", drastic=True),
     _word("PCEND", (), "end the process control program after this cycle", "PCEND", "2"),
     _word("PCPROCEED", (), "let the process control program go on", "PCPROCEED", "2"),
     _word("PCRETRY", (), "repeat the failed step of the process control program", "PCRETRY", "2"),
@@ -255,7 +273,7 @@ _EXECUTION = (
         "SIGNAL 1, -1002",
         "2 +",
     ),
-    _word("RESET", (), "turn all output signals off", "RESET", "2 +"),
+    _word("RESET", (), "turn all output signals off", "RESET", "2 +", drastic=True),
 )
 
 _SYSTEM = (
@@ -312,7 +330,13 @@ _OURS = (
         note="V+ has a JOG of its own",
     ),
     _word(
-        "UNDO", (real("n", optional=True),), "take the last motion command back, or n of them", "UNDO", "", Route.MOTION
+        "UNDO",
+        (real("n", optional=True),),
+        "take the last motion command back, or n of them",
+        "UNDO",
+        "",
+        Route.MOTION,
+        drastic=True,
     ),
     _word("REDO", (real("n", optional=True),), "do again what UNDO took back, or n of that", "REDO", "", Route.MOTION),
     _word(
@@ -338,8 +362,11 @@ _OURS = (
         "MERGE trial",
         "",
         Route.MOTION,
+        drastic=True,
     ),
-    _word("DELETEB", (Argument("name", Shape.BRANCH, repeated=True),), "drop branches", "DELETEB trial", ""),
+    _word(
+        "DELETEB", (Argument("name", Shape.BRANCH, repeated=True),), "drop branches", "DELETEB trial", "", drastic=True
+    ),
     _word("TIMELINE", (), "the segments of the trajectory", "TIMELINE", "", Route.POSITION),
     _word(
         "PLOT",

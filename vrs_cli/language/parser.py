@@ -7,7 +7,7 @@ is read for itself and all findings come together.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any, cast
@@ -49,13 +49,13 @@ def parse_step(text: str, line: int = 1) -> Step:
     return _parser().step(text, line)
 
 
-def parse_prompt(text: str) -> Statement | ProgramHeader | None:
-    """A line of the prompt; None for a blank or a comment. Raises LineRefused.
+def parse_prompt(text: str, names: Container[str] = ()) -> Statement | ProgramHeader | None:
+    """A line of the prompt; None for a blank or a comment. `names`: the keys of what has a value. Raises LineRefused.
 
-    A monitor command is an Instruction; everything else that can be done is a DoInstruction.
+    A monitor command is an Instruction, an expression alone is Show, everything else that can be done a DoInstruction.
     """
     at = header_end(text)
-    return _parser().prompt(text) if at is None else _parser().header(text, 1, at)
+    return _parser().prompt(text, names) if at is None else _parser().header(text, 1, at)
 
 
 def grammar_dir() -> Path:
@@ -90,14 +90,14 @@ class LineParser:
             return Step(None, None, None, Span(line, 1, 1))
         return cast(Step, self._parsed(tokens, "step"))
 
-    def prompt(self, text: str) -> Statement | None:
+    def prompt(self, text: str, names: Container[str]) -> Statement | None:
         """Raises LineRefused."""
-        tokens = self._lexer.prompt(text)
+        tokens = self._lexer.prompt(text, names)
         if not tokens:
             return None
         statement: Statement | None = self._parsed(tokens, "prompt")
         row = tokens[0].row
-        if statement is None or isinstance(statement, ast.DoInstruction):
+        if statement is None or isinstance(statement, ast.DoInstruction | ast.Show):
             return statement
         if row is not None and COMMANDS.get(row.name) is row:
             return statement

@@ -292,6 +292,7 @@ _STATEMENTS: Mapping[type, Callable[[Any], str]] = {
     ast.Assignment: _assignment,
     ast.Instruction: _instruction,
     ast.DoInstruction: _do_instruction,
+    ast.Show: lambda statement: expression_text(statement.expression),
     ast.Goto: lambda statement: f"GOTO {statement.label}",
     ast.IfGoto: _if_goto,
     ast.If: lambda statement: f"IF {expression_text(statement.condition)} THEN",

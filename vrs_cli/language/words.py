@@ -88,6 +88,7 @@ class Word:
     A `value` that is repeated (`STORE file = program, ...`) is kept as the arguments after the others.
     `after`: what stands behind the arguments (`WHILE condition DO`).
     `note`: how a refused word is said otherwise, or what is worth knowing.
+    `drastic`: with nothing behind it, or after a question, it deletes, stops, steps or takes back at once.
     """
 
     name: str
@@ -102,6 +103,7 @@ class Word:
     state: State = State.SUPPORTED
     note: str = ""
     after: str = ""
+    drastic: bool = False
 
     @property
     def form(self) -> str:
@@ -205,6 +207,11 @@ def usable(*tables: Mapping[str, Word]) -> Iterable[str]:
     return (name for table in tables for name, row in table.items() if row.state is State.SUPPORTED)
 
 
+# To how many letters a word may be cut. One letter is the name of a variable: `a` must not abort. Names of two are
+# common, too (dx, ab), so a drastic word needs three.
+SHORTEST, SHORTEST_IF_DRASTIC = 2, 3
+
+
 def abbreviated(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
     """What a word as typed can mean: the one row it names, or is cut short from; several if it is ambiguous.
 
@@ -215,13 +222,15 @@ def abbreviated(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
     for table in tables:
         if name in table:
             return (table[name],)
+    if len(name) < SHORTEST:
+        return ()
     for table in tables:
         found = tuple(word for key, word in table.items() if key.startswith(name))
         old = tuple(word for word in found if "1" in word.where or "2" in word.where)
-        if len(old) == 1:
-            return old
-        if found:
-            return found if len(name) > 1 or old else ()
+        meant = old if len(old) == 1 else found
+        if meant:
+            too_short = len(meant) == 1 and meant[0].drastic and len(name) < SHORTEST_IF_DRASTIC
+            return () if too_short else meant
     return ()
 
 

@@ -198,7 +198,11 @@ def _reals(reply: replies.RealTable, _page: Page) -> Iterator[Block]:
         yield line("No reals defined", Role.NOTE)
         return
     columns = (Column("", Role.NAME, width=NAME_COLUMN), Column("", Role.NUMBER))
-    yield Grid(columns, tuple((name, default_form(value)) for name, value in reply.rows), tight=True)
+    yield Grid(columns, tuple((name, _real(value, reply.truths)) for name, value in reply.rows), tight=True)
+
+
+def _real(value: float, truth: bool) -> str:
+    return f"{default_form(value)} ({'TRUE' if value else 'FALSE'})" if truth else default_form(value)
 
 
 def _strings(reply: replies.StringTable, _page: Page) -> Iterator[Block]:

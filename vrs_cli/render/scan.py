@@ -40,7 +40,7 @@ def _first_role(word: str) -> Role | None:
 
     tables = {Role.COMMAND: COMMANDS, Role.INSTRUCTION: INSTRUCTIONS, Role.CONTROL: CONTROL}
     rows = abbreviated(word, *tables.values())
-    if not rows:
+    if not rows or (word in inner_words() and not any(word in table for table in tables.values())):
         return None
     return next(role for role, table in tables.items() if table.get(rows[0].name) is rows[0])
 
@@ -92,5 +92,5 @@ def _role(text: str, first: bool, line: str, end: int) -> Role:
     if word.startswith("."):
         return Role.CONTROL
     if first and not _TARGET.match(line, end):
-        return _first_role(word) or Role.NAME
+        return _first_role(word) or inner_words().get(word, Role.NAME)
     return inner_words().get(word, Role.NAME)

@@ -165,7 +165,7 @@ class LineValidator(Validator):
         if entry is not None and not entry.program:
             return None
         known = conversation.session.environment.kinds()
-        return first_mistake(text, known, entry.header if entry else None)
+        return first_mistake(text, known, entry.header if entry else None, conversation.session.names())
 
 
 # --- the shell -----------------------------------------------------------------------------------------------------

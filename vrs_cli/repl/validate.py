@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 
 from vrs_cli.language.analyzer import check_line
 from vrs_cli.language.ast import Kind, ProgramHeader, Statement
@@ -10,23 +10,26 @@ from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity
 from vrs_cli.language.parser import parse_prompt, parse_step
 
 
-def first_mistake(line: str, known: Mapping[str, Kind], header: str | None = None) -> Diagnostic | None:
+def first_mistake(
+    line: str, known: Mapping[str, Kind], header: str | None = None, names: Container[str] | None = None
+) -> Diagnostic | None:
     """The first error in a line of the prompt, or in a step of the program that `header` begins.
 
-    `known`: the kinds of the variables that have a value. Several lines (pasted) are not checked here.
+    `known`: the kinds of the variables that have a value; `names`: those that a line may show, where there are more.
+    Several lines (pasted) are not checked here.
     """
     if not line.strip() or "\n" in line:
         return None
     try:
         if header is None:
-            return _first_error(_command(line), known)
+            return _first_error(_command(line, known if names is None else names), known)
         return _first_error(parse_step(line).statement, _outside(header, known), in_program=True)
     except LineRefused as refused:
         return refused.diagnostic
 
 
-def _command(line: str) -> Statement | None:
-    parsed = parse_prompt(line)
+def _command(line: str, names: Container[str]) -> Statement | None:
+    parsed = parse_prompt(line, names)
     return None if isinstance(parsed, ProgramHeader) else parsed
 
 

@@ -2,50 +2,83 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
 from vrs_cli.errors import TypeMismatch, UndefinedValue
 from vrs_cli.interfaces.monitor.consent import refusal
 from vrs_cli.interfaces.operands import Handler, own, real, shown, sight
-from vrs_cli.interfaces.replies import LocationTable, NamedLocation, RealTable, Reply, StringTable
+from vrs_cli.interfaces.replies import LocationTable, Message, NamedLocation, RealTable, Reply, StringTable
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.ast import Expression, Instruction, Kind, Variable
+from vrs_cli.language.ast import Binary, Expression, Instruction, Kind, Unary, Variable
 from vrs_cli.language.environment import Index, Reference, key_of, subscript
+from vrs_cli.language.precedence import LOGICAL, RELATIONS
 from vrs_cli.language.values import Value, kind_of_value, whole
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session
 
 
-def _listl(session: Session, it: Instruction) -> Iterator[Reply]:
-    rows = _rows(session, it, (Kind.LOCATION, Kind.PRECISION), "LISTR lists reals, LISTS strings")
+Rows = tuple[tuple[str, Value], ...]
+
+PLACES, REALS, STRINGS = frozenset({Kind.LOCATION, Kind.PRECISION}), frozenset({Kind.REAL}), frozenset({Kind.STRING})
+
+
+def _places(session: Session, rows: Rows) -> Reply:
     named = tuple(NamedLocation(name, cast("Transform | Joints", value)) for name, value in rows)
-    yield LocationTable(named, session.environment.units)
+    return LocationTable(named, session.environment.units)
 
 
-def _listr(session: Session, it: Instruction) -> Iterator[Reply]:
-    rows = _rows(session, it, (Kind.REAL,), "LISTL lists locations, LISTS strings")
-    yield RealTable(tuple((name, cast(float, value)) for name, value in rows))
+def _reals(_session: Session, rows: Rows) -> RealTable:
+    return RealTable(tuple((name, cast(float, value)) for name, value in rows))
 
 
-def _lists(session: Session, it: Instruction) -> Iterator[Reply]:
-    rows = _rows(session, it, (Kind.STRING,), "LISTL lists locations, LISTR reals")
-    yield StringTable(tuple((name, cast(str, value)) for name, value in rows))
+def _strings(_session: Session, rows: Rows) -> Reply:
+    return StringTable(tuple((name, cast(str, value)) for name, value in rows))
 
 
-def _rows(session: Session, it: Instruction, kinds: tuple[Kind, ...], otherwise: str) -> Iterator[tuple[str, Value]]:
+def _list(kinds: frozenset[Kind], table: Callable[[Session, Rows], Reply], otherwise: str) -> Handler:
+    def listed(session: Session, it: Instruction) -> Iterator[Reply]:
+        yield table(session, tuple(_rows(session, it, kinds, otherwise)))
+
+    return listed
+
+
+def shown_value(session: Session, expression: Expression) -> Iterator[Reply]:
+    """An expression alone at the prompt: what LISTR, LISTL or LISTS of it answers."""
+    if isinstance(expression, Binary) and expression.operator == "==" and isinstance(expression.left, Variable):
+        yield Message(f"== compares; {shown(expression.left)} = {shown(expression.right)} assigns")
+    rows = _values(session, expression)
+    kind = kind_of_value(rows[0][1])
+    if kind is Kind.REAL:
+        yield replace(_reals(session, rows), truths=_is_truth(expression))
+    else:
+        yield _strings(session, rows) if kind is Kind.STRING else _places(session, rows)
+
+
+def _is_truth(expression: Expression) -> bool:
+    """Whether it says that something is so."""
+    return isinstance(expression, Binary | Unary) and expression.operator in RELATIONS | LOGICAL
+
+
+def _rows(session: Session, it: Instruction, kinds: frozenset[Kind], otherwise: str) -> Iterator[tuple[str, Value]]:
     """What was asked for, each with its name or text; everything of these kinds when nothing was."""
     asked = [argument for argument in it.arguments if argument is not None]
     if not asked:
-        for kind in kinds:
+        for kind in (one for one in Kind if one in kinds):
             yield from session.environment.variables(kind)
     for expression in asked:
-        for name, value in _elements(session, expression) or ((shown(expression), sight(session, expression)()),):
+        for name, value in _values(session, expression):
             if kind_of_value(value) not in kinds:
                 raise TypeMismatch(f"{name} is a {kind_of_value(value).value}", otherwise)
             yield name, value
+
+
+def _values(session: Session, expression: Expression) -> Rows:
+    """An expression with its value; of a name alone, all that it stands for."""
+    return _elements(session, expression) or ((shown(expression), sight(session, expression)()),)
 
 
 def _elements(session: Session, expression: Expression) -> tuple[tuple[str, Value], ...]:
@@ -70,7 +103,7 @@ def _own_elements(session: Session, asked: Variable, reference: Reference) -> It
             yield f"{name}[{subscript(index)}] ({program})", cells[index]
 
 
-def _delete_variables(*kinds: Kind) -> Handler:
+def _delete_variables(kinds: frozenset[Kind]) -> Handler:
     def delete(session: Session, it: Instruction) -> Iterator[Reply]:
         doomed = [_variable_of(session, argument, kinds) for argument in it.arguments]
         refused = refusal(session, f"{', '.join(name for name, _ in doomed)} will be deleted.")
@@ -83,7 +116,7 @@ def _delete_variables(*kinds: Kind) -> Handler:
     return delete
 
 
-def _variable_of(session: Session, expression: Expression | None, kinds: tuple[Kind, ...]) -> tuple[str, Index | None]:
+def _variable_of(session: Session, expression: Expression | None, kinds: frozenset[Kind]) -> tuple[str, Index | None]:
     """The name, and the index of one element. Raises UndefinedValue, TypeMismatch."""
     if not isinstance(expression, Variable):
         raise TypeMismatch("an expression", "the name of a variable is wanted")
@@ -98,11 +131,11 @@ def _variable_of(session: Session, expression: Expression | None, kinds: tuple[K
 
 
 VARIABLES: Mapping[str, Handler] = {
-    "LISTL": _listl,
-    "LISTR": _listr,
-    "LISTS": _lists,
-    "DELETEL": _delete_variables(Kind.LOCATION, Kind.PRECISION),
-    "DPOINT": _delete_variables(Kind.LOCATION, Kind.PRECISION),
-    "DELETER": _delete_variables(Kind.REAL),
-    "DELETES": _delete_variables(Kind.STRING),
+    "LISTL": _list(PLACES, _places, "LISTR lists reals, LISTS strings"),
+    "LISTR": _list(REALS, _reals, "LISTL lists locations, LISTS strings"),
+    "LISTS": _list(STRINGS, _strings, "LISTL lists locations, LISTR reals"),
+    "DELETEL": _delete_variables(PLACES),
+    "DPOINT": _delete_variables(PLACES),
+    "DELETER": _delete_variables(REALS),
+    "DELETES": _delete_variables(STRINGS),
 }
