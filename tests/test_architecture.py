@@ -31,6 +31,7 @@ LIVES_IN = {
     "prompt_toolkit": {"repl"},
     "rich": {"render"},
     "msgspec": {"files"},
+    "filelock": {"files/lock.py"},
     "mcap": {"files/mcap_log.py"},
     "matplotlib": {"render"},
     "pygments": {"highlight"},

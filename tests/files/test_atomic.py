@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 import pytest
 
+from vrs_cli.errors import FileOpened
 from vrs_cli.files.atomic import create_beside, write_atomically
-
-pytest.importorskip("fcntl")
 
 KILLED = """
 import os, signal, sys
@@ -31,21 +29,41 @@ def names(folder: Path) -> list[str]:
 def test_what_a_killed_writer_left_is_cleared_by_the_next_of_that_file(tmp_path: Path) -> None:
     for name in ("a.v2", "b.v2"):
         subprocess.run([sys.executable, "-c", KILLED, tmp_path / name], check=False)
-    (left,) = (name for name in names(tmp_path) if name.startswith(".b.v2."))
-    assert len(names(tmp_path)) == 2
+    left = [name for name in names(tmp_path) if name.startswith(".b.v2.")]
+    assert (len(left), len(names(tmp_path))) == (2, 4)  # the half of it and the lock, of each
     write_atomically(tmp_path / "a.v2", "whole")
-    assert names(tmp_path) == [left, "a.v2"]
+    assert names(tmp_path) == [*left, "a.v2"]
     assert (tmp_path / "a.v2").read_text() == "whole"
 
 
-def test_a_file_that_is_being_written_stays(tmp_path: Path) -> None:
+def test_a_file_that_is_being_written_is_nobody_elses(tmp_path: Path) -> None:
     beside = create_beside(tmp_path / "a.v2")
     beside.stream.write(b"the slow one")
-    write_atomically(tmp_path / "a.v2", "the fast one")
+    with pytest.raises(FileOpened, match="is being written by this vrs"):
+        write_atomically(tmp_path / "a.v2", "the fast one")
     beside.commit()
-    beside.stream.close()
+    beside.close()
     assert names(tmp_path) == ["a.v2"]
     assert (tmp_path / "a.v2").read_text() == "the slow one"
+
+
+def test_a_file_that_has_taken_its_place_can_be_added_to(tmp_path: Path) -> None:
+    beside = create_beside(tmp_path / "a.v2")
+    beside.stream.write(b"first\n")
+    beside.commit()
+    assert (tmp_path / "a.v2").read_text() == "first\n"
+    beside.stream.write(b"second\n")
+    beside.close()
+    assert (tmp_path / "a.v2").read_text() == "first\nsecond\n"
+
+
+def test_on_macos_the_cache_of_the_drive_is_emptied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fcntl, asked = pytest.importorskip("fcntl"), list[int]()
+    monkeypatch.setattr(sys, "platform", "darwin")
+    monkeypatch.setattr(fcntl, "F_FULLFSYNC", 51, raising=False)
+    monkeypatch.setattr(fcntl, "fcntl", lambda _handle, request: asked.append(request))
+    write_atomically(tmp_path / "a.v2", "whole")
+    assert asked == [51, 51]  # the file and its folder
 
 
 def test_what_others_call_nearly_so_stays(tmp_path: Path) -> None:
@@ -57,22 +75,3 @@ def test_what_others_call_nearly_so_stays(tmp_path: Path) -> None:
     before = names(tmp_path)
     write_atomically(tmp_path / "a.v2", "")
     assert names(tmp_path) == sorted([*before, "a.v2"])
-
-
-def test_a_new_file_that_was_taken_for_one_left_behind_is_made_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made: list[str] = []
-    make = tempfile.mkstemp
-
-    def swept(*, prefix: str, suffix: str, dir: Path) -> tuple[int, str]:
-        handle, name = make(prefix=prefix, suffix=suffix, dir=dir)
-        if not made:
-            Path(name).unlink()  # by another writer, before this one has locked it
-        made.append(name)
-        return handle, name
-
-    monkeypatch.setattr(tempfile, "mkstemp", swept)
-    write_atomically(tmp_path / "a.v2", "whole")
-    assert len(made) == 2
-    assert names(tmp_path) == ["a.v2"]

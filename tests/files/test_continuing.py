@@ -142,11 +142,10 @@ def test_a_journal_goes_on_where_it_ended(tmp_path: Path) -> None:
 
 
 def test_a_journal_has_one_writer(tmp_path: Path) -> None:
-    pytest.importorskip("fcntl")
     path = tmp_path / "j.vrst"
     first = keep_journal(path, None, Engine(puma()))
     before = path.read_bytes()
-    with pytest.raises(FileError, match="is being written by another vrs"):
+    with pytest.raises(FileError, match="is being written by this vrs"):
         keep_journal(path, read_trajectory(path), Engine(puma()))
     assert path.read_bytes() == before
     first.close()

@@ -166,7 +166,8 @@ def test_nothing_is_left_of_a_file_that_the_disk_has_no_room_for(
     def without_room(target: Path) -> Beside:
         beside = create_beside(target)
         beside.stream.close()
-        return Beside(target, beside.name, open("/dev/full", "wb"))
+        beside.stream = Path("/dev/full").open("wb")  # noqa: SIM115 (beside closes it)
+        return beside
 
     monkeypatch.setattr("vrs_cli.files.disk.create_beside", without_room)
     opened(disk, "log.txt", Access.WRITE)

@@ -1,7 +1,7 @@
 """Writing files so that a reader never meets half of one: written beside, synced, renamed into place.
 
-A file beside is locked while it is written. One that nobody has locked was left by a writer that was killed: the next
-writer of the same file clears it away.
+A file has one writer at a time (`files.lock`). So what is beside it when a writer begins was left by one that was
+killed, and is cleared away.
 """
 
 from __future__ import annotations
@@ -10,15 +10,20 @@ import errno
 import os
 import re
 import stat
+import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, NoReturn
 
 from vrs_cli.errors import FileError
+from vrs_cli.files.lock import WINDOWS, Hold, hold
 
 NEW_FILE_MODE = 0o666  # before the user's umask
+PAUSES = (0.01, 0.03, 0.1, 0.3, None)  # [s] on Windows a reader, or a scanner of viruses, has a file for a moment
+NO_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP})  # a device or a pipe holds nothing back
 
 
 def write_atomically(path: str | Path, text: str) -> None:
@@ -36,114 +41,111 @@ def atomically(path: str | Path) -> Iterator[BinaryIO]:
     target = Path(path)
     with writing(target):
         beside = create_beside(target)
-    try:
-        with writing(target):
+        try:
             yield beside.stream
             beside.commit()
-            beside.stream.close()
-    except BaseException:
-        beside.discard()
-        raise
+        finally:
+            beside.close()
 
 
 class Beside:
-    """A new file `name` beside `target`, to take its place with `commit`; the stream stays open after that.
+    """A new file `name` beside `target`, to take its place with `commit`; the target is locked until `close`.
 
-    Without a name the stream is that of the target itself, a device or a pipe: there is nothing to replace.
+    Without a name the stream is that of the target itself: there is nothing, or nothing more, to replace.
     """
 
-    def __init__(self, target: Path, name: str | None, stream: BinaryIO) -> None:
-        self.target = target
-        self.name = name
-        self.stream = stream
+    def __init__(self, target: Path, name: str | None, stream: BinaryIO, held: Hold | None) -> None:
+        self.target, self.name, self.stream = target, name, stream
+        self._held = held
 
     def commit(self) -> None:
-        """Sync the stream and put the file in the target's place; the stream is still good for appending."""
+        """Sync the stream and put the file in the target's place; the stream is at its end then, for more."""
         sync(self.stream)
         if self.name is None:
             return
+        self.stream.close()  # an open file cannot be renamed on Windows
         os.chmod(self.name, _mode_for(self.target))
-        os.replace(self.name, self.target)
-        _sync_folder(self.target.parent)
+        _replace(self.name, self.target)
+        self.name = None
+        sync_folder(self.target.parent)
+        self.stream = self.target.open("ab")
 
-    def discard(self) -> None:
-        """Close the stream and remove the file, if it has not taken its place."""
+    def close(self) -> None:
+        """Close the stream, and remove the file if it has not taken its place; others may write the target."""
         with suppress(OSError):
             self.stream.close()
         if self.name is not None:
             with suppress(OSError):
                 os.unlink(self.name)
+        if self._held is not None:
+            self._held.release()
 
 
 def create_beside(target: Path) -> Beside:
-    """An open, empty, hidden file in the folder of the target (of what a link points at), locked where there are locks.
+    """An open, empty, hidden file in the folder of the target (of what a link points at), which is locked.
 
-    Raises OSError.
+    Raises OSError, FileOpened where somebody else writes the target.
     """
     if _is_special(target):
-        return Beside(target, None, target.open("wb"))
-    target = Path(os.path.realpath(target))
+        return Beside(target, None, target.open("wb"), None)
     if target.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-    _clear_left(target)
-    while True:
-        handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
-        beside = Beside(target, name, os.fdopen(handle, "wb"))
-        if _kept(beside.stream):
-            return beside
-        beside.discard()
-
-
-def _kept(stream: BinaryIO) -> bool:
-    """Lock a new file; False where somebody had taken it for one that was left."""
+    held, target = hold(target), Path(os.path.realpath(target))
     try:
-        return _lock(stream) and os.fstat(stream.fileno()).st_nlink > 0
-    except OSError:  # no locks here: nobody clears anything
-        return True
+        if held.firm:
+            _clear_left(target)
+        handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+    except BaseException:
+        held.release()
+        raise
+    return Beside(target, name, os.fdopen(handle, "wb"), held)
 
 
 def _clear_left(target: Path) -> None:
-    """Remove the files beside a target whose writers are gone; where that cannot be known they stay."""
+    """Remove the files beside a target whose writers are gone: we have its lock."""
     ours = re.compile(rf"\.{re.escape(target.name)}\.[a-z0-9_]{{8}}\.part")  # as mkstemp makes them
     with suppress(OSError), os.scandir(target.parent) as entries:
         for entry in entries:
             if ours.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
-                with suppress(OSError), open(entry.path, "r+b") as stream:
-                    if _lock(stream):
-                        os.unlink(entry.path)
+                with suppress(OSError):
+                    os.unlink(entry.path)
+
+
+def _replace(name: str, target: Path) -> None:
+    for pause in PAUSES:
+        try:
+            os.replace(name, target)
+            return
+        except PermissionError:
+            if not WINDOWS or pause is None:
+                raise
+            time.sleep(pause)
 
 
 def sync(stream: BinaryIO) -> None:
     """What was written is on the disk when this returns. Raises OSError."""
     stream.flush()
+    sync_handle(stream.fileno())
+
+
+def sync_handle(handle: int) -> None:
+    """What was written is on the disk when this returns. Raises OSError."""
     try:
-        os.fsync(stream.fileno())
+        _full_sync(handle)
     except OSError as error:
-        if error.errno != errno.EINVAL:  # a device or a pipe holds nothing back
+        if error.errno not in NO_SYNC:
             raise
 
 
-def claim(stream: BinaryIO, path: Path) -> None:
-    """Nobody else may claim the file until the stream is closed. Raises FileError where somebody has.
+def _full_sync(handle: int) -> None:
+    """On macOS fsync leaves data in the cache of the drive, and F_FULLFSYNC does not (fsync(2) there)."""
+    if sys.platform == "darwin":
+        import fcntl  # Windows has none
 
-    Systems without such locks, and places that have none (devices, some network disks), let everybody write.
-    """
-    with suppress(OSError):
-        if not _lock(stream):
-            raise FileError(f"{path} is being written by another vrs", "end that one, or name another file")
-
-
-def _lock(stream: BinaryIO) -> bool:
-    """Lock a file until it is closed; False where somebody else has. Raises OSError where there are no locks."""
-    try:
-        import fcntl
-    except ImportError:
-        raise OSError(errno.ENOTSUP, os.strerror(errno.ENOTSUP)) from None
-    try:
-        fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
+        with suppress(OSError):  # a disk that cannot
+            fcntl.fcntl(handle, fcntl.F_FULLFSYNC)
+            return
+    os.fsync(handle)
 
 
 def check_writable(path: str | Path) -> None:
@@ -151,7 +153,7 @@ def check_writable(path: str | Path) -> None:
     target = Path(path)
     with writing(target):
         if not _is_special(target):
-            create_beside(target).discard()
+            create_beside(target).close()
         elif not os.access(target, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
@@ -209,11 +211,13 @@ def _mode_for(target: Path) -> int:
         return NEW_FILE_MODE & ~umask
 
 
-def _sync_folder(folder: Path) -> None:
-    """So that the new name survives a power cut; systems that cannot sync a folder do it by themselves."""
-    with suppress(OSError):
+def sync_folder(folder: Path) -> None:
+    """A new name survives a power cut. Systems that cannot open a folder see to it by themselves. Raises OSError."""
+    try:
         handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
+    except OSError:
+        return
+    try:
+        sync_handle(handle)
+    finally:
+        os.close(handle)

@@ -27,6 +27,7 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.files.atomic import Beside, create_beside, sync
+from vrs_cli.files.lock import hold
 from vrs_cli.language.units import DISKS, SUCCESS, Access
 
 _T = TypeVar("_T")
@@ -81,10 +82,7 @@ class _Writer:
             self.place()
             sync(self.beside.stream)
         finally:
-            if self.placed:
-                self.beside.stream.close()
-            else:
-                self.beside.discard()
+            self.beside.close()
 
 
 @dataclass(eq=False, slots=True)
@@ -260,7 +258,8 @@ class Disk:
             raise FileOpened(path.name, "FCLOSE closes it")
         if not path.is_file():
             raise NonexistentFile(path.name)
-        path.unlink()
+        with hold(path):
+            path.unlink()
 
     def _with_file(self, one: _Unit) -> _Unit:
         if one.path is None:
@@ -303,9 +302,13 @@ def _open_to_write(one: _Unit, path: Path) -> None:
 
 def _open_to_append(one: _Unit, path: Path) -> None:
     beside = create_beside(path)
-    if path.exists():
-        with path.open("rb") as old:
-            shutil.copyfileobj(old, beside.stream)
+    try:
+        if path.exists():
+            with path.open("rb") as old:
+                shutil.copyfileobj(old, beside.stream)
+    except BaseException:
+        beside.close()
+        raise
     one.writer = _Writer(beside)
 
 

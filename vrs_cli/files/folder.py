@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 from vrs_cli.errors import FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically, reason
+from vrs_cli.files.lock import hold
 from vrs_cli.language.diagnostics import did_you_mean
 
 
@@ -68,12 +70,14 @@ def target(old: Path, new: Path) -> Path:
 
 def delete(path: Path) -> None:
     """Raises FileError."""
-    _done(f"{path} cannot be deleted", path.unlink)
+    with _telling(f"{path} cannot be deleted"), hold(path):
+        path.unlink()
 
 
 def rename(old: Path, new: Path) -> None:
     """In the place of a file of that name, if there is one. Raises FileError."""
-    _done(f"{old} cannot be renamed to {new}", lambda: os.replace(old, new))
+    with _telling(f"{old} cannot be renamed to {new}"), hold(old), hold(new):
+        os.replace(old, new)
 
 
 def copy(old: Path, new: Path) -> None:
@@ -86,9 +90,10 @@ def copy(old: Path, new: Path) -> None:
         shutil.copyfileobj(source, stream)
 
 
-def _done(what: str, act: Callable[[], None]) -> None:
+@contextmanager
+def _telling(what: str) -> Iterator[None]:
     try:
-        act()
+        yield
     except OSError as error:
         raise FileError(f"{what}: {reason(error)}", "check the folder and its permissions") from error
 

@@ -18,8 +18,9 @@ import msgspec
 
 from vrs_cli import __version__
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
-from vrs_cli.files.atomic import atomically, claim, create_beside, reason, sync, writing
+from vrs_cli.files.atomic import atomically, create_beside, reason, sync, writing
 from vrs_cli.files.checksum import START, Checksums
+from vrs_cli.files.lock import hold
 from vrs_cli.files.rebuild import Rebuilding
 from vrs_cli.files.records import (
     FORMAT,
@@ -104,30 +105,32 @@ class TrajectoryWriter:
             beside = create_beside(target)
         try:
             with writing(target):
-                claim(beside.stream, target)
                 beside.stream.write(header)
                 beside.commit()
         except BaseException:
-            beside.discard()
+            beside.close()
             raise
-        self._go_on(target, beside.stream, lines, durable)
+        self._go_on(target, beside.stream, lines, durable, beside.close)
 
     @classmethod
     def continued(cls, path: str | Path, recording: Recording, *, durable: bool = True) -> Self:
         """Go on with a file that was read as `recording`; a torn last line of it is cut off."""
         writer, target = cls.__new__(cls), Path(path)
         with writing(target):
+            held = hold(target)
             stream = target.open("r+b")
-            claim(stream, target)
             stream.truncate(recording.size)
             stream.seek(recording.size - 1)
             if stream.read(1) != b"\n":
                 stream.write(b"\n")
             sync(stream)
-        writer._go_on(target, stream, LineEncoder(recording.motions, recording.checksum), durable)
+        writer._go_on(target, stream, LineEncoder(recording.motions, recording.checksum), durable, held.release)
         return writer
 
-    def _go_on(self, path: Path, stream: BinaryIO, lines: LineEncoder, durable: bool) -> None:
+    def _go_on(
+        self, path: Path, stream: BinaryIO, lines: LineEncoder, durable: bool, release: Callable[[], None]
+    ) -> None:
+        self._release = release
         self.path, self._stream, self._lines, self._durable = path, stream, lines, durable
         self._state = (
             stream.tell() if stream.seekable() else 0,
@@ -172,6 +175,7 @@ class TrajectoryWriter:
             if self._state[1]:
                 self._put()
             sync(self._stream)
+        self._release()
 
     def __enter__(self) -> Self:
         return self
