@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import io
 import json
+import signal
 from math import cos, pi
 from pathlib import Path
 
@@ -88,7 +89,7 @@ def test_poses_out_of_reach_are_named_and_passed_over(vrs: Vrs, tmp_path: Path) 
     [
         (("none.csv",), 2, "none.csv cannot be read: No such file or directory"),
         (("empty.csv",), 2, "empty.csv holds no target"),
-        (("bad.csv",), 1, "bad.csv:1: 2 fields where 7 are wanted"),
+        (("names.csv",), 1, "names.csv:1: the columns are t, a, b"),
         (("bad.csv", "--speed", "120"), 2, "--speed: 120 % is more than full speed"),
         (("bad.csv", "--realtime", "0"), 2, "--realtime: 0 is not above 0"),
         (("bad.csv", "--realtime", "1e9"), 2, "--realtime: a rate of 1e9"),
@@ -101,19 +102,107 @@ def test_what_is_wrong_is_said_in_one_line(
 ) -> None:
     (tmp_path / "empty.csv").write_text("; nothing\n")
     (tmp_path / "bad.csv").write_text("1,2\n")
+    (tmp_path / "names.csv").write_text("t,a,b\n1,2,3\n")
     ended = vrs("steer", *arguments)
     assert ended.status == status
     assert message in ended.err
     assert len(ended.err.splitlines()) == 1
 
 
-def test_what_is_wrong_in_standard_input_is_named(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sys.stdin", io.StringIO("0,0,-90,90,0,0,0\ngarbage\n"))
+def test_without_any_target_there_is_nothing_to_follow(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("1,2\n"))
     ended = vrs("steer", "-")
     assert ended.status == 1
-    assert "standard input:2: 1 field where 7 are wanted" in ended.err
+    assert "standard input:1: 2 fields where 7 are wanted" in ended.err
+    assert "standard input holds no target" in ended.err
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
     assert vrs("steer", "-").err.startswith("vrs steer: standard input holds no target")
+
+
+# --- a stream that is not as it should be ---------------------------------------------------------------------------
+
+GOOD = "{t},{angle},-90,90,0,0,0\n"
+BROKEN = (
+    "connected to the robot\n",
+    "1.5,garbage,-90,90,0,0,0\n",
+    "1.5,nan,-90,90,0,0,0\n",
+    "1.5,1e999,-90,90,0,0,0\n",
+    "nan,1,-90,90,0,0,0\n",
+    "0.5,1,-90,90,0,0,0\n",
+    "1.5,1,-90\n",
+    "\x00\ufffd\n",
+)
+
+
+@pytest.mark.parametrize("realtime", [(), ("--realtime", 1000)])
+@pytest.mark.parametrize("wrong", BROKEN, ids=repr)
+def test_a_line_that_is_no_target_is_named_and_left_out(
+    vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wrong: str, realtime: tuple[object, ...]
+) -> None:
+    text = GOOD.format(t=1, angle=1) + wrong + GOOD.format(t=2, angle=5)
+    monkeypatch.setattr("sys.stdin", io.StringIO(text))
+    ended = vrs("steer", "-", *realtime, "--csv", "followed.csv", "--save", "followed.vrst", "--json")
+    assert ended.status == 1
+    assert len(ended.err.splitlines()) == 1
+    assert "standard input:2: " in ended.err
+    told = json.loads(ended.out)
+    assert (told["targets"], told["skipped"]) == (2, 1)
+    assert told["final"]["joints_deg"][0] == pytest.approx(5.0)
+    assert (tmp_path / "followed.csv").read_text().splitlines()[-1].split(",")[1].startswith("5")
+    assert read_trajectory(tmp_path / "followed.vrst").timeline.end == pytest.approx(told["duration_s"])
+
+
+def test_a_last_line_without_its_end_is_cut_off(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = GOOD.format(t=0, angle=0) + GOOD.format(t=1, angle=5) + "2,10,-90,90,0,0,1"  # of 12.5
+    monkeypatch.setattr("sys.stdin", io.StringIO(text))
+    ended = vrs("steer", "-", "--json")
+    assert "standard input:3: the line is cut off" in ended.err
+    assert json.loads(ended.out)["final"]["joints_deg"] == pytest.approx([5, -90, 90, 0, 0, 0])
+
+
+def test_a_byte_order_mark_is_none_of_the_first_line(vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "\ufefft,jt1,jt2,jt3,jt4,jt5,jt6\n" + GOOD.format(t=0, angle=0) + GOOD.format(t=1, angle=5)
+    (tmp_path / "marked.csv").write_text(text, encoding="utf-8")
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+    from_pipe = vrs("steer", "-")
+    assert (from_pipe.status, from_pipe.err) == (0, "")
+    assert from_pipe == vrs("steer", "marked.csv")
+
+
+def test_stamps_of_the_day_name_the_option_that_takes_them(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "day.csv").write_text(GOOD.format(t=1700000000, angle=0))
+    assert "with --relative times count from the first" in vrs("steer", "day.csv").err
+    assert vrs("steer", "day.csv", "--relative").status == 0
+
+
+class Interrupted(io.StringIO):
+    """Standard input that a signal comes into."""
+
+    def __init__(self, text: str, number: int) -> None:
+        super().__init__(text)
+        self.number = number
+
+    def readline(self, size: int | None = -1, /) -> str:
+        line = super().readline(-1 if size is None else size)
+        if not line:
+            signal.raise_signal(self.number)
+        return line
+
+
+@pytest.mark.parametrize(
+    ("number", "status", "said"),
+    [(signal.SIGINT, 0, ""), (signal.SIGTERM, 143, "vrs steer: terminated\n")],
+)
+def test_a_signal_ends_a_stream_and_everything_is_written(
+    vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, status: int, said: str
+) -> None:
+    text = GOOD.format(t=0, angle=0) + GOOD.format(t=0.02, angle=5)
+    monkeypatch.setattr("sys.stdin", Interrupted(text, number))
+    ended = vrs("steer", "-", "--csv", "followed.csv", "--save", "followed.vrst")
+    assert (ended.status, ended.err) == (status, said)
+    assert ended.out.startswith("2 targets in ")
+    assert (tmp_path / "followed.csv").read_text().splitlines()[-1].split(",")[1].startswith("5")
+    assert read_trajectory(tmp_path / "followed.vrst").deltas[-1].motion.text == "STEER ends"
 
 
 def test_joints_that_slide_are_in_mm(vrs: Vrs, tmp_path: Path) -> None:

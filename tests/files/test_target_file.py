@@ -31,7 +31,7 @@ def test_columns_may_be_named_in_any_order() -> None:
 def test_times_may_count_from_the_first() -> None:
     lines = ["1700000000.5,1,2", "1700000000.52,1,2", "1700000001.5,1,2"]
     assert [it.t for it in read_targets(lines, 2, relative=True)] == pytest.approx([0.0, 0.02, 1.0])
-    with pytest.raises(FileDamaged, match=r"1700000000\.5 s is no time from 0"):
+    with pytest.raises(FileDamaged, match=r"1700000000\.5 s is no time from 0.*--relative"):
         list(read_targets(lines, 2))
 
 
@@ -75,6 +75,14 @@ def test_lines_are_read_one_by_one() -> None:
 def test_a_wrong_line_is_named(text: str, message: str) -> None:
     with pytest.raises(FileDamaged, match=message):
         read(text, joint_count=2)
+
+
+def test_who_wants_the_wrong_lines_gets_them_and_the_targets_go_on() -> None:
+    wrong: list[FileDamaged] = []
+    lines = ["who is there?", "0,1,2", "0.02,1", "0.01,1,2", "9e9,1,2", "0.02,1,2", "0.01,1,2", "0.04,1,2"]
+    targets = list(read_targets(lines, 2, "t.csv", wrong=wrong.append))
+    assert [it.line for it in targets] == [2, 4, 6, 8]
+    assert [str(error).split(": ")[0].rpartition(" ")[2] for error in wrong] == [f"t.csv:{n}" for n in (1, 3, 5, 7)]
 
 
 def test_joints_that_slide_are_in_mm() -> None:

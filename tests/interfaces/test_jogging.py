@@ -22,6 +22,7 @@ from vrs_cli.errors import (
 from vrs_cli.interfaces.jogging import AHEAD, AXES, Axis, Frame, Jogger, Panel, axis_of
 from vrs_cli.interfaces.replies import Message
 from vrs_cli.interfaces.session import Session
+from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
 from vrs_cli.language.diagnostics import LineRefused
@@ -307,6 +308,108 @@ def test_space_stops(live: Session, wall: ManualWall) -> None:
     end = live.engine.end
     panel.stop()
     assert live.engine.end < end
+
+
+# --- the last key counts --------------------------------------------------------------------------------------------
+
+JOINT_1, JOINT_2 = Axis(Frame.JOINT, 0), Axis(Frame.JOINT, 1)
+
+
+def degrees_of(session: Session) -> list[float]:
+    session.settle()
+    return [degrees(q) for q in session.engine.position().joints]
+
+
+@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+@pytest.mark.parametrize("axis", [JOINT_1, AXES["Z"], AXES["TRX"]], ids=lambda axis: axis.name)
+def test_a_reversal_brakes_and_reverses(live: Session, wall: ManualWall, axis: Axis, profile: str) -> None:
+    live.perform(f"PARAMETER PROFILE = {profile}")
+    engine, jogger = live.engine, Jogger(live, speed=20.0)
+    here = engine.position().joints
+    jogger.press(axis, 50.0)
+    wall.seconds += 0.5
+    live.settle()
+    there = engine.position()
+    assert jogger.press(axis, -5.0) == ""
+    wall.seconds += 60.0
+    live.settle()
+    ended = engine.position().joints
+    assert largest_change(here, ended) < largest_change(here, there.joints) + radians(1.0)
+    assert engine.end - there.time < 1.5
+    check_continuous(engine, engine.timeline)
+    check_limits(engine, engine.timeline)
+
+
+def test_many_keys_to_and_fro_stay_where_they_began(live: Session, wall: ManualWall) -> None:
+    panel = Panel(Jogger(live, speed=100.0), frame=Frame.WORLD, index=0)
+    engine, begun = live.engine, live.engine.position().T_world_tool
+    for k in range(60):
+        panel.move(-1.0 if k % 2 else 1.0)
+        assert panel.said == ""
+        wall.seconds += 0.03
+        live.settle()
+        assert distance(engine.position().T_world_tool, begun) < 0.003
+    check_continuous(engine, engine.timeline)
+    check_limits(engine, engine.timeline)
+
+
+def test_another_axis_takes_over(live: Session, wall: ManualWall) -> None:
+    jogger = Jogger(live, speed=1.0)
+    before = degrees_of(live)
+    jogger.press(JOINT_1, 50.0)
+    wall.seconds += 1.0
+    jogger.press(JOINT_2, 1.0)
+    wall.seconds += 10.0
+    changes = [b - a for a, b in zip(before, degrees_of(live), strict=True)]
+    assert 0.5 < changes[0] < 1.5
+    assert changes[1] == pytest.approx(1.0)
+    assert not any(changes[2:])
+
+
+def test_another_speed_takes_over(live: Session, wall: ManualWall) -> None:
+    jogger = Jogger(live, speed=1.0)
+    jogger.press(JOINT_1, 50.0)
+    slow = live.engine.end
+    wall.seconds += 1.0
+    jogger.speed = 100.0
+    jogger.press(JOINT_1, 50.0)
+    assert live.engine.end < 4.0 < slow - 40.0
+
+
+def test_a_key_takes_over_from_any_motion(live: Session, wall: ManualWall) -> None:
+    live.perform("DRIVE 1, 60, 1")
+    wall.seconds += 1.0
+    Jogger(live).press(JOINT_2, 1.0)
+    assert live.engine.end < live.engine.now + 1.0
+
+
+def test_where_the_last_key_can_do_nothing_the_arm_brakes(live: Session, wall: ManualWall) -> None:
+    live.perform("JOG 6, -300")
+    live.perform("BREAK")
+    jogger = Jogger(live, speed=1.0)
+    jogger.press(JOINT_1, 50.0)
+    wall.seconds += 1.0
+    assert "stops at the end of its range" in jogger.press(Axis(Frame.JOINT, 5), -300.0)
+    assert live.engine.end < live.engine.now + 0.5
+    wall.seconds += 1.0
+    jogger.press(JOINT_1, 50.0)
+    wall.seconds += 1.0
+    live.perform("DISABLE POWER")
+    with pytest.raises(PowerOff):
+        jogger.press(JOINT_2, 1.0)
+    assert live.engine.end < live.engine.now + 0.5
+
+
+def test_keys_begin_slow(live: Session) -> None:
+    taken: list[float] = []
+
+    class Keys(RecordingTerminal):
+        def jog(self, jogger: Jogger) -> None:
+            taken.append(jogger.speed)
+
+    live.terminal = Keys()
+    live.perform("JOG")
+    assert taken == [10.0]
 
 
 # --- the panel -------------------------------------------------------------------------------------------------------

@@ -41,15 +41,44 @@ def test_the_same_in_virtual_and_in_real_time(wall: ManualWall | None) -> None:
         assert sum(wall.slept) == pytest.approx(3.98)
 
 
-def test_a_late_target_is_followed_at_once() -> None:
+def test_a_late_target_is_followed_from_the_present_instant() -> None:
     wall = ManualWall()
     engine = Engine(MODEL, clock=wall.clock())
     steering = Steering(engine)
     follow(steering, 1.0)
+    assert steering.following.lag.worst == 0.0
     wall.seconds += 5.0
-    engine.clock.advance(engine.clock.reached)
     steering.to(swing(1.0), 1.0)
     assert engine.deltas[-1].executed == pytest.approx(5.98, abs=0.001)
+    assert steering.following.lag.worst == pytest.approx(4.98, abs=0.001)
+    wall.seconds += 5.0
+    steering.finish()
+    assert engine.deltas[-1].executed == pytest.approx(10.98, abs=0.001)
+
+
+def test_its_time_still_says_how_fast_the_targets_move() -> None:
+    """A burst that was held up: they are followed at the speed at which they were sent, not at which they came."""
+    wall = ManualWall()
+    engine = Engine(MODEL, clock=wall.clock())
+    steering = Steering(engine)
+    steering.to(READY, 0.0)
+    wall.seconds += 3.0
+    for k in range(1, 26):
+        steering.to((READY[0] + radians(0.2 * k), *READY[1:]), 0.02 * k)
+    assert engine.now == pytest.approx(3.0)
+    assert max(segment.path.velocity(0.0)[0] for segment in engine.timeline) < radians(80.0)
+
+
+def test_without_a_time_a_target_is_for_now() -> None:
+    wall = ManualWall()
+    engine = Engine(MODEL, clock=wall.clock())
+    steering = Steering(engine)
+    for k in range(50):
+        steering.to(swing(k * 0.02))
+        wall.seconds += 0.02
+    executed = [delta.executed for delta in engine.deltas]
+    assert executed == pytest.approx([k * 0.02 for k in range(50)], abs=1e-6)
+    assert steering.following.turning.worst < radians(1.0)
 
 
 def test_poses_are_followed_too() -> None:

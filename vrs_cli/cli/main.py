@@ -12,6 +12,7 @@ from io import TextIOWrapper
 from typing import NamedTuple
 
 from vrs_cli.errors import FileDamaged, FileError, UsageError, VrsError
+from vrs_cli.repl.interrupt import Ended, ending
 
 OK, FAILED, USAGE = 0, 1, 2
 INTERNAL_ERROR = 70  # EX_SOFTWARE of sysexits.h
@@ -131,12 +132,15 @@ PAGES: Mapping[str, Callable[[], int]] = {
 def _guarded(prog: str, subcommand: Callable[[], int]) -> int:
     """The status of a subcommand, with every way in which it can end."""
     try:
-        status = subcommand()
-        sys.stdout.flush()
+        with ending():
+            status = subcommand()
+            sys.stdout.flush()
     except SystemExit as exit_:  # argparse, after --help
         return exit_.code if isinstance(exit_.code, int) else OK
     except VrsError as error:
         return _told(prog, str(error), status_of(error))
+    except Ended as end:
+        return _told(prog, str(end), end.status)
     except KeyboardInterrupt:
         return _told(prog, "interrupted", INTERRUPTED)
     except BrokenPipeError:
@@ -160,9 +164,12 @@ def status_of(error: VrsError) -> int:
 
 
 def _told(prog: str, message: str, status: int) -> int:
-    with suppress(OSError):
+    try:
         sys.stdout.flush()
-    print(f"{prog}: {message}", file=sys.stderr)
+    except OSError:
+        _abandon_output()
+    with suppress(OSError):  # the terminal may be gone
+        print(f"{prog}: {message}", file=sys.stderr)
     return status
 
 

@@ -8,32 +8,39 @@ import json
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
+from io import TextIOWrapper
+from itertools import chain
 from math import degrees
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, positive
 from vrs_cli.cli.outputs import Outputs, add_output_options
-from vrs_cli.errors import MotionError, NonexistentFile
+from vrs_cli.errors import FileDamaged, FileError, MotionError, NonexistentFile, VrsError
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
-    from vrs_cli.engine.engine import Engine
+    from vrs_cli.engine.clock import Clock
     from vrs_cli.files.target_file import TimedTarget
     from vrs_cli.interfaces.steering import Following, Steering
     from vrs_cli.kinematics.joints import JointKind, Joints
     from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.render.progress import RunProgress
+    from vrs_cli.repl.interrupt import Stoppable
 
 OK, FAILED = 0, 1
 KEPT = 1000  # targets after which what they left is not looked through for garbage any more
-MOST_TOLD = 5  # targets out of reach that are named
+MOST_TOLD = 5  # lines that are no targets, or out of reach, that are named
+LONGEST_LINE = 1 << 16  # characters: a longer one is no target, and is not kept whole
 
 EPILOG = """\
 A line is a time and the joints [s, deg; mm where a joint slides]; or the first line names the columns:
 t,jt1,...,jt6 or t,x,y,z,o,a,t_angle [s, mm, deg], as vrs run --csv writes them. Each target is followed from
 its time on, within all limits, until the next one; at the end, or after Ctrl-C, the robot stops at the last one.
+A line that is no target is named and left out.
 
   vrs steer taught.csv --csv followed.csv
   vrs steer taught.csv --save followed.vrst --json
@@ -42,7 +49,7 @@ its time on, within all limits, until the next one; at the end, or after Ctrl-C,
 
 
 def main(prog: str, arguments: Sequence[str]) -> int:
-    """Follow a stream to its end; returns 1 when some of its targets were out of reach."""
+    """Follow a stream to its end; returns 1 when some of its lines were no targets, or out of reach."""
     options = _parser(prog).parse(list(with_rate(arguments)))
     outputs = Outputs.of(options)
     _check_outputs(options, outputs)
@@ -90,14 +97,22 @@ def _check_outputs(options: argparse.Namespace, outputs: Outputs) -> None:
 def _lines(path: str) -> Iterator[Iterable[str]]:
     """The lines of a file, or of standard input as they come. Raises NonexistentFile."""
     if path == STANDARD_STREAM:
-        yield sys.stdin
+        if isinstance(sys.stdin, TextIOWrapper):
+            sys.stdin.reconfigure(encoding="utf-8", errors="replace")
+        yield _read(sys.stdin)
         return
     try:
-        stream = open(path, encoding="utf-8-sig", errors="replace")  # noqa: SIM115 (closed below)
+        stream = open(path, encoding="utf-8", errors="replace")  # noqa: SIM115 (closed below)
     except OSError as error:
         raise NonexistentFile(f"{path} cannot be read: {error.strerror}") from None
     with stream:
-        yield stream
+        yield _read(stream)
+
+
+def _read(stream: TextIO) -> Iterator[str]:
+    """Line by line, to the end; a terminal that has gone is one."""
+    with suppress(OSError):
+        yield from iter(partial(stream.readline, LONGEST_LINE), "")
 
 
 def _start(model: RobotModel, first: TimedTarget) -> Joints | None:
@@ -122,90 +137,165 @@ def _errors(following: Following, kinds: Collection[JointKind]) -> list[tuple[st
     return [(unit, scale * error.rms, scale * error.worst) for kind, unit, scale, error in told if kind in kinds]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Run:
+    """One stream: the options, and how many of its lines were no targets, or out of reach."""
+
     prog: str
     options: argparse.Namespace
     outputs: Outputs
+    skipped: int = 0
+    unreached: int = 0
+    progress: RunProgress = field(init=False)
+
+    def __post_init__(self) -> None:
+        from vrs_cli.render.progress import RunProgress
+
+        self.progress = RunProgress(self.options.file)
+
+    @property
+    def live(self) -> bool:
+        return bool(self.options.file == STANDARD_STREAM)
 
     @property
     def source(self) -> str:
         """Where the targets come from, for messages."""
-        return "standard input" if self.options.file == STANDARD_STREAM else str(self.options.file)
+        return "standard input" if self.live else str(self.options.file)
 
     def run(self) -> int:
-        """Follow, and tell how it went; the exit status."""
-        from vrs_cli.cli.journal import journal
-        from vrs_cli.engine.engine import Engine
-        from vrs_cli.files.target_file import read_targets
-        from vrs_cli.interfaces.steering import Steering
+        """Follow, and tell how it went, whatever ended it; the exit status."""
         from vrs_cli.kinematics.robot_file import load_robot
+        from vrs_cli.repl.interrupt import Stoppable
 
-        options = self.options
-        model = load_robot(options.robot)
-        with _lines(options.file) as lines:
-            relative = options.relative or options.realtime is not None
-            targets = read_targets(lines, model.joint_count, self.source, relative=relative, units=model.units)
-            first = next(targets, None)
-            if first is None:
-                raise CommandLineError(f"{self.source} holds no target", "a line is a time and the joints")
-            engine = Engine(model, start=_start(model, first), clock=clock_of(options.realtime))
-            if options.profile is not None:
-                engine.parameters.set_parameter("PROFILE", options.profile)
-            steering = Steering(engine, speed=options.speed / 100.0)
-            with journal(options.save, engine, durable=options.realtime is not None):
-                unreached = self._follow(steering, first, targets)
-        self._tell(engine, steering, unreached)
-        self.outputs.write(engine.arm, engine.timeline, options.file)
-        return FAILED if unreached else OK
+        model, stop = load_robot(self.options.robot), Stoppable(lambda: True)
+        with _lines(self.options.file) as lines:
+            targets = self._targets(lines, model)
+            steering = self._begin(model, first := self._first(targets))
+            with self.progress, stop:
+                failed = self._recorded(steering, chain((first,), targets), stop)
+        self._tell(steering)
+        self.outputs.write(steering.engine.arm, steering.engine.timeline, self.options.file)
+        stop.end()
+        return FAILED if failed or self.unreached or self.skipped else OK
 
-    def _follow(self, steering: Steering, first: TimedTarget, others: Iterator[TimedTarget]) -> int:
-        """How many targets were out of reach."""
-        from itertools import chain
+    def _targets(self, lines: Iterable[str], model: RobotModel) -> Iterator[TimedTarget]:
+        from vrs_cli.files.target_file import read_targets
 
-        from vrs_cli.render.progress import RunProgress
+        relative = self.options.relative or self.options.realtime is not None
+        return read_targets(
+            lines,
+            model.joint_count,
+            self.source,
+            relative=relative,
+            live=self.live,
+            units=model.units,
+            wrong=self._skip,
+        )
 
-        unreached = 0
-        with RunProgress(self.options.file) as progress, suppress(KeyboardInterrupt):  # Ctrl-C ends a stream
-            for count, it in enumerate(chain((first,), others)):
-                if count % KEPT == 0:
-                    gc.freeze()  # the timeline only grows: its garbage collection would cost ever longer pauses
-                try:
-                    steering.to(it.target, it.t)
-                except MotionError as error:
-                    unreached += 1
-                    progress.hide()
-                    self._complain(unreached, f"{self.source}:{it.line}: {error}")
-                progress(steering.engine.now)
+    def _first(self, targets: Iterator[TimedTarget]) -> TimedTarget:
+        """Raises CommandLineError, or FileDamaged for a stream with nothing but wrong lines."""
+        first = next(targets, None)
+        if first is None and self.skipped:
+            raise FileDamaged(f"{self.source} holds no target", "a line is a time and the joints")
+        if first is None:
+            raise CommandLineError(f"{self.source} holds no target", "a line is a time and the joints")
+        return first
+
+    def _begin(self, model: RobotModel, first: TimedTarget) -> Steering:
+        from vrs_cli.engine.engine import Engine
+        from vrs_cli.interfaces.steering import Steering
+
+        engine = Engine(model, start=_start(model, first), clock=clock_of(self.options.realtime))
+        if self.options.profile is not None:
+            engine.parameters.set_parameter("PROFILE", self.options.profile)
+        return Steering(engine, speed=self.options.speed / 100.0)
+
+    def _recorded(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> bool:
+        """Whether the stream ended because what the robot did could not be written."""
+        from vrs_cli.cli.journal import journal
+
+        try:
+            with journal(self.options.save, steering.engine, durable=self.options.realtime is not None):
+                self._follow(steering, targets, stop)
+        except FileError as error:
+            self._say(str(error))
+            return True
+        return False
+
+    def _follow(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> None:
+        """To the end of the stream, or to a signal."""
+        for count, it in enumerate(_until_stopped(targets, stop, steering.engine.clock)):
+            if count % KEPT == 0:
+                gc.freeze()  # the timeline only grows: its garbage collection would cost ever longer pauses
+            try:
+                steering.to(it.target, it.t)
+            except MotionError as error:
+                self.unreached += 1
+                self._complain(f"{self.source}:{it.line}: {error}")
+            self.progress(steering.engine.now)
         steering.finish()
-        return unreached
 
-    def _complain(self, count: int, what: str) -> None:
+    # --- what is told -----------------------------------------------------------------------------------
+
+    def _skip(self, wrong: VrsError) -> None:
+        self.skipped += 1
+        self._complain(str(wrong))
+
+    def _complain(self, what: str) -> None:
+        count = self.skipped + self.unreached
         if count <= MOST_TOLD:
-            print(f"{self.prog}: {what}", file=sys.stderr)
+            self._say(what)
         elif count == MOST_TOLD + 1:
-            print(f"{self.prog}: and others", file=sys.stderr)
+            self._say("and others")
 
-    def _tell(self, engine: Engine, steering: Steering, unreached: int) -> None:
-        following = steering.following
-        errors = _errors(following, engine.model.units.kinds)
+    def _say(self, what: str) -> None:
+        self.progress.hide()
+        print(f"{self.prog}: {what}", file=sys.stderr)
+
+    def _tell(self, steering: Steering) -> None:
         if self.options.json:
-            from vrs_cli.cli.recordings import position_object
-
-            told = {
-                "targets": following.targets,
-                "held": following.held,
-                "out_of_reach": unreached,
-                "duration_s": round(engine.end, 9),
-                **{f"error_{unit}": {"rms": round(rms, 6), "max": round(worst, 6)} for unit, rms, worst in errors},
-                "final": position_object(engine.position(engine.end), engine.model.units),
-            }
-            print(json.dumps(told, indent=2))
+            print(json.dumps(self._object(steering), indent=2))
             return
         from vrs_cli.render.numbers import count
 
+        engine, following = steering.engine, steering.following
+        errors = _errors(following, engine.model.units.kinds)
         said = "; ".join(f"{rms:.2f} {unit} rms, {worst:.2f} at most" for unit, rms, worst in errors)
         print(f"{count(following.targets, 'target')} in {engine.end:.3f} s, followed to {said}")
+        if engine.realtime:
+            print(f"They came late by {following.lag.rms:.3f} s rms, {following.lag.worst:.3f} at most")
         if following.held:
             were = "was" if following.held == 1 else "were"
             print(f"{count(following.held, 'target')} {were} beyond the range of a joint, which stopped at its end")
+        if self.skipped:
+            were = "was no target" if self.skipped == 1 else "were no targets"
+            print(f"{count(self.skipped, 'line')} {were}")
+
+    def _object(self, steering: Steering) -> dict[str, object]:
+        from vrs_cli.cli.recordings import position_object
+
+        engine, following = steering.engine, steering.following
+        errors = _errors(following, engine.model.units.kinds)
+        return {
+            "targets": following.targets,
+            "held": following.held,
+            "out_of_reach": self.unreached,
+            "skipped": self.skipped,
+            "duration_s": round(engine.end, 9),
+            "lag_s": {"rms": round(following.lag.rms, 6), "max": round(following.lag.worst, 6)},
+            **{f"error_{unit}": {"rms": round(rms, 6), "max": round(worst, 6)} for unit, rms, worst in errors},
+            "final": position_object(engine.position(engine.end), engine.model.units),
+        }
+
+
+def _until_stopped(targets: Iterator[TimedTarget], stop: Stoppable, clock: Clock) -> Iterator[TimedTarget]:
+    """Each target when its time has come; no more after a signal."""
+    while stop.number is None:
+        it = None
+        with stop.broken_off():
+            it = next(targets, None)
+            if it is not None:
+                clock.advance(it.t)
+        if it is None or stop.number is not None:
+            return
+        yield it

@@ -367,17 +367,27 @@ class Engine:
         """ABORT, BRAKE: brake now, within limits, and drop what was scheduled."""
         now, self._issued = on_grid(self.now), None
         if now < self.end:
-            last = self.timeline.locate(now)[0].motion
-            motion = Motion(
-                self._number + 1,
-                Kind.REST,
-                Start.AT,
-                hand=last.hand,
-                frames=last.frames,
-                text="BRAKE",
-                profile=self._profile,
-            )
-            self._edit(motion, now, False)
+            self._edit(self._braking(now), now, False)
+
+    def stopping_place(self) -> Joints:
+        """Where the robot would come to rest if it braked now [rad]."""
+        now = on_grid(self.now)
+        if now >= self.end:
+            return self.position().joints
+        stopped = self.timeline.apply(self._planned(self._braking(now), now, now, False))
+        return destination_at(self.arm, stopped, stopped.end).joints
+
+    def _braking(self, now: float) -> Motion:
+        last = self.timeline.locate(now)[0].motion
+        return Motion(
+            self._number + 1,
+            Kind.REST,
+            Start.AT,
+            hand=last.hand,
+            frames=last.frames,
+            text="BRAKE",
+            profile=self._profile,
+        )
 
     # --- targets that come one after the other ---
 
@@ -465,17 +475,12 @@ class Engine:
     def _edit(self, motion: Motion, executed: float, insert: bool | None = None) -> None:
         if insert is None:
             insert = self.parameters.values["INSERT"] == "ON"
-        before = self.timeline
-        delta = plan(
-            self.arm,
-            before,
-            motion,
-            on_grid(self.now if self._issued is None else self._issued),
-            executed,
-            insert=insert,
-            slowest=float(self.parameters.values["STRETCH"]),
-        )
-        self.commit(delta, self.now if self._issued is None else self._issued, insert)
+        issued = self.now if self._issued is None else self._issued
+        self.commit(self._planned(motion, issued, executed, insert), issued, insert)
+
+    def _planned(self, motion: Motion, issued: float, executed: float, insert: bool) -> TimelineDelta:
+        slowest = float(self.parameters.values["STRETCH"])
+        return plan(self.arm, self.timeline, motion, on_grid(issued), executed, insert=insert, slowest=slowest)
 
     def commit(self, delta: TimelineDelta, clock: float, insert: bool) -> None:
         """A command that was planned for the present timeline takes place; `clock` is what UNDO goes back to."""

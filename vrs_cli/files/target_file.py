@@ -5,12 +5,12 @@
 
 The first line may name the columns, in any order; others are passed over, and joints count more than poses. Without
 it a line is a time and the joints. Blank lines and comments (`;` or `#`) are passed over. Lines are read one by one:
-a stream need not end.
+a stream need not end, and a wrong line need not end it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
 
@@ -20,6 +20,7 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.values import precision_point, read_number, transformation
 from vrs_cli.trajectory.instant import LATEST
 
+BYTE_ORDER_MARK = "\ufeff"  # before the first line, as some systems write it
 TIME = "t"
 POSE = ("x", "y", "z", "o", "a", "t_angle")
 LONGEST = 60  # characters of a wrong first line that are shown: it may be any file
@@ -44,56 +45,78 @@ class _Columns:
     count: int
 
 
+def _raised(wrong: FileDamaged) -> None:
+    raise wrong
+
+
 def read_targets(
     lines: Iterable[str],
     joint_count: int,
     path: str = "targets",
     *,
     relative: bool = False,
+    live: bool = False,
     units: JointUnits = TURNING,
+    wrong: Callable[[FileDamaged], None] = _raised,
 ) -> Iterator[TimedTarget]:
     """The targets of a stream as they come; their times count from the first one where they are `relative`.
 
-    Raises FileDamaged, which names the line.
+    `wrong` is told of each line that is no target, by its number, and the next one is read. A line of a `live` stream
+    is over when its end has come. Raises FileDamaged for names of columns that are not ours.
     """
+    joints = tuple(f"jt{number}" for number in range(1, joint_count + 1))
+    columns: _Columns | None = None
     times = _Times(relative)
-    for number, fields, columns in _rows(lines, joint_count, path):
-        where = f"{path}:{number}"
-        if len(fields) != columns.count:
-            raise FileDamaged(f"{where}: {len(fields)} field{'s' * (len(fields) > 1)} where {columns.count} are wanted")
-        t = times.next(_number(fields[columns.time], where), where)
-        values = [_number(fields[place], where) for place in columns.target]
+    for number, line in enumerate(lines, 1):
+        where, fields = f"{path}:{number}", _fields(line.removeprefix(BYTE_ORDER_MARK))
+        if not fields:
+            continue
+        if columns is None and _are_names(fields):
+            columns = _named(fields, joints, where)
+            continue
+        at_first = columns or _Columns(0, tuple(range(1, joint_count + 1)), False, joint_count + 1)
+        try:
+            if live and not line.endswith("\n"):
+                raise FileDamaged(f"{where}: the line is cut off", "a newline ends it")
+            t, values = _numbers(fields, at_first, times, where)
+        except FileDamaged as error:
+            wrong(error)
+            continue
+        columns = at_first
         yield TimedTarget(number, t, transformation(values) if columns.is_pose else precision_point(values, units))
 
 
-def _rows(lines: Iterable[str], joint_count: int, path: str) -> Iterator[tuple[int, list[str], _Columns]]:
-    """Number and fields of each line that is a target, and what they are."""
-    joints = tuple(f"jt{number}" for number in range(1, joint_count + 1))
-    columns: _Columns | None = None
-    for number, line in enumerate(lines, 1):
-        said = line.partition(";")[0].partition("#")[0].strip()
-        fields = [field.strip() for field in said.split(",")]
-        if not said:
-            continue
-        if columns is None and read_number(fields[0]) is None:
-            columns = _named(fields, joints, f"{path}:{number}")
-        else:
-            columns = columns or _Columns(0, tuple(range(1, joint_count + 1)), False, joint_count + 1)
-            yield number, fields, columns
+def _fields(line: str) -> list[str]:
+    """The fields of a line; none where it is blank, or a comment."""
+    said = line.partition(";")[0].partition("#")[0].strip()
+    return [field.strip() for field in said.split(",")] if said else []
+
+
+def _are_names(fields: Sequence[str]) -> bool:
+    return len(fields) > 1 and all(read_number(field) is None for field in fields)
+
+
+def _numbers(fields: Sequence[str], columns: _Columns, times: _Times, where: str) -> tuple[float, list[float]]:
+    """The time and the target of a line. Raises FileDamaged."""
+    if len(fields) != columns.count:
+        raise FileDamaged(f"{where}: {len(fields)} field{'s' * (len(fields) > 1)} where {columns.count} are wanted")
+    values = [_number(fields[place], where) for place in columns.target]
+    return times.next(_number(fields[columns.time], where), where), values
 
 
 class _Times:
     """Times go on; `relative` ones count from the first."""
 
     def __init__(self, relative: bool) -> None:
-        self._first = None if relative else 0.0
+        self._relative, self._first = relative, None if relative else 0.0
         self._last = -inf
 
     def next(self, t: float, where: str) -> float:
         """The time of a target [s]. Raises FileDamaged."""
         first = t if self._first is None else self._first
         if not 0.0 <= t - first <= LATEST:
-            raise FileDamaged(f"{where}: {t!r} s is no time from {first!r} to {first + LATEST!r} s")
+            hint = "" if self._relative else "with --relative times count from the first"
+            raise FileDamaged(f"{where}: {t!r} s is no time from {first!r} to {first + LATEST!r} s", hint)
         if t < self._last:
             raise FileDamaged(f"{where}: {t!r} s comes after {self._last!r} s", "times go on")
         self._first, self._last = first, t

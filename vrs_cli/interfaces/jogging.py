@@ -1,8 +1,9 @@
 """JOG: the arm moved by hand, a step at a time, one axis at a time. Knows no keys and no screen.
 
 In real time a step begins at once, from whatever the arm does, and takes the place of what was scheduled. It returns
-while the arm moves; steps that come faster than the arm can follow are left out, so that it stops soon after the last
-one. In virtual time a step is a motion after all others, and over when it returns.
+while the arm moves. The last key counts: one that is held, and comes again before the arm has done its step, is left
+out, so that the arm stops soon after it is let go; any other takes over at once. In virtual time a step is a motion
+after all others, and over when it returns.
 
 Steps of the tool go straight: a line that cannot be, near a singularity, is refused, and nothing moves.
 """
@@ -48,6 +49,7 @@ LONGEST = 1000.0  # [mm, deg] a step
 LONGEST_TURN = 180.0  # [deg] a turn of the tool is less: one of more would be made the other way round
 STEPS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # [mm, deg]
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [%]
+SLOW = 10.0  # [%] with keys one begins so
 
 
 class Frame(Enum):
@@ -102,17 +104,16 @@ class JogTerminal(Protocol):
 def jog(session: Session, it: Instruction) -> Iterator[Reply]:
     """JOG axis, amount; or with the keys. Raises UsageError, IllegalValue, RobotNotAttached, MotionError."""
     session.driver.tasks.check_robot_free()
-    jogger = Jogger(session)
     if it.arguments:
         axis, amount = _asked(session, it)
-        said = jogger.step(axis, amount)
+        said = Jogger(session).step(axis, amount)
         if said:
             yield Message(said, Tone.WARNING)
         return
     terminal = session.terminal
     if not isinstance(terminal, JogTerminal):
         raise UsageError("JOG alone needs a terminal with keys", FORM)
-    terminal.jog(jogger)
+    terminal.jog(Jogger(session, SLOW))
 
 
 def _asked(session: Session, it: Instruction) -> tuple[Axis, float]:
@@ -150,6 +151,8 @@ class Jogger:
 
     def __init__(self, session: Session, speed: float = 100.0) -> None:
         self.session, self.speed = session, speed
+        self._key: tuple[Axis, float, float] | None = None  # axis, amount and speed of the step under way
+        self._goes_on = False  # that step began while the one before it, of the same key, was under way
 
     @property
     def engine(self) -> Engine:
@@ -160,24 +163,48 @@ class Jogger:
         return tuple(Axis(frame, index) for index in range(count))
 
     def press(self, axis: Axis, amount: float) -> str:
-        """One step of many, as a key that is held gives them: left out while the arm has enough to do."""
-        if self.engine.end - self.engine.now > AHEAD:
+        """One step of many, as keys give them: left out while the arm has enough to do of the same; another one takes
+        over, and where it cannot be, the arm brakes. What is to be said of it. Raises MotionError.
+        """
+        self.session.settle(asking=False)
+        key, before, engine = (axis, amount, self.speed), self._key, self.engine
+        left, self._key = engine.end - engine.now, key
+        if left > 0.0 and key != before:
+            takes_back = before is not None and before[:2] == (axis, -amount) and not self._goes_on
+            self._goes_on = False
+            return self._take_over(axis, amount, takes_back)
+        if left > AHEAD:
             return ""
+        self._goes_on = left > 0.0
         return self.step(axis, amount)
 
-    def step(self, axis: Axis, amount: float) -> str:
-        """Move by so much [mm, deg], as far as it goes; what is to be said of it. Raises MotionError: no power, or too
-        near a singularity.
+    def _take_over(self, axis: Axis, amount: float, takes_back: bool) -> str:
+        """A step in the place of what the arm does: from where it comes to rest, or back to where the opposite step
+        began, so that keys to and fro lead nowhere.
         """
         engine = self.engine
-        begin = engine.destination(engine.end).joints
+        before = engine.timeline
+        begin = engine.destination(engine.end).joints if takes_back else engine.stopping_place()
+        try:
+            return self._step(begin, axis, amount)
+        finally:
+            if engine.timeline is before:
+                self.stop()
+
+    def step(self, axis: Axis, amount: float) -> str:
+        """Move by so much [mm, deg] from where the arm will be, as far as it goes; what is to be said of it. Raises
+        MotionError: no power, or too near a singularity.
+        """
+        return self._step(self.engine.destination(self.engine.end).joints, axis, amount)
+
+    def _step(self, begin: Joints, axis: Axis, amount: float) -> str:
         goal, part, why = self._farthest(begin, axis, amount)
         if largest_change(begin, goal) <= ROUNDING:
             return why or (f"This arm does not move along {axis.name}" if amount else "")
         if axis.frame is Frame.JOINT:
             self._go(goal, axis, amount * part)
         else:
-            self._go_straight(engine.world_pose(begin), axis, amount * part, why)
+            self._go_straight(self.engine.world_pose(begin), axis, amount * part, why)
         return why
 
     def _go_straight(self, pose: Transform, axis: Axis, way: float, why: str) -> None:
@@ -209,6 +236,7 @@ class Jogger:
 
     def stop(self) -> None:
         """Brake now."""
+        self.session.settle(asking=False)
         self.engine.stop()
         if not self.engine.realtime:
             self.session.settle(self.engine.end)

@@ -1,6 +1,8 @@
 """A stream of targets for a robot: joints or tool poses, each the latest word on where it is to be.
 
-In virtual time a stream of an hour takes a minute; in real time each target waits for its time on the clock.
+A target may have a time. In virtual time a stream of an hour takes a minute. In real time a target that comes early
+waits for its time on the clock, and one that comes late is followed from the present instant: its time still says how
+fast the targets move, and never what has happened.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ SHORTEST, LONGEST = 0.001, 0.5  # [s] between targets of a stream: a longer time
 
 @dataclass(slots=True)
 class Error:
-    """How far the joints of one kind were from each target when it came, the farthest of them [rad, m]."""
+    """How far the robot was from each target when that came: the farthest joint of a kind [rad, m], or in time [s]."""
 
     targets: int = 0
     squares: float = 0.0
@@ -36,18 +38,20 @@ class Error:
 
 @dataclass(slots=True)
 class Following:
-    """How well it goes: targets taken, those held at the end of a joint's range, and the errors of the joints that
-    turn and of those that slide.
+    """How well it goes: targets taken, those held at the end of a joint's range, how late they came [s], and the errors
+    of the joints that turn and of those that slide.
     """
 
     targets: int = 0
     held: int = 0
+    lag: Error = field(default_factory=Error)
     turning: Error = field(default_factory=Error)
     sliding: Error = field(default_factory=Error)
 
-    def count(self, joints: Joints, goal: Joints, units: JointUnits, held: bool) -> None:
+    def count(self, joints: Joints, goal: Joints, units: JointUnits, *, held: bool, lag: float) -> None:
         self.targets += 1
         self.held += held
+        self.lag.count(lag)
         for error, slides in ((self.turning, False), (self.sliding, True)):
             pairs = enumerate(zip(joints, goal, strict=True), 1)
             error.count(max((abs(b - a) for joint, (a, b) in pairs if units.slides(joint) is slides), default=0.0))
@@ -68,17 +72,24 @@ class Steering:
         before then until it stands.
         """
         engine = self.engine
-        if t is not None:
-            engine.clock.advance(t)
+        now = self._wait_for(t)
         asked = engine.joints_for(target, self._near()) if isinstance(target, Transform) else target
         goal = self._inside(asked)
-        at = engine.now if t is None else t
-        self.following.count(engine.position().joints, goal, engine.model.units, goal != asked)
-        self._go(goal, at)
-        self._last = at, goal
+        stamp = now if t is None else t
+        where = engine.position().joints
+        self.following.count(where, goal, engine.model.units, held=goal != asked, lag=max(now - stamp, 0.0))
+        self._go(goal, stamp)
+        self._last = stamp, goal
+
+    def _wait_for(self, t: float | None) -> float:
+        """Until a time, which may have passed already; the present instant [s], never an earlier one."""
+        clock = self.engine.clock
+        clock.advance(clock.reached if t is None else max(t, clock.reached))
+        return clock.now
 
     def finish(self) -> None:
         """No more targets: come to rest at the last one."""
+        self._wait_for(None)
         if self._last is not None:
             self.engine.redirect(self._last[1], speed=self.speed, text=f"{self.text} ends")
             self._last = None
@@ -90,10 +101,10 @@ class Steering:
         model = self.engine.model
         return tuple(min(max(q, low), high) for q, low, high in zip(joints, model.lower, model.upper, strict=True))
 
-    def _go(self, goal: Joints, at: float) -> None:
+    def _go(self, goal: Joints, stamp: float) -> None:
         """Chase a target that moves; go to the first one, and to one after a gap, which are not known to."""
         last = self._last
-        since = at - last[0] if last is not None else 0.0
+        since = stamp - last[0] if last is not None else 0.0
         if last is None or not 0.0 < since <= LONGEST:
             self.engine.redirect(goal, speed=self.speed, text=self.text)
             return

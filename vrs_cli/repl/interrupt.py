@@ -1,4 +1,4 @@
-"""Ctrl-C while a line is carried out: a signal handler for as long as that takes."""
+"""Ctrl-C, and the signals that end a process (SIGTERM, SIGHUP), while something is carried out."""
 
 from __future__ import annotations
 
@@ -7,27 +7,95 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any, Self
+
+SAID = {"SIGTERM": "terminated", "SIGHUP": "the terminal is gone"}  # what is said of those that end a process
+ENDINGS = {getattr(signal, name): said for name, said in SAID.items() if hasattr(signal, name)}
+
+
+class Ended(KeyboardInterrupt):
+    """A signal ends the process: it stops what Ctrl-C stops, and nothing goes on after it. `status` is what shells
+    report of it.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__(ENDINGS[number])
+        self.number, self.status = number, 128 + number
+
+
+class Stoppable:
+    """Hears signals for as long as something is done. The first lets it come to a stop of its own, if `stop` says that
+    it will; another, or one while it is `waiting` for something outside, breaks it off with KeyboardInterrupt.
+
+    `number` is the signal that came, one that ends the process before Ctrl-C. Signals that are ignored stay ignored.
+    """
+
+    def __init__(self, stop: Callable[[], bool]) -> None:
+        self.number: int | None = None
+        self.waiting = False
+        self._stop = stop
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> Self:
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGINT, *ENDINGS):
+                if signal.getsignal(number) is not signal.SIG_IGN:
+                    self._before[number] = signal.signal(number, self._heard)
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        for number, before in self._before.items():
+            signal.signal(number, before)
+
+    def _heard(self, number: int, _frame: FrameType | None) -> None:
+        again = self.number is not None
+        if number in ENDINGS or not again:
+            self.number = number
+        if again or self.waiting or not self._stop():
+            raise Ended(number) if number in ENDINGS else KeyboardInterrupt
+
+    @contextmanager
+    def broken_off(self) -> Iterator[None]:
+        """What waits for something outside: a signal ends it at once, and is no error."""
+        self.waiting = True
+        try:
+            yield
+        except KeyboardInterrupt:
+            pass
+        finally:
+            self.waiting = False
+
+    def end(self) -> None:
+        """What was done has stopped: the process ends now, if a signal said so. Raises Ended."""
+        if self.number is not None and self.number in ENDINGS:
+            raise Ended(self.number)
 
 
 @contextmanager
 def stoppable(interrupt: Callable[[], bool]) -> Iterator[None]:
-    """Ctrl-C stops the program that runs; a second one, or one while none does, stops whatever is being done.
+    """Ctrl-C stops the program that runs; a second one, or one while none does, stops whatever is being done. A signal
+    that ends the process does so once that has stopped.
 
     `interrupt` stops a program, and says whether one was running.
     """
-    if threading.current_thread() is not threading.main_thread():
+    with Stoppable(interrupt) as heard:
         yield
-        return
-    pressed = False
+    heard.end()
 
-    def stop(_signal: int, _frame: FrameType | None) -> None:
-        nonlocal pressed
-        if pressed or not interrupt():
-            raise KeyboardInterrupt
-        pressed = True
 
-    before = signal.signal(signal.SIGINT, stop)
+@contextmanager
+def ending() -> Iterator[None]:
+    """Signals that end the process raise Ended, wherever it is."""
+
+    def end(number: int, _frame: FrameType | None) -> None:
+        raise Ended(number)
+
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        heard = [number for number in ENDINGS if signal.getsignal(number) is not signal.SIG_IGN]
+        before = {number: signal.signal(number, end) for number in heard}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -87,7 +87,6 @@ class JogPanel:
             if act is None:
                 event.app.exit()
             else:
-                self.panel.jogger.session.settle(asking=False)
                 act(self.panel)
 
         return handle
