@@ -15,6 +15,7 @@ from vrs_cli.interfaces.replies import ClockReport, Message, Whereabouts
 from vrs_cli.interfaces.runs import Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.repl.toolbar import toolbar
+from vrs_cli.trajectory.instant import TICK
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
 SLOW = "DRIVE 1, 90, 20"  # five seconds and more
@@ -50,6 +51,24 @@ def joint_1(session: Session, terminal: RecordingTerminal) -> tuple[float, float
 
 def told(terminal: RecordingTerminal) -> list[str]:
     return [reply.text for reply in terminal.replies if isinstance(reply, Message)]
+
+
+def test_a_program_that_is_late_is_interrupted_now(terminal: RecordingTerminal) -> None:
+    wall = ManualWall(each_look=lambda: 0.7)
+    clock = wall.clock()
+    session = Session(terminal, clock=clock)
+    load(session, "DRIVE 1, 150, 0.1", "FOR i = 1 TO 1000", "WAIT TIMER(0) > i", "END")
+    pressed: list[float] = []
+
+    def press(_now: float) -> None:
+        if not pressed and session.engine.now > 5.0:
+            session.interrupt()
+            pressed.append(clock.reached)
+
+    result = session.execute("main", progress=press)
+    assert result.outcome is Outcome.ABORTED
+    brake = next(record for record in session.engine.records() if record.text == "BRAKE")
+    assert brake.executed >= pressed[0]
 
 
 # --- the same timeline -----------------------------------------------------------------------------------------------
@@ -260,6 +279,20 @@ def test_redo_does_again_what_has_not_begun(session: Session, wall: ManualWall) 
     wall.seconds += 2.0
     with pytest.raises(TooLate, match=r"READY AT 5"):
         session.perform("REDO")
+
+
+def test_undo_takes_back_what_begins_at_this_very_instant(session: Session, wall: ManualWall) -> None:
+    wall.seconds += 1.0
+    timeline = session.engine.timeline
+    session.perform("CLOCK PAUSE")
+    session.perform("NEST IN 0")
+    session.perform("UNDO")
+    assert session.engine.timeline == timeline
+    session.perform("REDO")
+    session.perform("CLOCK GO")
+    wall.seconds += TICK
+    with pytest.raises(TooLate):
+        session.perform("UNDO")
 
 
 def test_in_real_time_there_is_one_course_of_events(session: Session) -> None:

@@ -1,14 +1,17 @@
-"""Real time: whatever is commanded, whenever, what has happened does not change by a bit."""
+"""Real time: whatever is commanded, whenever and however, what has happened does not change by a bit."""
 
 from __future__ import annotations
 
 from contextlib import suppress
+from math import radians
 from random import Random
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.engine.wall import ManualWall
+from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.motion_laws import check_continuous, check_limits
 from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, joint_targets, moves, others
 from vrs_cli.engine.clock import WallClock
@@ -16,6 +19,9 @@ from vrs_cli.engine.commands import Brake, Break, JointTarget, SetParameter, Set
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import Position, position_at
 from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.jogging import Jogger, Panel
+from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.steered import Target
@@ -129,3 +135,132 @@ def test_the_past_never_changes(seed: int, sequence: list[object]) -> None:
     check_limits(world.engine, world.engine.timeline)
     for delta in world.engine.deltas:
         assert delta.executed >= delta.issued, "nothing is executed before it is issued"
+
+
+# --- every way in ----------------------------------------------------------------------------------------------------
+
+PROGRAMS = """\
+.PROGRAM beside()
+ATTACH
+FOR i = 1 TO 4
+DRIVE 2, 3, 40
+WAIT TIMER(1) > i
+DRIVE 2, -3, 40
+END
+DETACH
+.END
+.PROGRAM short()
+REACTI 1001, away
+DRIVE 1, 8, 60
+DRIVE 1, -8, 60
+MOVE HERE AT TIME()+0.1
+BREAK
+.END
+.PROGRAM away()
+DRIVE 4, 5, 100
+RETURN
+.END
+"""
+LINES = (
+    *("READY", "READY IN 0", "READY IN 0.5", "READY AT 1", "READY AT 5", "READY AT 12", "NEST IN 1"),
+    *("DRIVE 1, 10, 30", "DRIVE 1, -10, 80", "DEPARTS 5", "MOVES SHIFT(HERE BY 0, 10, 0) IN 0", "HOLD"),
+    *("JOG 1, 3", "JOG Z, -2", "JOG TRX, 2", "ABORT", "BRAKE", "BREAK", "UNDO", "UNDO", "UNDO 2", "REDO", "DELAY 0.2"),
+    *("TOOL TRANS(0,0,50,0,0,0)", "TOOL NULL", "OPENI", "EXECUTE short", "EXECUTE 2 beside", "ABORT 2", "PROCEED"),
+    *("SIGNAL 1001", "SIGNAL -1001", "PCEXECUTE beside", "PCABORT", "KILL", "KILL 2", "BRANCH trial", "MERGE trial"),
+    *("PARAMETER CAUSALITY = POSTPONE", "PARAMETER CAUSALITY = ABORT", "PARAMETER INSERT = OFF"),
+    *("PARAMETER INSERT = ON", "PARAMETER PROFILE = SCURVE", "PARAMETER PROFILE = LSPB", "CLOCK RATE = 3"),
+    *("CLOCK RATE = 1", "CLOCK PAUSE", "CLOCK GO", "CLOCK GO", "SPEED 60", "SPEED 20 ALWAYS", "DRY", "STATUS"),
+)
+
+
+class Shell:
+    """Somebody at a robot in real time who types, jogs, steers and interrupts; another one watches."""
+
+    def __init__(self, seed: int) -> None:
+        self.random = source = Random(seed)
+        self.wall = ManualWall(each_look=lambda: source.choice((0.0, 1e-4, 1e-3)))
+        self.clock = self.wall.clock()
+        self.session = Session(RecordingTerminal(), MODEL, clock=self.clock)
+        self.session.load_text(PROGRAMS)
+        self.panel = Panel(Jogger(self.session))
+        self.steering = Steering(self.session.engine, speed=0.5)
+        self.seen: dict[float, str] = {}
+
+    def see(self) -> None:
+        """What happened before the present instant; where no task goes on by itself, nobody need look at the clock
+        first.
+        """
+        engine = self.session.engine
+        if any(self.session.driver.tasks.running):
+            self.session.settle(asking=False)
+        now = engine.now if any(self.session.driver.tasks.running) else self.clock.reached
+        for t in (now - TICK, *(self.random.uniform(0.0, now) for _ in range(3))):
+            if 0.0 <= t < now:
+                self.seen[t] = self.at(t)
+
+    def at(self, t: float) -> str:
+        it = position_at(self.session.engine.arm, self.session.engine.timeline, t)
+        return repr((it.joints, it.velocity, it.acceleration, it.hand, it.moving))
+
+    def act(self) -> str:
+        source = self.random
+        self.wall.seconds += source.choice((0.0, 0.01, 0.1, 0.4, source.uniform(0.0, 2.0)))
+        way = source.choice((self.line, self.line, self.line, self.keys, self.stream, self.interrupted))
+        with suppress(VrsError, KeyboardInterrupt):
+            return way()
+        return way.__name__
+
+    def line(self) -> str:
+        line = self.random.choice(LINES)
+        self.session.perform(line)
+        return line
+
+    def keys(self) -> str:
+        panel, source = self.panel, self.random
+        source.choice((panel.next_frame, panel.stop, lambda: panel.next_axis(1), lambda: panel.faster(-1)))()
+        for _ in range(source.randint(1, 4)):
+            panel.move(source.choice((-1.0, 1.0)))
+            self.wall.seconds += 0.03
+        return "keys"
+
+    def stream(self) -> str:
+        """Targets with stamps of the clock, of long ago, or none."""
+        source, joints = self.random, self.session.engine.position().joints
+        begin = source.choice((self.clock.reached, 0.0, 0.5 * self.clock.reached, None))
+        if self.clock.paused:
+            return "stream"  # targets to come are waited for
+        for k in range(source.randint(1, 6)):
+            goal = (joints[0] + radians(0.3 * k), *joints[1:])
+            self.steering.to(goal, None if begin is None else begin + 0.02 * k)
+            self.wall.seconds += source.choice((0.0, 0.02, 0.05))
+        if source.random() < 0.5:
+            self.steering.finish()
+        return "stream"
+
+    def interrupted(self) -> str:
+        """Ctrl-C after a while, in a program or while the prompt waits."""
+        source, session, sleep = self.random, self.session, self.wall.sleep
+        line = source.choice(("EXECUTE short", "BREAK", "DO WAIT", "DO CALL short"))
+
+        def press(seconds: float) -> None:
+            sleep(seconds)
+            if source.random() < 0.2:
+                session.interrupt()
+
+        self.clock._sleep = press
+        try:
+            session.perform(line)
+        finally:
+            self.clock._sleep = sleep
+        return f"{line}, Ctrl-C"
+
+
+@pytest.mark.parametrize("first", range(0, 32, 8))
+def test_no_way_in_changes_the_past(first: int) -> None:
+    for seed in range(first, first + 8):
+        shell = Shell(seed)
+        for _ in range(25):
+            shell.see()
+            what = shell.act()
+            for t, before in shell.seen.items():
+                assert shell.at(t) == before, (seed, what, t)

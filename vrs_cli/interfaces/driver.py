@@ -72,6 +72,7 @@ class Driver:
             while track.running:
                 if self._interrupted:
                     self._interrupted = False
+                    self._catch_up()
                     self.tasks.abort(track.number)
                 self._go_on(track, started + bounds.max_time, bounds, steps)
                 if progress is not None:
@@ -84,8 +85,13 @@ class Driver:
         self._transcript.end_line()
         return self._result(track, started)
 
+    def _catch_up(self) -> None:
+        """Who is stopped from outside is stopped now, however late its own steps are."""
+        self.engine.clock.advance(self.engine.clock.reached)
+
     def _give_up(self, foreground: Track) -> None:
         """Something from outside broke the run off: its task stops here, and so does one that was broken itself."""
+        self._catch_up()
         self.engine.stop()
         for track in self.tasks.running:
             if track is foreground or track.task.broken:
