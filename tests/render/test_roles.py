@@ -4,7 +4,8 @@ import pytest
 from prompt_toolkit.styles import Style
 from rich.style import Style as RichStyle
 
-from vrs_cli.render.roles import COLOURS, Role, rich_style, toolkit_style
+from tests.render.contrast import LEAST, contrast
+from vrs_cli.render.roles import BARS, COLOURS, Bar, Role, rich_style, toolkit_style
 
 
 def test_every_role_has_a_colour() -> None:
@@ -16,3 +17,20 @@ def test_both_libraries_take_the_style(role: Role) -> None:
     RichStyle.parse(rich_style(role))
     attributes = Style([]).get_attrs_for_style_str(toolkit_style(role))
     assert attributes.bold == COLOURS[role][1]
+
+
+@pytest.mark.parametrize("role", [role for role in Role if COLOURS[role][0]])
+def test_text_is_readable_on_dark_and_on_light_backgrounds(role: Role) -> None:
+    colour, _ = COLOURS[role]
+    assert contrast(colour, "#000000") >= LEAST
+    assert contrast(colour, "#ffffff") >= LEAST
+
+
+@pytest.mark.parametrize("bar", Bar)
+def test_bars_are_readable(bar: Bar) -> None:
+    assert contrast(*BARS[bar]) >= LEAST
+
+
+def test_the_measure_is_that_of_the_standard() -> None:
+    assert contrast("#000000", "#ffffff") == 21.0
+    assert contrast("#777777", "#ffffff") == pytest.approx(4.48, abs=0.005)  # the known border case

@@ -1,6 +1,9 @@
-"""What a piece of text is, and the colour that goes with it: one table for the input line, listings and tables.
+"""What a piece of text is, and the colour that goes with it: one table for the input line, listings, tables and bars.
 
-The sixteen colours of the terminal itself are used, so that the user's own palette decides how they look.
+Text stands on the background of the terminal, which may be dark or light. Its colours have a contrast of at least 4.5
+to 1 to black and to white (WCAG 2.2, success criterion 1.4.3): their relative luminance is 0.175 to 0.183. The sixteen
+colours of terminals have not: bright black on black has 2.4 to 1 in common palettes, yellow on white 1.1. Bars bring a
+background of their own.
 """
 
 from __future__ import annotations
@@ -34,28 +37,54 @@ class Role(Enum):
 
 CURVES = (Role.CURVE_1, Role.CURVE_2, Role.CURVE_3, Role.CURVE_4, Role.CURVE_5, Role.CURVE_6)
 
+MAGENTA = "#d700af"
+GREEN = "#008900"
+CYAN = "#008484"
+YELLOW = "#b06000"
+BLUE = "#5f5fff"
+GREY = "#767676"
+RED = "#eb0000"
+
 # colour ("" is the terminal's own), bold
 COLOURS: Mapping[Role, tuple[str, bool]] = {
     Role.TEXT: ("", False),
     Role.HEADING: ("", True),
     Role.NAME: ("", False),
-    Role.NUMBER: ("magenta", False),
-    Role.STRING: ("green", False),
-    Role.COMMAND: ("cyan", True),
-    Role.INSTRUCTION: ("cyan", False),
-    Role.CONTROL: ("yellow", False),
-    Role.FUNCTION: ("blue", True),
+    Role.NUMBER: (MAGENTA, False),
+    Role.STRING: (GREEN, False),
+    Role.COMMAND: (CYAN, True),
+    Role.INSTRUCTION: (CYAN, False),
+    Role.CONTROL: (YELLOW, False),
+    Role.FUNCTION: (BLUE, True),
     Role.OPERATOR: ("", False),
-    Role.COMMENT: ("bright_black", False),
-    Role.NOTE: ("bright_black", False),
-    Role.WARNING: ("yellow", False),
-    Role.ERROR: ("red", False),
-    Role.CURVE_1: ("red", False),
-    Role.CURVE_2: ("green", False),
-    Role.CURVE_3: ("blue", True),
-    Role.CURVE_4: ("yellow", False),
-    Role.CURVE_5: ("magenta", False),
-    Role.CURVE_6: ("cyan", False),
+    Role.COMMENT: (GREY, False),
+    Role.NOTE: (GREY, False),
+    Role.WARNING: (YELLOW, False),
+    Role.ERROR: (RED, False),
+    Role.CURVE_1: (RED, False),
+    Role.CURVE_2: (GREEN, False),
+    Role.CURVE_3: (BLUE, True),
+    Role.CURVE_4: (YELLOW, False),
+    Role.CURVE_5: (MAGENTA, False),
+    Role.CURVE_6: (CYAN, False),
+}
+
+
+class Bar(Enum):
+    """A row with a background of its own."""
+
+    STATUS = "status"
+    TITLE = "title"
+    MISTAKE = "mistake"
+    CHOSEN = "chosen"
+
+
+# text, background
+BARS: Mapping[Bar, tuple[str, str]] = {
+    Bar.STATUS: ("#d0d0d0", "#303030"),
+    Bar.TITLE: ("#ffffff", "#005f87"),
+    Bar.MISTAKE: ("#ffffff", "#af0000"),
+    Bar.CHOSEN: ("#ffffff", "#005f87"),
 }
 
 
@@ -70,5 +99,11 @@ def toolkit_style(role: Role) -> str:
     colour, bold = COLOURS[role]
     words = ["bold"] if bold else []
     if colour:
-        words.append("fg:ansi" + colour.replace("_", ""))
+        words.append(f"fg:{colour}")
     return " ".join(words)
+
+
+def bar_style(bar: Bar) -> str:
+    """The style of a bar in prompt-toolkit's words."""
+    text, background = BARS[bar]
+    return f"noreverse fg:{text} bg:{background}"

@@ -8,22 +8,24 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import Callable, Iterable, Iterator
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 from prompt_toolkit import PromptSession
 from prompt_toolkit.application import get_app
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
-from prompt_toolkit.filters import Condition
+from prompt_toolkit.filters import Condition, has_validation_error, to_filter
 from prompt_toolkit.history import InMemoryHistory
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.layout import ConditionalContainer, Layout, Window
 from prompt_toolkit.patch_stdout import patch_stdout
-from prompt_toolkit.styles import Style
 from prompt_toolkit.utils import is_dumb_terminal
 from prompt_toolkit.validation import ValidationError, Validator
 
 from vrs_cli import __version__
 from vrs_cli.repl.backstage import Backstage
+from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.history import history_path, open_history
 from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.lexer import ValLexer
@@ -42,13 +44,6 @@ BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there i
 IDLE, RUNNING = ".", "*"
 MENU_ROWS = 6
 KEEPING_UP = 0.1  # [s] between two looks at a clock on the wall
-
-STYLE = Style.from_dict(
-    {
-        "bottom-toolbar": "noreverse fg:ansibrightblack",
-        "validation-toolbar": "noreverse fg:ansired",
-    }
-)
 
 
 class Workplace:
@@ -150,7 +145,8 @@ class LineValidator(Validator):
             return
         if mistake is not None:
             column = min(mistake.span.column - 1, len(document.text))
-            raise ValidationError(cursor_position=column, message=mistake.message)
+            width = get_app().output.get_size().columns
+            raise ValidationError(cursor_position=column, message=fill(mistake.message, width))
 
     def _mistake(self, text: str) -> Diagnostic | None:
         from vrs_cli.repl.entry import Entry, closes_entry, opens_entry
@@ -195,9 +191,11 @@ class Shell:
             complete_while_typing=True,
             bottom_toolbar=self._toolbar,
             style=STYLE,
+            color_depth=colour_depth(),
             reserve_space_for_menu=MENU_ROWS,
             key_bindings=key_bindings(),
         )
+        unfold_mistakes(self.prompts.layout)
         self.prompts.app.after_render += lambda _app: self.backstage.begin()
 
     def run(self) -> int:
@@ -292,8 +290,17 @@ class Shell:
     def _answer(self, question: str) -> str:
         """A line for PROMPT and `Change?`, with a history of its own."""
         if self._answers is None:
-            self._answers = PromptSession(history=InMemoryHistory())
+            self._answers = PromptSession(history=InMemoryHistory(), style=STYLE, color_depth=colour_depth())
         return self._answers.prompt(question)
+
+
+def unfold_mistakes(layout: Layout) -> None:
+    """The message about a line takes as many rows as it needs; prompt-toolkit gives it one."""
+    for part in layout.walk():
+        if isinstance(part, ConditionalContainer) and part.filter is has_validation_error:
+            assert isinstance(part.content, Window)
+            part.content.height = None
+            part.content.wrap_lines = part.content.dont_extend_height = to_filter(True)
 
 
 def key_bindings() -> KeyBindings:

@@ -14,7 +14,7 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.filters import has_focus
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
-from prompt_toolkit.layout import HSplit, Layout, Window
+from prompt_toolkit.layout import Dimension, HSplit, Layout, Window
 from prompt_toolkit.layout.containers import WindowRenderInfo
 from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl, UIContent
 from prompt_toolkit.layout.margins import Margin, ScrollbarMargin
@@ -26,26 +26,17 @@ from prompt_toolkit.layout.processors import (
 )
 from prompt_toolkit.layout.utils import explode_text_fragments
 from prompt_toolkit.search import start_search
-from prompt_toolkit.styles import Style
 from prompt_toolkit.widgets import SearchToolbar
 
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.screen import ScreenDraft
 from vrs_cli.language.diagnostics import Diagnostic, Severity
+from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.entry import INDENT, depth
 from vrs_cli.repl.lexer import ValLexer
 
 KEYS = " ^S save  ^Q quit  ^F find  F3 next  ^Z undo  ^Y redo  ^K cut line  F5 format"
 UNSAVED = "Changes are not stored: ^S stores them, ^Q again leaves without them"
-STYLE = Style.from_dict(
-    {
-        "bar": "reverse",
-        "finding.error": "underline fg:ansired",
-        "finding.warning": "underline fg:ansiyellow",
-        "message.error": "fg:ansired",
-        "message.warning": "fg:ansiyellow",
-    }
-)
 
 
 class Underlined(Processor):
@@ -100,6 +91,7 @@ class ScreenEditor:
             layout=self._layout(),
             key_bindings=self._bindings(),
             style=STYLE,
+            color_depth=colour_depth(),
             full_screen=True,
             mouse_support=False,
         )
@@ -205,9 +197,11 @@ class ScreenEditor:
             right_margins=[ScrollbarMargin(display_arrows=False)],
             wrap_lines=False,
         )
-        message = Window(FormattedTextControl(self._message), height=1)
-        title = Window(FormattedTextControl(self._title), height=1, style="class:bar")
-        bar = Window(FormattedTextControl(KEYS), height=1, style="class:bar")
+        message = Window(
+            FormattedTextControl(self._message), height=Dimension(min=1), wrap_lines=True, dont_extend_height=True
+        )
+        title = Window(FormattedTextControl(self._title), height=1, style="class:title")
+        bar = Window(FormattedTextControl(KEYS), height=1, style="class:title")
         return Layout(HSplit([title, text, self.search, message, bar]), focused_element=text)
 
     def _title(self) -> str:
@@ -309,7 +303,7 @@ class StepMargin(Margin):
         before = None
         for row in window_render_info.displayed_lines:
             shown = f"{row:{width - 1}d} " if row and row != before else " " * width
-            result.append(("fg:ansibrightblack", f"{shown}\n"))
+            result.append(("class:margin", f"{shown}\n"))
             before = row
         return result
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TextIO
 from vrs_cli.errors import EndOfInput, UsageError
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.replies import Reply, is_error
+from vrs_cli.render.blocks import shortened
 from vrs_cli.render.control import for_stream, visible
 from vrs_cli.render.layout import replay_summary
 from vrs_cli.render.text import plain_text
@@ -180,7 +181,7 @@ class ShellTerminal:
             return
         self._refreshed = now
         self._progress_shown = True
-        self.stream.write(f"{CLEAR_LINE}{text}")
+        self.stream.write(f"{CLEAR_LINE}{shortened(text, (self._renderer().page.width or len(text)) - 1)}")
         self.stream.flush()
 
     def end_progress(self) -> None:

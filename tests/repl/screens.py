@@ -1,0 +1,89 @@
+"""A real shell on a terminal of tmux: keys in, rows of the screen out. Nothing sleeps: what is waited for is polled."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pytest
+
+PATIENCE = 60.0  # [s] until a screen that does not come is a failure
+CHECKOUT = Path(__file__).parents[2]
+
+needs_tmux = pytest.mark.skipif(shutil.which("tmux") is None, reason="there is no tmux")
+
+
+class Screen:
+    """One window of a tmux server of its own."""
+
+    def __init__(self, folder: Path, columns: int, rows: int) -> None:
+        self._tmux = ("tmux", "-S", str(folder / "tmux.socket"), "-f", os.devnull)
+        self._size = ("-x", str(columns), "-y", str(rows))
+
+    def start(self, *arguments: str, environment: Mapping[str, str]) -> None:
+        """Begin `vrs` with these arguments."""
+        given = [part for name, value in environment.items() for part in ("-e", f"{name}={value}")]
+        command = (sys.executable, "-m", "vrs_cli", *arguments)
+        self._run("new-session", "-d", *self._size, *given, *command)
+        self._run("set-option", "-g", "remain-on-exit", "on")
+
+    def stop(self) -> None:
+        """End the server and what runs in it."""
+        with suppress(subprocess.CalledProcessError):
+            self._run("kill-server")
+
+    def type(self, *keys: str) -> None:
+        """Text and names of keys (Enter, C-d)."""
+        for key in keys:
+            self._run("send-keys", *(("-l",) if len(key) > 1 and key not in _KEYS else ()), key)
+
+    @property
+    def process(self) -> int:
+        """The process of the shell."""
+        return int(self._run("list-panes", "-F", "#{pane_pid}"))
+
+    @property
+    def ended(self) -> bool:
+        return self._run("list-panes", "-F", "#{pane_dead}").strip() == "1"
+
+    def rows(self, *options: str) -> list[str]:
+        """The screen from the first row that is not blank to the last."""
+        return self._run("capture-pane", "-p", *options).rstrip("\n").split("\n")
+
+    def wait(self, condition: Callable[[list[str]], bool]) -> list[str]:
+        """The rows when they are as wanted."""
+        end = time.monotonic() + PATIENCE
+        while not condition(rows := self.rows()):
+            assert time.monotonic() < end, "\n".join(rows)
+        return rows
+
+    def wait_for(self, text: str) -> list[str]:
+        return self.wait(lambda rows: any(text in row for row in rows))
+
+    def wait_for_end(self) -> None:
+        self.wait(lambda _rows: self.ended)
+
+    def _run(self, *arguments: str) -> str:
+        done = subprocess.run((*self._tmux, *arguments), check=True, capture_output=True, text=True)
+        return done.stdout
+
+
+_KEYS = frozenset({"Enter", "C-d", "C-c", "Up", "BSpace", "Tab"})
+
+
+@contextmanager
+def screen(folder: Path, *arguments: str, columns: int = 80, rows: int = 24) -> Iterator[Screen]:
+    """A shell whose state lies in a folder of its own."""
+    shell = Screen(folder, columns, rows)
+    state = {"XDG_STATE_HOME": str(folder / "state"), "PYTHONPATH": str(CHECKOUT), "COLORTERM": "truecolor"}
+    shell.start(*arguments, environment=state)
+    try:
+        yield shell
+    finally:
+        shell.stop()
