@@ -13,6 +13,7 @@ ROOT = Path(__file__).parents[1] / "vrs_cli"
 
 FLOORS = (  # from the ground up: a folder may import those before it
     "errors",
+    "extras",
     "kinematics",
     "trajectory",
     "engine",

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -87,7 +88,7 @@ def test_the_extension_may_be_left_out_and_cycles_given(vrs: Vrs) -> None:
 
 def test_json_is_one_object(vrs: Vrs) -> None:
     ended = vrs("run", "pick.v2", "--json")
-    assert (ended.status, ended.err) == (0, "")
+    assert (ended.status, ended.err) == (0, "begin\nat 1\nat 2\nProgram completed\n")
     told = json.loads(ended.out)
     assert set(told) == {"program", "cycles", "duration_s", "segments", "commands", "final", "typed", "errors"}
     assert (told["program"], told["cycles"], told["errors"]) == ("pick", 1, [])
@@ -123,6 +124,26 @@ def test_a_table_on_standard_output_stands_alone(vrs: Vrs) -> None:
     assert ended.err == "begin\nat 1\nat 2\nProgram completed\n"
 
 
+@pytest.mark.parametrize("wanted", [("--json",), ("--csv", "-", "--rate", 5)])
+def test_a_question_of_the_program_does_not_stand_in_the_result(
+    vrs: Vrs, monkeypatch: pytest.MonkeyPatch, wanted: tuple[str | int, ...]
+) -> None:
+    monkeypatch.setattr("sys.stdin", StringIO("21\n"))
+    ended = vrs("run", "ask.v2", *wanted)
+    assert ended.err == "How many? \ndouble 42\nProgram completed\n"
+    assert "How many" not in ended.out.splitlines()[0]
+    if wanted == ("--json",):
+        assert json.loads(ended.out)["typed"] == ["double 42"]
+    else:
+        assert all(line.count(",") == 12 for line in ended.out.splitlines())
+
+
+def test_warnings_are_told_apart_in_json(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "bad.v2").write_text(".PROGRAM bad\nx = y\nGOTO 5\n.END\n")
+    told = json.loads(vrs("run", "bad.v2", "--json").out)
+    assert [(error["line"], error["severity"]) for error in told["errors"]] == [(2, "warning"), (3, "error")]
+
+
 def test_a_plot(vrs: Vrs) -> None:
     pytest.importorskip("matplotlib")
     assert vrs("run", "pick.v2", "--plot", "t.svg").status == 0
@@ -145,9 +166,11 @@ def test_an_error_of_the_program_has_its_place(vrs: Vrs) -> None:
 
 def test_an_error_in_json(vrs: Vrs) -> None:
     ended = vrs("run", "far.v2", "--json", "--save", "far.vrst")
-    assert (ended.status, ended.err) == (1, "")
+    assert ended.status == 1
+    assert ended.err.startswith("going\nfar.v2:4: *Location ")
     told = json.loads(ended.out)
     [error] = told["errors"]
+    assert error["severity"] == "error"
     assert (error["program"], error["step"], error["line"]) == ("far", 3, 4)
     assert error["code"] in (-610, -619)
     assert error["message"].startswith("*Location ")
@@ -162,7 +185,7 @@ def test_all_mistakes_of_a_file_at_once_and_nothing_runs(vrs: Vrs, tmp_path: Pat
     assert "bad.v2:4:" in ended.err
     assert not Path("t.vrst").exists()
     told = json.loads(vrs("run", "bad.v2", "--json").out)
-    assert [error["line"] for error in told["errors"]] == [3, 4]
+    assert [(error["line"], error["severity"]) for error in told["errors"]] == [(3, "error"), (4, "error")]
     assert told["program"] is None
 
 

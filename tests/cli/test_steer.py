@@ -49,6 +49,14 @@ def test_what_it_saves_can_be_read(vrs: Vrs, tmp_path: Path) -> None:
     assert vrs("where", "wave.vrst", "--at", "2").out.splitlines()[0].startswith("At 2.000 s, STEER")
 
 
+def test_a_table_on_standard_output_stands_alone(vrs: Vrs, tmp_path: Path) -> None:
+    wave(tmp_path / "wave.csv", 1.0)
+    ended = vrs("steer", "wave.csv", "--csv", "-")
+    assert ended.out.startswith("t,jt1,")
+    assert all(line.count(",") == 12 for line in ended.out.splitlines())
+    assert "followed to" in ended.err
+
+
 def test_standard_input_is_followed_in_real_time(vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = wave(tmp_path / "wave.csv", 1.0).read_text()
     text = "".join(f"170000000{line}\n" for line in text.splitlines())  # the time of the day, as loggers write it

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class BatchTerminal:
-    """Writes to `output`, or nothing at all when that is None; `quiet` leaves out all but what programs TYPE."""
+    """Writes to `output`; `quiet` leaves out all but what programs TYPE."""
 
-    output: TextIO | None
+    output: TextIO
     progress: RunProgress
     quiet: bool = False
 
@@ -48,7 +48,6 @@ class BatchTerminal:
         return False
 
     def _write(self, text: str) -> None:
-        if self.output is not None:
-            self.progress.hide()
-            self.output.write(for_stream(text, self.output))
-            self.output.flush()
+        self.progress.hide()
+        self.output.write(for_stream(text, self.output))
+        self.output.flush()

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 
 from vrs_cli.cli.command_line import CommandLineError, Parser
+from vrs_cli.extras import how_to_install
 
 OK = 0
-INSTALL = "pip install vrs-cli[lsp]"
 
 EPILOG = """\
 Diagnostics while you type, completion, help under the pointer, go to definition, outline, formatting.
@@ -22,7 +22,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     """Serve one editor over standard input and output until it says goodbye."""
     options = _parser(prog).parse(arguments)
     if find_spec("pygls") is None:
-        raise CommandLineError("the language server needs pygls, which is not installed", INSTALL)
+        raise CommandLineError("the language server needs pygls, which is not installed", how_to_install("pygls"))
     from vrs_cli.kinematics.robot_file import load_robot
     from vrs_cli.lsp.server import server
 

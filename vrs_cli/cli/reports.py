@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from vrs_cli.cli.recordings import position_object
+from vrs_cli.language.diagnostics import Severity
 from vrs_cli.trajectory.instant import shown
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
 def fault_object(fault: ProgramFault) -> Object:
     """An error of a running program."""
     return {
+        "severity": Severity.ERROR.value,
         "code": fault.code,
         "message": fault.message,
         "program": fault.program,
@@ -49,9 +51,16 @@ def fault_object(fault: ProgramFault) -> Object:
 
 
 def diagnostic_objects(diagnostics: Iterable[Diagnostic]) -> list[Object]:
-    """Errors of a file that could not be executed."""
+    """What is wrong with a file that could not be executed: errors, and warnings among them."""
     return [
-        {"code": one.code, "message": one.message, "program": None, "step": None, "line": one.span.line}
+        {
+            "severity": one.severity.value,
+            "code": one.code,
+            "message": one.message,
+            "program": None,
+            "step": None,
+            "line": one.span.line,
+        }
         for one in diagnostics
     ]
 

@@ -28,7 +28,8 @@ MOST_TOLD = 20  # diagnostics of a file that is not executed
 
 EPILOG = """\
 What a program TYPEs goes to standard output as it happens, errors go to standard error; PROMPT reads
-standard input. Time is the robot's and passes as fast as it computes, unless --realtime is given.
+standard input. With --json, or --csv -, the result stands alone on standard output and all else goes to
+standard error. Time is the robot's and passes as fast as it computes, unless --realtime is given.
 
   vrs run pick.v2
   vrs run cell.v2 load.part --cycles 5 --save cell.vrst
@@ -62,7 +63,7 @@ def _parser(prog: str) -> Parser:
     add_realtime_option(parser)
     parser.add_argument("--save", metavar="T.vrst", help="save the trajectory, motion by motion")
     add_output_options(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--quiet", action="store_true", help="print only what the program TYPEs")
     return parser
 
@@ -117,11 +118,9 @@ class _Batch:
                 result = session.execute(program, cycles=self.options.cycles, progress=progress)
         return self._ended(session, terminal, result)
 
-    def _typed_to(self) -> TextIO | None:
-        """Where TYPE goes: standard output, when nothing else is to stand there."""
-        if self.options.json:
-            return None
-        return sys.stderr if self.outputs.takes_standard_output else sys.stdout
+    def _typed_to(self) -> TextIO:
+        """Where TYPE and PROMPT write: standard output, when nothing else is to stand there."""
+        return sys.stderr if self.options.json or self.outputs.takes_standard_output else sys.stdout
 
     def _session(self, terminal: BatchTerminal) -> Session:
         from vrs_cli.interfaces.session import Session
@@ -168,8 +167,7 @@ class _Batch:
             from vrs_cli.cli.reports import diagnostic_objects
 
             self._print_json(session, None, diagnostic_objects(diagnostics))
-        else:
-            print(self.source.shown(diagnostics, most=MOST_TOLD), end="", file=sys.stderr)
+        print(self.source.shown(diagnostics, most=MOST_TOLD), end="", file=sys.stderr)
         return FAILED
 
     def _ended(self, session: Session, terminal: BatchTerminal, result: RunResult) -> int:
@@ -181,7 +179,6 @@ class _Batch:
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
         if self.options.json:
             self._print_json(session, result, [fault_object(fault) for fault in faults])
-            return max(self._write_files(session), FAILED if faults else OK)
         for fault in faults:
             print(for_stream(fault_text(self.source.path, fault), sys.stderr), file=sys.stderr)
         if result.fault is None:

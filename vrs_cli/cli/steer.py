@@ -258,18 +258,19 @@ class _Run:
             return
         from vrs_cli.render.numbers import count
 
+        tell = partial(print, file=sys.stderr if self.outputs.takes_standard_output else sys.stdout)
         engine, following = steering.engine, steering.following
         errors = _errors(following, engine.model.units.kinds)
         said = "; ".join(f"{rms:.2f} {unit} rms, {worst:.2f} at most" for unit, rms, worst in errors)
-        print(f"{count(following.targets, 'target')} in {engine.end:.3f} s, followed to {said}")
+        tell(f"{count(following.targets, 'target')} in {engine.end:.3f} s, followed to {said}")
         if engine.realtime:
-            print(f"They came late by {following.lag.rms:.3f} s rms, {following.lag.worst:.3f} at most")
+            tell(f"They came late by {following.lag.rms:.3f} s rms, {following.lag.worst:.3f} at most")
         if following.held:
             were = "was" if following.held == 1 else "were"
-            print(f"{count(following.held, 'target')} {were} beyond the range of a joint, which stopped at its end")
+            tell(f"{count(following.held, 'target')} {were} beyond the range of a joint, which stopped at its end")
         if self.skipped:
             were = "was no target" if self.skipped == 1 else "were no targets"
-            print(f"{count(self.skipped, 'line')} {were}")
+            tell(f"{count(self.skipped, 'line')} {were}")
 
     def _object(self, steering: Steering) -> dict[str, object]:
         from vrs_cli.cli.recordings import position_object

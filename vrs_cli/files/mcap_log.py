@@ -17,6 +17,7 @@ import numpy as np
 from vrs_cli import __version__
 from vrs_cli.engine.position import positions_at
 from vrs_cli.errors import UsageError
+from vrs_cli.extras import how_to_install
 from vrs_cli.files.exports import NANOSECONDS, joint_names, nanoseconds, sample_times
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-INSTALL = "pip install vrs-cli[mcap]"
 INFO = 20  # the level of rcl_interfaces/Log
 
 _TIME = "int32 sec\nuint32 nanosec"
@@ -71,7 +71,7 @@ TOPICS = {
 def check() -> None:
     """Raises UsageError where the package is missing."""
     if find_spec("mcap") is None:
-        raise UsageError("a log in MCAP needs mcap, which is not installed", INSTALL)
+        raise UsageError("a log in MCAP needs mcap, which is not installed", how_to_install("mcap"))
 
 
 class Message(NamedTuple):

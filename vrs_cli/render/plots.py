@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vrs_cli.errors import UsageError
+from vrs_cli.extras import how_to_install
 from vrs_cli.files.atomic import atomically, check_writable
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 SUFFIXES = (".svg", ".png")
-INSTALL = "pip install vrs-cli[plot]"
 SAMPLES = 2000  # along the whole time, beside the borders of segments
 MOST_BORDERS = 4000  # of segments that get samples of their own
 SIZE = (9.0, 8.0)  # [inch]
@@ -47,7 +47,7 @@ def check_plot(path: str | Path) -> None:
     if suffix not in SUFFIXES:
         raise PlotError(f"{path} is no picture file", f"its name ends in {' or '.join(SUFFIXES)}")
     if find_spec("matplotlib") is None:
-        raise PlotError("a plot needs matplotlib, which is not installed", INSTALL)
+        raise PlotError("a plot needs matplotlib, which is not installed", how_to_install("matplotlib"))
     check_writable(path)
 
 
