@@ -151,6 +151,12 @@ class OldMeaning(ProgramError):
     code, text = 58, "Taken as in VAL"
 
 
+class WordAsName(ProgramError):
+    """A warning: a variable whose name a reader could take for a function or an instruction, or the reverse."""
+
+    code, text = 59, "Word as a name"
+
+
 class UnreachableCode(ProgramError):
     """A warning: nothing leads to a step."""
 

@@ -7,7 +7,7 @@ from time import perf_counter
 import pytest
 
 from vrs_cli.language import ast
-from vrs_cli.language.analyzer import Analysis, analyze, check_line, is_reserved
+from vrs_cli.language.analyzer import Analysis, analyze, check_line
 from vrs_cli.language.ast import Kind, Program
 from vrs_cli.language.diagnostics import Severity
 from vrs_cli.language.parser import parse_file, parse_prompt, parse_step
@@ -83,18 +83,20 @@ def test_bad_lines_keep_a_program_from_running() -> None:
     assert not found.executable
 
 
-def test_what_is_reserved() -> None:
-    assert is_reserved("move")
-    assert is_reserved("To")
-    assert is_reserved("pi")
-    assert is_reserved("band")
-    assert not is_reserved("draw")  # of the first VAL alone
-    assert not is_reserved("plot")  # a monitor command begins no instruction
-    assert not is_reserved("at")
-
-
-@pytest.mark.parametrize("line", ["clear = 1", "plot = at+in", "MOVE at AT in", "draw = go", "$move = $to", "MOVE #to"])
-def test_names_that_old_programs_may_use(line: str) -> None:
+@pytest.mark.parametrize(
+    "line",
+    [
+        "clear = 1",
+        "plot = at+in",
+        "MOVE at AT in",
+        "draw = go",
+        "$move = $to",
+        "MOVE #to",
+        "dx = stop",
+        "delay[2] = len",
+    ],
+)
+def test_words_that_are_names_in_their_place(line: str) -> None:
     statement = parse_step(line).statement
     assert statement is not None
     assert check_line(statement, in_program=True) == ()

@@ -275,7 +275,7 @@ def test_optional_arguments_come_last_and_only_the_last_repeats() -> None:
     ("name", "form"),
     [
         ("PI", "PI"),
-        ("TIME", "TIME()"),
+        ("TIME", "TIME"),
         ("ATAN2", "ATAN2(y, x)"),
         ("ASC", "ASC($s[, index])"),
         ("SHIFT", "SHIFT(location[ BY dx][, dy][, dz])"),

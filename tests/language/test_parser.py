@@ -119,8 +119,8 @@ def test_instructions() -> None:
         ast.Word("cp", Span(1, 8, 10)),
         ast.Word("dry.run", Span(1, 12, 19)),
     )
-    assert statement("CALL pick").arguments == (Call("pick", (), Span(1, 6, 10)),)
-    assert statement("CALL sin(1)").arguments[0].name == "SIN"
+    assert statement("CALL pick").arguments == (ast.ProgramCall("pick", (), Span(1, 6, 10)),)
+    assert statement("CALL sin(1)").arguments[0].name == "sin"
     assert statement("PROMPT n").arguments[0] is None
     assert statement("PROMPT $text, n").arguments[0] is not None
     assert statement("SIGNAL -1").arguments == (Unary("-", Number(1.0, "1", Span(1, 9, 10)), Span(1, 8, 10)),)
@@ -144,7 +144,7 @@ def test_commands() -> None:
     assert stored.value is None
     executed: Any = parse_prompt("EX pick(a),5")
     assert executed.word == "EXECUTE"
-    assert isinstance(executed.arguments[0], Call)
+    assert isinstance(executed.arguments[0], ast.ProgramCall)
     assert isinstance(parse_prompt("MOVE a"), ast.DoInstruction)
     assert isinstance(parse_prompt("a = 5"), ast.DoInstruction)
     assert isinstance(parse_prompt("HERE a"), Instruction)

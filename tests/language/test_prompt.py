@@ -88,7 +88,7 @@ def test_arguments_of_execute_are_those_of_call() -> None:
     environment = environment_with(program("a = a*b", parameters="a, b, c"))
     environment.reference("n").assign(4.0)
     call = argument("CALL main(n, 2+1)")
-    assert isinstance(call, ast.Call)
+    assert isinstance(call, ast.ProgramCall)
     references = arguments_of(environment, StillRobot(), (*call.arguments, None))
     assert references[2] is None
     drive(Task(environment, StillRobot(), "main", references), StillRobot())

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from vrs_cli.language import ast
 from vrs_cli.language.functions import FUNCTIONS, WITH_BY
-from vrs_cli.language.names import is_reserved
+from vrs_cli.language.instructions import RESERVED
+from vrs_cli.language.meaning import FUNCTION_NAMES
 from vrs_cli.language.precedence import ORDER, RELATIONS
 
 T = TypeVar("T")
@@ -18,7 +19,10 @@ T = TypeVar("T")
 NOWHERE = ast.Span(1, 1, 1)
 
 names = st.from_regex(r"[a-z][a-z0-9._]{0,11}", fullmatch=True).filter(
-    lambda name: not is_reserved(name) and name not in ("at", "in", "from", "monitor")
+    lambda name: name.upper() not in RESERVED and name not in FUNCTION_NAMES
+)
+program_names = st.from_regex(r"[a-z][a-z0-9._]{0,11}", fullmatch=True) | st.sampled_from(
+    [name.lower() for name in RESERVED]
 )
 sigils = st.sampled_from(["", "#", "$"])
 texts = st.text(alphabet=st.characters(min_codepoint=32, max_codepoint=126, exclude_characters='"'), max_size=12)
@@ -119,8 +123,8 @@ formats = st.builds(
 )
 items = st.lists(st.one_of(expressions, formats), max_size=4).map(tuple)
 calls = st.builds(
-    lambda name, arguments: ast.Call(name, arguments, NOWHERE, True), names, _arguments(expressions)
-) | names.map(lambda name: ast.Call(name, (), NOWHERE))
+    lambda name, arguments: ast.ProgramCall(name, arguments, NOWHERE, True), program_names, _arguments(expressions)
+) | program_names.map(lambda name: ast.ProgramCall(name, (), NOWHERE))
 words = st.sampled_from(["CP", "POWER", "DRY.RUN"]).map(lambda text: ast.Word(text, NOWHERE))
 
 applied = st.builds(
@@ -197,7 +201,9 @@ def _without_blank_end(all_steps: list[ast.Step]) -> tuple[ast.Step, ...]:
     return tuple(all_steps)
 
 
-_programs = st.builds(ast.Program, names, parameters, st.lists(steps, max_size=8).map(_without_blank_end), comments, X)
+_programs = st.builds(
+    ast.Program, program_names, parameters, st.lists(steps, max_size=8).map(_without_blank_end), comments, X
+)
 
 
 programs = named(lambda: _programs)

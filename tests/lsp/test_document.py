@@ -238,7 +238,7 @@ def test_a_rename_changes_what_a_program_is_called_and_nothing_that_it_does(line
     ("line", "word", "new", "told"),
     [
         (3, "n", "part", "there already"),
-        (3, "n", "move", "word of the language"),
+        (3, "n", "to", "TO is a word of the language"),
         (3, "n", "2nd", "a letter, then"),
         (3, "n", "abcdefghijklmnop", "at most 15"),
         (3, "10", "x", "a label is a number"),

@@ -134,8 +134,8 @@ def _called(program: Program) -> Iterator[str]:
 
 
 def _program_key(argument: object) -> Iterator[str]:
-    if isinstance(argument, ast.Call | ast.Variable):
-        yield key_of(argument.name)
+    if isinstance(argument, ast.ProgramCall):
+        yield argument.key
     elif isinstance(argument, ast.Word):
         yield key_of(argument.text)
 

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, UsageError
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
-from vrs_cli.language.ast import BadLine, Call, Expression, Kind, Program, ProgramHeader, Span, Step, Variable
+from vrs_cli.language.ast import BadLine, Expression, Kind, Program, ProgramCall, ProgramHeader, Span, Step, Variable
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity
 from vrs_cli.language.environment import key_of
+from vrs_cli.language.meaning import as_meant, line_as_meant, variables_for_functions
 from vrs_cli.language.printer import program_header, step_texts
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ class Draft:
         """With a step in the place of the present one (before it while inserting), and on to the next."""
         behind = self.at if self.inserting else self.at + 1
         steps = (*self.steps[: self.at], step, *self.steps[behind:])
-        return replace(self, program=replace(self.program, steps=steps), at=self.at + 1)
+        return replace(self, program=as_meant(replace(self.program, steps=steps)), at=self.at + 1)
 
     def shown(self, first: int, count: int = 1) -> tuple[ListedStep, ...]:
         """Steps from `first` (from 0) on, as they are listed."""
@@ -226,7 +227,8 @@ def checked_step(program: Program, line: str, known: Mapping[str, Kind]) -> tupl
         return step, ()
     own = {parameter.key for parameter in program.parameters}
     outside = {key: kind for key, kind in known.items() if key not in own}
-    found = check_line(step.statement, outside, in_program=True)
+    names = variables_for_functions(program.parameters, (step.statement for step in program.steps))
+    found = check_line(line_as_meant(step.statement, names), outside, in_program=True)
     for diagnostic in found:
         if diagnostic.severity is Severity.ERROR:
             raise LineRefused(diagnostic)
@@ -251,7 +253,7 @@ def rebuilt(program: Program) -> tuple[Program, str]:
     )
     header = program_header(program)
     source = "\n".join((header, *texts, ".END", ""))
-    return replace(program, steps=steps, span=Span(HEADER_LINE, 1, len(header) + 1)), source
+    return as_meant(replace(program, steps=steps, span=Span(HEADER_LINE, 1, len(header) + 1))), source
 
 
 def _relocated(step: Step, text: str, line: int) -> Step:
@@ -369,8 +371,8 @@ def refuse_running(session: Session, name: str) -> None:
 
 def asked_program(expression: Expression) -> Program:
     """An empty program of the name and parameters of an argument. Raises IllegalValue."""
-    given = expression.arguments if isinstance(expression, Call) else ()
+    given = expression.arguments if isinstance(expression, ProgramCall) else ()
     parameters = tuple(one for one in given if isinstance(one, Variable))
-    if not isinstance(expression, Call | Variable) or len(parameters) < len(given):
+    if not isinstance(expression, ProgramCall) or len(parameters) < len(given):
         raise IllegalValue("the parameters of a program are variables", "EDIT pick(part, height)")
     return Program(expression.name, parameters, (), None, Span(HEADER_LINE, 1, 1))

@@ -140,7 +140,8 @@ class _Memory:
         around = self.surroundings
         called = tuple(self._signature(key) for key in sorted(analysis.calls))
         names = around.program_keys if None in called else ()
-        elsewhere = frozenset(key for key in analysis.needs if around.given_elsewhere(key, analysis.program))
+        asked = analysis.needs | analysis.functions
+        elsewhere = frozenset(key for key in asked if around.given_elsewhere(key, analysis.program))
         return around.known, called, names, elsewhere, around.given if analysis.needs - elsewhere else None
 
     def _signature(self, key: str) -> tuple[object, ...] | None:

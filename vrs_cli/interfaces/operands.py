@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import NoProgramSpecified, TypeMismatch
 from vrs_cli.interfaces.replies import Reply
-from vrs_cli.language.ast import Call, Expression, Instruction, Variable, Word
+from vrs_cli.language.ast import Call, Expression, Instruction, ProgramCall, Variable, Word
 from vrs_cli.language.environment import Reference
 from vrs_cli.language.values import Value, kind_of_value
 
@@ -59,7 +59,7 @@ def word(expression: Expression | None) -> str:
     """A file, a program or another bare word, as it was typed."""
     if isinstance(expression, Word):
         return expression.text
-    if isinstance(expression, Variable | Call):
+    if isinstance(expression, Variable | Call | ProgramCall):
         return expression.name
     raise NoProgramSpecified()
 

@@ -15,6 +15,7 @@ from vrs_cli.interfaces.replies import Message, Reply
 from vrs_cli.language.ast import BadLine, Program, ProgramHeader, Span, Step
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, error
 from vrs_cli.language.environment import key_of
+from vrs_cli.language.meaning import as_meant
 from vrs_cli.language.printer import program_header, step_texts
 
 if TYPE_CHECKING:
@@ -57,7 +58,8 @@ class ScreenDraft:
         findings = [found for _, found in steps if found is not None]
         if isinstance(header, Diagnostic):
             return Reading(None, (header, *findings))
-        program = Program(header.name, header.parameters, tuple(step for step, _ in steps), header.comment, header.span)
+        body = tuple(step for step, _ in steps)
+        program = as_meant(Program(header.name, header.parameters, body, header.comment, header.span))
         environment = self._session.environment
         programs = {key: one.program for key, one in environment.programs.items()} | {program.key: program}
         findings += analyze(program, environment.kinds(), programs).diagnostics

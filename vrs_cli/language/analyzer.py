@@ -22,8 +22,9 @@ from vrs_cli.errors import (
     UndefinedValue,
 )
 from vrs_cli.language import ast
-from vrs_cli.language.ast import NAME_LENGTH, Expression, Kind, Program, ProgramHeader, Span, Statement
+from vrs_cli.language.ast import Expression, Kind, Program, ProgramHeader, Span, Statement
 from vrs_cli.language.channels import channel
+from vrs_cli.language.confusions import Confusions, typed
 from vrs_cli.language.declarations import Declarations, Own, own_variables
 from vrs_cli.language.diagnostics import Diagnostic, Severity, counted
 from vrs_cli.language.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
@@ -38,7 +39,6 @@ from vrs_cli.language.names import (
     STRING,
     Findings,
     Names,
-    is_reserved,
     with_article,
 )
 from vrs_cli.language.structure import Block, BlockKind, structure_of
@@ -48,7 +48,7 @@ from vrs_cli.language.words import Argument, Shape, State, Word, argument_at
 # names of a program that are compared with others: one without its locations has hundreds that it lacks
 MOST_HINTS = 10
 
-__all__ = ["Analysis", "Block", "BlockKind", "analyze", "analyze_among", "check_line", "is_reserved"]
+__all__ = ["Analysis", "Block", "BlockKind", "analyze", "analyze_among", "check_line"]
 
 
 _IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS  # instructions that make no sense at the prompt
@@ -60,7 +60,8 @@ class Analysis:
 
     `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included.
     `labels`: step index of each label. `needs`: the keys of names that other programs must give a value, `calls`: those
-    of the programs that are called: what else in memory the findings depend on. `own`: the variables of AUTO and LOCAL.
+    of the programs that are called, `functions`: those of variables that other programs could have, and that are
+    functions here: what else in memory the findings depend on. `own`: the variables of AUTO and LOCAL.
     """
 
     program: Program
@@ -70,6 +71,7 @@ class Analysis:
     diagnostics: tuple[Diagnostic, ...]
     needs: frozenset[str] = frozenset()
     calls: frozenset[str] = frozenset()
+    functions: frozenset[str] = frozenset()
     own: tuple[Own, ...] = ()
 
     @property
@@ -102,8 +104,9 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
     found = (*structure.diagnostics, *findings.diagnostics)
     ordered = sorted(found, key=lambda one: (one.span.line, one.span.column))
     kinds, needs = steps.names.decided(), frozenset(one.key for one in steps.names.without_value())
-    called, own = frozenset(steps.called), own_variables(program)
-    return Analysis(program, kinds, structure.blocks, structure.labels, tuple(ordered), needs, called, own)
+    called, functions = frozenset(steps.called), frozenset(steps.confusions.functions)
+    own = own_variables(program)
+    return Analysis(program, kinds, structure.blocks, structure.labels, tuple(ordered), needs, called, functions, own)
 
 
 def check_line(
@@ -135,7 +138,9 @@ class _Steps:
         self.names = Names(findings, known, parameters, at_prompt=program is None)
         self.called: set[str] = set()
         self._findings = findings
-        self._expressions = Expressions(self.names, findings)
+        self._known = known
+        self.confusions = Confusions()
+        self._expressions = Expressions(self.names, findings, self.confusions)
         self._declarations = Declarations(self.names, findings, program)
         self._program = program
         self._surroundings = surroundings
@@ -143,10 +148,7 @@ class _Steps:
     # --- lines ---
 
     def header(self, heading: Program | ProgramHeader) -> None:
-        """The name and the parameters of a program."""
-        if is_reserved(heading.name):
-            detail, hint = f"{heading.name.upper()} is a word of the language", "a program has a name of its own"
-            self._findings.fault(InvalidName, heading.span, detail, hint)
+        """The parameters of a program."""
         parameters = heading.parameters
         keys = [parameter.key for parameter in parameters]
         for place, parameter in enumerate(parameters):
@@ -178,6 +180,8 @@ class _Steps:
             self._instruction(inner, table)
         elif isinstance(inner, ast.Assignment):
             self._assignment(inner)
+            if inner.target.key not in self._known:
+                self._findings.diagnostics += typed(inner.target)
         elif isinstance(inner, ast.Show):
             self._expressions.value(inner.expression, ANY_KIND)
         elif inner is not None:
@@ -194,6 +198,8 @@ class _Steps:
             if self._surroundings is not None and number < MOST_HINTS:
                 hint = self._surroundings.name_meant(variable, own)
             self._findings.warn(UndefinedValue, variable.span, detail, hint)
+        if self._program is not None and self._surroundings is not None:
+            self._findings.diagnostics += self.confusions.found(self._program, self.names, self._surroundings)
 
     def _given_elsewhere(self, variable: ast.Variable) -> bool:
         """Whether another program gives it a value; nobody else does to one of AUTO and LOCAL."""
@@ -206,6 +212,7 @@ class _Steps:
     def _assignment(self, statement: ast.Assignment) -> None:
         target, value = statement.target, statement.value
         self._expressions.reference(target)
+        self.confusions.assigned(target)
         name = target.sigil + target.name
         if target.many:
             self._findings.fault(IllegalAssignment, target.span, f"{name}[] is an array", "assign its elements")
@@ -317,7 +324,7 @@ class _Steps:
         """A program with its arguments; variables go by reference, so that the program may give them a value."""
         if isinstance(expression, ast.Word):
             return
-        if not isinstance(expression, ast.Call):
+        if not isinstance(expression, ast.ProgramCall):
             self._findings.fault(InvalidName, expression.span, "a program name is wanted here")
             return
         self._passed(expression.arguments)
@@ -335,16 +342,16 @@ class _Steps:
             if isinstance(argument, ast.Variable) and not argument.grouped:
                 self._expressions.reference(argument)
                 self.names.given.add(argument.key)
+                self.confusions.passed(argument)
             elif argument is not None:
                 self._expressions.value(argument, ANY_KIND)
 
-    def _check_call(self, call: ast.Call) -> None:
+    def _check_call(self, call: ast.ProgramCall) -> None:
         """The number and sorts of the arguments, where the program is known."""
         if self._program is None or self._surroundings is None:
             return
-        key = call.name.lower()[:NAME_LENGTH]
-        self.called.add(key)
-        target = self._program if key == self._program.key else self._surroundings.programs.get(key)
+        self.called.add(call.key)
+        target = self._program if call.key == self._program.key else self._surroundings.programs.get(call.key)
         if target is None:
             hint = self._surroundings.program_meant(call.name) if len(self.called) <= MOST_HINTS else ""
             self._findings.warn(UndefinedName, call.span, f"{call.name} is not in memory", hint)

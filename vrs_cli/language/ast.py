@@ -106,10 +106,9 @@ class Binary:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A function (`ABS(x)`, `TRANS(,,5)`, `#PPOINT(..)`, `$CHR(10)`), a constant (`PI`, `HERE`: no arguments),
-    or, as the argument of CALL and EXECUTE, a program with its arguments (`pick(a, 5)`).
+    """A function (`ABS(x)`, `TRANS(,,5)`, `#PPOINT(..)`, `$CHR(10)`) or a constant (`PI`, `HERE`: no arguments).
 
-    `name` is upper case for a function of the table, as typed for a program. An omitted argument is None.
+    `name` is upper case for a function of the table, otherwise as typed. An omitted argument is None.
     `SHIFT(l BY x,y,z)` has the arguments (l, x, y, z). `parenthesised` tells `f()` from `f`.
     """
 
@@ -117,6 +116,30 @@ class Call:
     arguments: tuple[Expression | None, ...]
     span: Span
     parenthesised: bool = False
+
+    @property
+    def variable(self) -> Variable:
+        """The variable of this name."""
+        sigil = self.name[0] if self.name[0] in "#$" else ""
+        return Variable(self.name[len(sigil) :], sigil, None, self.span)
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramCall:
+    """A program where the table asks for one, with its arguments: `pick(a, 5)` after CALL. `name` is as typed.
+
+    `parenthesised` as in Call.
+    """
+
+    name: str
+    arguments: tuple[Expression | None, ...]
+    span: Span
+    parenthesised: bool = False
+
+    @property
+    def key(self) -> str:
+        """The name under which the program is stored."""
+        return self.name.lower()[:NAME_LENGTH]
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,13 +163,13 @@ class Format:
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """A bare word or raw text where the table asks for one: a file name, a switch, a program name."""
+    """A bare word or raw text where the table asks for one: a file name, a switch, a program to be stored."""
 
     text: str
     span: Span
 
 
-Expression = Number | Text | Variable | Unary | Binary | Call | Applied | Format | Word
+Expression = Number | Text | Variable | Unary | Binary | Call | ProgramCall | Applied | Format | Word
 
 
 # --- statements ------------------------------------------------------------------------------------------------

@@ -88,10 +88,9 @@ def _variable(name: Token, indexes: tuple[Expression, ...] | None, span: Span) -
 
 
 def _as_variable(name: Expression) -> ast.Variable:
-    """What stands where only a variable can: a constant's name there is an ordinary, if reserved, name."""
+    """What stands where only a variable can: there the name of a constant is a name like others."""
     if isinstance(name, ast.Call):
-        sigil = name.name[0] if name.name[0] in "#$" else ""
-        return ast.Variable(name.name[len(sigil) :], sigil, None, name.span)
+        return name.variable
     assert isinstance(name, ast.Variable)
     return name
 
@@ -127,12 +126,6 @@ def _to_word(expression: Expression) -> Expression:
     return expression
 
 
-def _to_program(expression: Expression) -> Expression:
-    if isinstance(expression, ast.Variable) and expression.indexes is None and not expression.sigil:
-        return ast.Call(expression.name, (), expression.span)
-    return expression
-
-
 def _to_applied(expression: Expression) -> Expression:
     """`$name(a)` looks like a function."""
     if isinstance(expression, ast.Call) and expression.name[0] == "$" and expression.name not in FUNCTIONS:
@@ -144,7 +137,7 @@ def _to_applied(expression: Expression) -> Expression:
 def _to_variable(expression: Expression) -> Expression:
     """Where a name is defined, also that of a constant is one."""
     if isinstance(expression, ast.Call) and not expression.parenthesised:
-        return _as_variable(expression)
+        return expression.variable
     if isinstance(expression, ast.Binary) and expression.operator == ":":
         return replace(expression, right=_to_variable(expression.right))
     return expression
@@ -155,12 +148,12 @@ _SHAPED: Mapping[Shape, Callable[[Expression], Expression]] = {
     Shape.PARAMETER_NAME: _to_word,
     Shape.WORD: _to_word,
     Shape.BRANCH: _to_word,
-    Shape.PROGRAM: _to_program,
     Shape.PROGRAM_TEXT: _to_applied,
     Shape.VARIABLE: _to_variable,
     Shape.REAL_VARIABLE: _to_variable,
     Shape.LOCATION_VARIABLE: _to_variable,
     Shape.STRING_VARIABLE: _to_variable,
+    Shape.UNIT: _to_variable,
 }
 
 
@@ -179,7 +172,7 @@ def text_omitted(items: Sequence[Expression | None]) -> bool:
 
     A string variable alone is read; before others it is the text.
     """
-    first = items[0] if items else None
+    first = _to_variable(items[0]) if items and items[0] is not None else None
     return isinstance(first, ast.Variable) and (first.sigil != "$" or len(items) == 1)
 
 
@@ -489,6 +482,11 @@ class Builder:
         if known is not None:
             arguments = _shaped(list(arguments), known.arguments)
         return ast.Call(upper if known else name.text, arguments, _all(children), True)
+
+    def program(self, children: Children) -> ast.ProgramCall:
+        name: Token = children[0]
+        self._check_by("", children)
+        return ast.ProgramCall(name.text, tuple(_listed(children[2:-1])), _all(children), len(children) > 1)
 
     def _check_by(self, name: str, children: Children) -> None:
         """BY stands after the first argument of the functions that have it, and nowhere else."""

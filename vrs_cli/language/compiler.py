@@ -328,7 +328,7 @@ class _ProgramCompiler(Expressions):
         return [tree.yield_(tree.call("CallProgram", name, arguments))]
 
     def _program_called(self, program: ast.Expression) -> py.expr:
-        given = program.arguments if isinstance(program, ast.Call) else ()
+        given = program.arguments if isinstance(program, ast.ProgramCall) else ()
         name = program.text if isinstance(program, ast.Word) else str(getattr(program, "name", ""))
         arguments = tree.tuple_of(map(self.argument_of_call, given))
         return tree.call("CallProgram", tree.constant(name), arguments)

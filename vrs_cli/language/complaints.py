@@ -18,7 +18,7 @@ from vrs_cli.language.words import MODIFIER_WORDS
 
 _PAIRS = {"RPAR": "LPAR", "RSQB": "LSQB"}
 _OPENING = {"LPAR": ")", "LGROUP": ")", "LSQB": "]"}
-_VALUES = frozenset({"NAME", "NUMBER", "STRING", "FORMAT", "RAW"})
+_VALUES = frozenset({"NAME", "PROGRAM", "NUMBER", "STRING", "FORMAT", "RAW"})
 _ENDS_VALUE = _VALUES | {"RPAR", "RSQB"}
 _WANTS_VALUE = frozenset({"INFIX", "PREFIX", "EQUAL", "LEAD", "TO", "STEP", "AT", "IN", "BY", "LPAR", "LSQB", "COMMA"})
 _MISSING_LINK: Mapping[str, tuple[str, ...]] = {

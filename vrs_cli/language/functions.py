@@ -282,8 +282,8 @@ _SIGNALS = (
         lambda context, number: context.environment.timers.read(number, context.robot.time()), contextual=True,
     ),
     Function(
-        "TIME", (), Kind.REAL, "the robot clock in seconds", "t = TIME()", "2 +",
-        lambda context: context.robot.time(), contextual=True,
+        "TIME", (), Kind.REAL, "the robot clock in seconds", "t = TIME", "2 +",
+        lambda context: context.robot.time(), constant=True, contextual=True,
     ),
 )  # fmt: skip
 
@@ -372,8 +372,8 @@ _STRINGS = (
     ),
     Function("$ERROR", (_real("code"),), Kind.STRING, "the text of an error code", "$ERROR(-610)", "2 +",
              lambda code: message(whole(code))),
-    Function("$TIME", (), Kind.STRING, "the robot clock as date and time, counted from 01-Jan-84", "TYPE $TIME()",
-             "+", clock_text, contextual=True),
+    Function("$TIME", (), Kind.STRING, "the robot clock as date and time, counted from 01-Jan-84", "TYPE $TIME",
+             "+", clock_text, constant=True, contextual=True),
     Function("$ID", (_real("which", optional=True),), Kind.STRING, "name and version of the system", "TYPE $ID()",
              "+", lambda _=None: f"vrs {__version__}"),
     Function("$TRUNCATE", (_string("$s"),), Kind.STRING, "the string up to its first zero character",

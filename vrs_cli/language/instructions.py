@@ -617,3 +617,20 @@ LOOP_JUMPS = frozenset({"EXIT", "NEXT"})  # jumps that the enclosing loops decid
 
 CONNECTIVES = frozenset({"THEN", "TO", "STEP", "OF", "BY", "ALWAYS", "MMPS", "IPS"})
 OPERATOR_WORDS = frozenset({"NOT", "AND", "OR", "XOR", "MOD", "COM", "BAND", "BOR", "BXOR"})
+
+# The words that no variable can have as its name, and why. Every other word is one only in its place: an instruction
+# at the start of a line and before neither = nor [, a function before (, STEP or AT where an expression has ended.
+# Programs that ran on controllers have variables status, stop, value, delay and dx (val2 sections 1 and 15).
+RESERVED: Mapping[str, str] = {
+    **dict.fromkeys(sorted(OPERATOR_WORDS), "an operator"),
+    **dict.fromkeys(("TRUE", "FALSE", "ON", "OFF", "PI"), "a constant"),
+    **dict.fromkeys(
+        ("IF", "THEN", "ELSE", "CASE", "OF", "FOR", "TO", "WHILE", "DO", "UNTIL", "GOTO"), "a word of blocks and jumps"
+    ),
+    **dict.fromkeys(("ALWAYS", "MMPS", "IPS", "BY"), "a word that stands behind a value"),
+}
+
+
+def reserved(word: str) -> tuple[str, str]:
+    """Why a word can be no name, and a hint."""
+    return f"{word} is a word of the language", f"{RESERVED[word]} is no name"

@@ -15,6 +15,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language import ast
 from vrs_cli.language.ast import Expression, Kind, Span
+from vrs_cli.language.confusions import Confusions
 from vrs_cli.language.diagnostics import did_you_mean
 from vrs_cli.language.functions import FUNCTIONS
 from vrs_cli.language.grouping import val_grouping
@@ -50,8 +51,9 @@ VALUES: Mapping[Shape, Kinds] = {
 class Expressions:
     """Checks expressions, each by itself."""
 
-    def __init__(self, names: Names, findings: Findings) -> None:
+    def __init__(self, names: Names, findings: Findings, confusions: Confusions) -> None:
         self._names = names
+        self._confusions = confusions
         self._findings = findings
         self._logical = False  # whether NOT, AND, OR or XOR has been met in the expression
 
@@ -223,6 +225,7 @@ class Expressions:
             detail = f"{function.name}: {function.summary}"
             self._findings.fault(NotAvailable, call.span, detail, function.note)
             return function.result
+        self._confusions.function(call)
         self._count(call, function.arguments, f"the form is {function.form}")
         for place, expression in enumerate(call.arguments):
             if expression is not None and function.arguments:

@@ -21,9 +21,16 @@ from vrs_cli.errors import (
 from vrs_cli.language.ast import NAME_LENGTH, Span
 from vrs_cli.language.diagnostics import LineRefused, did_you_mean, error
 from vrs_cli.language.functions import FUNCTIONS
-from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, PROGRAM_WORDS, RELATIONS_OF_VAL
+from vrs_cli.language.instructions import (
+    CONTROL,
+    INSTRUCTIONS,
+    OPERATOR_WORDS,
+    PROGRAM_WORDS,
+    RELATIONS_OF_VAL,
+    reserved,
+)
 from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.words import SORT_WORDS, State, Word, abbreviated, usable
+from vrs_cli.language.words import SORT_WORDS, Shape, State, Word, abbreviated, argument_at, usable
 
 LABEL_HIGH = 65535
 LONGEST = 400  # tokens of a line; a VAL-II line holds far fewer
@@ -70,6 +77,8 @@ _PREFIXES = frozenset({"NOT", "COM"})
 _INFIXES = OPERATOR_WORDS - _PREFIXES
 _SYMBOLS = ("COMMA", "LPAR", "RPAR", "LSQB", "RSQB", "EQUAL")
 _CLOSING = frozenset({"RPAR", "RSQB"})
+_DEPTH = {"LPAR": 1, "LGROUP": 1, "LSQB": 1, "RPAR": -1, "RSQB": -1}
+_BEFORE_ARGUMENT = frozenset({"WORD", "COMMA", "RPAR"})  # RPAR: of the number of a task
 
 _BLANKS = re.compile(r"[ \t]*")
 _WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
@@ -174,7 +183,9 @@ class _Scan:
     def heading(self) -> None:
         """A program's name and parameters."""
         if not self._over():
-            self._first_word(InvalidName, "a program name begins with a letter", ".PROGRAM pick.place(part, $text)")
+            name = self._first_word(InvalidName, "a program name begins with a letter", ".PROGRAM pick.place(part)")
+            self._add("PROGRAM", name[0], *name.span())
+            self._at = name.end()
         self._rest(None)
 
     def entry(self) -> None:
@@ -221,6 +232,7 @@ class _Scan:
             hint = f"{word[0]} = 5 assigns, {word[0]} == 5 compares"
             raise self._refused(CannotInterpret, *colon_equal.span(1), ":= is no sign of VAL-II", hint)
         if self._assigned(word.end()):
+            self._refuse_operator(word)
             self._rest(None)
         elif word[0][0] in "#$%":
             raise self._refused(CannotInterpret, *word.span(), word[0], "a variable is followed by = and its value")
@@ -246,6 +258,12 @@ class _Scan:
             end = glued.end() if glued else word.end() + 1
             hint = "letters a to z, digits, . and _"
             raise self._refused(InvalidName, word.start(), end, self._text[word.start() : end], hint)
+
+    def _refuse_operator(self, word: re.Match[str]) -> None:
+        """AND = 5: what follows would be read as its operand."""
+        name = word[0].upper()
+        if name in OPERATOR_WORDS:
+            raise self._refused(InvalidName, *word.span(), *reserved(name))
 
     def _assigned(self, at: int) -> bool:
         """Whether `=` or an index follows a name that ends at an index of the text."""
@@ -386,6 +404,9 @@ class _Scan:
         return _READERS[kind](self, row, operand, match[kind], start, end)
 
     def _name(self, row: Word | None, operand: bool, text: str, start: int, end: int) -> bool:
+        if row is not None and row.programs and not operand and self._names_program(row, text, end):
+            self._add("PROGRAM", text, start, end)
+            return True
         word = text.upper()
         if word in _INFIXES or word in _PREFIXES:
             self._add("INFIX" if word in _INFIXES else "PREFIX", word, start, end)
@@ -407,13 +428,27 @@ class _Scan:
                 return None
             link = _LINKS.get(word, "")
             return "LEAD" if word in row.leads else link if _MODIFIERS.get(link) in row.modifiers else None
-        if row is not None and (word in row.leads or (word == row.comma and not self._nested())):
+        if row is not None and (word in row.leads or (word == row.comma and self._place() is not None)):
             return "LEAD" if word in row.leads else "COMMA"
         return "THEN_LABEL" if self._val_if and word == "THEN" else _LINKS.get(word)
 
-    def _nested(self) -> bool:
-        """Whether a parenthesis is open."""
-        return sum({"LPAR": 1, "LGROUP": 1, "RPAR": -1}.get(token.type, 0) for token in self.tokens) > 0
+    def _names_program(self, row: Word, text: str, end: int) -> bool:
+        """Whether a word, where a value is wanted, is the name of a program by the table."""
+        if text[0] in "#$%" or self._text[end : end + 1] == "[":
+            return False
+        before, place = self.tokens[-1].type, self._place()
+        if before == "EQUAL":
+            return row.value is not None and row.value.shape is Shape.PROGRAM
+        argument = argument_at(row, place) if place is not None and before in _BEFORE_ARGUMENT else None
+        return argument is not None and argument.shape is Shape.PROGRAM
+
+    def _place(self) -> int | None:
+        """How many commas stand before; None inside parentheses or brackets."""
+        depth = commas = 0
+        for token in self.tokens:
+            depth += _DEPTH.get(token.type, 0)
+            commas += token.type == "COMMA" and not depth
+        return None if depth else commas
 
     def _number(self, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
         glued = _GLUED.match(self._text, end)

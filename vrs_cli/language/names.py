@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from vrs_cli.errors import IllegalArrayIndex, InvalidName, TypeMismatch, VrsError
 from vrs_cli.language import ast
 from vrs_cli.language.ast import NAME_LENGTH, Expression, Kind, Span
 from vrs_cli.language.diagnostics import Diagnostic, error, warning
-from vrs_cli.language.functions import FUNCTIONS
-from vrs_cli.language.instructions import CONNECTIVES, OPERATOR_WORDS, PROGRAM_WORDS
+from vrs_cli.language.instructions import RESERVED, reserved
 
 Kinds = frozenset[Kind]
 
@@ -37,25 +36,6 @@ _ARTICLES = {
 def with_article(kinds: Collection[Kind]) -> str:
     """`a transformation or a precision point`."""
     return " or ".join(_ARTICLES[kind] for kind in Kind if kind in kinds)
-
-
-def is_reserved(name: str) -> bool:
-    """Whether a bare name is a word of the language. Words that only the first VAL had are free."""
-    return name.upper() in _RESERVED
-
-
-def _reserved() -> Iterator[str]:
-    yield from CONNECTIVES | OPERATOR_WORDS
-    yield from (name for name, row in PROGRAM_WORDS.items() if "2" in row.where or "+" in row.where)
-    yield from (name for name in FUNCTIONS if name[0] not in "#$")
-
-
-_RESERVED = frozenset(_reserved())
-
-
-def _form_of(name: str) -> str:
-    row = FUNCTIONS.get(name) or PROGRAM_WORDS.get(name)
-    return f"its form is {row.form}" if row is not None and row.form != name else ""
 
 
 class Findings:
@@ -120,10 +100,22 @@ class Names:
         """AUTO, LOCAL (`own`) or GLOBAL; `kind`: of a bare name whose sort is said."""
         if own:
             self._own.add(variable.key)
-            self._declared[variable.key] = variable
+        self._declared[variable.key] = variable
         self.check(variable)
         if kind is not None:
             self._kinds[variable.key] = _Decided(kind, self.step)
+
+    def is_read(self, key: str) -> bool:
+        """Whether a name has been read."""
+        return key in self._read
+
+    def is_declared(self, key: str) -> bool:
+        """Whether a name is a parameter, or stands in a declaration."""
+        return key in self._declared or key in self._parameters
+
+    def met(self) -> set[str]:
+        """The keys of all names."""
+        return {*self.given, *self._read, *self._declared, *self._parameters}
 
     def own_keys(self) -> set[str]:
         """The keys of all names that the program gives a value, or is given."""
@@ -132,16 +124,16 @@ class Names:
     def check(self, variable: ast.Variable) -> None:
         """Whether a name can be used as one."""
         word = variable.name.upper()
-        if word in _RESERVED and not variable.sigil:
-            self._findings.fault(InvalidName, variable.span, f"{word} is a word of the language", _form_of(word))
+        if word in RESERVED and not variable.sigil:
+            self._findings.fault(InvalidName, variable.span, *reserved(word))
         if len(variable.name) > NAME_LENGTH:
             self._check_length(variable)
-        if self._declared:
+        if variable.key in self._own:
             self._check_declared(variable)
 
     def _check_declared(self, variable: ast.Variable) -> None:
         """An array that AUTO or LOCAL declares is used as one, anything else is not."""
-        declared = self._declared.get(variable.key, variable)
+        declared = self._declared[variable.key]
         if (declared.indexes is None) is not (variable.indexes is None):
             name = variable.sigil + variable.name
             detail, hint = f"{name} is declared as an array", f"give an index: {name}[1]"

@@ -22,6 +22,7 @@ from vrs_cli.language.builder import Builder
 from vrs_cli.language.complaints import complaint
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, error
 from vrs_cli.language.lexer import Lexer, Token
+from vrs_cli.language.meaning import line_as_meant
 from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.source import FileReader, header_end
 
@@ -97,7 +98,10 @@ class LineParser:
             return None
         statement: Statement | None = self._parsed(tokens, "prompt")
         row = tokens[0].row
-        if statement is None or isinstance(statement, ast.DoInstruction | ast.Show):
+        if statement is None:
+            return None
+        statement = line_as_meant(statement, names)
+        if isinstance(statement, ast.DoInstruction | ast.Show):
             return statement
         if row is not None and COMMANDS.get(row.name) is row:
             return statement
@@ -106,7 +110,7 @@ class LineParser:
     def header(self, text: str, line: int, at: int) -> ProgramHeader:
         """`at`: the index after `.PROGRAM`. Raises LineRefused."""
         tokens = self._lexer.header(text, line, at)
-        if not tokens or tokens[0].type != "NAME":
+        if not tokens or tokens[0].type != "PROGRAM":
             span = Span(line, at + 1, at + 2)
             raise LineRefused(error(InvalidName, span, "a program name is missing", ".PROGRAM pick.place(part)"))
         return cast(ProgramHeader, self._parsed(tokens, "header"))

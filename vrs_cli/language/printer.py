@@ -368,12 +368,17 @@ def _open_rank(expression: Expression, left: bool) -> int:
 
 def _call(call: ast.Call) -> str:
     name = call.name if call.name in FUNCTIONS else call.name.lower()
-    if not call.parenthesised and not call.arguments:
+    if not call.parenthesised:
         return name
     first, rest = call.arguments[:1], call.arguments[1:]
     if call.name in WITH_BY and rest:
         return f"{name}({_list_text(first)} BY {_list_text(rest)})"
     return f"{name}({_list_text(call.arguments)})"
+
+
+def _program_call(call: ast.ProgramCall) -> str:
+    name = call.name.lower()
+    return f"{name}({_list_text(call.arguments)})" if call.parenthesised else name
 
 
 def _applied(applied: ast.Applied) -> str:
@@ -396,6 +401,7 @@ _EXPRESSIONS: Mapping[type, Callable[[Any], str]] = {
     ast.Unary: _unary,
     ast.Binary: _binary,
     ast.Call: _call,
+    ast.ProgramCall: _program_call,
     ast.Applied: _applied,
     ast.Format: _format,
     ast.Word: _word,

@@ -17,6 +17,7 @@ from vrs_cli.errors import (
 from vrs_cli.language import ast
 from vrs_cli.language.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Span, Step
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, did_you_mean, error, warning
+from vrs_cli.language.meaning import as_meant
 
 PROGRAM, END = ".PROGRAM", ".END"
 JOINTS_HIGH = 12  # joints of a precision point in a file
@@ -154,7 +155,7 @@ class FileReader:
         steps = tuple(self._step(inner, numbered) for inner in _without_trailing_blanks(body))
         if header is None:
             return BadLine(line.text.strip(), line.span)
-        return Program(header.name, header.parameters, steps, header.comment, line.span)
+        return as_meant(Program(header.name, header.parameters, steps, header.comment, line.span))
 
     def _header(self, line: Line) -> ProgramHeader | None:
         at = header_end(line.text)

@@ -6,15 +6,15 @@ Made once for all programs of a file: whatever is asked of it about one program 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from functools import cached_property, lru_cache
 
 from vrs_cli.language import ast
-from vrs_cli.language.ast import NAME_LENGTH, Expression, Kind, Program, Statement
+from vrs_cli.language.ast import NAME_LENGTH, Kind, Program
 from vrs_cli.language.declarations import own_variables
 from vrs_cli.language.diagnostics import did_you_mean
-from vrs_cli.language.instructions import DECLARATIONS, INSTRUCTIONS
-from vrs_cli.language.words import Shape, argument_at
+from vrs_cli.language.instructions import DECLARATIONS
+from vrs_cli.language.meaning import named_by
 
 FEW = 200  # names: a word is compared with each of them; of more, with those one slip of the fingers away
 
@@ -115,32 +115,7 @@ def names_given_by(program: Program) -> frozenset[str]:
 
 @lru_cache(maxsize=1024)
 def _given_in(same: _Same) -> frozenset[str]:
-    own = {own.key for own in own_variables(same.program)}
-    return frozenset(key for step in same.program.steps for key in _given_by(step.statement)) - own
-
-
-def _given_by(statement: Statement | None) -> Iterator[str]:
-    if isinstance(statement, ast.Assignment):
-        yield statement.target.key
-    elif isinstance(statement, ast.For):
-        yield statement.variable.key
-    elif isinstance(statement, ast.Instruction) and statement.word not in DECLARATIONS:
-        row = INSTRUCTIONS.get(statement.word)
-        for place, expression in enumerate(statement.arguments):
-            argument = argument_at(row, place) if row is not None else None
-            if argument is not None and expression is not None:
-                yield from _given_at(expression, argument.shape)
-
-
-def _given_at(expression: Expression, shape: Shape) -> Iterator[str]:
-    if shape in _CALLED and isinstance(expression, ast.Call | ast.Applied):
-        yield from (argument.key for argument in expression.arguments if isinstance(argument, ast.Variable))
-    elif shape in DEFINING:
-        if isinstance(expression, ast.Binary):
-            expression = expression.right
-        if isinstance(expression, ast.Variable):
-            yield expression.key
-
-
-_CALLED = frozenset({Shape.PROGRAM, Shape.PROGRAM_TEXT})
-DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE, Shape.UNIT})
+    own = {own.key for own in own_variables(same.program)} | {one.key for one in same.program.parameters}
+    statements = (step.statement for step in same.program.steps)
+    doing = (one for one in statements if not (isinstance(one, ast.Instruction) and one.word in DECLARATIONS))
+    return frozenset(key for statement in doing for key in named_by(statement)) - own

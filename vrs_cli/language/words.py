@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import cached_property
 
 
 class Shape(Enum):
@@ -124,16 +125,21 @@ class Word:
         yield self.after
         yield from (form for name, form in _MODIFIER_FORMS if name in self.modifiers)
 
-    @property
+    @cached_property
     def required(self) -> int:
         """How many arguments it cannot do without."""
         return sum(not argument.optional for argument in self.arguments)
 
-    @property
+    @cached_property
+    def programs(self) -> bool:
+        """Whether it names programs."""
+        return any(one.shape is Shape.PROGRAM for one in (*self.arguments, self.value) if one is not None)
+
+    @cached_property
     def leads(self) -> frozenset[str]:
         return frozenset(argument.lead for argument in self.arguments if argument.lead) - COMMAS
 
-    @property
+    @cached_property
     def comma(self) -> str:
         """BY or = where that stands for the first comma, or nothing."""
         return next((argument.lead for argument in self.arguments if argument.lead in COMMAS), "")
@@ -143,7 +149,7 @@ class Word:
         """Whether its first argument is read as it stands."""
         return bool(self.arguments) and self.arguments[0].shape in RAW_SHAPES
 
-    @property
+    @cached_property
     def grouped(self) -> int:
         """How many of its arguments stand in parentheses before the others."""
         return sum(argument.shape in GROUPED for argument in self.arguments)

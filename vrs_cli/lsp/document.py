@@ -17,17 +17,16 @@ from vrs_cli.interfaces.help import page
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language import ast
-from vrs_cli.language.analyzer import is_reserved
 from vrs_cli.language.ast import NAME_LENGTH, Kind, Program, Section, Span, Statement
 from vrs_cli.language.diagnostics import Diagnostic
 from vrs_cli.language.formatting import formatted
-from vrs_cli.language.instructions import INSTRUCTIONS
+from vrs_cli.language.instructions import INSTRUCTIONS, RESERVED, reserved
 from vrs_cli.language.lexer import LABEL_HIGH
+from vrs_cli.language.meaning import DEFINING
 from vrs_cli.language.parts import Part, Placed, programs_of
 from vrs_cli.language.printer import statement_text
 from vrs_cli.language.source import PROGRAM, SECTIONS
 from vrs_cli.language.structure import BlockKind, structure_of
-from vrs_cli.language.surroundings import DEFINING
 from vrs_cli.language.words import Shape, argument_at
 from vrs_cli.lsp.occurrences import (
     Occurrence,
@@ -394,12 +393,12 @@ def new_name(asked: Occurrence, name: str) -> str:
         if not name.isascii() or not name.isdigit() or int(name) > LABEL_HIGH:
             raise InvalidName(name, f"a label is a number from 0 to {LABEL_HIGH}")
         return str(int(name))
-    sigil = asked.key[0] if asked.key[0] in _KINDS else ""
+    sigil = asked.key[0] if asked.kind is SymbolKind.VARIABLE and asked.key[0] in _KINDS else ""
     bare = name.removeprefix(sigil)
     if not _NAME.fullmatch(bare) or len(bare) > NAME_LENGTH:
         raise InvalidName(name, f"a letter, then letters, digits, . and _; at most {NAME_LENGTH} characters")
-    if not sigil and is_reserved(bare):
-        raise InvalidName(name, f"{bare.upper()} is a word of the language")
+    if asked.kind is SymbolKind.VARIABLE and not sigil and bare.upper() in RESERVED:
+        raise InvalidName(*reserved(bare.upper()))
     return sigil + bare
 
 

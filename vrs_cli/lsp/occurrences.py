@@ -90,16 +90,16 @@ def _of_statement(part: Part, statement: ast.Statement) -> Iterator[Occurrence]:
     yield from (_variable(part, one) for one in _variables(statement))
 
 
-def programs_named(statement: ast.Instruction) -> Iterator[ast.Call | ast.Word]:
+def programs_named(statement: ast.Instruction) -> Iterator[ast.ProgramCall | ast.Word]:
     """The programs that an instruction names."""
     row = INSTRUCTIONS.get(statement.word)
     for argument, given in zip(row.arguments if row is not None else (), statement.arguments, strict=False):
-        if argument.shape is Shape.PROGRAM and isinstance(given, ast.Call | ast.Word):
+        if argument.shape is Shape.PROGRAM and isinstance(given, ast.ProgramCall | ast.Word):
             yield given
 
 
-def _called(part: Part, given: ast.Call | ast.Word) -> Occurrence:
-    name = given.name if isinstance(given, ast.Call) else given.text.strip()
+def _called(part: Part, given: ast.ProgramCall | ast.Word) -> Occurrence:
+    name = given.name if isinstance(given, ast.ProgramCall) else given.text.strip()
     return Occurrence(SymbolKind.PROGRAM, key_of_name(name), _as_written(part, name, given.span))
 
 

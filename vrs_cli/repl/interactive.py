@@ -161,7 +161,8 @@ class LineValidator(Validator):
         if entry is not None and not entry.program:
             return None
         known = conversation.session.environment.kinds()
-        return first_mistake(text, known, entry.header if entry else None, conversation.session.names())
+        entered = (entry.header, *entry.lines) if entry else ()
+        return first_mistake(text, known, entered, conversation.session.names())
 
 
 # --- the shell -----------------------------------------------------------------------------------------------------

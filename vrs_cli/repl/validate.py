@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+import re
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 
 from vrs_cli.language.analyzer import check_line
 from vrs_cli.language.ast import Kind, ProgramHeader, Statement
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity
+from vrs_cli.language.meaning import FUNCTION_NAMES, line_as_meant, variables_for_functions
 from vrs_cli.language.parser import parse_prompt, parse_step
 
 
 def first_mistake(
-    line: str, known: Mapping[str, Kind], header: str | None = None, names: Container[str] | None = None
+    line: str, known: Mapping[str, Kind], entered: Sequence[str] = (), names: Container[str] | None = None
 ) -> Diagnostic | None:
-    """The first error in a line of the prompt, or in a step of the program that `header` begins.
+    """The first error in a line of the prompt, or in a step of a program of which the heading and some steps are
+    `entered`.
 
     `known`: the kinds of the variables that have a value; `names`: those that a line may show, where there are more.
     Several lines (pasted) are not checked here.
@@ -21,29 +25,42 @@ def first_mistake(
     if not line.strip() or "\n" in line:
         return None
     try:
-        if header is None:
-            return _first_error(_command(line, known if names is None else names), known)
-        return _first_error(parse_step(line).statement, _outside(header, known), in_program=True)
+        if entered:
+            return _mistake_in_step(line, known, *entered)
+        return _mistake_in_command(line, known, known if names is None else names)
     except LineRefused as refused:
         return refused.diagnostic
 
 
-def _command(line: str, names: Container[str]) -> Statement | None:
+def _mistake_in_command(line: str, known: Mapping[str, Kind], names: Container[str]) -> Diagnostic | None:
     parsed = parse_prompt(line, names)
-    return None if isinstance(parsed, ProgramHeader) else parsed
+    if parsed is None or isinstance(parsed, ProgramHeader):
+        return None
+    return _first_error(check_line(parsed, known))
 
 
-def _outside(header: str, known: Mapping[str, Kind]) -> Mapping[str, Kind]:
-    """Without the names that are parameters of the program: there they mean something else."""
-    parsed = parse_prompt(header)
-    own = {variable.key for variable in parsed.parameters} if isinstance(parsed, ProgramHeader) else set()
-    return {key: kind for key, kind in known.items() if key not in own}
-
-
-def _first_error(
-    statement: Statement | None, known: Mapping[str, Kind], *, in_program: bool = False
-) -> Diagnostic | None:
+def _mistake_in_step(line: str, known: Mapping[str, Kind], header: str, *steps: str) -> Diagnostic | None:
+    """The parameters of the program mean something else than variables of their names outside."""
+    statement, heading = parse_step(line).statement, parse_prompt(header)
     if statement is None:
         return None
-    found = check_line(statement, known, in_program=in_program)
+    parameters = heading.parameters if isinstance(heading, ProgramHeader) else ()
+    own = {variable.key for variable in parameters}
+    outside = {key: kind for key, kind in known.items() if key not in own}
+    names = variables_for_functions(parameters, _with_names_of_functions(steps))
+    return _first_error(check_line(line_as_meant(statement, names), outside, in_program=True))
+
+
+def _with_names_of_functions(steps: Iterable[str]) -> Iterator[Statement | None]:
+    """The steps in which a function could be a variable."""
+    for step in steps:
+        if _NAME_OF_FUNCTION.search(step):
+            with suppress(LineRefused):
+                yield parse_step(step).statement
+
+
+_NAME_OF_FUNCTION = re.compile("|".join(map(re.escape, FUNCTION_NAMES)), re.IGNORECASE)
+
+
+def _first_error(found: Iterable[Diagnostic]) -> Diagnostic | None:
     return next((one for one in found if one.severity is Severity.ERROR), None)

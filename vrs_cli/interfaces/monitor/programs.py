@@ -7,12 +7,11 @@ from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
-from vrs_cli.errors import IllegalValue, InvalidName, NoProgramSpecified, ProgramExists, UsageError
+from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, UsageError
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.monitor.consent import refusal
 from vrs_cli.interfaces.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.replies import ListedStep, ProgramName, ProgramNames, ProgramText, Reply
-from vrs_cli.language.analyzer import is_reserved
 from vrs_cli.language.ast import BadLine, Instruction, Program
 from vrs_cli.language.environment import StoredProgram, key_of
 from vrs_cli.language.values import whole
@@ -70,8 +69,6 @@ def copied(session: Session, it: Instruction) -> StoredProgram:
     new, old = word(it.arguments[0]), session.environment.program(word(it.value))
     if key_of(new) in session.environment.programs:
         raise ProgramExists(new, f"DELETEP {new} deletes it")
-    if is_reserved(new):
-        raise InvalidName(f"{new.upper()} is a word of the language", "a program has a name of its own")
     program = replace(old.program, name=new)
     session.environment.store(replace(old.analysis, program=program), "\n".join(old.lines))
     return old

@@ -9,7 +9,7 @@ from vrs_cli.errors import NoProgramSpecified
 from vrs_cli.interfaces.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.replies import Message, ProgramStopped, Reply, Tone
 from vrs_cli.interfaces.runs import Outcome, RunResult
-from vrs_cli.language.ast import Call, Instruction
+from vrs_cli.language.ast import Instruction, ProgramCall
 from vrs_cli.language.environment import Reference
 from vrs_cli.language.semantics.tasks import PROCESS_CONTROL, checked_task
 from vrs_cli.language.values import whole
@@ -33,7 +33,7 @@ def asked_program(session: Session, it: Instruction) -> tuple[str | None, tuple[
 
     asked = operand(it, 0)
     name = None if asked is None else word(asked)
-    given = asked.arguments if isinstance(asked, Call) else ()
+    given = asked.arguments if isinstance(asked, ProgramCall) else ()
     arguments = arguments_of(session.environment, session.robot, given)
     return name, arguments, whole(real_or(session, it, 1, 1.0)), whole(real_or(session, it, 2, 1.0))
 
