@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 from pathlib import Path
 from types import ModuleType
 
@@ -11,7 +12,7 @@ import pytest
 from vrs_cli.interfaces.help import overview
 from vrs_cli.interfaces.help import page as help_page
 from vrs_cli.language.functions import FUNCTIONS, Function
-from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, RESERVED
 from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.words import State, Word
@@ -51,3 +52,12 @@ def test_help_lists_what_can_be_used() -> None:
     usable = {row.name for row in ROWS if row.state is State.SUPPORTED}
     assert usable <= listed
     assert not listed & ({row.name for row in ROWS} - usable)
+
+
+def test_the_words_that_are_no_names() -> None:
+    """The table in language.md is that of the language."""
+    rows = re.findall(
+        r"^\| ((?:`[A-Z]+` ?)+) \| ([a-z ]+) \|$", (DOCS / "language.md").read_text("utf-8"), re.MULTILINE
+    )
+    shown = {word: why for words, why in rows for word in words.replace("`", "").split()}
+    assert shown == RESERVED
