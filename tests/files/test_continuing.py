@@ -17,6 +17,7 @@ from vrs_cli.engine.commands import JointOffsetTarget, JointTarget, Move, SetPar
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileError, MotionError, UsageError
 from vrs_cli.files.continuing import keep_journal, line_of
+from vrs_cli.files.journal import Journal, taken_up
 from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.steering import Steering
@@ -29,6 +30,10 @@ def drive(joint: int, degrees: float, at: float | None = None) -> Move:
 
 moves = st.builds(drive, st.integers(1, 6), st.floats(-15.0, 15.0), st.none() | st.floats(0.0, 3.0))
 acts = st.lists(moves | st.sampled_from(["undo", "redo", "ON", "OFF"]), max_size=14)
+
+
+def kept(path: Path, engine: Engine) -> Journal:
+    return keep_journal(taken_up(path), Branches(engine))
 
 
 def acted(acts: list[Move | str]) -> Engine:
@@ -75,7 +80,7 @@ def steer(engine: Engine) -> None:
 def test_a_stream_of_targets_is_one_command_in_a_file_too(tmp_path: Path) -> None:
     path = tmp_path / "s.vrst"
     engine = Engine(puma())
-    writer = keep_journal(path, None, engine)
+    writer = kept(path, engine)
     engine.perform(drive(1, 10))
     steer(engine)
     engine.perform(drive(1, 5))
@@ -85,7 +90,7 @@ def test_a_stream_of_targets_is_one_command_in_a_file_too(tmp_path: Path) -> Non
     assert again.timeline == engine.timeline
     assert again.records() == engine.records()
     assert [record.text for record in again.records()] == ["DRIVE 1", "STEER", "STEER", "STEER ends", "DRIVE 1"]
-    engine.listeners.clear()
+    engine.journal = None
     for _ in engine.records():
         engine.undo(), again.undo()
         assert repr(list(again.timeline)) == repr(list(engine.timeline))
@@ -126,11 +131,11 @@ def test_an_override_is_told_from_an_insertion() -> None:
 
 def test_a_journal_goes_on_where_it_ended(tmp_path: Path) -> None:
     path, first = tmp_path / "j.vrst", Engine(puma())
-    writer = keep_journal(path, None, first)
+    writer = kept(path, first)
     first.perform(drive(1, 60))
     writer.close()
     second = Engine(puma())
-    writer = keep_journal(path, read_trajectory(path), second)
+    writer = kept(path, second)
     assert second.now == first.end
     second.perform(drive(2, 10))
     second.undo()
@@ -143,13 +148,13 @@ def test_a_journal_goes_on_where_it_ended(tmp_path: Path) -> None:
 
 def test_a_journal_has_one_writer(tmp_path: Path) -> None:
     path = tmp_path / "j.vrst"
-    first = keep_journal(path, None, Engine(puma()))
+    first = kept(path, Engine(puma()))
     before = path.read_bytes()
     with pytest.raises(FileError, match="is being written by this vrs"):
-        keep_journal(path, read_trajectory(path), Engine(puma()))
+        kept(path, Engine(puma()))
     assert path.read_bytes() == before
     first.close()
-    keep_journal(path, read_trajectory(path), Engine(puma())).close()
+    kept(path, Engine(puma())).close()
 
 
 def test_a_file_of_another_robot_is_refused_and_left_alone(tmp_path: Path) -> None:
@@ -161,9 +166,9 @@ def test_a_file_of_another_robot_is_refused_and_left_alone(tmp_path: Path) -> No
         write_trajectory(path, model, engine.initial, ())
         before = path.read_bytes()
         with pytest.raises(UsageError, match=told):
-            keep_journal(path, read_trajectory(path), engine)
+            kept(path, engine)
         assert path.read_bytes() == before
-        assert engine.listeners == []
+        assert engine.journal is None
 
 
 def test_a_pose_that_is_not_ready_is_taken_up_too(tmp_path: Path) -> None:
@@ -171,7 +176,7 @@ def test_a_pose_that_is_not_ready_is_taken_up_too(tmp_path: Path) -> None:
     engine.perform(Move(JointTarget((0.0, -1.0, 1.5, 0.0, 0.2, 0.0)), straight=False))
     write_trajectory(path, engine.model, engine.initial, engine.deltas)
     again = Engine(puma())
-    writer = keep_journal(path, read_trajectory(path), again)
+    writer = kept(path, again)
     again.undo()
     writer.close()
     assert again.position().joints == engine.initial[0].path.joints(0.0)

@@ -1,25 +1,20 @@
 from __future__ import annotations
 
-import errno
 import json
-import os
-from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
-from typing import BinaryIO
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.files.journals import Kept
 from tests.files.trajectories import JOINTS, appended, deltas, initial, planned, puma, without_checksums
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
-from vrs_cli.files import trajectory_file
 from vrs_cli.files.checksum import Checksums
 from vrs_cli.files.records import MotionRecord, Motions
 from vrs_cli.files.trajectory_file import (
     LineEncoder,
-    TrajectoryWriter,
     decode_delta,
     read_trajectory,
     write_trajectory,
@@ -109,101 +104,7 @@ def test_a_motion_is_described_once(saved: Path) -> None:
         assert text.count(json.dumps(delta.motion.text, ensure_ascii=False)) == 1
 
 
-# --- the journal -------------------------------------------------------------------------------------------
-
-
-def test_a_journal_holds_every_delta_as_soon_as_it_is_appended(tmp_path: Path) -> None:
-    path, changes = tmp_path / "t.vrst", planned(5)[1]
-    with TrajectoryWriter(path, puma(), [initial()]) as journal:
-        assert read_trajectory(path).deltas == ()
-        for count, delta in enumerate(changes, 1):
-            journal.append(delta)
-            assert read_trajectory(path).deltas == changes[:count]
-    saved = tmp_path / "saved.vrst"
-    write_trajectory(saved, puma(), [initial()], changes)
-    assert path.read_bytes() == saved.read_bytes()
-
-
-def test_a_batch_journal_is_whole_when_it_is_closed(tmp_path: Path) -> None:
-    path, changes = tmp_path / "t.vrst", planned(5)[1]
-    with TrajectoryWriter(path, puma(), [initial()], durable=False) as journal:
-        for delta in changes:
-            journal.append(delta)
-    assert read_trajectory(path).deltas == changes
-
-
-def test_a_journal_that_is_continued_is_the_one_that_was_never_closed(tmp_path: Path) -> None:
-    changes = planned(8)[1]
-    whole, parts = tmp_path / "whole.vrst", tmp_path / "parts.vrst"
-    write_trajectory(whole, puma(), [initial()], changes)
-    write_trajectory(parts, puma(), [initial()], changes[:3])
-    for size in (5, len(changes)):
-        recording = read_trajectory(parts)
-        with TrajectoryWriter.continued(parts, recording) as journal:
-            for delta in changes[len(recording.deltas) : size]:
-                journal.append(delta)
-    assert parts.read_bytes() == whole.read_bytes()
-
-
-@pytest.mark.parametrize("tail", [b"", b'{"version":4,"moti', b"\x00\x00\x00"])
-def test_a_torn_tail_is_cut_off_before_a_journal_goes_on(saved: Path, tail: bytes) -> None:
-    whole = saved.read_bytes()
-    lines = whole.splitlines(keepends=True)
-    saved.write_bytes(b"".join(lines[:-1]) + tail)
-    recording = read_trajectory(saved)
-    assert recording.dropped_tail is bool(tail)
-    with TrajectoryWriter.continued(saved, recording) as journal:
-        journal.append(planned(6)[1][-1])
-    assert saved.read_bytes() == whole
-
-
-def test_a_last_line_that_lacks_only_its_end_is_kept(saved: Path) -> None:
-    whole = saved.read_bytes()
-    saved.write_bytes(whole[:-1])
-    recording = read_trajectory(saved)
-    TrajectoryWriter.continued(saved, recording).close()
-    assert saved.read_bytes() == whole
-
-
-def test_a_line_that_fails_is_written_with_the_next(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path, changes = tmp_path / "t.vrst", planned(5)[1]
-    full = [False]
-
-    def sync_or_not(stream: BinaryIO) -> None:
-        stream.flush()
-        if full[0]:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(trajectory_file, "sync", sync_or_not)
-    with TrajectoryWriter(path, puma(), [initial()]) as journal:
-        journal.append(changes[0])
-        full[0] = True
-        for delta in changes[1:3]:
-            with pytest.raises(FileError, match="no space left"):
-                journal.append(delta)
-            assert read_trajectory(path).deltas == changes[:1]
-        full[0] = False
-        journal.append(changes[3])
-        assert read_trajectory(path).deltas == changes[:4]
-
-
-def test_ctrl_c_in_the_middle_of_a_line_leaves_it_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path, changes, interrupt = tmp_path / "t.vrst", planned(4)[1], [False]
-
-    def sync_or_stop(stream: BinaryIO) -> None:
-        stream.flush()
-        if interrupt.pop():
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(trajectory_file, "sync", sync_or_stop)
-    journal = TrajectoryWriter(path, puma(), [initial()])
-    for delta, stopped in zip(changes, (False, True, False, True), strict=False):
-        interrupt[:] = [stopped]
-        with suppress(KeyboardInterrupt):
-            journal.append(delta)
-    interrupt[:] = [False, False]
-    journal.close()
-    assert read_trajectory(path).deltas == changes[:4]
+# --- writing and reading ----------------------------------------------------------------------------------
 
 
 def test_progress_goes_from_nothing_to_all(tmp_path: Path) -> None:
@@ -252,16 +153,9 @@ def test_a_line_that_was_not_written_there_is_refused(saved: Path, change, line:
         read_trajectory(saved)
 
 
-def test_a_file_without_checksums_is_read_and_gone_on_with_as_it_is(saved: Path) -> None:
-    changes = planned(6)[1]
-    write_trajectory(saved, puma(), [initial()], changes[:-1])
+def test_a_file_without_checksums_is_read(saved: Path) -> None:
     assert without_checksums(saved).read_bytes().count(b'"crc"') == 0
-    recording = read_trajectory(saved)
-    assert recording.deltas == changes[:-1]
-    with TrajectoryWriter.continued(saved, recording) as journal:
-        journal.append(changes[-1])
-    assert b'"crc"' not in saved.read_bytes()
-    assert read_trajectory(saved).deltas == changes
+    assert read_trajectory(saved).deltas == planned(6)[1]
 
 
 # --- files that are not what they should be ----------------------------------------------------------------
@@ -379,7 +273,7 @@ def test_an_unwritable_place_is_one_clear_error(tmp_path: Path, place: str) -> N
     (tmp_path / "file").write_text("")
     (tmp_path / "folder").mkdir()
     with pytest.raises(FileError, match=place):
-        TrajectoryWriter(tmp_path / place, puma(), [initial()])
+        Kept.new(tmp_path / place)
     with pytest.raises(FileError, match=place):
         write_trajectory(tmp_path / place, puma(), [initial()], ())
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["file", "folder"]
@@ -389,13 +283,14 @@ def test_a_full_disk_is_a_file_error() -> None:
     with pytest.raises(FileError, match=r"/dev/full cannot be written: no space left"):
         write_trajectory("/dev/full", puma(), [initial()], ())
     with pytest.raises(FileError, match=r"/dev/full cannot be written: no space left"):
-        TrajectoryWriter("/dev/full", puma(), [initial()])
+        Kept.new(Path("/dev/full"))
     assert Path("/dev/full").is_char_device()
 
 
 def test_a_device_is_written_and_stays_a_device() -> None:
-    with TrajectoryWriter("/dev/null", puma(), [initial()]) as journal:
-        journal.append(appended(1)[0])
+    kept = Kept.new(Path("/dev/null"))
+    kept.happen(appended(1)[0])
+    kept.journal.close()
     assert Path("/dev/null").is_char_device()
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, count, positive, whole
-from vrs_cli.cli.journal import journal
+from vrs_cli.cli.journal import journal, told_by
 from vrs_cli.cli.outputs import Outputs, add_output_options
 from vrs_cli.cli.sources import Source, has_errors, read_source
 from vrs_cli.errors import FileError, UndefinedName
@@ -114,9 +114,10 @@ class _Batch:
             print(self.source.shown(diagnostics), end="", file=sys.stderr)
             program = self._program(session)
             session.engine.clock.set(0.0)
-            with journal(self.options.save, session.engine, durable=self.options.realtime is not None):
+            tell, durable = told_by("vrs run", progress.hide), self.options.realtime is not None
+            with journal(self.options.save, session.engine, tell, durable=durable) as kept:
                 result = session.execute(program, cycles=self.options.cycles, progress=progress)
-        return self._ended(session, terminal, result)
+        return max(self._ended(session, terminal, result), OK if kept.sound else FAILED)
 
     def _typed_to(self) -> TextIO:
         """Where TYPE and PROMPT write: standard output, when nothing else is to stand there."""

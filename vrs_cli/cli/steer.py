@@ -211,16 +211,19 @@ class _Run:
         return Steering(engine, speed=self.options.speed / 100.0)
 
     def _recorded(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> bool:
-        """Whether the stream ended because what the robot did could not be written."""
+        """Whether not all that the robot did is in the file that was asked for: the stream ends, and the robot brakes,
+        where it cannot be written."""
         from vrs_cli.cli.journal import journal
 
-        try:
-            with journal(self.options.save, steering.engine, durable=self.options.realtime is not None):
+        failed, durable = False, self.options.realtime is not None
+        with journal(self.options.save, steering.engine, self._say, durable=durable) as kept:
+            try:
                 self._follow(steering, targets, stop)
-        except FileError as error:
-            self._say(str(error))
-            return True
-        return False
+            except FileError as error:
+                steering.engine.stop()
+                self._say(str(error))
+                failed = True
+        return failed or not kept.sound
 
     def _follow(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> None:
         """To the end of the stream, or to a signal."""

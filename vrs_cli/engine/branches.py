@@ -65,6 +65,11 @@ class Branches:
     def on_main(self) -> bool:
         return self._present.fork is None
 
+    @property
+    def main(self) -> Engine | Line:
+        """What has the initial timeline and the deltas of main now."""
+        return self._all[MAIN].line or self.engine
+
     def __contains__(self, name: str) -> bool:
         return name.lower() in self._all
 
@@ -143,8 +148,8 @@ class Branches:
 
         Where main has not changed since, it gets the branch to the bit, with clock and settings. Otherwise the
         commands of the branch are planned again on main, at their times or after its last motion, as they were
-        given; main keeps its settings, and its clock goes on to that of the branch. Raises UsageError, MotionError;
-        nothing is changed then.
+        given; main keeps its settings, and its clock goes on to that of the branch. Raises UsageError, MotionError,
+        FileError; nothing is changed then.
         """
         branch = self._named(name)
         if branch.fork is None:
@@ -161,6 +166,7 @@ class Branches:
         return again
 
     def _carry_on(self, line: Line, common: int) -> None:
+        self.engine.record(line.deltas[common:])
         self.change_over(MAIN)
         self.engine.follow(line.deltas[common:])
         self.engine.take(line, heard=True)
@@ -168,6 +174,7 @@ class Branches:
     def _plan_again(self, branch: _Branch, fork: Fork, main: Line, line: Line) -> int:
         steps = _own_steps(branch.name, fork, line)
         planned = self._plans(branch.name, fork.timeline, main, steps)
+        self.engine.record(planned)
         self.change_over(MAIN)
         engine = self.engine
         stood = line.clock >= line.timeline.end

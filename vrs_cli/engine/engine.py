@@ -5,11 +5,11 @@ Nothing runs here between two requests. Readers of a timeline keep the version t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from math import isfinite
-from typing import Any
+from typing import Any, Protocol
 
 from vrs_cli.engine.clock import Clock, VirtualClock
 from vrs_cli.engine.commands import (
@@ -69,6 +69,13 @@ INCH = 0.0254  # [m]
 DeltaListener = Callable[[TimelineDelta, Timeline], None]
 
 
+class Journal(Protocol):
+    """Where every change is written down before it happens."""
+
+    def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
+        """Raises FileError where it cannot be written, and must not happen then; never for what `happens` anyway."""
+
+
 @dataclass(frozen=True, slots=True)
 class Postponement:
     """A motion that came too late for its execution time, and what that is now [s]."""
@@ -94,7 +101,8 @@ class Line:
 class Engine:
     """One robot: model, timeline, settings, clock. `deltas` are all changes of the timeline so far.
 
-    `heard`: listeners are told of each change; not of those that are only tried.
+    `heard`: what happens counts: it goes into the `journal` before, and listeners are told of it after; not so what is
+    only tried.
     """
 
     def __init__(self, model: RobotModel, *, start: Joints | None = None, clock: Clock | None = None) -> None:
@@ -103,6 +111,7 @@ class Engine:
         self.clock: Clock = clock or VirtualClock()
         self.parameters = Parameters()
         self.parameters.set_parameter("PROFILE", model.profile)
+        self.journal: Journal | None = None
         self.listeners: list[DeltaListener] = []
         self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
         self.heard = True
@@ -159,7 +168,7 @@ class Engine:
         """Do what is asked. From a program motions blend into each other and time goes on only as far as it must; at
         the prompt a motion without a time stamp is over when this returns, unless time is real: then it has begun.
 
-        Raises MotionError, IllegalValue, UsageError.
+        Raises MotionError, IllegalValue, UsageError, FileError for what cannot be written down.
         """
         self.clock.advance(self.begin(request, program=program))
 
@@ -364,10 +373,10 @@ class Engine:
         self.clock.advance(self.end)
 
     def stop(self) -> None:
-        """ABORT, BRAKE: brake now, within limits, and drop what was scheduled."""
+        """ABORT, BRAKE: brake now, within limits, and drop what was scheduled; also if that cannot be written down."""
         now, self._issued = on_grid(self.now), None
         if now < self.end:
-            self._edit(self._braking(now), now, False)
+            self._edit(self._braking(now), now, False, happens=True)
 
     def stopping_place(self) -> Joints:
         """Where the robot would come to rest if it braked now [rad]."""
@@ -420,6 +429,7 @@ class Engine:
             delta = plan_steering(self.arm, timeline, motion, executed, target, up_to_grid(tick * LONGER))
         except NoRoomToStop:
             return
+        self._write_down([delta])
         if motion is self._steered:
             self._continue(delta)
             return
@@ -472,25 +482,40 @@ class Engine:
 
     # --- changing the timeline ---
 
-    def _edit(self, motion: Motion, executed: float, insert: bool | None = None) -> None:
+    def _edit(self, motion: Motion, executed: float, insert: bool | None = None, *, happens: bool = False) -> None:
+        """Plan, write down, apply."""
         if insert is None:
             insert = self.parameters.values["INSERT"] == "ON"
         issued = self.now if self._issued is None else self._issued
-        self.commit(self._planned(motion, issued, executed, insert), issued, insert)
+        delta = self._planned(motion, issued, executed, insert)
+        self._write_down([delta], happens=happens)
+        self.commit(delta, issued, insert)
 
     def _planned(self, motion: Motion, issued: float, executed: float, insert: bool) -> TimelineDelta:
         slowest = float(self.parameters.values["STRETCH"])
         return plan(self.arm, self.timeline, motion, on_grid(issued), executed, insert=insert, slowest=slowest)
 
+    def _write_down(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
+        if self.heard:
+            self.record(deltas, happens=happens)
+
+    def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
+        """Write down what is about to happen on main: all of it or, where that raises FileError, nothing. What
+        `happens` anyway is no error."""
+        if self.journal is not None and deltas:
+            self.journal.record(deltas, happens=happens)
+
     def commit(self, delta: TimelineDelta, clock: float, insert: bool) -> None:
-        """A command that was planned for the present timeline takes place; `clock` is what UNDO goes back to."""
+        """A command that was planned for the present timeline, and is written down, takes place; `clock` is what UNDO
+        goes back to."""
         self._end_steering()
         self.history.add(Step.of(self.timeline, delta, clock, insert))
         self._number = delta.motion.number
         self._apply(delta)
 
     def follow(self, deltas: Iterable[TimelineDelta]) -> None:
-        """Change the timeline as another course of events did from here on; listeners hear of it."""
+        """Change the timeline as another course of events did from here on, which is written down; listeners hear of
+        it."""
         for delta in deltas:
             self._apply(delta)
 
@@ -500,31 +525,35 @@ class Engine:
         for listener in self.listeners if self.heard else ():
             listener(delta, self.timeline)
 
-    def undo(self) -> TimelineDelta:
-        """Take the last motion command back, and the clock, unless time is real. Raises UsageError when there is none,
-        TooLate for one that has begun in real time.
+    def undo(self, count: int = 1) -> None:
+        """Take the last motion commands back, and the clock, unless time is real: all of them or none. Raises
+        UsageError where there are not so many, TooLate for one that has begun in real time, FileError.
         """
         self._end_steering()
-        if self.history.done:
-            self._check_not_begun(self.history.done[-1].delta)
-        step = self.history.take_back(self.now)
-        delta = step.taking_back(self.timeline.version)
-        self._set_clock(step.clock)
-        self._apply(delta)
-        return delta
+        steps, version = self.history.last_done(count), self.timeline.version
+        for step in steps:
+            self._check_not_begun(step.delta)
+        deltas = [step.taking_back(version + number) for number, step in enumerate(steps)]
+        self._write_down(deltas)
+        for step, delta in zip(steps, deltas, strict=True):
+            self.history.take_back(self.now)
+            self._set_clock(step.clock)
+            self._apply(delta)
 
-    def redo(self) -> TimelineDelta:
-        """Do again what `undo` took back last; timeline and clock are as before that. Raises UsageError,
-        TooLate for one whose time has passed in real time.
+    def redo(self, count: int = 1) -> None:
+        """Do again what `undo` took back last; timeline and clock are as before that: all or none. Raises UsageError,
+        TooLate for one whose time has passed in real time, FileError.
         """
         self._end_steering()
-        if self.history.undone:
-            self._check_not_begun(self.history.undone[-1].step.delta)
-        undone = self.history.do_again()
-        delta = undone.step.doing_again(self.timeline.version)
-        self._set_clock(undone.clock)
-        self._apply(delta)
-        return delta
+        undone, version = self.history.last_undone(count), self.timeline.version
+        for one in undone:
+            self._check_not_begun(one.step.delta)
+        deltas = [one.step.doing_again(version + number) for number, one in enumerate(undone)]
+        self._write_down(deltas)
+        for one, delta in zip(undone, deltas, strict=True):
+            self.history.do_again()
+            self._set_clock(one.clock)
+            self._apply(delta)
 
     def _set_clock(self, to: float) -> None:
         if not self.realtime:

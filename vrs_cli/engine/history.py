@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from vrs_cli.errors import UsageError
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.instant import shown
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
+
+_S = TypeVar("_S")
 
 WIDE = 64  # segments that a step drops: taking back a wider one is prepared when it is asked for
 
@@ -88,25 +91,37 @@ class History:
         self.done.append(step)
         self.undone.clear()
 
-    def take_back(self, clock: float) -> Step:
-        """The last step, which is to be undone at that clock. Raises UsageError when there is none."""
+    def last_done(self, count: int) -> Sequence[Step]:
+        """The steps that UNDO takes back, the last one first. Raises UsageError where there are not so many."""
         if not self.done:
             raise UsageError("there is no motion to undo")
-        step = self.done.pop()
-        self.undone.append(Undone(step, clock))
-        return step
+        return _last(self.done, count, "undo")
 
-    def do_again(self) -> Undone:
-        """The step that was taken back last. Raises UsageError when there is none."""
+    def last_undone(self, count: int) -> Sequence[Undone]:
+        """The steps that REDO does again, the next one first. Raises UsageError where there are not so many."""
         if not self.undone:
             raise UsageError("there is no motion to redo", "REDO follows UNDO; a new motion ends it")
-        undone = self.undone.pop()
-        self.done.append(undone.step)
-        return undone
+        return _last(self.undone, count, "redo")
+
+    def take_back(self, clock: float) -> None:
+        """The last step is undone, at that clock. Raises UsageError where there is none."""
+        self.last_done(1)
+        self.undone.append(Undone(self.done.pop(), clock))
+
+    def do_again(self) -> None:
+        """The step that was taken back last holds again. Raises UsageError where there is none."""
+        self.last_undone(1)
+        self.done.append(self.undone.pop().step)
 
     def records(self, timeline: Timeline) -> tuple[CommandRecord, ...]:
         """All commands that hold, in the order in which they were issued."""
         return records(timeline, self.done)
+
+
+def _last(steps: Sequence[_S], count: int, what: str) -> Sequence[_S]:
+    if not 0 < count <= len(steps):
+        raise UsageError(f"there are not {count} motions to {what}", f"at most {what.upper()} {len(steps)}")
+    return steps[: -count - 1 : -1]
 
 
 def records(timeline: Timeline, steps: Sequence[Step]) -> tuple[CommandRecord, ...]:

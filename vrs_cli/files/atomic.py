@@ -16,10 +16,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO, NoReturn
+from typing import BinaryIO
 
 from vrs_cli.errors import FileError
-from vrs_cli.files.lock import WINDOWS, Hold, hold
+from vrs_cli.files.lock import WINDOWS, Hold, hold, is_special
 
 NEW_FILE_MODE = 0o666  # before the user's umask
 PAUSES = (0.01, 0.03, 0.1, 0.3, None)  # [s] on Windows a reader, or a scanner of viruses, has a file for a moment
@@ -81,16 +81,17 @@ class Beside:
             self._held.release()
 
 
-def create_beside(target: Path) -> Beside:
-    """An open, empty, hidden file in the folder of the target (of what a link points at), which is locked.
+def create_beside(target: Path, held: Hold | None = None) -> Beside:
+    """An open, empty, hidden file in the folder of the target (of what a link points at), which is locked; `held`: by
+    the caller, for longer.
 
     Raises OSError, FileOpened where somebody else writes the target.
     """
-    if _is_special(target):
+    if is_special(target):
         return Beside(target, None, target.open("wb"), None)
     if target.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-    held, target = hold(target), Path(os.path.realpath(target))
+    held, target = hold(target) if held is None else held.lent(), Path(os.path.realpath(target))
     try:
         if held.firm:
             _clear_left(target)
@@ -152,25 +153,21 @@ def check_writable(path: str | Path) -> None:
     """Raise FileError now if the file could not be written later; nothing is left behind."""
     target = Path(path)
     with writing(target):
-        if not _is_special(target):
+        if not is_special(target):
             create_beside(target).close()
         elif not os.access(target, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Turns an OSError into a FileError that names the file."""
+def writing(path: Path, hint: str = "") -> Iterator[None]:
+    """Turns an OSError into a FileError that names the file, with a hint of its own where none is given."""
     try:
         yield
     except BrokenPipeError:
         raise  # whoever read us has gone: no error of the file
     except OSError as error:
-        _raise(path, error)
-
-
-def _raise(path: Path, error: OSError) -> NoReturn:
-    raise FileError(f"{path} cannot be written: {reason(error)}", _hint(path)) from error
+        raise FileError(f"{path} cannot be written: {reason(error)}", hint or _hint(path)) from error
 
 
 def reason(error: OSError) -> str:
@@ -190,15 +187,6 @@ def _hint(path: Path) -> str:
             if check(path):
                 return hint
     return "name another place"
-
-
-def _is_special(path: Path) -> bool:
-    """Whether the path is a device, a pipe or a socket: there is nothing to rename over."""
-    try:
-        mode = path.stat().st_mode
-    except OSError:
-        return False
-    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
 def _mode_for(target: Path) -> int:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
+from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine, Line
 from vrs_cli.errors import UsageError
+from vrs_cli.files.journal import Course, Journal, Taken
 from vrs_cli.files.rebuild import history_of
-from vrs_cli.files.trajectory_file import Recording, TrajectoryWriter
+from vrs_cli.files.trajectory_file import Recording
 from vrs_cli.language.collector import collector_paused
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -40,14 +43,26 @@ def check_robot(path: str | Path, recording: Recording, engine: Engine) -> None:
     raise UsageError(f"{path} is of a {theirs.name} with other figures than this one", "REPLAY plays it")
 
 
-def keep_journal(path: str | Path, recording: Recording | None, engine: Engine) -> TrajectoryWriter:
-    """Write all that happens on main from now on to a file: a new one, or the one that was read as `recording`, which
-    the engine takes up. Each change is on the disk before its command is answered. Raises FileError, UsageError."""
-    if recording is None:
-        writer = TrajectoryWriter(path, engine.model, engine.initial)
-    else:
-        line = line_of(path, recording, engine)
-        writer = TrajectoryWriter.continued(path, recording)
+def keep_journal(
+    it: Taken, branches: Branches, tell: Callable[[str], None] = print, *, durable: bool = True
+) -> Journal:
+    """Write all that happens on main from now on to a file: a new one, or the one that was read, which the engine takes
+    up. Each change is on the disk before it happens. `tell` says at once where the file is lost, and what becomes of
+    it. Raises FileError, UsageError, and gives the file back."""
+    engine = branches.engine
+    try:
+        line = None if it.recording is None else line_of(it.path, it.recording, engine)
+        journal = Journal(it, lambda: _course(branches), tell, durable=durable)
+    except BaseException:
+        it.close()
+        raise
+    if line is not None:
         engine.take(line, heard=True)
-    engine.listeners.append(lambda delta, _timeline: writer.append(delta))
-    return writer
+    engine.journal = journal
+    return journal
+
+
+def _course(branches: Branches) -> Course:
+    """What has happened on main so far."""
+    main = branches.main
+    return Course(branches.engine.model, main.initial, main.deltas)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -30,6 +31,12 @@ class Hold:
     def __init__(self, path: Path, handle: int | None) -> None:
         self.firm = handle is not None
         self._path, self._handle = path, handle
+
+    def lent(self) -> Hold:
+        """The same for somebody who does not release it."""
+        other = Hold(self._path, None)
+        other.firm = self.firm
+        return other
 
     def release(self) -> None:
         """Others may write. Releasing twice is releasing once."""
@@ -61,11 +68,14 @@ class Hold:
 
 
 def hold(path: Path) -> Hold:
-    """Lock the file of that name, whether it is there or not; a link is followed, since two names are one file.
+    """Lock the file of that name, whether it is there or not; a link is followed, since two names are one file. A
+    device or a pipe is everybody's.
 
     Raises FileOpened where somebody else holds it, OSError where the folder is not there.
     """
     real = Path(os.path.realpath(path))
+    if is_special(real):
+        return Hold(real, None)
     beside, deadline = real.with_name(f".{real.name}.lock"), time.monotonic() + PATIENCE
     while True:
         handle = _opened(beside)
@@ -110,6 +120,15 @@ def is_at(handle: int, path: Path) -> bool:
         return os.path.samestat(os.fstat(handle), path.stat())
     except OSError:
         return False
+
+
+def is_special(path: Path) -> bool:
+    """Whether the path is a device, a pipe or a socket: there is nothing to rename over."""
+    try:
+        mode = path.stat().st_mode
+    except OSError:
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
 def _opened(beside: Path) -> int | None:

@@ -1,26 +1,25 @@
-"""The trajectory file and journal (`.vrst`): JSON Lines, a header and then one line per timeline delta.
+"""The trajectory file (`.vrst`): JSON Lines, a header and then one line per timeline delta.
 
-Writing appends whole lines and syncs them, so that the file holds every delta up to some moment;
-a line that was being written when the power failed is recognised when the file is read, and left out.
+A journal (`files.journal`) adds lines at its end; one that was being written when the power failed is recognised when
+the file is read, and left out.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType, TracebackType
-from typing import BinaryIO, Self
+from types import MappingProxyType
+from typing import BinaryIO
 
 import msgspec
 
 from vrs_cli import __version__
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
-from vrs_cli.files.atomic import atomically, create_beside, reason, sync, writing
+from vrs_cli.files.atomic import atomically, reason
 from vrs_cli.files.checksum import START, Checksums
-from vrs_cli.files.lock import hold
 from vrs_cli.files.rebuild import Rebuilding
 from vrs_cli.files.records import (
     FORMAT,
@@ -58,6 +57,14 @@ _delta_decoder = msgspec.json.Decoder(DeltaRecord)
 # --- lines ----------------------------------------------------------------------------------------------
 
 
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """What an encoder knew: some of its motions by number, None for one that was not described; the last checksum."""
+
+    motions: Mapping[int, Motion | None]
+    checksum: int | None
+
+
 class LineEncoder:
     """The lines of one file as they are written: each knows the motions, and the checksum, of those before it.
 
@@ -76,6 +83,20 @@ class LineEncoder:
         """The next line."""
         return self._line(delta_record(delta, self._motions))
 
+    def mark(self, deltas: Iterable[TimelineDelta]) -> Mark:
+        """What `back_to` needs, should the lines of these be dropped again."""
+        motions = (motion for delta in deltas for motion in (delta.motion, *(one.motion for one in delta.segments)))
+        return Mark({one.number: self._motions.get(one.number) for one in motions}, self._checksums.last)
+
+    def back_to(self, mark: Mark) -> None:
+        """The lines since then were not written."""
+        for number, motion in mark.motions.items():
+            if motion is None:
+                self._motions.pop(number, None)
+            else:
+                self._motions[number] = motion
+        self._checksums.last = mark.checksum
+
     def _line(self, record: msgspec.Struct) -> bytes:
         return self._checksums.sealed(_encoder.encode(record)) + b"\n"
 
@@ -83,107 +104,6 @@ class LineEncoder:
 def decode_delta(line: bytes, motions: Motions, joint_count: int) -> TimelineDelta:
     """The delta of a line. Raises msgspec.DecodeError for what is no record, RecordError for a wrong one."""
     return delta_of(_delta_decoder.decode(line), motions, joint_count)
-
-
-# --- writing --------------------------------------------------------------------------------------------
-
-
-class TrajectoryWriter:
-    """A journal: the file holds every delta as soon as `append` returns.
-
-    The header replaces an older file at once; `continued` goes on with one. `durable=False` leaves the syncing to
-    `close` (batch). When a line cannot be written, what there is of it is taken away, and the next call writes it
-    first: the file stays whole, and loses nothing once the disk has room again. Every method raises FileError.
-    """
-
-    def __init__(
-        self, path: str | Path, model: RobotModel, initial: Iterable[Segment], *, durable: bool = True
-    ) -> None:
-        target, lines = Path(path), LineEncoder()
-        header = lines.header(model, initial)
-        with writing(target):
-            beside = create_beside(target)
-        try:
-            with writing(target):
-                beside.stream.write(header)
-                beside.commit()
-        except BaseException:
-            beside.close()
-            raise
-        self._go_on(target, beside.stream, lines, durable, beside.close)
-
-    @classmethod
-    def continued(cls, path: str | Path, recording: Recording, *, durable: bool = True) -> Self:
-        """Go on with a file that was read as `recording`; a torn last line of it is cut off."""
-        writer, target = cls.__new__(cls), Path(path)
-        with writing(target):
-            held = hold(target)
-            stream = target.open("r+b")
-            stream.truncate(recording.size)
-            stream.seek(recording.size - 1)
-            if stream.read(1) != b"\n":
-                stream.write(b"\n")
-            sync(stream)
-        writer._go_on(target, stream, LineEncoder(recording.motions, recording.checksum), durable, held.release)
-        return writer
-
-    def _go_on(
-        self, path: Path, stream: BinaryIO, lines: LineEncoder, durable: bool, release: Callable[[], None]
-    ) -> None:
-        self._release = release
-        self.path, self._stream, self._lines, self._durable = path, stream, lines, durable
-        self._state = (
-            stream.tell() if stream.seekable() else 0,
-            b"",
-        )  # bytes in the file, and those that are to follow
-
-    def append(self, delta: TimelineDelta) -> None:
-        """Add one delta."""
-        size, pending = self._state
-        self._state = (size, pending + self._lines.delta(delta))
-        with writing(self.path):
-            self._put()
-
-    def _put(self) -> None:
-        """Write what is pending: all of it or, when that fails or Ctrl-C comes between, nothing."""
-        size, data = self._state
-        try:
-            self._stream.write(data)
-            if self._durable:
-                sync(self._stream)
-            self._state = (size + len(data), b"")  # at once: it is either written or pending
-        except BaseException:
-            self._take_away()
-            raise
-
-    def _take_away(self) -> None:
-        """The file as it was before what is pending; the stream forgets what it still held of it."""
-        if not self._stream.seekable():
-            return
-        handle = os.dup(self._stream.fileno())
-        with suppress(OSError):
-            self._stream.close()
-        os.ftruncate(handle, self._state[0])
-        os.lseek(handle, 0, os.SEEK_END)
-        self._stream = os.fdopen(handle, "wb")
-
-    def close(self) -> None:
-        """Everything is on the disk afterwards; closing twice is closing once."""
-        if self._stream.closed:
-            return
-        with writing(self.path), self._stream:
-            if self._state[1]:
-                self._put()
-            sync(self._stream)
-        self._release()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def write_trajectory(

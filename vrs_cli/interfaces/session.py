@@ -50,6 +50,7 @@ from vrs_cli.language.runtime import Task
 from vrs_cli.language.values import Value
 
 if TYPE_CHECKING:
+    from vrs_cli.files.journal import Journal
     from vrs_cli.interfaces.editor import Editor
 
 
@@ -86,7 +87,7 @@ class Session:
         self.editor: Editor | None = None
         self.last_edited: str | None = None
         self.layout = Layout()
-        self.journal: Path | None = None  # the file that all motions are written to as they are commanded
+        self.journal: Journal | None = None  # the file that all motions are written to as they are commanded
         self.command_files: list[Path] = []  # those that are carried out, the innermost last
         self.interrupted = False  # by Ctrl-C: what was to come after the present line does not
 

@@ -4,41 +4,54 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vrs_cli.files.atomic import check_writable
+from vrs_cli.errors import FileError
 from vrs_cli.files.continuing import keep_journal
-from vrs_cli.files.trajectory_file import Recording, read_trajectory
+from vrs_cli.files.journal import Journal, taken_up
 from vrs_cli.interfaces.monitor.files import TORN
-from vrs_cli.interfaces.replies import Message
+from vrs_cli.interfaces.replies import Message, Tone
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.render.progress import reading
 
 
 class Recorder:
-    """Reads the file at once, so that a wrong one is refused before the first prompt. Raises FileError."""
+    """Takes and reads the file at once, so that a wrong one is refused before the first prompt. Raises FileError."""
 
     def __init__(self, path: str) -> None:
-        check_writable(path)
         self.path = path
-        self._recording: Recording | None = None
-        if Path(path).exists():
-            with reading(path) as progress:
-                self._recording = read_trajectory(path, progress)
+        self._journal: Journal | None = None
+        self._session: Session | None = None
+        with reading(path) as progress:
+            self._taken = taken_up(Path(path), progress)
 
     @property
     def model(self) -> RobotModel | None:
         """The robot of the file that is there."""
-        return None if self._recording is None else self._recording.model
+        return None if self._taken.recording is None else self._taken.recording.model
 
     def begin(self, session: Session) -> Message:
         """Write from now on; what is said of it. Raises UsageError for a file of another robot, FileError."""
-        engine = session.engine
-        keep_journal(self.path, self._recording, engine)
-        session.journal = Path(self.path)
-        if self._recording is None:
+        engine, recording = session.engine, self._taken.recording
+        self._session = session
+        session.journal = self._journal = keep_journal(self._taken, session.branches, self._tell)
+        if recording is None:
             return Message(f"{self.path} is begun")
         commands = len(engine.history.done)
-        torn = f"{TORN}\n" if self._recording.dropped_tail else ""
+        torn = f"{TORN}\n" if recording.dropped_tail else ""
         return Message(
             f"{torn}{self.path} goes on: {commands} command{'s' if commands != 1 else ''}, clock at {engine.now:.3f} s"
         )
+
+    def _tell(self, text: str) -> None:
+        if self._session is not None:
+            self._session.terminal.show(Message(text, Tone.ERROR))
+
+    def close(self) -> None:
+        """The session is over: the last look at the file, which others may write then."""
+        if self._journal is None:
+            self._taken.close()
+            return
+        try:
+            self._journal.close()
+        except FileError as error:
+            self._tell(str(error))

@@ -19,7 +19,16 @@ def main(robot: str | None = None, file: str | None = None, save: str | None = N
     `save`: a trajectory file that is written on, or begun; without `robot` its robot is taken. On a pipe the status is
     1 when a line could not be carried out.
     """
-    recorder, model = _recorder(save), None if robot is None else load(robot)
+    recorder = _recorder(save)
+    try:
+        return _run(robot, file, recorder, clock)
+    finally:
+        if recorder is not None:
+            recorder.close()
+
+
+def _run(robot: str | None, file: str | None, recorder: Recorder | None, clock: Clock | None) -> int:
+    model = None if robot is None else load(robot)
     if recorder is not None and model is None:
         model = recorder.model
     if sys.stdin.isatty() and sys.stdout.isatty():

@@ -35,7 +35,8 @@ def may_replace(session: Session, program: str) -> bool:
 def may_write(session: Session, path: Path) -> None:
     """Raises FileExists where the user does not want a file overwritten, or nobody can be asked, FileError for the
     journal of this session."""
-    if session.journal is not None and path.exists() and session.journal.exists() and path.samefile(session.journal):
+    journal = session.journal
+    if journal is not None and path.exists() and journal.path.exists() and path.samefile(journal.path):
         raise FileError(f"{path} holds all of this session already, and is being written", "name another file")
     if path.exists() and session.engine.parameters.switch("INTERACTIVE"):  # noqa: SIM102
         if not session.terminal.confirm(f"{path} exists. Overwrite it (Y/N)?"):

@@ -20,30 +20,24 @@ if TYPE_CHECKING:
 
 
 def _undo(session: Session, it: Instruction) -> Iterator[Reply]:
-    engine = session.engine
-    texts = [step.delta.motion.text for step in reversed(engine.history.done)]
-    count = _steps_back(session, it, texts, "undo")
-    for _ in range(count):
-        engine.undo()
-    yield Message(f"{_counted(texts[:count], 'undone')}; the clock is at {engine.now:.3f} s")
+    engine, count = session.engine, _steps_back(session, it)
+    texts = [step.delta.motion.text for step in engine.history.done[: -count - 1 : -1]]
+    engine.undo(count)
+    yield Message(f"{_counted(texts, 'undone')}; the clock is at {engine.now:.3f} s")
 
 
 def _redo(session: Session, it: Instruction) -> Iterator[Reply]:
-    engine = session.engine
-    texts = [undone.step.delta.motion.text for undone in reversed(engine.history.undone)]
-    count = _steps_back(session, it, texts, "redo")
-    for _ in range(count):
-        engine.redo()
-    yield Message(f"{_counted(texts[:count], 'done again')}; the clock is at {engine.now:.3f} s")
+    engine, count = session.engine, _steps_back(session, it)
+    texts = [undone.step.delta.motion.text for undone in engine.history.undone[: -count - 1 : -1]]
+    engine.redo(count)
+    yield Message(f"{_counted(texts, 'done again')}; the clock is at {engine.now:.3f} s")
 
 
-def _steps_back(session: Session, it: Instruction, texts: Sequence[str], what: str) -> int:
-    """How many commands UNDO or REDO is to take. Raises UsageError where there are not so many, IllegalValue."""
+def _steps_back(session: Session, it: Instruction) -> int:
+    """How many commands UNDO or REDO is to take. Raises IllegalValue."""
     count = whole(real_or(session, it, 0, 1.0))
     if count < 1:
         raise IllegalValue(f"{it.word} {count}", "at least one command")
-    if 1 < count > len(texts) > 0:
-        raise UsageError(f"there are not {count} motions to {what}", f"at most {it.word} {len(texts)}")
     return count
 
 

@@ -1,0 +1,177 @@
+"""Every change is written down before it happens; what cannot be written down does not happen, but for braking."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import radians
+
+import pytest
+
+from tests.engine.wall import ManualWall
+from vrs_cli.engine.branches import Branches
+from vrs_cli.engine.commands import (
+    Brake,
+    Delay,
+    JointOffsetTarget,
+    Move,
+    OperateHand,
+    SetBase,
+    SetTool,
+    Stamp,
+)
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import FileError
+from vrs_cli.interfaces.steering import Steering
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import translation
+from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.timeline import Timeline
+
+
+class Paper:
+    """A journal in memory. `torn`: nothing can be written; `owed`: changes that happened all the same."""
+
+    def __init__(self, engine: Engine) -> None:
+        self.engine, self.torn = engine, False
+        self.lines: list[TimelineDelta] = []
+        self.owed = 0
+
+    def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
+        assert not self.engine.heard or self.engine.timeline.version == deltas[0].version, "it has happened already"
+        assert deltas[0].version == len(self.lines)
+        if self.torn and not happens:
+            raise FileError("no paper")
+        self.owed += self.torn
+        self.lines += deltas
+
+    def timeline(self) -> Timeline:
+        timeline = self.engine.initial
+        for delta in self.lines:
+            timeline = timeline.apply(delta)
+        return timeline
+
+
+@pytest.fixture
+def engine() -> Engine:
+    engine = Engine(load_robot("puma560"))
+    engine.journal = Paper(engine)
+    for joint in (1, 2, 3):
+        engine.perform(drive(joint, 20.0))
+    engine.undo()
+    return engine
+
+
+def paper(engine: Engine) -> Paper:
+    assert isinstance(engine.journal, Paper)
+    return engine.journal
+
+
+def drive(joint: int, degrees: float, at: float | None = None) -> Move:
+    stamp = None if at is None else Stamp(at)
+    return Move(JointOffsetTarget(joint, radians(degrees)), straight=False, stamp=stamp)
+
+
+def state(engine: Engine) -> object:
+    """All that a command may change."""
+    line = engine.line()
+    return (
+        line.timeline,
+        line.timeline.version,
+        line.deltas,
+        tuple(line.history.done),
+        tuple(line.history.undone),
+        line.number,
+        line.clock,
+        repr(line.parameters),
+    )
+
+
+def steer(engine: Engine) -> None:
+    ready = engine.model.poses["ready"]
+    Steering(engine).to((0.2, *ready[1:]), engine.now + 0.01)
+
+
+CHANGES: dict[str, Callable[[Engine], object]] = {
+    "motion": lambda engine: engine.perform(drive(4, 10.0)),
+    "motion at a time": lambda engine: engine.perform(drive(4, 10.0, at=0.1)),
+    "motion of a program": lambda engine: engine.begin(drive(4, 10.0), program=True),
+    "delay": lambda engine: engine.perform(Delay(1.0)),
+    "hand": lambda engine: engine.perform(OperateHand(1.0, immediate=True)),
+    "tool": lambda engine: engine.perform(SetTool(translation(0.0, 0.0, 0.1))),
+    "base": lambda engine: engine.perform(SetBase(translation(0.0, 0.0, 0.1))),
+    "undo": lambda engine: engine.undo(),
+    "undo 2": lambda engine: engine.undo(2),
+    "redo": lambda engine: engine.redo(),
+    "redirect": lambda engine: engine.redirect((0.1, *engine.model.poses["ready"][1:])),
+    "steer": steer,
+}
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_what_cannot_be_written_down_does_not_happen(engine: Engine, change: Callable[[Engine], object]) -> None:
+    before, clock = state(engine), engine.now
+    paper(engine).torn = True
+    with pytest.raises(FileError, match="no paper"):
+        change(engine)
+    engine.clock.set(clock)  # a stream waits for the time of its target
+    assert state(engine) == before
+    paper(engine).torn = False
+    change(engine)
+    assert state(engine) != before
+    assert paper(engine).timeline() == engine.timeline
+
+
+@pytest.mark.parametrize("stop", [Engine.stop, lambda engine: engine.perform(Brake())], ids=["stop", "BRAKE"])
+def test_the_robot_brakes_whether_that_can_be_written_down_or_not(engine: Engine, stop: Callable) -> None:
+    engine.perform(drive(1, -60.0, at=engine.now))
+    end, paper(engine).torn = engine.end, True
+    engine.clock.advance(engine.now + 0.1)
+    stop(engine)
+    assert engine.now < engine.end < end
+    assert paper(engine).owed == 1
+    assert paper(engine).timeline() == engine.timeline
+
+
+def test_undo_of_several_is_written_as_a_whole(engine: Engine) -> None:
+    before, written = engine.timeline, len(paper(engine).lines)
+    engine.redo()
+    engine.undo(3)
+    assert (len(engine.history.done), len(paper(engine).lines)) == (0, written + 4)
+    engine.redo(2)
+    assert (engine.timeline, paper(engine).timeline()) == (before, before)
+
+
+@pytest.mark.parametrize("changed", [False, True], ids=["carried on", "planned again"])
+def test_a_merge_that_cannot_be_written_down_changes_nothing(engine: Engine, changed: bool) -> None:
+    branches = Branches(engine)
+    branches.make("trial")
+    engine.perform(drive(5, 10.0))
+    engine.perform(drive(6, 10.0))
+    if changed:
+        branches.change_over("main")
+        engine.perform(drive(4, 10.0))
+        branches.change_over("trial")
+    main, trial, written = branches.line("main").deltas, state(engine), len(paper(engine).lines)
+    paper(engine).torn = True
+    with pytest.raises(FileError):
+        branches.merge("trial")
+    assert (branches.present, branches.line("main").deltas, len(paper(engine).lines)) == ("trial", main, written)
+    assert state(engine) == trial
+    paper(engine).torn = False
+    branches.merge("trial")
+    assert paper(engine).timeline() == engine.timeline
+
+
+def test_in_real_time_too() -> None:
+    wall = ManualWall()
+    live = Engine(load_robot("puma560"), clock=wall.clock())
+    live.journal = Paper(live)
+    live.perform(drive(1, 60.0))
+    before, paper(live).torn = live.timeline, True
+    with pytest.raises(FileError):
+        live.perform(drive(2, 10.0))
+    assert live.timeline is before
+    wall.seconds += 0.2
+    live.stop()
+    assert live.end < before.end
+    assert paper(live).timeline() == live.timeline

@@ -1,0 +1,46 @@
+"""A journal of given changes, as an engine would keep it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from tests.files.trajectories import initial, puma
+from vrs_cli.files.journal import Course, Journal, Taken, taken, taken_up
+from vrs_cli.files.trajectory_file import read_trajectory
+from vrs_cli.trajectory.delta import TimelineDelta
+
+
+class Kept:
+    """`happened`: the changes so far; `told`: what a user was told meanwhile."""
+
+    def __init__(self, it: Taken, *, durable: bool = True) -> None:
+        recording = it.recording
+        self.happened: list[TimelineDelta] = [] if recording is None else list(recording.deltas)
+        self.told: list[str] = []
+        try:
+            self.journal = Journal(it, self._course, self.told.append, durable=durable)
+        except BaseException:
+            it.close()
+            raise
+
+    @classmethod
+    def new(cls, path: Path, *, durable: bool = True) -> Kept:
+        return cls(taken(path), durable=durable)
+
+    @classmethod
+    def on(cls, path: Path) -> Kept:
+        return cls(taken_up(path))
+
+    def _course(self) -> Course:
+        return Course(puma(), [initial()], self.happened)
+
+    def happen(self, *deltas: TimelineDelta, anyway: bool = False) -> None:
+        """Written down, then done. Raises FileError, and nothing is done."""
+        self.journal.record(deltas, happens=anyway)
+        self.happened += deltas
+
+    @property
+    def written(self) -> Sequence[TimelineDelta]:
+        """What somebody reads in the file now."""
+        return read_trajectory(self.journal.path).deltas
