@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from vrs_cli.engine.parameters import PARAMETERS
 from vrs_cli.errors import CannotInterpret, IllegalExpression, InvalidName, InvalidNumber, NotAvailable
 from vrs_cli.language import ast
 from vrs_cli.language.ast import Expression, Span
@@ -126,6 +127,15 @@ def _to_word(expression: Expression) -> Expression:
     return expression
 
 
+def _to_setting(expression: Expression) -> Expression:
+    """A word that some parameter takes is not the variable of that name."""
+    word = _to_word(expression) if isinstance(expression, ast.Variable) else expression
+    return word if isinstance(word, ast.Word) and word.text.upper() in _SETTINGS else expression
+
+
+_SETTINGS = frozenset(word for row in PARAMETERS.values() for word in row.words)
+
+
 def _to_applied(expression: Expression) -> Expression:
     """`$name(a)` looks like a function."""
     if isinstance(expression, ast.Call) and expression.name[0] == "$" and expression.name not in FUNCTIONS:
@@ -154,6 +164,7 @@ _SHAPED: Mapping[Shape, Callable[[Expression], Expression]] = {
     Shape.LOCATION_VARIABLE: _to_variable,
     Shape.STRING_VARIABLE: _to_variable,
     Shape.UNIT: _to_variable,
+    Shape.SETTING: _to_setting,
 }
 
 

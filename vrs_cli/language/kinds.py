@@ -130,7 +130,8 @@ class Expressions:
 
     def _setting(self, expression: Expression) -> None:
         """A bare name may be a word of the parameter (SCURVE)."""
-        if not isinstance(expression, ast.Variable) or expression.indexes is not None or expression.sigil:
+        bare = isinstance(expression, ast.Variable) and expression.indexes is None and not expression.sigil
+        if not bare and not isinstance(expression, ast.Word):
             self.value(expression, PRINTED)
 
     # --- values ---

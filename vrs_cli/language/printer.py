@@ -254,8 +254,6 @@ def _capital(expression: Expression | None, shape: Shape) -> Expression | None:
     """The words of switches, parameters and their settings in upper case."""
     if shape in _CAPITAL and isinstance(expression, ast.Word):
         return ast.Word(expression.text.upper(), expression.span)
-    if shape is Shape.SETTING and isinstance(expression, ast.Variable) and expression.indexes is None:
-        return ast.Word(expression.sigil + expression.name.upper(), expression.span)
     return expression
 
 

@@ -12,10 +12,9 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.session import Session
-from vrs_cli.language.analyzer import is_reserved
 from vrs_cli.language.ast import Kind
 from vrs_cli.language.diagnostics import LineRefused
-from vrs_cli.language.instructions import PROGRAM_WORDS
+from vrs_cli.language.instructions import PROGRAM_WORDS, RESERVED
 from vrs_cli.language.monitor import COMMANDS
 
 
@@ -48,7 +47,7 @@ def test_a_name_alone_is_the_variable_and_its_array() -> None:
 SHORT = tuple(
     name
     for name in (*ascii_lowercase, *map("".join, product(ascii_lowercase, repeat=2)))
-    if name.upper() not in {*COMMANDS, *PROGRAM_WORDS} and not is_reserved(name)
+    if name.upper() not in {*COMMANDS, *PROGRAM_WORDS, *RESERVED}
 )
 
 
