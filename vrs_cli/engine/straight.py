@@ -6,9 +6,10 @@ a singularity, is refused before it starts, with the place.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from math import dist
+from functools import reduce
+from math import dist, sqrt
 
 from vrs_cli.engine.following import FEWER_SAMPLES, PASSED, SAMPLES, Follower, Sample, seeds_of
 from vrs_cli.engine.load import ROUNDING, Load, StretchLoad
@@ -21,13 +22,13 @@ from vrs_cli.trajectory import smooth
 from vrs_cli.trajectory.blend import JointState, ToolLimits, ToolState, ToolStretch, straight_motion, straight_stop
 from vrs_cli.trajectory.motion import Motion, Profile
 from vrs_cli.trajectory.scurve import NoTimes
-from vrs_cli.trajectory.segment import CartesianPath, Segment, Turn
+from vrs_cli.trajectory.segment import CartesianPath, Phase, Segment, Turn
 
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
 NEAR_START = 0.05  # [m] of the start of a line, where its singular pose is what stops it
 SPARE = 1.001  # a line is slowed so much more than it must be, to be done with it
 SAME_VELOCITY = 5e-7  # [rad/s] two joint velocities that are one
-EAGER = 1.8
+EAGER = 1.05  # a line that starts in motion is slowed so much more than its load
 ATTEMPTS = 6  # to slow down a line that starts in motion
 SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER STRETCH says otherwise
 
@@ -113,21 +114,33 @@ class _Line:
         slowed = 1.0
         for _ in range(ATTEMPTS):
             stretches = self._stretches(self.limits)
-            seeds, load = self._follow(stretches)
+            seeds, loads = self._follow(stretches)
+            load = _worst(loads)
             if load.slowing <= 1.0 + ROUNDING:
                 return self._laid(stretches, seeds, start)
-            by_velocity, by_acceleration = _eased(load.velocity), _eased(load.acceleration)
-            self.limits = self.limits.slowed(by_velocity, by_acceleration, _eased(load.jerk))
-            self.least *= by_velocity
-            slowed *= by_velocity
+            slowed *= self._ease(stretches, loads)
             if slowed > self.slowest:
                 break
         raise self._too_singular(load)
 
+    def _ease(self, stretches: list[ToolStretch], loads: list[Load]) -> float:
+        """Ask less of what asked too much: of the blend, of slowing down, or of the speed; by how much of that."""
+        blend, cruise, slow = (
+            _worst(load for stretch, load in zip(stretches, loads, strict=True) if stretch.phase is phase)
+            for phase in (Phase.BLEND, Phase.CRUISE, Phase.DECELERATE)
+        )
+        by_velocity = _eased(max(blend.velocity, cruise.velocity, slow.velocity, sqrt(cruise.acceleration)))
+        by_acceleration, by_jerk = _eased(slow.acceleration), _eased(slow.jerk)
+        limits = self.limits.slowed(by_velocity, by_acceleration, by_jerk)
+        self.limits = limits.blended(_eased(blend.acceleration) / by_acceleration, _eased(blend.jerk) / by_jerk)
+        self.least *= by_velocity
+        return by_velocity
+
     def _from_rest(self, start: float) -> tuple[Segment, ...]:
         """From rest the line is slowed down by stretching its time as a whole: once, exactly, on the same path."""
         stretches = self._stretches(self.limits)
-        seeds, load = self._follow(stretches)
+        seeds, loads = self._follow(stretches)
+        load = _worst(loads)
         if load.slowing > 1.0:
             if load.slowing > self.slowest:
                 raise self._too_singular(load)
@@ -153,9 +166,9 @@ class _Line:
                 "use MOVE, or let the arm come to rest first",
             ) from None
 
-    def _follow(self, stretches: list[ToolStretch]) -> tuple[list[Seeds], Load]:
-        """The joints of each stretch, and the greatest load on a joint."""
-        seeds, load, near = [], Load(), self.joints.joints
+    def _follow(self, stretches: list[ToolStretch]) -> tuple[list[Seeds], list[Load]]:
+        """The joints of each stretch, and the greatest load on a joint in each."""
+        seeds, loads, near = [], [], self.joints.joints
         started: Joints | None = None
         before: Sample | None = None
         steps = FEWER_SAMPLES if self.smoothly else SAMPLES
@@ -165,11 +178,11 @@ class _Line:
             if started is None:
                 started = self._started(samples[0])
             asked = StretchLoad(self.follower, path, samples)
-            load = load.worse(asked.smooth(started) if self.smoothly else asked.parabolic(started))
+            loads.append(asked.smooth(started) if self.smoothly else asked.parabolic(started))
             seeds.append(seeds_of(samples, self.arm.seed_step))
             before = samples[-1]
             near = before.joints
-        return seeds, load
+        return seeds, loads
 
     def _started(self, first: Sample) -> Joints:
         """The joint velocities with which the line starts: those that there are, but where the arm is singular."""
@@ -225,6 +238,10 @@ def line_stop(arm: RobotArm, state: ToolState, joints: JointState, motion: Motio
     return stop.segments(start)
 
 
+def _worst(loads: Iterable[Load]) -> Load:
+    return reduce(Load.worse, loads, Load())
+
+
 def _eased(load: float) -> float:
     """By how much to slow down for a load: in motion the start stays as it is, so more than in proportion."""
-    return 1.0 + EAGER * max(load - 1.0, 0.0) * SPARE
+    return load * EAGER if load > 1.0 + ROUNDING else 1.0

@@ -91,7 +91,10 @@ class JointLimits:
 
 @dataclass(frozen=True, slots=True)
 class ToolLimits:
-    """What the tool tip may do in a motion [m/s, m/s2, rad/s, rad/s2, m/s3, rad/s3]."""
+    """What the tool tip may do in a motion [m/s, m/s2, rad/s, rad/s2, m/s3, rad/s3].
+
+    `blending`, `blending_jerk`: how many times these accelerations and jerks a blend out of a motion may have.
+    """
 
     speed: float
     acceleration: float
@@ -99,17 +102,24 @@ class ToolLimits:
     spin_acceleration: float
     jerk: float = inf
     spin_jerk: float = inf
+    blending: float = CORNER
+    blending_jerk: float = CORNER
 
     def slowed(self, velocity: float, acceleration: float, jerk: float = 1.0) -> ToolLimits:
         """Velocities divided by the first factor, accelerations by the second, jerks by the third."""
-        return ToolLimits(
-            self.speed / velocity,
-            self.acceleration / acceleration,
-            self.spin / velocity,
-            self.spin_acceleration / acceleration,
-            self.jerk / jerk,
-            self.spin_jerk / jerk,
+        return replace(
+            self,
+            speed=self.speed / velocity,
+            acceleration=self.acceleration / acceleration,
+            spin=self.spin / velocity,
+            spin_acceleration=self.spin_acceleration / acceleration,
+            jerk=self.jerk / jerk,
+            spin_jerk=self.spin_jerk / jerk,
         )
+
+    def blended(self, acceleration: float, jerk: float) -> ToolLimits:
+        """The acceleration of a blend divided by the first factor, its jerk by the second."""
+        return replace(self, blending=self.blending / acceleration, blending_jerk=self.blending_jerk / jerk)
 
 
 def laid(start: float, motion: Motion, stretches: Iterator[tuple[float, Phase, Path]]) -> tuple[Segment, ...]:
@@ -261,10 +271,10 @@ class _Line:
             _, angle = self.turn(0.0)
             position = Component(length(self.displacement), 0.0, limits.speed, limits.acceleration)
             return from_rest([position, Component(angle, 0.0, limits.spin, limits.spin_acceleration)], least)
-        blending = CORNER * limits.acceleration
+        blending = limits.blending * limits.acceleration
         part = VectorPart(self.displacement, state.velocity, limits.speed, limits.acceleration, blending)
         speed = length(state.velocity)
-        shortest = max(max(speed - limits.speed, 0.0) / blending, self.spin / (CORNER * limits.spin_acceleration))
+        shortest = max(max(speed - limits.speed, 0.0) / blending, self.spin / (limits.blending * limits.spin_acceleration))
         guess = max(speed / limits.acceleration, shortest)
         return search(lambda blend: self._demands(part, blend), shortest, guess, least)
 
@@ -274,7 +284,7 @@ class _Line:
         _, angle = self.turn(blend)
         if angle > NEGLIGIBLE:
             limits = self.limits
-            high = min(high, limits.spin / angle, (CORNER * limits.spin_acceleration * blend - self.spin) / angle)
+            high = min(high, limits.spin / angle, (limits.blending * limits.spin_acceleration * blend - self.spin) / angle)
             slowing = max(slowing, angle / limits.spin_acceleration)
         return Demand(low, high, slowing)
 

@@ -11,7 +11,7 @@ from itertools import accumulate, pairwise
 
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
 from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, rotation_about
-from vrs_cli.trajectory.blend import CORNER, STEADY, JointLimits, JointState, ToolLimits, ToolState, ToolStretch, laid
+from vrs_cli.trajectory.blend import STEADY, JointLimits, JointState, ToolLimits, ToolState, ToolStretch, laid
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import Polynomial, value
@@ -236,7 +236,7 @@ class _Line:
         )
         ramp = max(limits.acceleration / limits.jerk, limits.spin_acceleration / limits.spin_jerk)
         settling = max(
-            length(self.acceleration) / (CORNER * limits.jerk), length(self.spin_rate) / (CORNER * limits.spin_jerk)
+            length(self.acceleration) / (limits.blending_jerk * limits.jerk), length(self.spin_rate) / (limits.blending_jerk * limits.spin_jerk)
         )
         guess = Change(max(1.01 * settling, min(ramp, slowest)), slowest, ramp)
         return search(self._demands, guess, settling, least)
@@ -277,16 +277,16 @@ class _Line:
             limits.speed,
             limits.acceleration,
             limits.jerk,
-            CORNER * limits.acceleration,
-            CORNER * limits.jerk,
+            limits.blending * limits.acceleration,
+            limits.blending_jerk * limits.jerk,
         )
         _, angle = self.turn(change)
         turning = (
             limits.spin,
             limits.spin_acceleration,
             limits.spin_jerk,
-            CORNER * limits.spin_acceleration,
-            CORNER * limits.spin_jerk,
+            limits.blending * limits.spin_acceleration,
+            limits.blending_jerk * limits.spin_jerk,
         )
         return both(vector_bounds(part, change), turn_bounds(angle, change, self.spin, self.spin_rate, turning))
 
