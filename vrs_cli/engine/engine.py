@@ -206,7 +206,7 @@ class Engine:
         executed = self._in_time(move.text, executed)
         motion = self._motion(move, start, executed)
         if not self.parameters.switch("DRY.RUN"):
-            self._edit(motion, executed)
+            executed = self._edit(motion, executed).executed
         self.parameters.motion_taken()
         if isinstance(move.target, JointTarget | NamedTarget):
             self.parameters.asked = Asked()
@@ -279,7 +279,7 @@ class Engine:
         parameters = self.parameters
         under_way = self.timeline.locate(executed)[0].motion
         wanted = move.hand if move.hand is not None else parameters.hand
-        goal = resolve(self.arm, parameters, move, self._situation(move, executed, under_way.frames))
+        goal = resolve(self.arm, parameters, move, self._situation(move, start, executed, under_way.frames))
         motion = Motion(
             number=self._number + 1,
             kind=Kind.JOINT if goal.pose is None else Kind.STRAIGHT,
@@ -297,10 +297,13 @@ class Engine:
         )
         return self._at_speed(motion, move)
 
-    def _situation(self, move: Move, executed: float, frames: Frames) -> Situation:
-        """A motion with a time stamp follows the one that is under way then, another the last one."""
-        before = self.destination(executed if move.stamp is not None else self.end)
-        return Situation(joints_at(self.arm, self.timeline, executed), before.joints, frames)
+    def _situation(self, move: Move, start: Start, executed: float, frames: Frames) -> Situation:
+        """A motion with a time stamp follows the one that is under way then, another the last one: one that rounds the
+        corner there goes to the same joints as one that begins in it.
+        """
+        before = self.destination(executed if move.stamp is not None else self.end).joints
+        here = before if start is Start.BLEND else joints_at(self.arm, self.timeline, executed)
+        return Situation(here, before, frames)
 
     def _at_speed(self, motion: Motion, move: Move) -> Motion:
         """With the speeds that are in force: actual = monitor x program."""
@@ -482,7 +485,9 @@ class Engine:
 
     # --- changing the timeline ---
 
-    def _edit(self, motion: Motion, executed: float, insert: bool | None = None, *, happens: bool = False) -> None:
+    def _edit(
+        self, motion: Motion, executed: float, insert: bool | None = None, *, happens: bool = False
+    ) -> TimelineDelta:
         """Plan, write down, apply."""
         if insert is None:
             insert = self.parameters.values["INSERT"] == "ON"
@@ -490,6 +495,7 @@ class Engine:
         delta = self._planned(motion, issued, executed, insert)
         self._write_down([delta], happens=happens)
         self.commit(delta, issued, insert)
+        return delta
 
     def _planned(self, motion: Motion, issued: float, executed: float, insert: bool) -> TimelineDelta:
         slowest = float(self.parameters.values["STRETCH"])

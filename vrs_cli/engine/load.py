@@ -282,7 +282,7 @@ def _first_peak(velocity: float, rate: float, mean: float, lasting: float) -> fl
 
 
 def _peaks_between(a: Moment, b: Moment) -> Rates:
-    """The joint accelerations where jerks that change their sign between two moments are zero; 0 of the other joints."""
+    """The joint accelerations where jerks that change their sign between two moments are zero; 0 of other joints."""
     lasting = b.sample.s - a.sample.s
     rows = zip(a.acceleration, a.jerk, b.jerk, strict=True)
     return a.sample.s, tuple([v + 0.5 * lasting * x * x / (x - y) if x * y < 0.0 else 0.0 for v, x, y in rows])

@@ -119,18 +119,27 @@ def standing(here: Here) -> Here:
 def plan_motion(
     arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float = SLOWEST
 ) -> tuple[Segment, ...]:
-    """The segments of a motion that starts at `start` [s] from a state; it ends at rest."""
-    return _PLANS[motion.kind](arm, here, motion, start, slowest)
+    """The segments of a motion that starts at `start` [s] from a state; it ends at rest. Where its own way does not go
+    there out of a motion, it brakes first. Raises MotionError, NoRoomToStop.
+    """
+    try:
+        return _PLANS[motion.kind](arm, here, motion, start, slowest)
+    except NoWay:
+        return _braked_first(arm, here, motion, start, slowest)
 
 
-def _plan_joint(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
+class NoWay(Exception):
+    """A motion has no way that begins with the velocities that there are."""
+
+
+def _plan_joint(arm: RobotArm, here: Here, motion: Motion, start: float, _slowest: float) -> tuple[Segment, ...]:
     assert motion.goal is not None
     limits = joint_limits(arm, motion)
     planned = smooth.joint_motion if motion.profile is Profile.SCURVE else joint_motion
     segments = planned(here.joints, motion.goal, limits, start, motion, motion.duration)
     if here.joints.at_rest or stays_inside(arm, segments):
         return segments or _there_already(here, start, motion)
-    return _braked_first(arm, here, motion, start, slowest)
+    raise NoWay
 
 
 def _plan_straight(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
@@ -138,10 +147,10 @@ def _plan_straight(arm: RobotArm, here: Here, motion: Motion, start: float, slow
     try:
         segments = straight_segments(arm, tool, here.joints, motion, start, slowest)
         return segments or _there_already(here, start, motion)
-    except MotionError:
+    except MotionError as error:
         if here.joints.at_rest:
             raise
-        return _braked_first(arm, here, motion, start, slowest)
+        raise NoWay from error
 
 
 def _there_already(here: Here, start: float, motion: Motion) -> tuple[Segment, ...]:
@@ -149,10 +158,10 @@ def _there_already(here: Here, start: float, motion: Motion) -> tuple[Segment, .
     return (rest(here.joints.joints, 0.0, start, motion),)
 
 
-def _plan_rest(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
+def _plan_rest(_arm: RobotArm, here: Here, motion: Motion, start: float, _slowest: float) -> tuple[Segment, ...]:
     if here.joints.at_rest:
         return (rest(here.joints.joints, on_grid(motion.duration), start, motion),)
-    return _braked_first(arm, here, motion, start, slowest)
+    raise NoWay
 
 
 def _plan_steered(_arm: RobotArm, _here: Here, _motion: Motion, _start: float, _slowest: float) -> tuple[Segment, ...]:
@@ -275,6 +284,8 @@ def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float |
     last = slowing[-1]
     if rounding is None:
         return slowing[0].start
+    if rounding <= SAME_PLACE:
+        return last.finish
     corner = _tip(arm, last, last.duration)
     for segment in slowing:
         if distance(_tip(arm, segment, segment.duration), corner) <= rounding:
@@ -300,6 +311,31 @@ def _tip(arm: RobotArm, segment: Segment, s: float) -> Transform:
     return compose(arm.forward(segment_joints(arm, segment, s)), segment.motion.frames.tool)
 
 
+@dataclass(frozen=True, slots=True)
+class Departure:
+    """When a motion may begin [s], and the state then."""
+
+    begin: float
+    here: Here
+
+
+def plan_corner(
+    arm: RobotArm, moving: Departure, resting: Departure, motion: Motion, slowest: float = SLOWEST
+) -> tuple[Segment, ...]:
+    """A motion that rounds the corner where the one before would end, or begins once the arm stands there: what is
+    over first. Raises MotionError where it is possible from neither.
+    """
+    try:
+        rounded = _PLANS[motion.kind](arm, moving.here, motion, moving.begin, slowest)
+    except NoWay:
+        return plan_motion(arm, resting.here, motion, resting.begin, slowest)
+    try:
+        stopped = plan_motion(arm, resting.here, motion, resting.begin, slowest)
+    except MotionError:
+        return rounded
+    return min(rounded, stopped, key=lambda segments: segments[-1].finish)
+
+
 # --- the edit --------------------------------------------------------------------------------------------------
 
 
@@ -318,14 +354,10 @@ def plan(
     `insert` false: what was scheduled after it is dropped. Raises MotionError when the motion, or a scheduled one that
     would have to be planned again, is not possible; the message names the latter.
     """
-    place, begin = place_at(arm, timeline, executed), executed
-    try:
-        new = plan_motion(arm, place.here, motion, begin, slowest)
-    except NoRoomToStop:
-        place, begin = _next_rest(arm, timeline, place.keep)
-        new = plan_motion(arm, place.here, motion, begin, slowest)
+    place, new = _begun(arm, timeline, motion, executed, slowest)
+    begin = new[0].start
     if insert:
-        replanned = _Rescheduling(arm, timeline, place, begin, new, standing(place.here), slowest).result()
+        replanned = _Rescheduling(arm, timeline, place, new, slowest).result()
     else:
         replanned = Replanned(new, len(timeline) - place.keep, 0.0)
     return TimelineDelta(
@@ -333,7 +365,7 @@ def plan(
         cause=Cause.COMMAND,
         motion=motion,
         issued=issued,
-        executed=executed,
+        executed=begin if motion.start is Start.BLEND else executed,
         cut=begin,
         keep=place.keep,
         drop=replanned.drop,
@@ -369,6 +401,22 @@ def place_at(arm: RobotArm, timeline: Timeline, t: float) -> Place:
     return Place(keep, here if moving else standing(here), timeline[keep].motion)
 
 
+def _begun(
+    arm: RobotArm, timeline: Timeline, motion: Motion, executed: float, slowest: float
+) -> tuple[Place, tuple[Segment, ...]]:
+    """Where a motion cuts the timeline, and its segments: out of what is under way, or once the arm stands."""
+    place = place_at(arm, timeline, executed)
+    if motion.start is Start.BLEND and place.interrupted is not None:
+        corner, end = _next_rest(arm, timeline, place.keep)
+        new = plan_corner(arm, Departure(executed, place.here), Departure(end, corner.here), motion, slowest)
+        return place if new[0].start == executed else corner, new
+    try:
+        return place, plan_motion(arm, place.here, motion, executed, slowest)
+    except NoRoomToStop:
+        place, begin = _next_rest(arm, timeline, place.keep)
+        return place, plan_motion(arm, place.here, motion, begin, slowest)
+
+
 def _next_rest(arm: RobotArm, timeline: Timeline, keep: int) -> tuple[Place, float]:
     """The first place and time at which the robot stands after the first `keep` segments have begun."""
     while True:
@@ -398,15 +446,13 @@ class _Rescheduling:
         arm: RobotArm,
         old: Timeline,
         cut: Place,
-        executed: float,
         new: tuple[Segment, ...],
-        here: Here,
         slowest: float,
     ) -> None:
         self.arm, self.old, self.cut, self.slowest = arm, old, cut, slowest
         self.planned = list(new)
-        self.end = new[-1].finish if new else executed  # of what is planned
-        self.place = self._rest_of(new) if new else here  # where the robot is then
+        self.end = new[-1].finish  # of what is planned
+        self.place = self._rest_of(new)  # where the robot is then
         self.index = self._after(cut.interrupted, cut.keep) if cut.interrupted else cut.keep
 
     def result(self) -> Replanned:
@@ -445,35 +491,31 @@ class _Rescheduling:
         motion = self.old[after - 1].motion  # not of its first segment, a stop of another profile where it braked first
         try:
             motion = aimed(self.arm, motion, self.place.joints.joints)
-            begin, segments = self._segments(motion, following)
+            segments = self._segments(motion, following)
         except MotionError as error:
             error.detail = f"when {motion.text or 'the next motion'}, scheduled later, is planned again: {error.detail}"
             raise
+        self._end_at(segments[0].start)
         self.planned += segments
-        if segments:
-            self.end, self.place = segments[-1].finish, self._rest_of(segments)
-        else:
-            self.end = begin
+        self.end, self.place = segments[-1].finish, self._rest_of(segments)
         self.index = after
 
-    def _segments(self, motion: Motion, following: Segment) -> tuple[float, tuple[Segment, ...]]:
-        """When a motion begins, and its segments: out of the motion before where it did so and there is room."""
-        begin = self._out_of_motion(motion, following)
-        if begin is not None:
-            before = list(self.planned)
-            here = self._ended(begin)
+    def _segments(self, motion: Motion, following: Segment) -> tuple[Segment, ...]:
+        """The segments of a motion: out of the one before where it blends into that, or interrupts it."""
+        resting = Departure(self._begin(following), self.place)
+        if self._blends(motion):
+            begin = rounding_begins(self.arm, slowing_down(self.planned), motion.rounding)
+            return plan_corner(self.arm, self._departure(begin), resting, motion, self.slowest)
+        if self._interrupts(following):
+            moving = self._departure(following.start)
             try:
-                return begin, plan_motion(self.arm, here, motion, begin, self.slowest)
+                return plan_motion(self.arm, moving.here, motion, moving.begin, self.slowest)
             except NoRoomToStop:
-                self.planned = before
-        begin = self._begin(following)
-        return begin, plan_motion(self.arm, self.place, motion, begin, self.slowest)
+                pass
+        return plan_motion(self.arm, resting.here, motion, resting.begin, self.slowest)
 
-    def _out_of_motion(self, motion: Motion, following: Segment) -> float | None:
-        """When a motion begins that blends into what is planned, or interrupts it; None for one that does neither."""
-        if motion.start is Start.BLEND and self.planned and self.planned[-1].phase is Phase.DECELERATE:
-            return rounding_begins(self.arm, slowing_down(self.planned), motion.rounding)
-        return following.start if self._interrupts(following) else None
+    def _blends(self, motion: Motion) -> bool:
+        return motion.start is Start.BLEND and self.planned[-1].phase is Phase.DECELERATE
 
     def _interrupts(self, following: Segment) -> bool:
         """Whether a motion begins at its own time in the middle of the one before, and that is still under way then."""
@@ -485,11 +527,16 @@ class _Rescheduling:
         begins = next((segment.start for segment in self.planned if segment.motion.number == number), None)
         return begins is not None and begins < following.start < self.end
 
-    def _ended(self, begin: float) -> Here:
-        """What is planned ends at that time; the state then."""
-        while self.planned[-1].start >= begin:
-            self.planned.pop()
-        last = self.planned[-1]
-        here = state_at(self.arm, last, min(begin - last.start, last.duration))
-        self.planned[-1] = last.truncated(begin)
-        return here
+    def _departure(self, begin: float) -> Departure:
+        """A time at which what is planned is under way, and the state then."""
+        planned = self.planned
+        segment = next((segment for segment in reversed(planned) if segment.start < begin), planned[0])
+        return Departure(begin, state_at(self.arm, segment, min(begin - segment.start, segment.duration)))
+
+    def _end_at(self, begin: float) -> None:
+        """What is planned ends at that time."""
+        planned = self.planned
+        while planned and planned[-1].start >= begin < planned[-1].finish:
+            planned.pop()
+        if planned and planned[-1].finish > begin:
+            planned[-1] = planned[-1].truncated(begin)

@@ -105,6 +105,22 @@ class ToolLimits:
     blending: float = CORNER
     blending_jerk: float = CORNER
 
+    @property
+    def blend_acceleration(self) -> float:
+        return self.blending * self.acceleration
+
+    @property
+    def blend_spin_acceleration(self) -> float:
+        return self.blending * self.spin_acceleration
+
+    @property
+    def blend_jerk(self) -> float:
+        return self.blending_jerk * self.jerk
+
+    @property
+    def blend_spin_jerk(self) -> float:
+        return self.blending_jerk * self.spin_jerk
+
     def slowed(self, velocity: float, acceleration: float, jerk: float = 1.0) -> ToolLimits:
         """Velocities divided by the first factor, accelerations by the second, jerks by the third."""
         return replace(
@@ -271,10 +287,10 @@ class _Line:
             _, angle = self.turn(0.0)
             position = Component(length(self.displacement), 0.0, limits.speed, limits.acceleration)
             return from_rest([position, Component(angle, 0.0, limits.spin, limits.spin_acceleration)], least)
-        blending = limits.blending * limits.acceleration
+        blending = limits.blend_acceleration
         part = VectorPart(self.displacement, state.velocity, limits.speed, limits.acceleration, blending)
         speed = length(state.velocity)
-        shortest = max(max(speed - limits.speed, 0.0) / blending, self.spin / (limits.blending * limits.spin_acceleration))
+        shortest = max(max(speed - limits.speed, 0.0) / blending, self.spin / limits.blend_spin_acceleration)
         guess = max(speed / limits.acceleration, shortest)
         return search(lambda blend: self._demands(part, blend), shortest, guess, least)
 
@@ -284,7 +300,7 @@ class _Line:
         _, angle = self.turn(blend)
         if angle > NEGLIGIBLE:
             limits = self.limits
-            high = min(high, limits.spin / angle, (limits.blending * limits.spin_acceleration * blend - self.spin) / angle)
+            high = min(high, limits.spin / angle, (limits.blend_spin_acceleration * blend - self.spin) / angle)
             slowing = max(slowing, angle / limits.spin_acceleration)
         return Demand(low, high, slowing)
 

@@ -236,7 +236,8 @@ class _Line:
         )
         ramp = max(limits.acceleration / limits.jerk, limits.spin_acceleration / limits.spin_jerk)
         settling = max(
-            length(self.acceleration) / (limits.blending_jerk * limits.jerk), length(self.spin_rate) / (limits.blending_jerk * limits.spin_jerk)
+            length(self.acceleration) / limits.blend_jerk,
+            length(self.spin_rate) / limits.blend_spin_jerk,
         )
         guess = Change(max(1.01 * settling, min(ramp, slowest)), slowest, ramp)
         return search(self._demands, guess, settling, least)
@@ -277,16 +278,16 @@ class _Line:
             limits.speed,
             limits.acceleration,
             limits.jerk,
-            limits.blending * limits.acceleration,
-            limits.blending_jerk * limits.jerk,
+            limits.blend_acceleration,
+            limits.blend_jerk,
         )
         _, angle = self.turn(change)
         turning = (
             limits.spin,
             limits.spin_acceleration,
             limits.spin_jerk,
-            limits.blending * limits.spin_acceleration,
-            limits.blending_jerk * limits.spin_jerk,
+            limits.blend_spin_acceleration,
+            limits.blend_spin_jerk,
         )
         return both(vector_bounds(part, change), turn_bounds(angle, change, self.spin, self.spin_rate, turning))
 
