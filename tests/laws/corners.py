@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
-from itertools import product
-from math import radians
+from itertools import islice, product
+from math import inf, radians
 from random import Random
 from statistics import median
 
-from vrs_cli.engine.commands import Break, Move, PoseTarget, SetParameter, SetSpeed
+from vrs_cli.engine.commands import Break, Move, PoseTarget, SetParameter, SetSpeed, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose, from_oat, rotation_x, rotation_y, translation
+from vrs_cli.trajectory.segment import Phase
 
 MODEL = load_robot("puma560")
 PROFILES = ("LSPB", "SCURVE")
@@ -36,23 +38,63 @@ class Corner:
     straight: tuple[bool, bool]
     speeds: tuple[float, float]
 
-    def lasting(self, profile: str, rounding: str | float, *, stopping: bool) -> tuple[Engine, float]:
-        """The robot after both motions, and how long they took [s]. Raises MotionError."""
+    def driven(self, profile: str, rounding: str | float, *, stopping: bool) -> Engine:
+        """The robot after both motions. Raises MotionError."""
         engine, (start, corner, end) = Engine(MODEL), self.places
         engine.perform(SetParameter("PROFILE", profile))
         engine.perform(SetParameter("ROUNDING", rounding))
         engine.perform(Move(PoseTarget(start), False))
-        begin = engine.end
         for place, straight, speed in zip((corner, end), self.straight, self.speeds, strict=True):
             engine.perform(SetSpeed(speed), program=True)
-            engine.perform(Move(PoseTarget(place), straight, text="MOVE"), program=True)
+            engine.perform(Move(PoseTarget(place), straight), program=True)
             if stopping:
                 engine.perform(Break())
-        return engine, engine.end - begin
+        return engine
+
+
+@dataclass(frozen=True, slots=True)
+class Ends:
+    """When both motions of a corner are over [s], rounded and stopped in; inf where they are refused."""
+
+    rounded: float
+    stopped: float
+    begin: float
+
+    @property
+    def ratio(self) -> float:
+        return (self.rounded - self.begin) / (self.stopped - self.begin)
+
+    @property
+    def slower(self) -> bool:
+        return self.rounded > self.stopped + SLOWER
+
+
+def ends(corner: Corner, profile: str, rounding: str | float) -> tuple[Engine | None, Ends]:
+    """The robot that has rounded it, too. Raises MotionError where the corner cannot be stopped in."""
+    stopped = corner.driven(profile, rounding, stopping=True)
+    begin = stopped.records()[0].end or 0.0
+    try:
+        rounded = corner.driven(profile, rounding, stopping=False)
+    except MotionError:
+        return None, Ends(inf, stopped.end, begin)
+    return rounded, Ends(rounded.end, stopped.end, begin)
+
+
+def spliced(corner: Corner, profile: str, rounding: str | float, place: Transform, part: float) -> Ends:
+    """`ends`, once a MOVE to another place has come in a part of the first motion, so that the second is planned again.
+    Raises MotionError.
+    """
+    stopped, rounded = (corner.driven(profile, rounding, stopping=stopping) for stopping in (True, False))
+    slows = min(s.start for s in stopped.timeline if s.motion.number == 2 and s.phase is Phase.DECELERATE)
+    first = stopped.records()[0].end or 0.0
+    at = first + part * (slows - first)
+    for engine in (stopped, rounded):
+        engine.perform(Move(PoseTarget(place), False, stamp=Stamp(at)))
+    return Ends(rounded.end, stopped.end, at)
 
 
 def random_corner(source: Random, pair: str = PAIRS[0]) -> Corner:
-    """In front of the robot, lines of all lengths, half of them with a turn."""
+    """In front of the robot, ways of all lengths, half of them with a turn."""
     corner = from_oat(
         source.uniform(-0.25, 0.25),
         source.uniform(0.35, 0.55),
@@ -64,29 +106,25 @@ def random_corner(source: Random, pair: str = PAIRS[0]) -> Corner:
     first, second = pair.split()
     speeds = [source.choice((100.0, source.uniform(10.0, 100.0))) for _ in range(2)]
     return Corner(
-        (_beside(source, corner), corner, _beside(source, corner)),
+        (beside(source, corner), corner, beside(source, corner)),
         (first == "MOVES", second == "MOVES"),
         (speeds[0], speeds[1]),
     )
 
 
-def _beside(source: Random, corner: Transform) -> Transform:
+def beside(source: Random, corner: Transform) -> Transform:
     way = translation(*(source.choice((1.0, 0.3, 0.05)) * source.uniform(-FARTHEST, FARTHEST) for _ in "XYZ"))
     tilt = source.choice((0.0, TILT))
     turn = compose(rotation_x(source.uniform(-tilt, tilt)), rotation_y(source.uniform(-tilt, tilt)))
     return compose(compose(way, corner), turn)
 
 
-def corners(source: Random, pair: str, profile: str, rounding: str | float) -> Iterator[tuple[Corner, float, float]]:
-    """Corners that can be stopped in, with the time that they take rounded and stopped in [s]."""
+def corners(source: Random, pair: str, profile: str, rounding: str | float) -> Iterator[tuple[Corner, Ends]]:
+    """Corners that can be stopped in."""
     while True:
         corner = random_corner(source, pair)
-        try:
-            _, stopped = corner.lasting(profile, rounding, stopping=True)
-        except MotionError:
-            continue
-        _, rounded = corner.lasting(profile, rounding, stopping=False)
-        yield corner, rounded, stopped
+        with suppress(MotionError):
+            yield corner, ends(corner, profile, rounding)[1]
 
 
 def main(count: int, first: int = 1) -> int:
@@ -95,14 +133,14 @@ def main(count: int, first: int = 1) -> int:
     print("profile  rounding  motions      slower  worst s  worst ratio  median ratio  quartile")
     for profile, rounding, pair in product(PROFILES, ROUNDINGS, PAIRS):
         source = Random(f"{first} {profile} {rounding} {pair}")
-        times = [(a, b) for _, (_, a, b) in zip(range(count), corners(source, pair, profile, rounding), strict=False)]
-        ratios = sorted(a / b for a, b in times)
-        slower = sum(a > b + SLOWER for a, b in times)
-        worst = max(a - b for a, b in times)
+        times = [times for _, times in islice(corners(source, pair, profile, rounding), count)]
+        ratios = sorted(each.ratio for each in times)
+        slower = sum(each.slower for each in times)
+        worst = max(each.rounded - each.stopped for each in times)
         faults += slower > 0
         print(
             f"{profile:7}  {rounding!s:8}  {pair:11}  {slower:6}  {worst:7.3f}  {ratios[-1]:11.3f}"
-            f"  {median(ratios):12.4f}  {ratios[len(ratios) // 4]:8.4f}",
+            f"  {median(ratios):12.4f}  {ratios[count // 4]:8.4f}",
             flush=True,
         )
     return faults
