@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import json
+import signal
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
@@ -19,7 +21,7 @@ from vrs_cli.errors import FileError, UndefinedName
 if TYPE_CHECKING:
     from vrs_cli.cli.batch import BatchTerminal
     from vrs_cli.cli.reports import Object
-    from vrs_cli.interfaces.runs import Bounds, RunResult
+    from vrs_cli.interfaces.runs import Beside, Bounds, RunResult
     from vrs_cli.interfaces.session import Session
     from vrs_cli.language.diagnostics import Diagnostic
 
@@ -104,6 +106,7 @@ class _Batch:
         """Load and execute; the exit status."""
         from vrs_cli.cli.batch import BatchTerminal
         from vrs_cli.render.progress import RunProgress
+        from vrs_cli.repl.interrupt import Stoppable
 
         with RunProgress(self.source.path, self.options.max_time) as progress:
             terminal = BatchTerminal(self._typed_to(), progress, self.options.quiet)
@@ -114,10 +117,13 @@ class _Batch:
             print(self.source.shown(diagnostics), end="", file=sys.stderr)
             program = self._program(session)
             session.engine.clock.set(0.0)
+            stop = Stoppable(session.interrupt)
             tell, durable = told_by("vrs run", progress.hide), self.options.realtime is not None
-            with journal(self.options.save, session.engine, tell, durable=durable) as kept:
+            with journal(self.options.save, session.engine, tell, durable=durable) as kept, stop:
                 result = session.execute(program, cycles=self.options.cycles, progress=progress)
-        return max(self._ended(session, terminal, result), OK if kept.sound else FAILED)
+        status = max(self._ended(session, terminal, result), OK if kept.sound else FAILED)
+        stop.end(signal.SIGINT)
+        return status
 
     def _typed_to(self) -> TextIO:
         """Where TYPE and PROMPT write: standard output, when nothing else is to stand there."""
@@ -129,6 +135,7 @@ class _Batch:
 
         model = load_robot(self.options.robot)
         session = Session(terminal, model, clock=clock_of(self.options.realtime), bounds=self._bounds())
+        session.driver.tasks.told = partial(self._tell_beside, terminal)
         if self.options.signals is not None:
             from vrs_cli.files.signal_file import read_signals
 
@@ -180,11 +187,20 @@ class _Batch:
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
         if self.options.json:
             self._print_json(session, result, [fault_object(fault) for fault in faults])
-        for fault in faults:
-            print(for_stream(fault_text(self.source.path, fault), sys.stderr), file=sys.stderr)
         if result.fault is None:
             terminal.show(Message(result.outcome.value))
+        else:
+            print(for_stream(fault_text(self.source.path, result.fault), sys.stderr), file=sys.stderr)
         return max(self._write_files(session), FAILED if faults else OK)
+
+    def _tell_beside(self, terminal: BatchTerminal, one: Beside) -> None:
+        """Another task has stopped with an error."""
+        from vrs_cli.cli.reports import fault_text
+        from vrs_cli.render.control import for_stream
+
+        terminal.progress.hide()
+        said = f"{fault_text(self.source.path, one.fault)} ({one.where})"
+        print(for_stream(said, sys.stderr), file=sys.stderr)
 
     def _write_files(self, session: Session) -> int:
         engine = session.engine

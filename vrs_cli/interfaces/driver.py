@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from math import inf
 from pathlib import Path
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, TimeExhausted, VrsError
@@ -21,14 +21,14 @@ from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.debugging import Debugging
 from vrs_cli.interfaces.devices import Devices
 from vrs_cli.interfaces.performing import Performer
-from vrs_cli.interfaces.runs import A_DAY, Beside, Bounds, Outcome, RunResult
+from vrs_cli.interfaces.runs import A_DAY, Bounds, Outcome, RunResult
 from vrs_cli.interfaces.system import SystemReadings
 from vrs_cli.interfaces.tasks import Tasks
 from vrs_cli.interfaces.terminal import Console
-from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Pending, Track, interruptible
+from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Pending, Track
 from vrs_cli.interfaces.transcript import Transcript
 from vrs_cli.language.environment import Environment, Robot
-from vrs_cli.language.events import Budget, Failed
+from vrs_cli.language.events import Budget, Event, Failed
 from vrs_cli.language.inputs import NO_INPUTS, Inputs
 from vrs_cli.language.runtime import BUDGET, Task
 
@@ -45,11 +45,12 @@ class Driver:
         self.inputs: Inputs = NO_INPUTS
         self.debugging = Debugging()
         self._transcript = Transcript(engine, console)
-        self.devices = Devices(Disk(folder), console.ask, self._transcript.show)
+        self.devices = Devices(Disk(folder), self._ask, self._transcript.show)
         self.tasks = Tasks(engine, environment, self.devices.disk)
-        self._performer = Performer(engine, environment, robot, self.tasks, console, self._transcript, self.devices)
+        self._performer = Performer(engine, environment, robot, self.tasks, self._ask, self._transcript, self.devices)
         self._interrupted = False
         self._running = False
+        self.asks = False  # for a line, which somebody has to give
         environment.system = SystemReadings(engine.model.name, environment, self.tasks, self.devices)
 
     @property
@@ -66,7 +67,7 @@ class Driver:
         """Let time go on until a task stops; the others run beside it. `progress` is told the clock now and then."""
         started, steps = self.engine.now, self.tasks.steps_done
         self._transcript.begin()
-        self.tasks.failed = []
+        self.tasks.failed, self.tasks.foreground = [], track
         self._interrupted, self._running = False, True
         try:
             while track.running:
@@ -81,9 +82,20 @@ class Driver:
             self._give_up(track)
             raise
         finally:
-            self._running = False
+            self._running, self.tasks.foreground = False, None
         self._transcript.end_line()
         return self._result(track, started)
+
+    def _ask(self, prompt: str) -> str:
+        """A line for a program; an empty one where Ctrl-C comes instead, which stops the run."""
+        self.asks = True
+        try:
+            return self.console.ask(prompt)
+        except KeyboardInterrupt:
+            self._interrupted = True
+            return ""
+        finally:
+            self.asks = False
 
     def _catch_up(self) -> None:
         """Who is stopped from outside is stopped now, however late its own steps are."""
@@ -159,11 +171,11 @@ class Driver:
 
     # --- in the background ---
 
-    def settle(self, until: float | None = None, *, asking: bool = True) -> tuple[Beside, ...]:
-        """Let the tasks do all that is due by an instant, that which time has reached unless told otherwise; those
-        that stopped with an error. Without `asking` nobody can answer now: a PROMPT waits.
+    def settle(self, until: float | None = None, *, asking: bool = True) -> None:
+        """Let the tasks do all that is due by an instant, that which time has reached unless told otherwise. Without
+        `asking` nobody can answer now: a PROMPT waits.
         """
-        self.tasks.failed, self._performer.asking = [], asking
+        self._performer.asking = asking
         clock = self.engine.clock
         until = clock.reached if until is None else until
         while (coming := self._coming()) <= until:
@@ -171,7 +183,6 @@ class Driver:
             self._happen(BUDGET)
         clock.advance(until)
         self._performer.asking = True
-        return tuple(self.tasks.failed)
 
     # --- what happens next ---
 
@@ -203,17 +214,18 @@ class Driver:
                     track.until(self._performer.tick(), event)
                     break
         self.tasks.current = PROMPT_LINE
+        if track.reacts and self._left_now(track) > 0:  # to more than one signal: one after the other
+            track.wake = self.engine.now
 
     def _event(self, track: Track, budget: int) -> Pending:
         """What a task wants now: what it was waiting for, or what comes next in its program."""
-        pending, track.pending = track.pending, None
+        reacts, pending, track.pending = track.reacts, track.pending, None
         if pending is not None:
-            due = track.task.reactions.due
-            if due is not None and interruptible(pending, due.immediate):
-                track.held.append((pending, track.asked))
-                track.asked = self.engine.now
-                return self._asked_again(track, track.task.react(pending))
-            return pending
+            if not reacts:
+                return pending
+            track.held.append((pending, track.asked))
+            track.asked = self.engine.now
+            return self._asked_again(track, track.task.react(cast(Event, pending)))
         budget = min(budget, self._left_now(track))
         if budget <= 0:
             return Budget()

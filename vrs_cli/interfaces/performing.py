@@ -16,7 +16,6 @@ from vrs_cli.interfaces.debugging import Onward, Stopped
 from vrs_cli.interfaces.devices import Devices
 from vrs_cli.interfaces.runs import Outcome
 from vrs_cli.interfaces.tasks import Tasks
-from vrs_cli.interfaces.terminal import Console
 from vrs_cli.interfaces.track import Aborted, Pending, Track
 from vrs_cli.interfaces.transcript import Transcript
 from vrs_cli.language.effects import (
@@ -52,13 +51,13 @@ class Performer:
         environment: Environment,
         robot: Robot,
         tasks: Tasks,
-        console: Console,
+        ask: Callable[[str], str],
         transcript: Transcript,
         devices: Devices,
     ) -> None:
         self.asking = True
         self._engine, self._environment, self._robot, self._tasks = engine, environment, robot, tasks
-        self._console, self._transcript, self._devices = console, transcript, devices
+        self._ask, self._transcript, self._devices = ask, transcript, devices
 
     def do(self, track: Track, event: Pending) -> None:
         """Raises VrsError where it cannot be done."""
@@ -82,7 +81,7 @@ class Performer:
         if not self.asking:
             track.until(self.tick(), event)
             return
-        track.answer = self._console.ask(event.text)
+        track.answer = self._ask(event.text)
 
     def _unit(self, track: Track, event: UnitEffect) -> None:
         track.answer = self._devices.perform(track.number, event)

@@ -26,10 +26,15 @@ class Outcome(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """Another task that stopped with an error in the meantime."""
+    """Another task that stopped with an error, and when it did [s]."""
 
     number: int
     fault: ProgramFault
+    at: float
+
+    @property
+    def where(self) -> str:
+        return f"task {self.number} at {self.at:.3f} s"
 
 
 @dataclass(frozen=True, slots=True)

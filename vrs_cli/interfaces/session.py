@@ -80,6 +80,7 @@ class Session:
         self.robot = Readings(self.engine)
         self.bounds = bounds
         self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder)
+        self.driver.tasks.told = self._tell
         self._closing = finalize(self, self.driver.devices.disk.close_all)
         self.engine.postponed.append(self._postponed)
         self.last_program: str | None = None
@@ -275,25 +276,26 @@ class Session:
 
         Without `asking` nobody can answer a PROMPT, which waits.
         """
-        self._tell(self.driver.settle(until, asking=asking))
+        self.driver.settle(until, asking=asking)
 
     def _postponed(self, it: Postponement) -> None:
         what = it.text or "the motion"
         self.terminal.show(Message(f"{what} is postponed from {it.asked:.3f} to {it.executed:.3f} s", Tone.WARNING))
 
-    def _tell(self, beside: Iterable[Beside]) -> None:
-        """Show what became of other tasks."""
-        for one in beside:
-            fault = one.fault
-            what = f"{fault.message} [task {one.number}]"
-            self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
+    def _tell(self, one: Beside) -> None:
+        """Show what became of another task."""
+        fault = one.fault
+        what = f"{fault.message} [{one.where}]"
+        self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
 
     def interrupt(self) -> bool:
-        """Stop the program that runs before its next step; False when none does. Safe in a signal handler."""
+        """Stop the program that runs before its next step; False when none does, or one that waits for a line: whoever
+        reads that has to be stopped. Safe in a signal handler.
+        """
         if self.running:
             self.interrupted = True
             self.driver.interrupt()
-        return self.running
+        return self.running and not self.driver.asks
 
     def abort(self) -> None:
         """ABORT at the prompt: brake now and drop what is scheduled; a stopped program cannot go on by itself."""
@@ -390,7 +392,6 @@ class Session:
         finally:
             self.driver.tasks.forget(PROMPT_LINE)
         self.settle()
-        self._tell(result.beside)
         if result.outcome is Outcome.ABORTED:
             raise KeyboardInterrupt
         if track.error is not None:

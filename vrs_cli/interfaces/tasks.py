@@ -6,13 +6,13 @@ time: to task 0 when it starts, or to the one that attaches it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.runs import Beside, Outcome
-from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Track, interruptible
+from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Track
 from vrs_cli.language.effects import AttachRobot, Wait
 from vrs_cli.language.environment import Environment
 from vrs_cli.language.events import TaskState
@@ -21,12 +21,16 @@ from vrs_cli.language.semantics.tasks import LAST_TASK
 
 
 class Tasks:
-    """Those that run or have stopped. `current` is the number of the one whose turn it is; `failed` are those beside
-    the robot program that have stopped with an error since somebody asked."""
+    """Those that run or have stopped. `current` is the number of the one whose turn it is, `foreground` the one that
+    somebody waits for. `failed`: the others that have stopped with an error since that began; `told` hears of each at
+    once.
+    """
 
     def __init__(self, engine: Engine, environment: Environment, disk: Disk) -> None:
         self.current = PROMPT_LINE
+        self.foreground: Track | None = None
         self.failed: list[Beside] = []
+        self.told: Callable[[Beside], None] = lambda _beside: None
         self._engine, self._environment, self._disk = engine, environment, disk
         self._tracks: dict[int, Track] = {}
         self._owner: int | None = None
@@ -142,8 +146,9 @@ class Tasks:
         self.release_robot(track)
         self._run_signal(track, running=False)
         self._put_files(track)
-        if track.fault is not None and track.number > ROBOT_PROGRAM:
-            self.failed.append(Beside(track.number, track.fault))
+        if track.fault is not None and track is not self.foreground:
+            self.failed.append(Beside(track.number, track.fault, self._engine.now))
+            self.told(self.failed[-1])
 
     def _put_files(self, track: Track) -> None:
         """What a task has written is in its files when it stops; they are closed when it cannot go on."""
@@ -210,10 +215,7 @@ class Tasks:
         """Waits that a signal may end are looked at now, and so are reactions."""
         for track in self.running:
             track.task.signal_changed(signal, on)
-            due, pending = track.task.reactions.due, track.pending
-            if (isinstance(pending, Wait) and not pending.ticks) or (
-                due is not None and pending is not None and interruptible(pending, due.immediate)
-            ):
+            if (isinstance(track.pending, Wait) and not track.pending.ticks) or track.reacts:
                 track.wake = self._engine.now
 
     def set_run_signal(self, track: Track, signal: int) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TypeGuard
 
 from vrs_cli.engine.commands import Request
 from vrs_cli.errors import VrsError
@@ -23,11 +22,6 @@ class Aborted:
 
 
 Pending = Event | Aborted | Stopped | Onward
-
-
-def interruptible(pending: Pending, immediate: bool) -> TypeGuard[Event]:
-    """A WAIT, by any reaction; by REACTI also what waits for the robot."""
-    return isinstance(pending, Wait | WaitEvent) or (immediate and isinstance(pending, Request))
 
 
 @dataclass(eq=False, slots=True)
@@ -70,6 +64,14 @@ class Track:
         """Not in a line of the prompt: its motion is over when it returns, and one with a time stamp leaves the clock
         alone; a program that it CALLs runs as any other."""
         return not self.at_prompt or len(self.task.stack) > 1
+
+    @property
+    def reacts(self) -> bool:
+        """Whether a reaction is due that interrupts what it waits for: a WAIT; REACTI also what waits for the robot."""
+        due = self.task.reactions.due
+        if due is None:
+            return False
+        return isinstance(self.pending, Wait | WaitEvent) or (due.immediate and isinstance(self.pending, Request))
 
     def until(self, instant: float, pending: Pending | None = None) -> None:
         """Go on at an instant [s], and no earlier."""

@@ -9,8 +9,9 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any, Self
 
-SAID = {"SIGTERM": "terminated", "SIGHUP": "the terminal is gone"}  # what is said of those that end a process
-ENDINGS = {getattr(signal, name): said for name, said in SAID.items() if hasattr(signal, name)}
+NAMED = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "the terminal is gone"}  # Windows has no SIGHUP
+SAID: dict[int, str] = {getattr(signal, name): said for name, said in NAMED.items() if hasattr(signal, name)}
+ENDINGS = tuple(number for number in SAID if number != signal.SIGINT)
 
 
 class Ended(KeyboardInterrupt):
@@ -19,7 +20,7 @@ class Ended(KeyboardInterrupt):
     """
 
     def __init__(self, number: int) -> None:
-        super().__init__(ENDINGS[number])
+        super().__init__(SAID[number])
         self.number, self.status = number, 128 + number
 
 
@@ -38,7 +39,7 @@ class Stoppable:
 
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGINT, *ENDINGS):
+            for number in SAID:
                 if signal.getsignal(number) is not signal.SIG_IGN:
                     self._before[number] = signal.signal(number, self._heard)
         return self
@@ -65,9 +66,9 @@ class Stoppable:
         finally:
             self.waiting = False
 
-    def end(self) -> None:
-        """What was done has stopped: the process ends now, if a signal said so. Raises Ended."""
-        if self.number is not None and self.number in ENDINGS:
+    def end(self, *numbers: int) -> None:
+        """What was done has stopped: the process ends now, if a signal said so, or one of `numbers`. Raises Ended."""
+        if self.number is not None and self.number in (*ENDINGS, *numbers):
             raise Ended(self.number)
 
 

@@ -91,14 +91,8 @@ def process_control(act: Callable[[Session, int], Iterable[Reply]]) -> Handler:
 
 
 def run(session: Session, way: Callable[[Callable[[float], None] | None], RunResult]) -> Iterator[Reply]:
-    """Run, with progress where somebody watches; how it ended, and what became of other tasks."""
-    result = session.watched(way)
-    for one in result.beside:
-        fault = one.fault
-        yield ProgramStopped(
-            f"{fault.message} [task {one.number}]", fault.program, fault.step, fault.source, Tone.ERROR
-        )
-    yield ending(session, result)
+    """Run, with progress where somebody watches; how it ended."""
+    yield ending(session, session.watched(way))
 
 
 def ending(session: Session, result: RunResult) -> Reply:
