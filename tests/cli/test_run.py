@@ -8,10 +8,12 @@ import sys
 import time
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from tests.cli.conftest import Vrs
+from vrs_cli.cli.batch import BatchTerminal
 from vrs_cli.files.trajectory_file import read_trajectory
 
 PICK = """\
@@ -291,6 +293,39 @@ def test_an_interrupted_run_keeps_what_it_saved(tmp_path: Path) -> None:
     assert len(read_trajectory(tmp_path / "t.vrst").deltas) >= 4
 
 
+@pytest.mark.parametrize(
+    ("number", "status", "said"),
+    [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")],
+)
+@pytest.mark.parametrize("waits", [False, True], ids=["busy", "PROMPT"])
+def test_a_signal_stops_the_program_and_everything_is_written(
+    vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, status: int, said: str, waits: bool
+) -> None:
+    """Once the third line of the program is typed; or where a line is waited for."""
+    (tmp_path / "loop.v2").write_text(FOREVER.replace('TYPE "round"', 'PROMPT "?", n') if waits else FOREVER)
+    lines = iter(["1", "2", "3"])
+
+    def readline() -> str:
+        return next(lines, "") or str(signal.raise_signal(number))
+
+    monkeypatch.setattr("sys.stdin", SimpleNamespace(readline=readline, isatty=lambda: False))
+    count, show = [0], BatchTerminal.type
+
+    def typed(self: BatchTerminal, text: str, newline: bool) -> None:
+        show(self, text, newline)
+        count[0] += 1
+        if count[0] == 3:
+            signal.raise_signal(number)
+
+    monkeypatch.setattr(BatchTerminal, "type", typed)
+    ended = vrs("run", "loop.v2", "--save", "t.vrst", "--csv", "t.csv", "--cycles", 1)
+    assert (ended.status, ended.err) == (status, f"vrs run: {said}\n")
+    recording = read_trajectory(tmp_path / "t.vrst")
+    assert len(recording.deltas) >= 4
+    last = (tmp_path / "t.csv").read_text().splitlines()[-1]
+    assert float(last.split(",")[0]) == pytest.approx(recording.timeline.end, abs=1e-6)
+
+
 def test_cycles_that_cannot_be_are_a_wrong_command_line(vrs: Vrs, tmp_path: Path) -> None:
     (tmp_path / "pick.v2").write_text(PICK)
     ended = vrs("run", "pick.v2", "--cycles", 0)
@@ -341,7 +376,7 @@ def test_a_task_beside_that_fails_is_told(vrs: Vrs, tmp_path: Path) -> None:
     (tmp_path / "cell.csv").write_text("1, 1002, ON\n2, 1001, ON\n")
     ended = vrs("run", "w.v2", "--signals", "cell.csv")
     assert ended.status == 1
-    assert "Program beside stopped at step 2" in ended.err
+    assert "Program beside stopped at step 2 (task 1 at 1.000 s)" in ended.err
     assert "part at 2" in ended.out
 
 

@@ -73,6 +73,25 @@ def test_reacti_brakes_at_the_instant_of_the_change(session: Session) -> None:
 
 
 @pytest.mark.parametrize("word", ["REACT", "REACTI"])
+def test_reactions_that_are_due_at_once_come_one_after_the_other(session: Session, word: str) -> None:
+    load(session, *(f"{word} {signal}, seen" for signal in (1001, 1002, 1003)), "WAIT SIG(1004)")
+    load(session, "seen = seen+1", "t[seen] = TIME()", name="seen")
+    session.perform("seen = 0")
+    session.driver.inputs = parse_signals("0.5, 1001, ON\n0.5, 1002, ON\n0.5, 1003, ON\n3, 1004, ON")
+    session.execute("main")
+    assert [session.environment.reference("t", k).value() for k in (1, 2, 3)] == [0.5, 0.5, 0.5]
+
+
+def test_reactions_that_call_each_other_without_end_let_time_go_on(session: Session) -> None:
+    load(session, "REACT 2001, ping", "REACT 2002, pong", "SIGNAL 2001", "WAIT SIG(1004)")
+    load(session, "SIGNAL -2001, -2002, 2002", name="ping")
+    load(session, "SIGNAL -2001, -2002, 2001", name="pong")
+    result = session.execute("main", bounds=Bounds(max_time=0.2))
+    assert result.fault is not None
+    assert result.fault.code == TimeExhausted.code
+
+
+@pytest.mark.parametrize("word", ["REACT", "REACTI"])
 def test_a_reaction_during_the_last_motion_of_a_cycle_is_called(session: Session, word: str) -> None:
     load(session, f"{word} 1001, seen", "n = n+1", "DRIVE 1, 30, 25", "DRIVE 1, -30, 25")
     load(session, "t = TIME()", "seen = seen+1", name="seen")

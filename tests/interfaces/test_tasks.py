@@ -5,8 +5,10 @@ from __future__ import annotations
 import pytest
 
 from tests.interfaces.programs import load, value
+from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import FileError, ProgramInterlocked, TaskActive, TaskNotActive
 from vrs_cli.files.disk import Disk
+from vrs_cli.interfaces.replies import ProgramStopped, Reply
 from vrs_cli.interfaces.runs import Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language.events import TaskState
@@ -72,4 +74,23 @@ def test_another_task_that_fails_is_told_and_does_not_stop_the_first(session: Se
     session.start(3, "other")
     result = session.execute("main")
     assert (result.outcome, value(session, "x")) == (Outcome.COMPLETED, 1.0)
-    assert [(one.number, one.fault.program, one.fault.step) for one in result.beside] == [(3, "other", 2)]
+    assert [(one.number, one.fault.program, one.fault.step, one.at) for one in result.beside] == [(3, "other", 2, 0.5)]
+
+
+def test_it_is_told_at_once_with_its_instant(session: Session) -> None:
+    load(session, "WAIT.EVENT , 1", 'TYPE "later"')
+    load(session, "WAIT.EVENT , 0.5", "y = nothing", name="other")
+    session.start(3, "other")
+    terminal = session.terminal
+    assert isinstance(terminal, RecordingTerminal)
+    told: list[tuple[float, str, str]] = []
+    show = terminal.show
+
+    def shown(reply: Reply) -> None:
+        if isinstance(reply, ProgramStopped):
+            told.append((session.engine.now, reply.what, terminal.typed))
+        show(reply)
+
+    terminal.show = shown  # type: ignore[method-assign]
+    session.perform("EXECUTE main")
+    assert told == [(0.5, "*Undefined value* nothing [task 3 at 0.500 s]", "")]

@@ -21,6 +21,7 @@ from vrs_cli.interfaces.replies import Message
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language.ast import Kind
 from vrs_cli.render.roles import Role, toolkit_style
+from vrs_cli.repl import interactive
 from vrs_cli.repl.interactive import LineValidator, Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.lexer import ValLexer
@@ -354,6 +355,41 @@ def test_ctrl_c_stops_the_program_and_not_the_shell(
     assert "(ABORTED)\nProgram stopped at loop, step" in out
     assert real(shell, "a") == 1.0
     assert 5.0 < session(shell).engine.now < 10.0
+
+
+class Over(Exception):
+    """Enough of a loop without end."""
+
+
+def looks_and_pictures(seconds: float, monkeypatch: pytest.MonkeyPatch, *typed: str) -> tuple[int, int]:
+    """How often the prompt looks at the clock, and is drawn again, while nobody types."""
+    wall, drawn, looks = ManualWall(), [], []
+    shell = run(lines(*typed, "EXIT"), clock=wall.clock())
+    ends = wall.seconds + seconds
+
+    async def sleep(pause: float) -> None:
+        wall.seconds += pause
+        looks.append(wall.seconds)
+        if wall.seconds > ends:
+            raise Over
+
+    monkeypatch.setattr("asyncio.sleep", sleep)
+    monkeypatch.setattr(interactive, "monotonic", lambda: wall.seconds)
+    monkeypatch.setattr(shell, "_redraw", lambda: drawn.append(wall.seconds))
+    coroutine = shell._keep_up()
+    with pytest.raises(Over):
+        coroutine.send(None)
+    return len(looks), len(drawn)
+
+
+def test_at_rest_the_prompt_is_drawn_once_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks, pictures = looks_and_pictures(60.0, monkeypatch)
+    assert 55 <= pictures <= looks <= 65
+
+
+def test_while_the_arm_moves_it_is_drawn_as_it_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, pictures = looks_and_pictures(3.0, monkeypatch, "DRIVE 1, 90, 10")
+    assert 25 <= pictures <= 32
 
 
 def test_ctrl_c_beside_a_program_ends_what_is_done(shell: Shell) -> None:

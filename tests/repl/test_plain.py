@@ -1,6 +1,7 @@
 """The shell on a pipe: `echo WHERE | vrs`."""
 
 import signal
+from collections.abc import Iterator
 from io import StringIO
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from vrs_cli.interfaces.runs import Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.repl import shell
+from vrs_cli.repl.interrupt import Ended, ending
 from vrs_cli.repl.plain import run
 from vrs_cli.repl.terminal import PlainTerminal
 
@@ -163,3 +165,29 @@ def test_another_robot(folder: Path) -> None:
     source = (Path(shell.__file__).parents[1] / "kinematics" / "robots" / "puma560.toml").read_text()
     (folder / "mine.toml").write_text(source.replace('name = "puma560"', 'name = "mine"'))
     assert shell.load("mine.toml").name == "mine"
+
+
+def test_a_signal_that_ends_the_process_stops_the_program_and_the_lines_after_it() -> None:
+    def lines() -> Iterator[str]:
+        yield "DRIVE 1, 10, 100\n"
+        signal.raise_signal(signal.SIGTERM)
+        yield "DRIVE 1, 10, 100\n"
+
+    sink = StringIO()
+    with pytest.raises(Ended) as ended, ending():
+        run(load_robot("puma560"), None, lines(), sink)
+    assert ended.value.status == 143
+
+
+def test_a_signal_in_a_line_is_obeyed_after_it() -> None:
+    class Sink(StringIO):
+        def write(self, text: str) -> int:
+            if "begins" in text:
+                signal.raise_signal(signal.SIGTERM)
+            return super().write(text)
+
+    sink = Sink()
+    source = ['DO TYPE "begins"\n', "EXECUTE main\n", "WHERE\n"]
+    with pytest.raises(Ended), ending():
+        run(load_robot("puma560"), None, source, sink)
+    assert "JT1" not in sink.getvalue()

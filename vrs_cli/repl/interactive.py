@@ -8,7 +8,9 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import Callable, Iterable, Iterator
+from math import inf
 from textwrap import fill
+from time import monotonic
 from typing import TYPE_CHECKING
 
 from prompt_toolkit import PromptSession
@@ -26,10 +28,11 @@ from prompt_toolkit.validation import ValidationError, Validator
 from vrs_cli import __version__
 from vrs_cli.repl.backstage import Backstage
 from vrs_cli.repl.colours import STYLE, colour_depth
+from vrs_cli.repl.echo import unechoed
 from vrs_cli.repl.history import history_path, open_history
-from vrs_cli.repl.interrupt import stoppable
+from vrs_cli.repl.interrupt import Ended, stoppable
 from vrs_cli.repl.lexer import ValLexer
-from vrs_cli.repl.toolbar import toolbar
+from vrs_cli.repl.toolbar import GAP, toolbar
 
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import Clock
@@ -43,7 +46,7 @@ if TYPE_CHECKING:
 BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
 IDLE, RUNNING = ".", "*"
 MENU_ROWS = 6
-KEEPING_UP = 0.1  # [s] between two looks at a clock on the wall
+KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: while something goes on, and at rest
 
 
 class Workplace:
@@ -83,6 +86,12 @@ class Workplace:
         """Ctrl-C: stop the program that runs; False when none does."""
         self.terminal.echoed = True
         return self.conversation.session.interrupt()
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing goes on by itself."""
+        session = self.conversation.session
+        return session.engine.now >= session.engine.end and not any(session.driver.tasks.running)
 
     def keep_up(self) -> None:
         """Let the robot do what has become due while nobody was looking."""
@@ -219,6 +228,8 @@ class Shell:
         """A round that Ctrl-C between two others does not end the shell with."""
         try:
             return self._round()
+        except Ended:
+            raise
         except KeyboardInterrupt:
             return True
 
@@ -226,13 +237,15 @@ class Shell:
         """One line; False when the user leaves."""
         try:
             line = self._read()
+        except Ended:
+            raise
         except KeyboardInterrupt:
             self._leave_entry()
             return True
         except EOFError:
             return self._leave_entry()
         work = self.backstage.wait()
-        with stoppable(work.interrupt):
+        with stoppable(work.interrupt), unechoed():
             work.conversation.take(line)
         return not work.terminal.leaving
 
@@ -247,12 +260,17 @@ class Shell:
         self.prompts.app.create_background_task(self._keep_up())
 
     async def _keep_up(self) -> None:
+        """Show what changes as it does; at rest that is the time, once in a while."""
+        shown, drawn = "", -inf
         while True:
-            await asyncio.sleep(KEEPING_UP)
             work = self.backstage.ready
+            await asyncio.sleep(RESTING if work is not None and work.at_rest else KEEPING_UP)
             if work is not None:
                 work.keep_up()
-            self._redraw()
+            state, now = self._toolbar().partition(GAP)[2], monotonic()
+            if state != shown or now - drawn >= RESTING:
+                shown, drawn = state, now
+                self._redraw()
 
     def _leave_entry(self) -> bool:
         """Ctrl-C or Ctrl-D while a program is typed: back to the prompt. False where none was."""

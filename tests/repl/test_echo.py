@@ -1,0 +1,34 @@
+"""What is typed while something runs."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import pytest
+
+termios = pytest.importorskip("termios")
+pty = pytest.importorskip("pty")
+
+from vrs_cli.repl.echo import unechoed  # noqa: E402 (Windows has neither of them)
+
+
+def test_a_terminal_echoes_nothing_meanwhile_and_keeps_what_is_typed(monkeypatch: pytest.MonkeyPatch) -> None:
+    keyboard, terminal = pty.openpty()
+    with open(keyboard, "r+b", buffering=0) as typed, open(terminal) as stdin:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        before = termios.tcgetattr(stdin)
+        with unechoed():
+            assert not termios.tcgetattr(stdin)[3] & termios.ECHO
+            typed.write(b"WHERE\n")
+        assert termios.tcgetattr(stdin) == before
+        typed.write(b"!")
+        assert typed.read(100) == b"!"
+        assert stdin.readline() == "WHERE\n"
+
+
+def test_what_is_no_terminal_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    with open(os.devnull) as stdin:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        with unechoed():
+            pass
