@@ -13,7 +13,7 @@ pty = pytest.importorskip("pty")
 from vrs_cli.repl.echo import unechoed  # noqa: E402 (Windows has neither of them)
 
 
-def test_a_terminal_echoes_nothing_meanwhile_and_keeps_what_is_typed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_terminal_shows_nothing_meanwhile_and_takes_what_is_typed(monkeypatch: pytest.MonkeyPatch) -> None:
     keyboard, terminal = pty.openpty()
     with open(keyboard, "r+b", buffering=0) as typed, open(terminal) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
@@ -21,10 +21,10 @@ def test_a_terminal_echoes_nothing_meanwhile_and_keeps_what_is_typed(monkeypatch
         with unechoed():
             assert not termios.tcgetattr(stdin)[3] & termios.ECHO
             typed.write(b"WHERE\n")
+            assert stdin.readline() == "WHERE\n"
         assert termios.tcgetattr(stdin) == before
         typed.write(b"!")
         assert typed.read(100) == b"!"
-        assert stdin.readline() == "WHERE\n"
 
 
 def test_what_is_no_terminal_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
