@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import radians
 
 import pytest
@@ -228,6 +229,17 @@ def test_nooverlap_refuses_more_than_half_a_turn(engine: Engine) -> None:
     engine.perform(SetMode(Mode.OVERLAP, on=False))
     with pytest.raises(JointOutOfRange, match="NOOVERLAP"):
         engine.perform(Move(joints(0, -90, 90, 0, 0, -100), straight=False))
+
+
+def test_nooverlap_is_for_joints_that_turn() -> None:
+    cobra = load_robot("cobra600")
+    engine = Engine(replace(cobra, lower=(-4.0, -4.0, 0.0, -4.0), upper=(4.0, 4.0, 8.0, 4.0)))
+    engine.perform(Move(JointTarget((0.0, 1.0, 0.0, 0.0)), straight=False))
+    engine.perform(SetMode(Mode.OVERLAP, on=False, always=True))
+    engine.perform(Move(JointTarget((0.0, 1.0, 7.0, 0.0)), straight=False))
+    assert engine.position().joints[2] == pytest.approx(7.0), "joint 3 slides: 7 m are no turns"
+    with pytest.raises(JointOutOfRange, match="joint 4|Joint 4"):
+        engine.perform(Move(JointTarget((0.0, 1.0, 7.0, 3.5)), straight=False))
 
 
 def test_single_keeps_the_wrist_within_one_turn(engine: Engine) -> None:

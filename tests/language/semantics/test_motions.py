@@ -6,6 +6,7 @@ from math import pi, radians
 
 import pytest
 
+from tests.language.running import run_lines
 from tests.language.semantics.asked import DOWN, PART, close, move, only
 from vrs_cli.engine.commands import (
     AlignedTarget,
@@ -19,6 +20,7 @@ from vrs_cli.engine.commands import (
     Stamp,
     ToolOffsetTarget,
 )
+from vrs_cli.errors import IllegalJoint, IllegalValue
 from vrs_cli.kinematics.transform import compose, from_oat, rotation_z, translation
 
 
@@ -69,6 +71,22 @@ def test_straight_approach_and_departure() -> None:
 def test_drive_turns_one_joint() -> None:
     assert move("DRIVE 2, -30") == Move(JointOffsetTarget(2, radians(-30)), False, text="DRIVE 2, -30")
     assert move("DRIVE 6, 10, 25").speed == 0.25
+
+
+@pytest.mark.parametrize(("number", "joint"), [("0.5", 1), ("1.49", 1), ("5.5", 6), ("6.49", 6)])
+def test_the_joint_of_drive_is_rounded(number: str, joint: int) -> None:
+    assert move(f"DRIVE {number}, 10").target == JointOffsetTarget(joint, radians(10))
+
+
+@pytest.mark.parametrize("number", ["0", "0.49", "6.5", "7", "-1", "1E9"])
+def test_drive_has_no_joint_beyond_the_first_and_the_last(number: str) -> None:
+    assert isinstance(run_lines(f"DRIVE {number}, 10").error, IllegalJoint)
+
+
+@pytest.mark.parametrize("speed", ["0", "-1", "100.1"])
+def test_drive_has_no_speed_beyond_the_robots(speed: str) -> None:
+    assert isinstance(run_lines(f"DRIVE 1, 10, {speed}").error, IllegalValue)
+    assert move("DRIVE 1, 10, 100").speed == 1.0
 
 
 def test_named_poses() -> None:
