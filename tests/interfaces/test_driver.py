@@ -45,6 +45,23 @@ def test_the_next_motion_is_asked_for_when_its_step_is_reached(session: Session)
     assert session.engine.records()[1].executed > 0.0
 
 
+def test_what_follows_a_refused_motion_is_asked_for_when_that_was_refused(session: Session) -> None:
+    load(session, "REACTE over", "DRIVE 1, 40, 100", "DRIVE 1, 400", "DRIVE 2, 5 IN 0.3", "BREAK")
+    load(session, "t = TIME()", "RETURNE", name="over")
+    session.execute("main")
+    refused, last = value(session, "t"), session.engine.records()[-1]
+    assert isinstance(refused, float)
+    assert refused > 0.1, "it waited for its place on the timeline"
+    assert (last.issued, last.executed) == pytest.approx((refused, refused + 0.3), abs=1e-8)
+
+
+def test_a_wait_after_a_refused_motion_takes_its_time(session: Session) -> None:
+    load(session, "REACTE over", "DRIVE 1, 40, 100", "DRIVE 1, 400", "t0 = TIME()", "WAIT.EVENT , 0.1", "t = TIME()-t0")
+    load(session, "RETURNE", name="over")
+    session.execute("main")
+    assert value(session, "t") == pytest.approx(0.1, abs=1e-9)
+
+
 def test_a_wait_of_one_tick(session: Session) -> None:
     load(session, "WAIT", "t = TIME()")
     session.execute("main")

@@ -150,14 +150,14 @@ class Driver:
             self.engine.clock.wait(coming)
         except ClockPaused as error:
             foreground.pending = None
-            self._performer.do(foreground, foreground.task.throw(error))
+            self._performer.do(foreground, self._thrown(foreground, error))
         return self.engine.now >= coming
 
     def _exhausted(self, foreground: Track, what: str, hint: str) -> None:
         where = "; ".join(self._whereabouts(foreground))
         foreground.pending = None
         self.engine.stop()
-        self._performer.do(foreground, foreground.task.throw(TimeExhausted(f"{what}: {where}", hint)))
+        self._performer.do(foreground, self._thrown(foreground, TimeExhausted(f"{what}: {where}", hint)))
 
     def _whereabouts(self, foreground: Track) -> Iterator[str]:
         """Where each task hangs, the one that was waited for first."""
@@ -209,7 +209,7 @@ class Driver:
                 self._performer.do(track, event)
                 break
             except VrsError as error:
-                event = track.task.throw(error)
+                event = self._thrown(track, error)
                 if self._left_now(track) <= 0:  # REACTE mends a step in vain: that must not go on for ever now
                     track.until(self._performer.tick(), event)
                     break
@@ -234,6 +234,11 @@ class Driver:
         if self._careful(track):
             return self._asked_again(track, self.debugging.step(track.task, answer, track.stepping, self._trace))
         return self._asked_again(track, track.task.resume(answer, budget))
+
+    def _thrown(self, track: Track, error: VrsError) -> Pending:
+        """What a task wants now that what it asked for could not be done."""
+        track.asked = self.engine.now
+        return self._asked_again(track, track.task.throw(error))
 
     @staticmethod
     def _asked_again(track: Track, event: _P) -> _P:
