@@ -8,6 +8,7 @@ import pytest
 
 from vrs_cli.engine.commands import (
     AlignedTarget,
+    Break,
     JointOffsetTarget,
     JointTarget,
     Move,
@@ -108,3 +109,16 @@ def test_a_straight_drive_goes_on_from_where_an_inserted_motion_ends() -> None:
     give(engine, JointOffsetTarget(1, radians(20.0)), at=5.0, straight=True)
     give(engine, JointTarget(ASIDE), at=1.0)
     assert engine.position(engine.end).joints == pytest.approx((radians(50.0), *ASIDE[1:]))
+
+
+@pytest.mark.parametrize("stop", [False, True])
+def test_a_move_keeps_the_arm_and_elbow_that_the_motion_before_ends_with(stop: bool) -> None:
+    """Not those that the arm has while it still slows down, where a motion without BREAK begins."""
+    engine = Engine(load_robot("irb120"))
+    elbow_down = tuple(radians(q) for q in (86.8, -70.6, 41.0, 106.5, -13.3, -198.8))
+    place = engine.world_pose(tuple(radians(q) for q in (83.9, -73.3, 40.6, 104.2, -13.3, 146.3)))
+    engine.perform(Move(JointTarget(elbow_down), False), program=True)
+    if stop:
+        engine.perform(Break())
+    engine.perform(Move(PoseTarget(place), False), program=True)
+    assert str(engine.arm.configuration(engine.position(engine.end).joints)) == "RIGHTY BELOW FLIP"
