@@ -35,6 +35,7 @@ class Faults:
     last: float = float("inf")
     calls: list[str] = field(default_factory=list)
     synced: dict[Path, bytes] = field(default_factory=dict)
+    _opened: dict[int, Path] = field(default_factory=dict)
 
     def call(self, name: str, real: Callable[..., Any], *arguments: Any) -> Any:
         self.calls.append(name)
@@ -44,13 +45,15 @@ class Faults:
                 return real(handle, bytes(data)[: len(data) // 2])
             raise OSError(self.fault.value, os.strerror(self.fault.value))
         done = real(*arguments)
-        if name == "fsync":
-            self._remember(arguments[0])
+        self._remember(name, arguments, done)
         return done
 
-    def _remember(self, handle: int) -> None:
-        path = Path(os.readlink(f"/proc/self/fd/{handle}"))
-        if path.is_file():
+    def _remember(self, name: str, arguments: tuple[Any, ...], done: Any) -> None:
+        if name == "open":
+            self._opened[done] = Path(arguments[0])
+        elif name == "replace":
+            self.synced[Path(arguments[1])] = self.synced.pop(Path(arguments[0]))
+        elif name == "fsync" and (path := self._opened[arguments[0]]).is_file():
             self.synced[path] = path.read_bytes()
 
 

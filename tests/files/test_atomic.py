@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from vrs_cli.errors import FileOpened
+from tests.files.faults import Fault, Faults, faulty
+from vrs_cli.errors import FileError, FileOpened
 from vrs_cli.files.atomic import create_beside, write_atomically
 
 KILLED = """
@@ -75,3 +76,26 @@ def test_what_others_call_nearly_so_stays(tmp_path: Path) -> None:
     before = names(tmp_path)
     write_atomically(tmp_path / "a.v2", "")
     assert names(tmp_path) == sorted([*before, "a.v2"])
+
+
+@pytest.mark.parametrize("lasting", [1, float("inf")])
+@pytest.mark.parametrize("fault", Fault)
+def test_wherever_the_disk_fails_there_is_the_old_file_or_the_new_one(
+    tmp_path: Path, fault: Fault, lasting: float
+) -> None:
+    path, old, new = tmp_path / "a.v2", "old\n" * 5000, "new\n" * 6000
+    with faulty(Faults()) as healthy:
+        write_atomically(path, old)
+    failed = 0
+    for first in range(1, len(healthy.calls) + 1):
+        with faulty(Faults(fault, first, first + lasting - 1)):
+            try:
+                write_atomically(path, new)
+            except FileError:
+                failed += 1
+                assert path.read_text() in (old, new)
+            else:
+                assert path.read_text() == new
+        write_atomically(path, old)
+        assert (path.read_text(), names(tmp_path)) == (old, ["a.v2"])
+    assert failed > 2

@@ -181,7 +181,11 @@ def test_nothing_is_left_of_a_file_that_the_disk_has_no_room_for(
 
 
 @pytest.mark.parametrize(
-    "name", ["../a", "/etc/passwd", "a/../../b", "", "  ", ".", "C:\\a", "a:b", "a\\b", "x\0y", "x\ny"]
+    "name",
+    [
+        *("../a", "/etc/passwd", "a/../../b", "", "  ", ".", "C:\\a", "a:b", "a\\b", "x\0y", "x\ny"),
+        *("nul", "con.txt", "data/Aux.v2", "a?", "a.", ".a.txt.lock", ".a.txt.abcdefgh.part"),
+    ],
 )
 @pytest.mark.parametrize("access", Access)
 def test_names_cannot_leave_the_folder(tmp_path: Path, name: str, access: Access) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from importlib import import_module
-from io import TextIOWrapper
+from io import TextIOWrapper, UnsupportedOperation
 from typing import NamedTuple
 
 from vrs_cli.errors import FileDamaged, FileError, UsageError, VrsError
@@ -70,13 +70,22 @@ def run(arguments: Sequence[str]) -> int:
     return _guarded(prog, partial(_subcommand, name, prog, rest))
 
 
+STREAMS = (  # name, what becomes of what is no UTF-8, line ends
+    ("stdin", "replace", None),
+    ("stdout", "backslashreplace", "\n"),
+    ("stderr", "backslashreplace", "\n"),
+)
+
+
 def _prepare_streams() -> None:
-    """Closed streams take and give nothing; a character that the terminal cannot show is written as its code."""
-    for name in ("stdin", "stdout", "stderr"):
-        if getattr(sys, name) is None:
+    """UTF-8 with the line ends of POSIX, whatever the system says; closed streams take and give nothing."""
+    for name, errors, newline in STREAMS:
+        stream = getattr(sys, name)
+        if stream is None:
             setattr(sys, name, open(os.devnull, "r+", encoding="utf-8"))  # noqa: SIM115 (for the whole process)
-    if isinstance(sys.stdout, TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")
+        elif isinstance(stream, TextIOWrapper):
+            with suppress(UnsupportedOperation):  # it has been read from already
+                stream.reconfigure(encoding="utf-8", errors=errors, newline=newline)
 
 
 def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:

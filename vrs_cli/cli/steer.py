@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
-from io import TextIOWrapper
 from itertools import chain
 from math import degrees
 from typing import TYPE_CHECKING, TextIO
@@ -97,8 +96,6 @@ def _check_outputs(options: argparse.Namespace, outputs: Outputs) -> None:
 def _lines(path: str) -> Iterator[Iterable[str]]:
     """The lines of a file, or of standard input as they come. Raises NonexistentFile."""
     if path == STANDARD_STREAM:
-        if isinstance(sys.stdin, TextIOWrapper):
-            sys.stdin.reconfigure(encoding="utf-8", errors="replace")
         yield _read(sys.stdin)
         return
     try:

@@ -20,7 +20,9 @@ from typing import BinaryIO
 
 from vrs_cli.errors import FileError
 from vrs_cli.files.lock import WINDOWS, Hold, hold, is_special
+from vrs_cli.files.naming import wrong_name
 
+AUXILIARY = (".lock", ".part")  # what hidden files end in that are beside one that is being written
 NEW_FILE_MODE = 0o666  # before the user's umask
 PAUSES = (0.01, 0.03, 0.1, 0.3, None)  # [s] on Windows a reader, or a scanner of viruses, has a file for a moment
 NO_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP})  # a device or a pipe holds nothing back
@@ -91,6 +93,8 @@ def create_beside(target: Path, held: Hold | None = None) -> Beside:
         return Beside(target, None, target.open("wb"), None)
     if target.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if WINDOWS and (wrong := wrong_name(target.name)):
+        raise OSError(errno.EINVAL, wrong)
     held, target = hold(target) if held is None else held.lent(), Path(os.path.realpath(target))
     try:
         if held.firm:

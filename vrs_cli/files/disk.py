@@ -26,8 +26,9 @@ from vrs_cli.errors import (
     UnitNotAttached,
     VrsError,
 )
-from vrs_cli.files.atomic import Beside, create_beside, sync
+from vrs_cli.files.atomic import AUXILIARY, Beside, create_beside, sync
 from vrs_cli.files.lock import hold
+from vrs_cli.files.naming import wrong_name
 from vrs_cli.language.units import DISKS, SUCCESS, Access
 
 _T = TypeVar("_T")
@@ -231,11 +232,16 @@ class Disk:
     def _inside(self, name: str) -> Path:
         """The path of a name. Raises FileOutside for one that is not in the folder."""
         folder = Path(os.path.realpath(self.folder))
-        if not name.strip() or any(character in ":\\" or not character.isprintable() for character in name):
-            raise FileOutside(repr(name), "a name has no drive, backslash or control character: data/log.txt")
+        if not name.strip():
+            raise FileOutside(repr(name), "give a name: data/log.txt")
+        for part in name.strip().split("/"):
+            if part not in ("", ".", "..") and (wrong := wrong_name(part)):
+                raise FileOutside(repr(name), f"{wrong}: data/log.txt is good everywhere")
         path = Path(os.path.realpath(folder / name.strip()))
         if Path(name).is_absolute() or folder not in path.parents:
             raise FileOutside(name, "programs have the files of the folder they run in, and those below it")
+        if path.name.startswith(".") and path.suffix in AUXILIARY:
+            raise FileOutside(name, "it belongs to a file that is being written")
         return path
 
     def _opened(self, one: _Unit, path: Path, access: Access) -> None:
