@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import subprocess
 import sys
 from math import degrees
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Vrs
-from tests.files.trajectories import puma
+from tests.files.trajectories import puma, without_checksums
 from vrs_cli.engine.position import position_at
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.kinematics.arm import arm_for
@@ -184,3 +185,41 @@ def test_a_table_of_too_many_rows_is_refused(vrs: Vrs, saved: Path) -> None:
     assert (ended.status, ended.out) == (2, "")
     assert "at most 100000" in ended.err
     assert ended.err.count("\n") == 1
+
+
+# --- damaged files -----------------------------------------------------------------------------------------
+
+
+def test_verify_says_that_a_trajectory_is_sound(vrs: Vrs) -> None:
+    ended = vrs("verify", "t.vrst")
+    assert (ended.status, ended.err) == (0, "")
+    assert ended.out.endswith(": sound\n")
+    assert json.loads(vrs("verify", "t.vrst", "--json").out) == {"sound": True, "checksums": True, "faults": []}
+
+
+def test_verify_follows_lines_with_the_velocities_of_the_joints(vrs: Vrs, saved: Path) -> None:
+    """A robot whose joint 6 is slower than what it did: where lines begin and end that is hardly to be seen."""
+    text = without_checksums(saved).read_text("utf-8")
+    joint = text.index('"kind":"straight"')
+    assert joint > 0
+    slow = re.sub(r'("max_velocity":)[0-9.]+', r"\g<1>0.2", text)
+    saved.write_text(slow, "utf-8")
+    ended = vrs("verify", "t.vrst", "--json")
+    assert ended.status == 1
+    assert any("faster than it can" in fault for fault in json.loads(ended.out)["faults"])
+
+
+def test_a_damaged_file_is_refused_and_read_leniently(vrs: Vrs, saved: Path) -> None:
+    lines = saved.read_bytes().splitlines(keepends=True)
+    saved.write_bytes(b"".join([*lines[:3], lines[3].replace(b'"text":"MOVE', b'"text":"MOVX'), *lines[4:]]))
+    for subcommand in (["where", "t.vrst", "--at", 1], ["replay", "t.vrst"], ["export", "t.vrst", "--to", "csv"]):
+        ended = vrs(*subcommand)
+        assert (ended.status, ended.out) == (1, "")
+        assert "t.vrst, line 4: its checksum does not fit" in ended.err
+        ended = vrs(*subcommand, "--lenient")
+        assert ended.status == 0
+        assert ended.err.count("\n") == 1
+        assert ended.out
+    ended = vrs("verify", "t.vrst")
+    assert (ended.status, ended.err) == (1, "")
+    assert ended.out.splitlines()[0].startswith("t.vrst, line 4: its checksum")

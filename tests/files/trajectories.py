@@ -6,19 +6,20 @@ import random
 import re
 from dataclasses import replace
 from functools import cache
-from math import radians
+from math import pi, radians
 from pathlib import Path
 
 from hypothesis import strategies as st
 
 from vrs_cli.engine.planner import plan
+from vrs_cli.files.records import LARGEST, Form
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.configuration import ALL
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import Transform, compose, translation
+from vrs_cli.kinematics.transform import compose, from_oat, translation
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
-from vrs_cli.trajectory.instant import LATEST, on_grid
+from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
 from vrs_cli.trajectory.motion import (
     AlignedTarget,
     Frames,
@@ -34,6 +35,12 @@ from vrs_cli.trajectory.timeline import Timeline
 
 JOINTS = 6
 STAND = (0.0, radians(-45.0), radians(150.0), 0.0, radians(30.0), 0.0)
+
+
+@cache
+def form() -> Form:
+    """What the paths of a puma560 have."""
+    return Form(JOINTS, frozenset(arm_for(puma()).ways))
 
 
 @cache
@@ -102,10 +109,13 @@ def motion(rng: random.Random, number: int) -> Motion:
 
 # --- arbitrary values: as a file must give them back, whether or not a robot could do them -----------------
 
-floats = st.floats(allow_nan=False, allow_infinity=False)
-polynomials = st.lists(floats, min_size=1, max_size=5).map(tuple)
+floats = st.floats(-LARGEST, LARGEST)
+times = st.integers(-(2**53), 2**53).map(lambda ticks: ticks * TICK)
+polynomials = st.lists(floats, min_size=1, max_size=4).map(tuple)
 joints = st.tuples(*[floats] * JOINTS)
-transforms = st.tuples(*[floats] * 12).map(lambda numbers: Transform(*numbers))
+angles = st.floats(-pi, pi)
+transforms = st.builds(from_oat, floats, floats, floats, angles, angles, angles)
+axes = transforms.map(lambda T: (T.nx, T.ny, T.nz))
 frames = st.builds(Frames, base=transforms, tool=transforms) | st.just(Frames())
 relatives = (
     st.builds(JointOffsetTarget, joint=st.integers(1, JOINTS), change=floats)
@@ -113,7 +123,7 @@ relatives = (
     | st.just(AlignedTarget())
 )
 fractions = st.floats(0.0, 1.0, exclude_min=True)
-positive = st.floats(0.0, allow_infinity=False, exclude_min=True)
+positive = st.floats(0.0, LARGEST, exclude_min=True)
 motions = st.builds(
     Motion,
     number=st.integers(0, 9),
@@ -131,21 +141,21 @@ motions = st.builds(
     text=st.text(st.characters(codec="utf-8")),
     relative=st.none() | relatives,
     profile=st.sampled_from(Profile),
-    rounding=st.none() | st.floats(0.0, allow_infinity=False),
+    rounding=st.none() | st.floats(0.0, LARGEST),
 ).map(lambda motion: replace(motion, goal=None, pose=None) if motion.kind is Kind.REST else motion)
-joint_paths = st.tuples(*[polynomials] * JOINTS).map(JointPath)
+joint_paths = st.integers(1, 4).flatmap(lambda n: st.tuples(*[st.tuples(*[floats] * n)] * JOINTS)).map(JointPath)
 lines = st.builds(
     CartesianPath,
     position=st.tuples(*[polynomials] * 3),
     orientation=transforms,
-    turns=st.lists(st.builds(Turn, st.tuples(floats, floats, floats), polynomials), max_size=2).map(tuple),
+    turns=st.lists(st.builds(Turn, axes, polynomials), max_size=2).map(tuple),
     configuration=st.sampled_from(ALL),
     seeds=st.lists(joints, min_size=1, max_size=3).map(tuple),
     seed_interval=st.floats(1e-6, 10.0),
 )
 segments = st.builds(
     lambda edges, path, phase, motion: Segment(min(edges), max(edges), path, phase, motion),
-    st.tuples(floats, floats),
+    st.tuples(times, times),
     joint_paths | lines,
     st.sampled_from(Phase),
     motions,
@@ -157,9 +167,9 @@ deltas = st.builds(
     motion=motions,
     issued=floats,
     executed=floats,
-    cut=floats,
+    cut=times,
     keep=st.integers(0, 10**6),
     drop=st.integers(0, 10**6),
-    shift=floats,
+    shift=times,
     segments=st.lists(segments, max_size=2).map(tuple),
 )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser
 from vrs_cli.cli.outputs import add_rate_option, check_distinct, write_table
-from vrs_cli.cli.recordings import read_recording
+from vrs_cli.cli.recordings import add_lenient_option, read_recording
 from vrs_cli.files.rates import DEFAULT_RATE
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
         check_distinct((options.file, options.output))
         check_writable(options.output)
     EXPORTERS[form].check()
-    recording = read_recording(prog, options.file)
+    recording = read_recording(prog, options.file, lenient=options.lenient)
     from vrs_cli.kinematics.arm import arm_for
 
     write_table(form, options.output, arm_for(recording.model), recording.timeline, options.rate or DEFAULT_RATE)
@@ -56,6 +56,7 @@ def _parser(prog: str, formats: Mapping[str, Exporter]) -> Parser:
         "-o", "--output", metavar="OUT", default=STANDARD_STREAM, help="the file to write; default: standard output"
     )
     add_rate_option(parser)
+    add_lenient_option(parser)
     return parser
 
 

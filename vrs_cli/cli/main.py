@@ -37,6 +37,7 @@ SUBCOMMANDS: Mapping[str, Row] = {
     "robots": Row("robots", "[NAME|FILE]", "the robots that there are, or all about one"),
     "lsp": Row("lsp", "", "the language server, which editors start"),
     "where": Row("where", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
+    "verify": Row("verify", "T.vrst", "whether a saved trajectory is whole, and one that the robot can do"),
     "replay": Row("replay", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),
     "export": Row("export", "T.vrst --to FORMAT", "write a saved trajectory for other programs: csv, npz, mcap, ..."),
 }

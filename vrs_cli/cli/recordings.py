@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.kinematics.transform import to_oat
 
 if TYPE_CHECKING:
+    from vrs_cli.cli.command_line import Parser
     from vrs_cli.engine.position import Position
     from vrs_cli.files.trajectory_file import Recording
     from vrs_cli.kinematics.joints import JointUnits
@@ -18,15 +19,24 @@ DIGITS = 12  # decimals of degrees and millimetres in JSON: noise goes, nothing 
 Numbers = list[float]
 
 
-def read_recording(prog: str, path: str) -> Recording:
-    """The trajectory of a file, with a bar on a terminal; stderr hears of a torn last line. Raises FileError."""
+def add_lenient_option(parser: Parser) -> None:
+    parser.add_argument("--lenient", action="store_true", help="read what can be read of a damaged file, with warnings")
+
+
+def read_recording(prog: str, path: str, *, lenient: bool = False, told: bool = True) -> Recording:
+    """The trajectory of a file, with a bar on a terminal; where it is `told`, stderr hears what is wrong with it.
+
+    Raises FileError.
+    """
     from vrs_cli.files.trajectory_file import read_trajectory
     from vrs_cli.render.progress import reading
 
     with reading(path) as progress:
-        recording = read_trajectory(path, progress)
+        recording = read_trajectory(path, progress, lenient=lenient)
     if recording.dropped_tail:
         print(f"{prog}: warning: the last line of {path} is incomplete and left out", file=sys.stderr)
+    for warning in recording.warnings if told else ():
+        print(f"{prog}: warning: {path}, {warning}", file=sys.stderr)
     return recording
 
 

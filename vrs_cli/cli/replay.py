@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import CommandLineError, Parser, positive
 from vrs_cli.cli.outputs import Outputs, add_output_options
-from vrs_cli.cli.recordings import read_recording
+from vrs_cli.cli.recordings import add_lenient_option, read_recording
 
 if TYPE_CHECKING:
     from vrs_cli.engine.position import Position
@@ -33,7 +33,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     options = _parser(prog).parse(arguments)
     outputs = Outputs.of(options)
     outputs.check(also=(options.file,))
-    recording = read_recording(prog, options.file)
+    recording = read_recording(prog, options.file, lenient=options.lenient)
     from vrs_cli.kinematics.arm import arm_for
 
     arm, timeline = arm_for(recording.model), recording.timeline
@@ -62,6 +62,7 @@ def _parser(prog: str) -> Parser:
         "--step", metavar="S", type=positive, help=f"print a table, a row every S seconds (default {DEFAULT_STEP:g})"
     )
     add_output_options(parser)
+    add_lenient_option(parser)
     return parser
 
 

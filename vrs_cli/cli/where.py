@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import Parser, number
-from vrs_cli.cli.recordings import position_object, read_recording
+from vrs_cli.cli.recordings import add_lenient_option, position_object, read_recording
 
 if TYPE_CHECKING:
     from vrs_cli.engine.position import Position
@@ -24,7 +24,7 @@ Before the first motion, after the last and between motions the robot stands sti
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Print where the robot is at the times asked for."""
     options = _parser(prog).parse(arguments)
-    recording = read_recording(prog, options.file)
+    recording = read_recording(prog, options.file, lenient=options.lenient)
     from vrs_cli.engine.position import position_at
     from vrs_cli.kinematics.arm import arm_for
 
@@ -42,6 +42,7 @@ def _parser(prog: str) -> Parser:
         "--at", metavar="TIME", type=number, nargs="+", action="extend", required=True, help="times [s], any number"
     )
     parser.add_argument("--json", action="store_true", help="a JSON list with an object for every time")
+    add_lenient_option(parser)
     return parser
 
 

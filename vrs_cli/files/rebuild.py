@@ -150,6 +150,11 @@ def _edges(segments: Iterable[Segment]) -> list[float]:
     return [edge for segment in segments for edge in (segment.start, segment.finish)]
 
 
+def check_order(segments: Iterable[Segment]) -> None:
+    """Raises RecordError where segments overlap in time."""
+    _check_order(_edges(segments))
+
+
 def _check_order(edges: Iterable[float]) -> None:
     if not all(earlier <= later for earlier, later in pairwise(edges)):
         raise RecordError("the segments overlap in time")

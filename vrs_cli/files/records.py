@@ -6,7 +6,9 @@ A field that holds its default is not written. `docs/trajectory-file.md` describ
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import copysign
+from dataclasses import dataclass
+from math import copysign, hypot
+from operator import mul
 from typing import Annotated, Any, Literal, cast
 
 import msgspec
@@ -14,7 +16,7 @@ import msgspec
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
-from vrs_cli.trajectory.instant import LATEST
+from vrs_cli.trajectory.instant import LATEST, TICKS_PER_SECOND
 from vrs_cli.trajectory.motion import (
     AlignedTarget,
     Frames,
@@ -26,20 +28,28 @@ from vrs_cli.trajectory.motion import (
     Start,
     ToolOffsetTarget,
 )
+from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Path, Phase, Segment, Turn
 
 FORMAT = 1
 NEEDS = {Kind.JOINT: "goal", Kind.STEERED: "goal", Kind.STRAIGHT: "pose"}  # to be planned again
 UNITS = {"length": "m", "angle": "rad", "time": "s"}
 
-Coefficients = Annotated[tuple[float, ...], msgspec.Meta(min_length=1)]
-Row = tuple[float, float, float, float]
+LARGEST = 1e15  # of any number: what is reckoned from it stays finite
+DEGREE = 3  # of a polynomial, at most
+ORTHONORMAL = 1e-6  # products of the axes of a rotation
+
+Number = Annotated[float, msgspec.Meta(ge=-LARGEST, le=LARGEST)]
+Time = Annotated[float, msgspec.Meta(ge=-2.0 * LATEST, le=2.0 * LATEST)]
+Numbers = Annotated[tuple[Number, ...], msgspec.Meta(min_length=1)]
+Coefficients = Annotated[tuple[Number, ...], msgspec.Meta(min_length=1, max_length=DEGREE + 1)]
+Row = tuple[Number, Number, Number, Number]
 Rows = tuple[Row, Row, Row]
-Axis = tuple[float, float, float]
-Count = Annotated[int, msgspec.Meta(ge=0)]
+Axis = tuple[Number, Number, Number]
+Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 Fraction = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
-Rate = Annotated[float, msgspec.Meta(gt=0.0)]
-Length = Annotated[float, msgspec.Meta(ge=0.0)]
+Rate = Annotated[float, msgspec.Meta(gt=0.0, le=LARGEST)]
+Length = Annotated[float, msgspec.Meta(ge=0.0, le=LARGEST)]
 Duration = Annotated[float, msgspec.Meta(ge=0.0, le=LATEST)]
 
 
@@ -56,7 +66,7 @@ class RelativeRecord(Record, frozen=True):
     """DRIVE: `joint` and `change`; DEPART: `offset`; ALIGN: `aligned`, true."""
 
     joint: Count | None = None
-    change: float | None = None
+    change: Number | None = None
     offset: Rows | None = None
     aligned: bool | None = None
 
@@ -66,14 +76,14 @@ class MotionRecord(Record, frozen=True):
     kind: Kind
     start: Start
     text: str = ""
-    goal: tuple[float, ...] | None = None
+    goal: tuple[Number, ...] | None = None
     pose: Rows | None = None
     speed: Fraction | None = None
     acceleration: Fraction | None = None
     tip_speed: Rate | None = None
     rotation: Rate | None = None
     duration: Duration | None = None
-    hand: float | None = None
+    hand: Number | None = None
     frames: FramesRecord | None = None
     relative: RelativeRecord | None = None
     profile: Profile | None = None
@@ -94,31 +104,31 @@ class LineRecord(Record, frozen=True):
     arm: Literal["RIGHTY", "LEFTY"] | None  # null: the robot has no such choice
     elbow: Literal["ABOVE", "BELOW"] | None
     wrist: Literal["NOFLIP", "FLIP"] | None
-    seeds: Annotated[tuple[Coefficients, ...], msgspec.Meta(min_length=1)]
-    seed_interval: float
+    seeds: Annotated[tuple[Numbers, ...], msgspec.Meta(min_length=1)]
+    seed_interval: Number
 
 
 class SegmentRecord(Record, frozen=True):
     """`motion` is absent when it is the motion of the delta; exactly one of `joints` and `line` is there."""
 
-    start: float
-    finish: float
+    start: Time
+    finish: Time
     phase: Phase
-    motion: int | MotionRecord | None = None
+    motion: Count | MotionRecord | None = None
     joints: tuple[Coefficients, ...] | None = None
     line: LineRecord | None = None
 
 
 class DeltaRecord(Record, frozen=True):
     version: Count
-    motion: int | MotionRecord
-    issued: float
-    executed: float
-    cut: float
+    motion: Count | MotionRecord
+    issued: Number
+    executed: Number
+    cut: Time
     keep: Count
     drop: Count
     segments: tuple[SegmentRecord, ...]
-    shift: float | None = None
+    shift: Time | None = None
     cause: Cause | None = None
 
 
@@ -126,12 +136,31 @@ class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):
     """The first line; keys that a later version may add are passed over. `crc` says that every line has its checksum,
     which `files/checksum.py` puts there and takes away."""
 
-    vrst: int
+    vrst: Count
     vrs: str
     units: dict[str, str]
     robot: dict[str, Any]
     initial: tuple[SegmentRecord, ...]
     crc: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """What the paths of a robot have: so many joints, and a configuration of these."""
+
+    joint_count: int
+    ways: frozenset[Configuration]
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """What is wrong in a file, and the line that says so."""
+
+    line: int
+    what: str
+
+    def __str__(self) -> str:
+        return f"line {self.line}: {self.what}"
 
 
 class RecordError(ValueError):
@@ -149,10 +178,10 @@ class Motions(dict[int, Motion]):
         self[motion.number] = motion
         return _motion_record(motion)
 
-    def resolve(self, reference: int | MotionRecord, joint_count: int) -> Motion:
+    def resolve(self, reference: int | MotionRecord, form: Form) -> Motion:
         """The motion meant. Raises RecordError."""
         if isinstance(reference, MotionRecord):
-            motion = _motion(reference, joint_count)
+            motion = _motion(reference, form)
             self[motion.number] = motion
             return motion
         if reference not in self:
@@ -266,15 +295,17 @@ def _unless(value: float, default: float) -> float | None:
 
 
 def segments_of(
-    records: Iterable[SegmentRecord], motions: Motions, owner: Motion | None, joint_count: int
+    records: Iterable[SegmentRecord], motions: Motions, owner: Motion | None, form: Form
 ) -> tuple[Segment, ...]:
     """The segments of a line. Raises RecordError."""
-    return tuple(_segment(record, motions, owner, joint_count) for record in records)
+    return tuple(_segment(record, motions, owner, form) for record in records)
 
 
-def delta_of(record: DeltaRecord, motions: Motions, joint_count: int) -> TimelineDelta:
+def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta:
     """The delta of a line; `motions` learns what the line describes. Raises RecordError."""
-    motion = motions.resolve(record.motion, joint_count)
+    motion = motions.resolve(record.motion, form)
+    shift = 0.0 if record.shift is None else record.shift
+    _check_times(record.cut, shift)
     return TimelineDelta(
         version=record.version,
         cause=Cause.COMMAND if record.cause is None else record.cause,
@@ -284,54 +315,65 @@ def delta_of(record: DeltaRecord, motions: Motions, joint_count: int) -> Timelin
         cut=record.cut,
         keep=record.keep,
         drop=record.drop,
-        shift=0.0 if record.shift is None else record.shift,
-        segments=segments_of(record.segments, motions, motion, joint_count),
+        shift=shift,
+        segments=segments_of(record.segments, motions, motion, form),
     )
 
 
-def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, joint_count: int) -> Segment:
-    motion = owner if record.motion is None else motions.resolve(record.motion, joint_count)
+def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, form: Form) -> Segment:
+    motion = owner if record.motion is None else motions.resolve(record.motion, form)
     if motion is None:
         raise RecordError("a segment of the initial timeline names no motion")
+    _check_times(record.start, record.finish)
     if not record.start <= record.finish:
         raise RecordError(f"a segment finishes at {record.finish!r} s, before it starts at {record.start!r} s")
-    return Segment(record.start, record.finish, _path(record, joint_count), record.phase, motion)
+    return Segment(record.start, record.finish, _path(record, form), record.phase, motion)
 
 
-def _path(record: SegmentRecord, joint_count: int) -> Path:
+def _path(record: SegmentRecord, form: Form) -> Path:
     if record.joints is not None and record.line is None:
-        _check_count(len(record.joints), joint_count)
+        _check_rows(record.joints, form.joint_count)
         return JointPath(record.joints)
     if record.line is not None and record.joints is None:
-        return _line(record.line, joint_count)
+        return _line(record.line, form)
     raise RecordError("a segment needs either joints or line")
 
 
-def _line(record: LineRecord, joint_count: int) -> CartesianPath:
+def _line(record: LineRecord, form: Form) -> CartesianPath:
     for seed in record.seeds:
-        _check_count(len(seed), joint_count)
+        _check_count(len(seed), form.joint_count)
     if len(record.seeds) > 1 and not record.seed_interval > 0.0:
         raise RecordError(f"seed_interval is {record.seed_interval!r}; it must be above 0")
+    words = (
+        None if record.arm is None else Arm[record.arm],
+        None if record.elbow is None else Elbow[record.elbow],
+        None if record.wrist is None else Wrist[record.wrist],
+    )
+    configuration = Configuration(*words)
+    if configuration not in form.ways:
+        raise RecordError("a configuration that the robot has not: arm, elbow and wrist")
     return CartesianPath(
         position=record.position,
         orientation=_transform(record.orientation),
-        turns=tuple(Turn(turn.axis, turn.angle) for turn in record.turns),
-        configuration=Configuration(
-            None if record.arm is None else Arm[record.arm],
-            None if record.elbow is None else Elbow[record.elbow],
-            None if record.wrist is None else Wrist[record.wrist],
-        ),
+        turns=tuple(_turn(turn) for turn in record.turns),
+        configuration=configuration,
         seeds=record.seeds,
         seed_interval=record.seed_interval,
     )
 
 
-def _motion(record: MotionRecord, joint_count: int) -> Motion:
+def _turn(record: TurnRecord) -> Turn:
+    if abs(hypot(*record.axis) - 1.0) > ORTHONORMAL:
+        raise RecordError("the axis of a turn is no unit vector")
+    return Turn(record.axis, record.angle)
+
+
+def _motion(record: MotionRecord, form: Form) -> Motion:
     need = NEEDS.get(record.kind)
     if need is not None and getattr(record, need) is None:
         raise RecordError(f"a motion of kind {record.kind.value} needs a {need}")
     if record.goal is not None:
-        _check_count(len(record.goal), joint_count)
+        _check_count(len(record.goal), form.joint_count)
     return Motion(
         number=record.number,
         kind=record.kind,
@@ -346,16 +388,16 @@ def _motion(record: MotionRecord, joint_count: int) -> Motion:
         hand=0.0 if record.hand is None else record.hand,
         frames=_frames(record.frames),
         text=record.text,
-        relative=None if record.relative is None else _relative(record.relative, joint_count),
+        relative=None if record.relative is None else _relative(record.relative, form),
         profile=Profile.LSPB if record.profile is None else record.profile,
         rounding=record.rounding,
     )
 
 
-def _relative(record: RelativeRecord, joint_count: int) -> RelativeTarget:
+def _relative(record: RelativeRecord, form: Form) -> RelativeTarget:
     if record.joint is not None and record.change is not None:
-        if not 1 <= record.joint <= joint_count:
-            raise RecordError(f"joint {record.joint} of a robot of {joint_count} joints")
+        if not 1 <= record.joint <= form.joint_count:
+            raise RecordError(f"joint {record.joint} of a robot of {form.joint_count} joints")
         return JointOffsetTarget(record.joint, record.change)
     if record.offset is not None:
         return ToolOffsetTarget(_transform(record.offset))
@@ -374,7 +416,24 @@ def _frames(record: FramesRecord | None) -> Frames:
 
 
 def _transform(rows: Rows) -> Transform:
+    R = [row[:3] for row in rows]
+    for i, a in enumerate(R):
+        for b in R[: i + 1]:
+            if abs(sum(map(mul, a, b)) - (a is b)) > ORTHONORMAL:
+                raise RecordError("the axes of a transformation are not at right angles, or not of length 1")
     return Transform(*rows[0], *rows[1], *rows[2])
+
+
+def _check_rows(rows: tuple[Polynomial, ...], joint_count: int) -> None:
+    _check_count(len(rows), joint_count)
+    lengths = set(map(len, rows))
+    if len(lengths) > 1:
+        raise RecordError(f"polynomials of {min(lengths)} and of {max(lengths)} coefficients in one segment")
+
+
+def _check_times(one: float, other: float) -> None:
+    if one * TICKS_PER_SECOND % 1.0 or other * TICKS_PER_SECOND % 1.0:
+        raise RecordError(f"{one!r} s or {other!r} s is no multiple of 2^-30 s")
 
 
 def _check_count(found: int, joint_count: int) -> None:

@@ -10,9 +10,10 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
-from typing import BinaryIO
+from typing import Annotated, BinaryIO
 
 import msgspec
 
@@ -20,11 +21,14 @@ from vrs_cli import __version__
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically, reason
 from vrs_cli.files.checksum import START, Checksums
-from vrs_cli.files.rebuild import Rebuilding
+from vrs_cli.files.rebuild import Rebuilding, check_order
 from vrs_cli.files.records import (
     FORMAT,
     UNITS,
+    Count,
     DeltaRecord,
+    Fault,
+    Form,
     HeaderRecord,
     Motions,
     RecordError,
@@ -33,6 +37,7 @@ from vrs_cli.files.records import (
     segment_records,
     segments_of,
 )
+from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.language.collector import collector_paused
@@ -42,7 +47,8 @@ from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 
 EXTENSION = ".vrst"
-REPAIR = "what is before that line can be read when it and all after it are deleted"
+REPAIR = "vrs replay --lenient plays what can be read of it"
+MOST_FAULTS = 20  # that are told
 GUIDE = "a trajectory file is what SAVE or vrs run --save wrote"
 LINES_A_REPORT = 512  # of progress
 LONGEST_HEADER = 1 << 24  # bytes; a robot takes two thousand
@@ -101,9 +107,9 @@ class LineEncoder:
         return self._checksums.sealed(_encoder.encode(record)) + b"\n"
 
 
-def decode_delta(line: bytes, motions: Motions, joint_count: int) -> TimelineDelta:
+def decode_delta(line: bytes, motions: Motions, form: Form) -> TimelineDelta:
     """The delta of a line. Raises msgspec.DecodeError for what is no record, RecordError for a wrong one."""
-    return delta_of(_delta_decoder.decode(line), motions, joint_count)
+    return delta_of(_delta_decoder.decode(line), motions, form)
 
 
 def write_trajectory(
@@ -133,9 +139,9 @@ class Header:
 class Recording:
     """A trajectory file as read: `timeline` is tau after all `deltas`, `initial` the segments of tau[0].
 
-    `dropped_tail`: a last line that had not been written to its end was left out. `size`: the bytes of all others;
-    `motions`: what they describe; `checksum`: that of the last, None where the file has none. These three are what
-    writing on needs.
+    `warnings`: what is wrong in a file of before, or in one that is read leniently, with the lines. `dropped_tail`: a
+    last line that had not been written to its end was left out. `size`: the bytes of all others; `motions`: what they
+    describe; `checksum`: that of the last, None where the file has none. These three are what writing on needs.
     """
 
     model: RobotModel
@@ -144,39 +150,101 @@ class Recording:
     initial: tuple[Segment, ...]
     header: Header
     dropped_tail: bool
+    warnings: tuple[str, ...]
     size: int
     motions: Mapping[int, Motion]
     checksum: int | None
 
 
 @collector_paused()
-def read_trajectory(path: str | Path, progress: Callable[[float], None] | None = None) -> Recording:
+def read_trajectory(
+    path: str | Path, progress: Callable[[float], None] | None = None, *, lenient: bool = False
+) -> Recording:
     """Read a trajectory file. Raises NonexistentFile, FileError, or FileDamaged, which names the line.
 
-    `progress` is told how much of the file has been read, from 0 to 1.
+    The trajectory keeps the laws of motion. Where that of a file without checksums, as older ones are, does not, it has
+    warnings. `lenient`: what can be read of a damaged file, with warnings. `progress` is told how much of the file has
+    been read, from 0 to 1.
     """
     file = Path(path)
     with _reading(file) as stream:
         lines = _Lines(stream, progress)
-        header, model, initial, motions, checksums = _header(file, lines.first(file))
-        rebuilding, deltas = Rebuilding(initial), list[TimelineDelta]()
+        reader = _Reader(file, lines.first(file), lenient)
         for number, line in enumerate(lines, 2):
-            try:
-                deltas.append(decode_delta(checksums.opened(line), motions, model.joint_count))
-                rebuilding.add(deltas[-1])
-            except (*UNREADABLE, RecordError) as error:
-                raise _damaged(file, number, str(error)) from None
-    return Recording(
-        model=model,
-        timeline=rebuilding.timeline(),
-        deltas=tuple(deltas),
-        initial=initial,
-        header=header,
-        dropped_tail=lines.torn,
-        size=lines.whole,
-        motions=MappingProxyType(motions),
-        checksum=checksums.last,
-    )
+            if not reader.take(number, line):
+                break
+    return reader.recording(lines)
+
+
+class _Reader:
+    """What the lines of a file have said so far."""
+
+    def __init__(self, path: Path, first: bytes, lenient: bool) -> None:
+        self._path, self._lenient, self._faults = path, lenient, list[Fault]()
+        record = _header_record(path, first)
+        self._checksums = Checksums(None if record.crc is None else START)
+        self._motions, self._deltas = Motions(), list[TimelineDelta]()
+        self._header = Header(record.vrst, record.vrs, record.units)
+        try:
+            self._opened(1, first)
+            self._model = from_dict(record.robot, f"{path}, line 1: robot")
+            self._arm = arm_for(self._model)
+            self._form = Form(self._model.joint_count, frozenset(self._arm.ways))
+            self._initial = segments_of(record.initial, self._motions, None, self._form)
+            check_order(self._initial)
+        except RecordError as error:
+            raise _damaged(path, 1, str(error)) from None
+        if not self._initial:
+            raise _damaged(path, 1, "the initial timeline has no segment")
+        self._rebuilding = Rebuilding(self._initial)
+
+    def take(self, number: int, line: bytes) -> bool:
+        """Read the next line; False where it and all after it are left out. Raises FileDamaged."""
+        try:
+            delta = decode_delta(self._opened(number, line), self._motions, self._form)
+            self._rebuilding.add(delta)
+        except (*UNREADABLE, RecordError) as error:
+            if not self._lenient:
+                raise _damaged(self._path, number, str(error)) from None
+            self._faults.append(Fault(number, f"{error}; it is left out, and all after it"))
+            return False
+        self._deltas.append(delta)
+        return True
+
+    def _opened(self, number: int, line: bytes) -> bytes:
+        try:
+            return self._checksums.opened(line)
+        except RecordError as error:
+            if not self._lenient:
+                raise
+            self._faults.append(Fault(number, str(error)))
+            return self._checksums.passed(line)
+
+    def recording(self, lines: _Lines) -> Recording:
+        """What the file holds, once all of its laws are checked. Raises FileDamaged."""
+        timeline = self._rebuilding.timeline()
+        self._check_laws(timeline)
+        return Recording(
+            model=self._model,
+            timeline=timeline,
+            deltas=tuple(self._deltas),
+            initial=self._initial,
+            header=self._header,
+            dropped_tail=lines.torn,
+            warnings=tuple(map(str, self._faults)),
+            size=lines.whole,
+            motions=MappingProxyType(self._motions),
+            checksum=self._checksums.last,
+        )
+
+    def _check_laws(self, timeline: Timeline) -> None:
+        from vrs_cli.files.soundness import faults  # here: who only writes a file needs no numpy
+
+        sealed = self._checksums.last is not None and not self._lenient
+        for fault in islice(faults(self._arm, timeline, self._deltas), MOST_FAULTS):
+            if sealed:
+                raise _damaged(self._path, fault.line, fault.what)
+            self._faults.append(fault)
 
 
 @contextmanager
@@ -230,26 +298,11 @@ def _is_whole(line: bytes) -> bool:
     return True
 
 
-def _header(path: Path, line: bytes) -> tuple[Header, RobotModel, tuple[Segment, ...], Motions, Checksums]:
-    record = _header_record(path, line)
-    checksums = Checksums(None if record.crc is None else START)
-    motions = Motions()
-    try:
-        checksums.opened(line)
-        model = from_dict(record.robot, f"{path}, line 1: robot")
-        initial = segments_of(record.initial, motions, None, model.joint_count)
-    except RecordError as error:
-        raise _damaged(path, 1, str(error)) from None
-    if not initial:
-        raise _damaged(path, 1, "the initial timeline has no segment")
-    return Header(record.vrst, record.vrs, record.units), model, initial, motions, checksums
-
-
 class _Marks(msgspec.Struct):
     """What tells a trajectory file from others, whatever its version."""
 
-    vrst: int
-    vrs: str = ""
+    vrst: Count
+    vrs: Annotated[str, msgspec.Meta(max_length=40)] = ""
 
 
 def _header_record(path: Path, line: bytes) -> HeaderRecord:

@@ -37,9 +37,10 @@ class Recorder:
         if recording is None:
             return Message(f"{self.path} is begun")
         commands = len(engine.history.done)
-        torn = f"{TORN}\n" if recording.dropped_tail else ""
+        torn = (TORN,) if recording.dropped_tail else ()
+        wrong = "".join(f"{what}\n" for what in (*torn, *recording.warnings))
         return Message(
-            f"{torn}{self.path} goes on: {commands} command{'s' if commands != 1 else ''}, clock at {engine.now:.3f} s"
+            f"{wrong}{self.path} goes on: {commands} command{'s' if commands != 1 else ''}, clock at {engine.now:.3f} s"
         )
 
     def _tell(self, text: str) -> None:

@@ -99,7 +99,6 @@ def _tabulated(segments: list[Segment]) -> BlockTable:
     import numpy as np
 
     paths = [segment.path for segment in segments]
-    coefficients = _coefficients(paths)
     frames = tuple(dict.fromkeys(segment.motion.frames for segment in segments))
     number = {frame: count for count, frame in enumerate(frames)}
     return BlockTable(
@@ -107,7 +106,7 @@ def _tabulated(segments: list[Segment]) -> BlockTable:
         starts=np.array([segment.start for segment in segments]),
         durations=np.array([segment.duration for segment in segments]),
         hand=np.array([segment.motion.hand for segment in segments]),
-        coefficients=coefficients,
+        coefficients=coefficients(paths),
         straight=np.array([not isinstance(path, JointPath) for path in paths]),
         resting=np.array([segment.phase is Phase.REST for segment in segments]),
         frames=frames,
@@ -115,7 +114,7 @@ def _tabulated(segments: list[Segment]) -> BlockTable:
     )
 
 
-def _coefficients(paths: list[Path]) -> Floats:
+def coefficients(paths: list[Path]) -> Floats:
     """(k, m, n) by ascending power: the paths in joint space; zero for straight ones."""
     import numpy as np
 

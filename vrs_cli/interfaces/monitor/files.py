@@ -82,6 +82,7 @@ def _load_trajectory(session: Session, path: Path) -> Iterator[Reply]:
     branches.change_over(name)
     if recording.dropped_tail:
         yield Message(TORN, Tone.WARNING)
+    yield from _warnings(recording)
     commands = len(session.engine.history.done)
     counted = f"{commands} command{'s' if commands != 1 else ''}"
     yield Message(f"On {name}, a branch of {counted} from {path}; the clock is at {session.engine.now:.3f} s")
@@ -99,6 +100,11 @@ def _recording(session: Session, path: Path) -> Recording:
         return read_trajectory(path, partial(terminal.reading, str(path)))
     finally:
         terminal.end_progress()
+
+
+def _warnings(recording: Recording) -> Iterator[Reply]:
+    """What a file of before has in it that a robot cannot do."""
+    yield from (Message(warning, Tone.WARNING) for warning in recording.warnings)
 
 
 def _loaded(stored: StoredProgram, *, replaced: bool) -> str:
@@ -148,6 +154,7 @@ def _replay(session: Session, it: Instruction) -> Iterator[Reply]:
     path = path_of(it)
     path = path if path.exists() else _with_extension(path, EXTENSION)
     recording = _recording(session, path)
+    yield from _warnings(recording)
     yield Replay(path, recording.model, recording.timeline, len(recording.deltas), recording.dropped_tail)
 
 

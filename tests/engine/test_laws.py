@@ -1,0 +1,111 @@
+"""The laws of a timeline: each is broken once, by a segment that keeps all others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+
+import pytest
+
+from tests.files.trajectories import STAND, initial, planned, puma
+from vrs_cli.engine.laws import breaches, on_lines
+from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
+from vrs_cli.trajectory.timeline import Timeline
+
+ARM = arm_for(puma())
+MOVE = Motion(1, Kind.JOINT, Start.AT, goal=STAND)
+
+
+def of_joint_1(*pieces: tuple[float, tuple[float, ...]], gap: float = 0.0, phase: Phase = Phase.CRUISE) -> list[str]:
+    """What is wrong with a timeline in which joint 1 follows these polynomials, so many seconds each."""
+    segments, t = [initial()], 0.0
+    for duration, polynomial in pieces:
+        others = tuple((q,) + (0.0,) * (len(polynomial) - 1) for q in STAND[1:])
+        segments.append(Segment(t, t + duration, JointPath((polynomial, *others)), phase, MOVE))
+        t += duration + gap
+    return [breach.what for breach in breaches(ARM, Timeline(segments))]
+
+
+def test_there_and_back_is_sound() -> None:
+    assert of_joint_1((0.5, (0.0, 0.0, 1.0)), (0.5, (0.25, 1.0, -1.0))) == []
+    assert of_joint_1((0.5, (0.0, 0.0, 1.5, -1.0)), (0.5, (0.25, 0.75, 0.0, -1.0))) == []
+
+
+@pytest.mark.parametrize(
+    ("pieces", "told"),
+    [
+        ([(1.0, (0.1,))], "joint 1 jumps by 5.7296 deg, 0.000 s"),
+        ([(0.5, (0.0, 0.0, 1.0)), (0.5, (0.25, 0.9, -0.9))], "the velocity of joint 1 jumps by 5.7296 deg/s, 0.500 s"),
+        ([(0.5, (0.0, 0.1))], "the velocity of joint 1 jumps by 5.7296 deg/s, 0.000 s"),
+        ([(0.5, (0.0, 0.0, 0.1))], "joint 1 moves with 5.7296 deg/s at the end, 0.000 s"),
+        ([(4.0, (0.0, 0.0, 0.75, -0.125))], "joint 1 is 69.1831 deg beyond its range, 0.000 s"),
+        ([(1.0, (0.0, 0.0, 4.5, -3.0))], "joint 1 moves with 128.9155 deg/s, faster than it can, 0.000 s"),
+        ([(0.25, (0.0, 0.0, 12.0, -32.0))], "joint 1 accelerates with 1375.0987 deg/s2, more than it can, 0.000 s"),
+    ],
+)
+def test_what_is_wrong_is_told(pieces: list, told: str) -> None:
+    assert any(what.startswith(told) for what in of_joint_1(*pieces)), of_joint_1(*pieces)
+
+
+def test_a_joint_that_swings_out_of_its_range_and_back_is_seen() -> None:
+    """Beyond its range between two ends that are inside."""
+    upper = puma().upper[0]
+    there = Segment(0.0, 4.0, still_but(1, (0.0, 0.0, 3 * upper / 16, -upper / 32)), Phase.CRUISE, MOVE)
+    swing = Segment(4.0, 6.0, still_but(1, (upper, 0.1, -0.05, 0.0)), Phase.CRUISE, MOVE)
+    told = [breach.what for breach in breaches(ARM, Timeline([initial(), there, swing]))]
+    assert f"joint 1 is {0.05 * 180 / pi:.4f} deg beyond its range, 4.000 s" in told
+
+
+def still_but(joint: int, polynomial: tuple[float, ...]) -> JointPath:
+    rows = [(q, 0.0, 0.0, 0.0) for q in STAND]
+    rows[joint - 1] = polynomial
+    return JointPath(tuple(rows))
+
+
+def test_the_robot_stands_in_gaps_and_rests() -> None:
+    assert of_joint_1((0.5, (0.0, 0.0, 0.1)), (0.5, (0.025, 0.1, -0.1)), gap=0.25)[0].startswith(
+        "joint 1 moves with 5.7296 deg/s next to a gap"
+    )
+    assert of_joint_1((1.0, (0.0, 0.0, 0.3, -0.2)), phase=Phase.REST) == [
+        "joint 1 moves by 5.7296 deg while the robot stands, 0.000 s"
+    ]
+
+
+def test_a_stream_of_targets_may_break_off() -> None:
+    steered = Segment(0.0, 0.5, still_but(1, (0.0, 0.0, 0.1, 0.0)), Phase.BLEND, replace(MOVE, kind=Kind.STEERED))
+    assert not list(breaches(ARM, Timeline([initial(), steered])))
+
+
+# --- straight lines ----------------------------------------------------------------------------------------
+
+
+def with_line(**changes: object) -> Timeline:
+    """A planned timeline with the first straight line of some length changed."""
+    timeline = planned(6, seed=1)[0]
+    segments = list(timeline)
+    at = next(i for i, s in enumerate(segments) if isinstance(s.path, CartesianPath) and s.duration > 0.1)
+    segments[at] = replace(segments[at], path=replace(segments[at].path, **changes))
+    return Timeline(segments)
+
+
+def test_planned_lines_are_sound() -> None:
+    for seed in range(1, 5):
+        timeline = planned(6, seed)[0]
+        assert not list(breaches(ARM, timeline))
+        assert not list(on_lines(ARM, timeline))
+
+
+def test_a_line_out_of_reach_is_told() -> None:
+    timeline = with_line(position=((2.0,), (0.0,), (0.0,)))
+    assert any("leaves the reach of the arm" in breach.what for breach in breaches(ARM, timeline))
+    assert any("leaves the reach of the arm" in breach.what for breach in on_lines(ARM, timeline))
+
+
+def test_a_line_whose_seeds_turn_a_joint_about_is_told() -> None:
+    timeline = planned(6, seed=1)[0]
+    path = next(s.path for s in timeline if isinstance(s.path, CartesianPath) and s.duration > 0.1)
+    turned = tuple((*q[:5], q[5] + 2.0 * pi) for q in path.seeds[1:])
+    told = [breach.what for breach in breaches(ARM, with_line(seeds=(path.seeds[0], *turned)))]
+    assert any("jump" in what for what in told)

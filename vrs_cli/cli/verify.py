@@ -1,0 +1,48 @@
+"""`vrs verify`: whether a saved trajectory is whole and keeps the laws of motion, its straight lines all along."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from itertools import islice
+
+from vrs_cli.cli.command_line import Parser
+from vrs_cli.cli.recordings import read_recording
+
+SOUND, UNSOUND = 0, 1
+
+EPILOG = """\
+Reading a file checks its form, checksums, continuity, the ranges of the joints, and their limits in joint space;
+this follows every straight line too, and tells all that is wrong. Exit status 1 when something is.
+
+  vrs verify pick.vrst
+  vrs verify day.vrst --json
+"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Tell what is wrong in a file, line by line, or that nothing is."""
+    options = _parser(prog).parse(arguments)
+    recording = read_recording(prog, options.file, lenient=True, told=False)
+    from vrs_cli.files.soundness import faults_along
+    from vrs_cli.files.trajectory_file import MOST_FAULTS
+    from vrs_cli.kinematics.arm import arm_for
+
+    along = faults_along(arm_for(recording.model), recording.timeline, recording.deltas)
+    wrong = [*recording.warnings, *map(str, islice(along, MOST_FAULTS))]
+    checksums = recording.checksum is not None
+    if options.json:
+        print(json.dumps({"sound": not wrong, "checksums": checksums, "faults": wrong}, indent=2))
+    else:
+        for what in wrong:
+            print(f"{options.file}, {what}")
+        held = f"{len(recording.deltas)} changes, {len(recording.timeline)} segments, {recording.timeline.end:.3f} s"
+        print(f"{held}{'' if checksums else ', no checksums'}: {'sound' if not wrong else 'not sound'}")
+    return UNSOUND if wrong else SOUND
+
+
+def _parser(prog: str) -> Parser:
+    parser = Parser(prog, "Whether a saved trajectory is whole, and one that the robot can do.", EPILOG)
+    parser.add_argument("file", metavar="T.vrst", help="a saved trajectory")
+    parser.add_argument("--json", action="store_true", help="print one JSON object: sound, checksums, faults")
+    return parser
