@@ -1,4 +1,4 @@
-"""A real shell on a terminal of tmux: keys in, rows of the screen out. Nothing sleeps: what is waited for is polled."""
+"""A real shell on a terminal of tmux: keys in, rows of the screen out."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 
 import pytest
 
 PATIENCE = 60.0  # [s] until a screen that does not come is a failure
+PAUSE = 0.05  # [s] between two looks: they would take the time of the shell
+NUMBERS = count()  # of servers: one that ends may still hold its socket
 CHECKOUT = Path(__file__).parents[2]
 
 needs_tmux = pytest.mark.skipif(shutil.which("tmux") is None, reason="there is no tmux")
@@ -23,15 +26,24 @@ class Screen:
     """One window of a tmux server of its own."""
 
     def __init__(self, folder: Path, columns: int, rows: int) -> None:
-        self._tmux = ("tmux", "-S", str(folder / "tmux.socket"), "-f", os.devnull)
-        self._size = ("-x", str(columns), "-y", str(rows))
+        self._tmux = ("tmux", "-S", str(folder / f"{next(NUMBERS)}.tmux"), "-f", os.devnull)
+        self._place = ("-x", str(columns), "-y", str(rows), "-c", str(folder))
 
     def start(self, *arguments: str, environment: Mapping[str, str]) -> None:
         """Begin `vrs` with these arguments."""
         given = [part for name, value in environment.items() for part in ("-e", f"{name}={value}")]
         command = (sys.executable, "-m", "vrs_cli", *arguments)
-        self._run("new-session", "-d", *self._size, *given, *command)
+        self._run("new-session", "-d", *self._place, *given, *command)
         self._run("set-option", "-g", "remain-on-exit", "on")
+
+    def close_window(self) -> None:
+        """What a terminal does to its processes when it is closed: SIGHUP, and no more input."""
+        process = self.process
+        self._run("kill-session")
+        end = time.monotonic() + PATIENCE
+        while _runs(process):
+            assert time.monotonic() < end, "the shell does not end"
+            time.sleep(PAUSE)
 
     def stop(self) -> None:
         """End the server and what runs in it."""
@@ -61,6 +73,7 @@ class Screen:
         end = time.monotonic() + PATIENCE
         while not condition(rows := self.rows()):
             assert time.monotonic() < end, "\n".join(rows)
+            time.sleep(PAUSE)
         return rows
 
     def wait_for(self, text: str) -> list[str]:
@@ -75,6 +88,14 @@ class Screen:
 
 
 _KEYS = frozenset({"Enter", "C-d", "C-c", "Up", "BSpace", "Tab"})
+
+
+def _runs(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return "\nState:\tZ" not in Path(f"/proc/{process}/status").read_text() if Path("/proc").exists() else True
 
 
 @contextmanager

@@ -47,7 +47,7 @@ def keyboard() -> Iterator[PipeInput]:
 def run(*keys: str, file: str | None = None, clock: Clock | None = None) -> Shell:
     """A whole session of the shell; it must end by itself at the last key."""
     with keyboard() as pipe:
-        pipe.send_text("".join(keys))
+        pipe.send_text("".join(keys) + CTRL_D)  # the answer where EXIT asks about what is not stored
         shell = Shell(file=file, clock=clock)
         assert shell.run() == 0
     return shell
@@ -71,6 +71,34 @@ def real(shell: Shell, name: str) -> object:
 @pytest.mark.parametrize("last", [lines("EXIT"), lines("quit"), CTRL_D])
 def test_ways_to_leave(last: str) -> None:
     assert real(run(lines("a = 1"), last), "a") == 1.0
+
+
+TYPED = lines(".PROGRAM p", ".END")
+
+
+@pytest.mark.parametrize("asked", [lines("EXIT"), CTRL_D])
+@pytest.mark.parametrize("answer", [lines("Y"), lines("EXIT"), CTRL_D])
+def test_leaving_asks_about_what_is_not_stored(asked: str, answer: str, capsys: pytest.CaptureFixture[str]) -> None:
+    shell = run(TYPED, asked, answer, lines("a = 1"))
+    assert real(shell, "a") is None
+    assert "Not stored: program p. STORE file stores all" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("asked", [lines("EXIT"), CTRL_D])
+@pytest.mark.parametrize("answer", [lines("N"), lines(""), lines("what", "no"), CTRL_C])
+def test_who_does_not_leave_can_store(asked: str, answer: str, state: Path) -> None:
+    shell = run(TYPED, asked, answer, lines("a = 1", "STORE all", "EXIT", "a = 2"))
+    assert real(shell, "a") == 1.0
+    assert ".PROGRAM p" in (state / "all.v2").read_text()
+
+
+def test_who_has_disabled_questions_leaves_at_once() -> None:
+    assert real(run(TYPED, lines("DISABLE INTERACTIVE", "EXIT", "a = 1")), "a") is None
+
+
+def test_who_leaves_leaves_nothing_behind(state: Path) -> None:
+    run(TYPED, lines("EXIT", "Y"))
+    assert list((state / "vrs" / "recovery").iterdir()) == []
 
 
 def test_it_says_what_it_is(capsys: pytest.CaptureFixture[str]) -> None:
@@ -262,11 +290,24 @@ def test_a_wrong_step_is_not_taken() -> None:
 
 
 @pytest.mark.parametrize("key", [CTRL_C, CTRL_D])
-def test_leaving_a_program_stores_nothing_and_says_so(key: str, capsys: pytest.CaptureFixture[str]) -> None:
-    shell = run(lines(".PROGRAM p", "a = 1"), key, lines("b = 2", "EXIT"))
+def test_leaving_a_program_asks_stores_nothing_and_says_so(key: str, capsys: pytest.CaptureFixture[str]) -> None:
+    shell = run(lines(".PROGRAM p", "a = 1"), key, lines("Y", "b = 2", "EXIT"))
     assert session(shell).environment.programs == {}
     assert real(shell, "b") == 2.0
-    assert "p is not stored" in capsys.readouterr().out
+    assert "p is not stored (.END would have ended it)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("keys", [CTRL_C + lines("N"), CTRL_D + lines("N"), "b = 3" + CTRL_C])
+def test_who_does_not_leave_a_program_goes_on_with_it(keys: str) -> None:
+    shell = run(lines(".PROGRAM p", "a = 1"), keys, lines("a = 2", ".END", "EXIT"))
+    (stored,) = session(shell).environment.programs.values()
+    assert len(stored.program.steps) == 2
+
+
+@pytest.mark.parametrize("key", [CTRL_C, CTRL_D])
+def test_a_program_without_a_line_is_left_at_once(key: str) -> None:
+    shell = run(lines(".PROGRAM p"), key, lines("b = 2", "EXIT"))
+    assert (session(shell).environment.programs, real(shell, "b")) == ({}, 2.0)
 
 
 def test_a_structure_error_is_told_at_the_end(capsys: pytest.CaptureFixture[str]) -> None:

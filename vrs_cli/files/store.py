@@ -52,17 +52,29 @@ def store(
     programs: Sequence[str] = (),
     layout: Layout = NO_LAYOUT,
 ) -> str:
-    """The text of a file that brings `what` back when it is loaded, with the comments of `layout`.
+    """The text of a file that brings `what` back when it is loaded, as `chosen` has it."""
+    everything = not programs and set(what) >= EVERYTHING
+    return text_of(chosen(environment, what, programs), layout, everything=everything)
 
-    With `programs`, only these, those that they call, and the variables that all of them use. Raises UndefinedName.
+
+def chosen(
+    environment: Environment, what: Collection[Part] = EVERYTHING, programs: Sequence[str] = ()
+) -> list[Program | Section]:
+    """What is to be written. With `programs`, only these, those that they call, and the variables that all of them use.
+
+    Raises UndefinedName.
     """
+    found = with_called(environment, programs) if programs else tuple(_programs(environment).values())
+    used = variables_used(found) if programs else None
+    parts: list[Program | Section] = list(found) if Part.PROGRAMS in what else []
+    return parts + [section for row in _SECTIONS if row.part in what for section in _section(environment, row, used)]
+
+
+def text_of(parts: Sequence[Program | Section], layout: Layout = NO_LAYOUT, *, everything: bool) -> str:
+    """The text of parts, with the comments of `layout`; those at its end where it is `everything`."""
     from vrs_cli.language.printer import print_file
 
-    chosen = with_called(environment, programs) if programs else tuple(_programs(environment).values())
-    used = variables_used(chosen) if programs else None
-    parts: list[Program | Section] = list(chosen) if Part.PROGRAMS in what else []
-    parts += [section for row in _SECTIONS if row.part in what for section in _section(environment, row, used)]
-    tail = layout.tail if parts and used is None and set(what) >= EVERYTHING else ()
+    tail = layout.tail if parts and everything else ()
     return print_file(File((*layout.laid_out(parts), *tail)))
 
 

@@ -274,6 +274,7 @@ class Editor:
         self._session = session
         self.draft = draft
         self.done = False
+        self._opened = draft.program
 
     @property
     def name(self) -> str:
@@ -282,6 +283,11 @@ class Editor:
     @property
     def prompt(self) -> str:
         return self.draft.prompt
+
+    @property
+    def changed(self) -> bool:
+        """Whether something would be lost without E."""
+        return self.draft.program != self._opened
 
     def take(self, line: str) -> tuple[Reply, ...]:
         """What a line is answered with. Raises LineRefused, VrsError: the same step is asked for again then."""
@@ -319,6 +325,7 @@ class Editor:
         refuse_running(self._session, program.name)
         replies = self._stored()
         self.draft = opened(self._session, program, at)
+        self._opened = self.draft.program
         return (*replies, *self.draft.screen())
 
     def _stored(self) -> tuple[Reply, ...]:

@@ -28,6 +28,7 @@ from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, Pr
 from vrs_cli.interfaces.runs import A_DAY, Beside, Bounds, Outcome, RunResult
 from vrs_cli.interfaces.terminal import Dialogue, Terminal
 from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Track
+from vrs_cli.interfaces.unstored import Unstored
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
@@ -77,6 +78,7 @@ class Session:
         self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
         self.branches = Branches(self.engine)
         self.environment = Environment(units=self.engine.model.units)
+        self.unstored = Unstored(self.environment)
         self.robot = Readings(self.engine)
         self.bounds = bounds
         self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder)
@@ -112,12 +114,16 @@ class Session:
         from vrs_cli.language.parser import parse_file
 
         file, diagnostics = parse_file(text)
+        return tuple(diagnostics) + self.put(file, text)
+
+    def put(self, file: File, text: str) -> tuple[Diagnostic, ...]:
+        """The same of a file that has been parsed; what is wrong with what it means."""
         for part in file.parts:
             if isinstance(part, Program):
                 self.check_free(part.name)
         refused = defined(self.environment, (part for part in file.parts if isinstance(part, Section)))
         self.layout = self.layout.with_file(file)
-        return tuple(diagnostics) + refused + self._store(file, text)
+        return refused + self._store(file, text)
 
     def keep(self, program: Program, text: str) -> tuple[Diagnostic, ...]:
         """Put one program in memory, in the place of one of its name; `text` is its source. What is wrong with it."""
@@ -175,7 +181,8 @@ class Session:
 
     def _run(self, track: Track, bounds: Bounds, progress: Callable[[float], None] | None) -> RunResult:
         """SPEED and the like of a program end with it: the prompt has what every program starts with."""
-        result = self.driver.run(track, bounds, progress)
+        with self.unstored.running():
+            result = self.driver.run(track, bounds, progress)
         if track.task.ended:
             for setting in CYCLE_SETTINGS:
                 self.engine.perform(setting)

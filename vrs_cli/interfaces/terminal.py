@@ -34,6 +34,9 @@ class Dialogue(Protocol):
     def change(self, question: str) -> str | None:
         """An answer; None when the question is left (Ctrl-C)."""
 
+    def leave(self, question: str) -> bool:
+        """Whether the user leaves: Y, EXIT or Ctrl-D once more."""
+
     def begin_progress(self) -> None:
         """A program starts."""
 

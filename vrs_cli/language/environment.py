@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from vrs_cli.language.diagnostics import Diagnostic
 
 Index = int | tuple[int, ...]
+Item = tuple[str, Index | None]  # a variable by its key, an element of an array by its index, too
 
 SIGIL_KINDS = {"#": Kind.PRECISION, "$": Kind.STRING}
 OTHER_KIND = {Kind.REAL: Kind.LOCATION, Kind.LOCATION: Kind.REAL}
@@ -623,6 +624,28 @@ class Environment:
         ]
         for _, _, name, value in sorted(rows, key=lambda row: (row[0], row[1])):
             yield Variable(name, value)
+
+    def values(self) -> dict[Item, Value]:
+        """Every value."""
+        found: dict[Item, Value] = {}
+        for kind in Kind:
+            found.update(((str(key), None), value) for key, value in self._simple[kind].items())
+            for array, cells in self._arrays[kind].items():
+                found.update(((array, index), value) for index, value in cells.items() if not isinstance(index, str))
+        return found
+
+    def put_back(self, item: Item, value: Value) -> None:
+        """Give a variable a value that it had, whatever it is now."""
+        key, index = item
+        if self.kind_of(key) not in (None, kind_of_value(value)):
+            self.delete(key)
+        self.reference(key, index).assign(value)
+
+    def name_of(self, item: Item) -> str:
+        """A variable as a listing shows it."""
+        key, index = item
+        spelled = self.spelling.get(key, key)
+        return spelled if index is None else f"{spelled}[{subscript(index)}]"
 
     def delete(self, name: str, index: Index | None = None) -> bool:
         """Forget a variable and the array of that name, or one element. False where there was none."""

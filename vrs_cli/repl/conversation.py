@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import ProgramExists, VrsError
-from vrs_cli.interfaces.monitor.consent import may_replace
+from vrs_cli.interfaces.monitor.consent import leaving, may_replace
 from vrs_cli.interfaces.monitor.files import load
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone, report
 from vrs_cli.interfaces.terminal import Dialogue
@@ -29,6 +29,7 @@ class Conversation:
         self.session = session
         self.entry: Entry | None = None
         self._refused = False
+        self.after: Callable[[], None] = lambda: None  # called after each line, or lines that were pasted together
 
     # --- lines ---
 
@@ -41,6 +42,7 @@ class Conversation:
                 break
         if self._refused and isinstance(self.session.terminal, Dialogue):
             self.entry, self._refused = None, False  # somebody is there, and knows that it was refused
+        self._guarded(self.after, "")
 
     def _guarded(self, act: Callable[[], None], line: str) -> None:
         """Whatever goes wrong is shown, and the next line may come."""
@@ -101,20 +103,50 @@ class Conversation:
                 )
 
     def leave_entry(self, why: str = "") -> None:
-        """Ctrl-C, or the end of the input: what was typed of a program is forgotten, and said to be."""
-        tone = Tone.ERROR if why else Tone.NOTE
-        editor, self.session.editor = self.session.editor, None
-        if editor is not None:
-            self.session.terminal.show(Message(f"{why}{editor.name} is not stored (E would have stored it)", tone))
+        """Ctrl-C, or the end of the input: what was typed of a program is forgotten, and said to be. Somebody who is
+        there is asked first, if there is something to forget.
+        """
+        name, how = self._being_typed()
+        terminal = self.session.terminal
+        if not name:
+            return
+        if self._typed and isinstance(terminal, Dialogue) and not terminal.leave(f"{name} is not stored. Leave (Y/N)?"):
+            return
+        self.entry = self.session.editor = None
+        terminal.show(Message(f"{why}{name} is not stored ({how})", Tone.ERROR if why else Tone.NOTE))
+
+    def leave(self) -> None:
+        """Ctrl-D: as EXIT, which an error of the shell itself does not keep the user from."""
+        for reply in leaving(self.session):
+            self.session.terminal.show(reply)
+
+    def _being_typed(self) -> tuple[str, str]:
+        """The name of the program that is typed or edited, and how it would be stored; empty where there is none."""
+        if self.session.editor is not None:
+            return self.session.editor.name, "E would have stored it"
         if self.entry is not None:
-            name = _named(self.entry.header) or "the program"
-            self.entry = None
-            self.session.terminal.show(Message(f"{why}{name} is not stored (.END would have ended it)", tone))
+            return _named(self.entry.header) or "the program", ".END would have ended it"
+        return "", ""
+
+    @property
+    def _typed(self) -> bool:
+        """Whether anything of it was typed."""
+        editor = self.session.editor
+        return editor.changed if editor is not None else self.entry is not None and bool(self.entry.lines)
 
     @property
     def in_program(self) -> bool:
         """Whether the next line is one of a program."""
         return self.entry is not None or self.session.editor is not None
+
+    @property
+    def unfinished(self) -> str:
+        """The program that is being typed or edited, as a file would hold it."""
+        from vrs_cli.language.printer import print_program
+
+        if self.session.editor is not None:
+            return print_program(self.session.editor.draft.program)
+        return self.entry.text if self.entry is not None and not self._refused else ""
 
     @property
     def prompt(self) -> str:

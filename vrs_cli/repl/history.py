@@ -14,9 +14,19 @@ PRIVATE = 0o700  # folders of the user's own state (XDG Base Directory Specifica
 
 def history_path(environment: Mapping[str, str]) -> Path:
     """`$XDG_STATE_HOME/vrs/history`, or below `~/.local/state` when that is not set to an absolute path."""
+    return state_folder(environment) / "history"
+
+
+def recovery_folder(environment: Mapping[str, str]) -> Path:
+    """Where shells keep what they have in memory alone."""
+    return state_folder(environment) / "recovery"
+
+
+def state_folder(environment: Mapping[str, str]) -> Path:
+    """Where the shell keeps what outlives it. Raises RuntimeError where there is no home."""
     state = environment.get("XDG_STATE_HOME", "")
     root = Path(state) if os.path.isabs(state) else Path("~/.local/state").expanduser()
-    return root / "vrs" / "history"
+    return root / "vrs"
 
 
 class QuietHistory(FileHistory):

@@ -26,10 +26,11 @@ from prompt_toolkit.utils import is_dumb_terminal
 from prompt_toolkit.validation import ValidationError, Validator
 
 from vrs_cli import __version__
+from vrs_cli.files.recovery import files_in
 from vrs_cli.repl.backstage import Backstage
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.echo import unechoed
-from vrs_cli.repl.history import history_path, open_history
+from vrs_cli.repl.history import history_path, open_history, recovery_folder
 from vrs_cli.repl.interrupt import Ended, stoppable
 from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.toolbar import GAP, toolbar
@@ -65,6 +66,7 @@ class Workplace:
         from vrs_cli.render.console import TerminalRenderer
         from vrs_cli.repl import names, validate  # noqa: F401 (the first key must not wait for them)
         from vrs_cli.repl.conversation import Conversation
+        from vrs_cli.repl.keeping import Keeper
         from vrs_cli.repl.shell import DEFAULT_ROBOT
         from vrs_cli.repl.terminal import ShellTerminal
 
@@ -78,6 +80,8 @@ class Workplace:
         self.terminal: ShellTerminal = ShellTerminal(read, draw)
         session = Session(self.terminal, model or load_robot(DEFAULT_ROBOT), clock=clock)
         self.conversation: Conversation = Conversation(session)
+        self.keeper = Keeper(self.conversation, recovery_folder(os.environ))
+        self.conversation.after = self.keeper.keep
         self.recorded = None if recorder is None else recorder.begin(session)
         self.terminal.interrupt = self.interrupt
         parser.parse_prompt("WHERE")
@@ -220,9 +224,23 @@ class Shell:
         if self.file is not None:
             with stoppable(self.backstage.wait().interrupt):
                 self.backstage.wait().conversation.load(self.file)
+        self._recover()
         while self._unhurt_round():
             pass
+        if self.backstage.ready is not None and not self._hung_up:
+            self.backstage.ready.keeper.forget()
         return 0
+
+    def _recover(self) -> None:
+        """Offer what was left by shells that were killed; where there is none, the first prompt does not wait."""
+        if files_in(recovery_folder(os.environ)):
+            with stoppable(self.backstage.wait().interrupt):
+                self.backstage.wait().keeper.offer()
+
+    @property
+    def _hung_up(self) -> bool:
+        """Whether the terminal is gone: its user has not left, and is asked nothing."""
+        return self.prompts.app.input.closed
 
     def _unhurt_round(self) -> bool:
         """A round that Ctrl-C between two others does not end the shell with."""
@@ -240,10 +258,11 @@ class Shell:
         except Ended:
             raise
         except KeyboardInterrupt:
-            self._leave_entry()
+            if not self.prompts.default_buffer.text.strip():
+                self._leave_entry()
             return True
         except EOFError:
-            return self._leave_entry()
+            return self._leave_entry() or not self._leave()
         work = self.backstage.wait()
         with stoppable(work.interrupt), unechoed():
             work.conversation.take(line)
@@ -273,12 +292,22 @@ class Shell:
                 self._redraw()
 
     def _leave_entry(self) -> bool:
-        """Ctrl-C or Ctrl-D while a program is typed: back to the prompt. False where none was."""
+        """Ctrl-C or Ctrl-D while a program is typed: back to the prompt, or on with it. False where none was."""
         work = self.backstage.ready
-        if work is None or not work.conversation.in_program:
+        if work is None or self._hung_up or not work.conversation.in_program:
             return False
         work.conversation.leave_entry()
+        work.keeper.keep()
         return True
+
+    def _leave(self) -> bool:
+        """Ctrl-D at the prompt: as EXIT, but for a terminal that is gone."""
+        work = self.backstage.ready
+        if work is None or self._hung_up:
+            return True
+        with stoppable(work.interrupt):
+            work.conversation.leave()
+        return work.terminal.leaving
 
     # --- what the prompt shows ---
 

@@ -14,6 +14,7 @@ from vrs_cli.render.blocks import shortened
 from vrs_cli.render.control import for_stream, visible
 from vrs_cli.render.layout import replay_summary
 from vrs_cli.render.text import plain_text
+from vrs_cli.repl.interrupt import Ended
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.jogging import Jogger
@@ -138,6 +139,22 @@ class ShellTerminal:
             answer = (self.change(question) or "").partition(";")[0].strip().upper()
             if answer in ("Y", "YES", "N", "NO", ""):
                 return answer.startswith("Y")
+
+    def leave(self, question: str) -> bool:
+        """Whether the user leaves: Y, EXIT or QUIT, or Ctrl-D. Ctrl-C and an empty line are no."""
+        while True:
+            try:
+                answer = self._read(f"{question} ").strip().upper()
+            except Ended:
+                raise
+            except KeyboardInterrupt:
+                return False
+            except EOFError:
+                return True
+            if answer in ("Y", "YES", "EXIT", "QUIT"):
+                return True
+            if answer in ("N", "NO", ""):
+                return False
 
     def see(self, draft: ScreenDraft) -> Iterable[Reply]:
         """SEE: the program fills the screen until the user leaves. Raises UsageError for a terminal that cannot."""

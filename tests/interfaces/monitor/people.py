@@ -46,6 +46,9 @@ class Person(RecordingTerminal):
         self.asked.append(question)
         return self.changes.pop(0)
 
+    def leave(self, question: str) -> bool:
+        return self.confirm(question)
+
     def begin_progress(self) -> None:
         self.running += 1
 

@@ -53,3 +53,22 @@ def test_load_asks_before_it_replaces(folder: Path, sure: bool) -> None:
     assert session.terminal.asked == ["Program main exists. Replace it (Y/N)?"]  # type: ignore[attr-defined]
     (said,) = [reply.text for reply in session.terminal.replies]  # type: ignore[attr-defined]
     assert said == f"new.v2 loaded: {'main (replaced), fresh' if sure else 'fresh; main stays as before'}"
+
+
+@pytest.mark.parametrize("sure", [True, False])
+def test_load_asks_before_it_overwrites_a_location_that_is_not_stored(folder: Path, sure: bool) -> None:
+    (folder / "new.lc").write_text(".LOCATIONS\npart 1 2 3 90 -90 0\nother 1 2 3 90 -90 0\n.END\n")
+    session = loaded(Person(sure=sure))
+    session.perform("SET part = HERE")
+    session.perform("LOAD new.lc")
+    assert session.terminal.asked == ["part is not stored. Overwrite (Y/N)?"]  # type: ignore[attr-defined]
+    part, other = (session.environment.values()[name, None] for name in ("part", "other"))
+    assert (part == other) is sure
+    session.perform("LOAD new.lc")
+    assert len(session.terminal.asked) == (1 if sure else 2)  # type: ignore[attr-defined]
+
+
+def test_on_a_pipe_leaving_asks_nothing() -> None:
+    terminal = RecordingTerminal(sure=False)
+    loaded(terminal).perform("EXIT")
+    assert (terminal.asked, terminal.replies) == ([], [replies.Farewell()])

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import FileError, FileExists
-from vrs_cli.interfaces.replies import Message, Tone
+from vrs_cli.interfaces.replies import Farewell, Message, Reply, Tone
 from vrs_cli.interfaces.terminal import Dialogue
 from vrs_cli.language.environment import key_of
 
@@ -23,6 +24,27 @@ def refusal(session: Session, question: str) -> Message | None:
     if isinstance(session.terminal, Dialogue):
         return Message("Nothing is deleted")
     return Message("*Not confirmed* nothing is deleted (DISABLE INTERACTIVE deletes without a question)", Tone.ERROR)
+
+
+def leaving(session: Session) -> Iterator[Reply]:
+    """EXIT: Farewell, once the user knows what is not stored. Where nobody is there, at once."""
+    terminal, unstored = session.terminal, session.unstored
+    locations = sorted(map(session.environment.name_of, unstored.locations()))
+    named = "; ".join(listed(*row) for row in (("program", unstored.programs()), ("location", locations)) if row[1])
+    if named and isinstance(terminal, Dialogue) and session.engine.parameters.switch("INTERACTIVE"):
+        yield Message(f"Not stored: {named}. STORE file stores all", Tone.WARNING)
+        if not terminal.leave("Leave without storing (Y/N)?"):
+            return
+    yield Farewell()
+
+
+MOST_NAMED = 10
+
+
+def listed(what: str, names: list[str]) -> str:
+    """`program pick`, `locations a, b`, the first few of many."""
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return f"{what}{'s' if len(names) > 1 else ''} {', '.join(names[:MOST_NAMED])}{more}"
 
 
 def may_replace(session: Session, program: str) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,8 +14,10 @@ from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.replies import FileRow, FileTable, FileText, Message, Replay, Reply, Tone, report
 from vrs_cli.interfaces.terminal import Dialogue, Watched
-from vrs_cli.language.ast import Instruction
-from vrs_cli.language.environment import StoredProgram
+from vrs_cli.interfaces.unstored import item_of
+from vrs_cli.language.ast import Instruction, Section
+from vrs_cli.language.environment import Item, StoredProgram
+from vrs_cli.language.values import Value
 
 if TYPE_CHECKING:
     from vrs_cli.files.store import Part
@@ -43,10 +45,18 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
     if path.suffix.lower() == EXTENSION:
         yield from _load_trajectory(session, path)
         return
+    from vrs_cli.language.parser import parse_file
+
     text = read_program_file(path)
     programs = session.environment.programs
     before, layout = dict(programs), session.layout
-    diagnostics = session.load_text(text)
+    file, diagnostics = parse_file(text)
+    sections = [part for part in file.parts if isinstance(part, Section)]
+    kept = _kept(session, sections)
+    diagnostics = (*diagnostics, *session.put(file, text))
+    session.unstored.stored(sections)
+    for item, value in kept.items():
+        session.environment.put_back(item, value)
     if diagnostics:
         yield report(diagnostics, text, str(path))
     brought = [stored for key, stored in programs.items() if before.get(key) is not stored]
@@ -58,6 +68,7 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
             hint = "DELETEP deletes it, DISABLE INTERACTIVE lets it be replaced"
             yield Message(str(ProgramExists(stored.name, hint)), Tone.ERROR)
     new = [stored for stored in brought if stored not in old]
+    session.unstored.stored(stored.program for stored in new)
     if session.last_program is None and new:
         session.last_program = new[0].name
     names = [_loaded(stored, replaced=stored.program.key in before) for stored in new]
@@ -65,6 +76,22 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
         f"; {', '.join(stored.name for stored in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
     )
     yield Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
+
+
+def _kept(session: Session, sections: Iterable[Section]) -> dict[Item, Value]:
+    """Locations that are not stored, which the sections would overwrite and the user does not want to be. Where nobody
+    can be asked they are overwritten, as all variables are.
+    """
+    environment, unstored = session.environment, session.unstored
+    taken = {item_of(entry) for section in sections for entry in section.entries}
+    lost = [item for item in unstored.locations() if item in taken]
+    asks = isinstance(session.terminal, Dialogue) and session.engine.parameters.switch("INTERACTIVE")
+    names = ", ".join(map(environment.name_of, lost))
+    are = "is" if len(lost) == 1 else "are"
+    if not lost or not asks or session.terminal.confirm(f"{names} {are} not stored. Overwrite (Y/N)?"):
+        return {}
+    values = environment.values()
+    return {item: values[item] for item in lost}
 
 
 def _load_trajectory(session: Session, path: Path) -> Iterator[Reply]:
@@ -122,12 +149,15 @@ def _store(extension: str, *parts: str) -> Handler:
         path = _with_extension(path_of(it), extension)
         what: list[Part] = [files.Part[name] for name in parts]
         programs = [word(argument) for argument in it.arguments[1:]]
-        text = files.store(session.environment, what, programs, session.layout)
+        chosen = files.chosen(session.environment, what, programs)
+        everything = not programs and set(what) >= files.EVERYTHING
+        text = files.text_of(chosen, session.layout, everything=everything)
         if not text.strip():
             yield Message("There is nothing to store", Tone.WARNING)
             return
         may_write(session, path)
         write_atomically(path, text)
+        session.unstored.stored(chosen)
         yield Message(f"{path} stored")
 
     return store

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from vrs_cli.interfaces.jogging import jog
+from vrs_cli.interfaces.monitor.consent import leaving
 from vrs_cli.interfaces.monitor.files import FILES
 from vrs_cli.interfaces.monitor.locations import LOCATIONS
 from vrs_cli.interfaces.monitor.programs import PROGRAMS
@@ -20,15 +21,15 @@ from vrs_cli.interfaces.monitor.timeline import TIMELINE
 from vrs_cli.interfaces.monitor.variables import VARIABLES
 from vrs_cli.interfaces.operands import Handler
 from vrs_cli.interfaces.realtime import clock
-from vrs_cli.interfaces.replies import Farewell, Reply
+from vrs_cli.interfaces.replies import Reply
 from vrs_cli.language.ast import Instruction
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session
 
 
-def _leave(_session: Session, _it: Instruction) -> Iterator[Reply]:
-    yield Farewell()
+def _leave(session: Session, _it: Instruction) -> Iterator[Reply]:
+    yield from leaving(session)
 
 
 MONITOR: Mapping[str, Handler] = {

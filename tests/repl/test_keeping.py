@@ -1,0 +1,154 @@
+"""What was typed comes back after a shell was killed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from tests.interfaces.monitor.people import Person
+from vrs_cli.files.recovery import files_in, left
+from vrs_cli.interfaces.session import Session
+from vrs_cli.repl.conversation import Conversation
+from vrs_cli.repl.keeping import Keeper
+
+
+class Shell:
+    """A conversation whose recovery files are in a folder."""
+
+    def __init__(self, folder: Path, *, sure: bool = True) -> None:
+        self.terminal = Person(sure=sure)
+        self.conversation = Conversation(Session(self.terminal))
+        self.keeper = Keeper(self.conversation, folder)
+        self.conversation.after = self.keeper.keep
+
+    def take(self, *lines: str) -> None:
+        for line in lines:
+            self.conversation.take(line)
+        self.keeper._recovery.wait()
+
+    def kill(self) -> None:
+        """What the system does to the lock."""
+        held = self.keeper._recovery._held
+        if held is not None:
+            held.release()
+
+    @property
+    def memory(self) -> object:
+        programs, values = self.conversation.session.unstored.memory()
+        return {key: len(program.steps) for key, program in programs.items()}, values
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "recovery"
+
+
+def recovered(folder: Path, *, sure: bool = True) -> Shell:
+    shell = Shell(folder, sure=sure)
+    shell.keeper.offer()
+    return shell
+
+
+LINES = (
+    "n = 5",
+    "n = n+1",
+    '$s = "a b"',
+    "SET part = TRANS(500,150,-100,90,90,0)",
+    "SET row[2] = TRANS(1,2,3)",
+    "HERE #p",
+    "a[1,2] = PI",
+    ".PROGRAM p(x)\nTYPE x\nn = 7\n.END",
+    ".PROGRAM q\nMOVEE x\n.END",
+    "DELETEP p",
+    "DELETER n",
+    "ZERO",
+    "STORE everything",
+    "LOAD everything",
+    "EDIT p",
+    "READY",
+    "E",
+    "wrong line",
+    "EXECUTE p(1)",
+)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_whatever_is_typed_comes_back(folder: Path, seed: int) -> None:
+    random = Random(seed)
+    typed = [random.choice(LINES) for _ in range(25)]
+    shell = Shell(folder)
+    shell.terminal.changes = [""] * len(typed)
+    shell.take(*typed, *(["E"] if shell.conversation.in_program else []))
+    if shell.conversation.in_program:
+        shell.take("E")
+    shell.kill()
+    unstored = shell.conversation.session.unstored
+    if unstored.programs() or unstored.items():
+        assert recovered(folder).memory == shell.memory, typed
+    else:
+        assert left(folder) == []
+
+
+def test_a_program_that_is_being_typed_comes_back(folder: Path) -> None:
+    shell = Shell(folder)
+    shell.take(".PROGRAM long", "x = 1", "FOR i = 1 TO 3")
+    shell.kill()
+    again = recovered(folder)
+    assert [len(one.program.steps) for one in again.conversation.session.environment.programs.values()] == [2]
+
+
+def test_a_program_that_is_being_edited_comes_back_as_it_was_last(folder: Path) -> None:
+    shell = Shell(folder)
+    shell.take(".PROGRAM p\nx = 1\n.END", "EDIT p", "x = 2", "x = 3")
+    shell.kill()
+    again = recovered(folder)
+    again.take("EXECUTE p")
+    assert dict(again.conversation.session.environment.values())[("x", None)] == 3.0
+
+
+def test_what_is_stored_needs_no_file(folder: Path) -> None:
+    shell = Shell(folder)
+    shell.take("HERE #p", "n = 1")
+    assert len(files_in(folder)) == 1
+    shell.take("STORE all")
+    assert files_in(folder) == []
+
+
+def test_who_only_looks_writes_nothing(folder: Path) -> None:
+    shell = Shell(folder)
+    shell.take("WHERE", "LISTR 2*PI", "DRIVE 1, 10", "wrong")
+    assert not folder.exists()
+
+
+def test_a_line_that_changes_nothing_writes_nothing(folder: Path) -> None:
+    shell = Shell(folder)
+    shell.take("n = 1")
+    (file,) = files_in(folder)
+    file.write_text("as it is")
+    shell.take("WHERE", "LISTR n", "n = 1")
+    assert file.read_text() == "as it is"
+
+
+def test_what_came_back_is_kept_again(folder: Path) -> None:
+    shell = Shell(folder)
+    shell.take("n = 1")
+    shell.kill()
+    again = recovered(folder)
+    again.kill()
+    assert recovered(folder).memory == shell.memory
+    assert len(files_in(folder)) == 1
+
+
+def test_what_is_declined_is_not_asked_again_and_can_be_loaded(folder: Path) -> None:
+    shell = Shell(folder)
+    shell.take("n = 1")
+    shell.kill()
+    other = recovered(folder, sure=False)
+    assert other.terminal.asked == [question for question in other.terminal.asked if "1 real. Load (Y/N)?" in question]
+    (said,) = [reply.text for reply in other.terminal.replies]  # type: ignore[union-attr]
+    assert recovered(folder).terminal.asked == []
+    other.take(said.removeprefix("Not loaded; ").removesuffix(" brings it back"))
+    assert other.memory == shell.memory

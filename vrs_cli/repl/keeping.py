@@ -1,0 +1,87 @@
+"""Keeps what a shell has in memory alone where it outlives the shell, and brings back what another one has left."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vrs_cli.files.recovery import Left, Recovery, left
+from vrs_cli.interfaces.replies import Message, Tone, report
+from vrs_cli.render.numbers import count
+
+if TYPE_CHECKING:
+    from vrs_cli.repl.conversation import Conversation
+
+SLOW, REST = 0.1, 10.0  # [s] of processor time: a text that takes longer is followed by REST times as long without one
+
+
+class Keeper:
+    """Writes the recovery file of a conversation after each line that has changed something."""
+
+    def __init__(
+        self, conversation: Conversation, folder: Path, clock: Callable[[], float] = time.process_time
+    ) -> None:
+        self._conversation, self._folder, self._clock = conversation, folder, clock
+        self._recovery = Recovery(folder)
+        self._kept: object = None
+        self._not_before = 0.0
+
+    def keep(self) -> None:
+        """After a line: write what is not stored, remove the file where all is."""
+        session, unfinished = self._conversation.session, self._conversation.unfinished
+        if not (unfinished or session.unstored.programs() or session.unstored.items()):
+            self.forget()
+            return
+        from vrs_cli.files.store import store
+
+        begun = self._clock()
+        now = (session.unstored.memory(), unfinished)
+        if now == self._kept or begun < self._not_before:
+            return
+        self._recovery.write(store(session.environment, layout=session.layout) + unfinished)
+        self._kept, ended = now, self._clock()
+        self._not_before = ended + REST * (ended - begun) if ended - begun > SLOW else 0.0
+
+    def forget(self) -> None:
+        """All is stored, or the user has left: nothing need be kept."""
+        self._recovery.remove()
+        self._kept = None
+
+    def offer(self) -> None:
+        """Ask about what other shells have left."""
+        for one in left(self._folder):
+            self._offer(one)
+
+    def _offer(self, one: Left) -> None:
+        terminal = self._conversation.session.terminal
+        if not terminal.confirm(f"Recovered from {_moment(one.written)}: {_held(one.text)}. Load (Y/N)?"):
+            terminal.show(Message(f"Not loaded; LOAD {one.decline()} brings it back"))
+            return
+        found = self._conversation.session.load_text(one.text)
+        terminal.show(report(found, one.text))
+        terminal.show(Message("Loaded, and not stored yet: STORE file stores all", Tone.WARNING))
+        self.keep()
+        self._recovery.wait()
+        one.remove()
+
+
+def _moment(when: datetime) -> str:
+    """`14:05`, with the day if it is not today."""
+    return f"{when:%H:%M}" if when.date() == datetime.now().date() else f"{when:%d %b %Y %H:%M}"
+
+
+def _held(text: str) -> str:
+    """`programs pick, place, 2 locations`."""
+    from vrs_cli.interfaces.monitor.consent import listed
+    from vrs_cli.language.ast import Program, Section
+    from vrs_cli.language.parser import parse_file
+
+    parts = parse_file(text)[0].parts
+    programs = list(dict.fromkeys(part.name for part in parts if isinstance(part, Program)))
+    said = [listed("program", programs)] if programs else []
+    nouns = {".LOCATIONS": "location", ".REALS": "real", ".STRINGS": "string"}
+    said += [count(len(part.entries), nouns[part.name]) for part in parts if isinstance(part, Section)]
+    return ", ".join(said) or "nothing"
