@@ -249,7 +249,7 @@ def test_a_line_from_the_stretched_arm_is_refused_before_it_moves(engine: Engine
     go(engine, NamedTarget("ready"))
     pose = engine.position().T_world_tool
     with pytest.raises((StraightLineSingular, LocationOutOfRange)):
-        go(engine, PoseTarget(pose._replace(px=pose.px + 0.3, pz=pose.pz - 0.3)), straight=True)
+        go(engine, PoseTarget(pose._replace(px=pose.px + 0.3, py=pose.py - 0.1, pz=pose.pz - 0.3)), straight=True)
     assert engine.end == 0.0
 
 

@@ -6,6 +6,7 @@ joint jumps unseen. What the samples ask of the joints: `load`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from operator import mul
 from typing import NamedTuple
@@ -20,7 +21,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.joints import Joints, joints_outside
+from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.trajectory.segment import CartesianPath
 
@@ -28,6 +29,7 @@ SAMPLES = 8  # a stretch, before it is refined
 FEWER_SAMPLES = 4  # a stretch of a jerk-limited motion, which has more of them
 FINEST = 2.0**-10  # of a stretch: no finer
 SINGULAR = 1e-4  # measure of a pose in which a line may begin or end, and where it is looked at more closely
+LEAST_GAP = 1e-9  # of a stretch, between samples
 CLOSER = tuple(2.0**-k for k in range(12, 3, -1))  # parts of a stretch, next to such a pose
 JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
@@ -43,6 +45,7 @@ WAYS_ROUND = {  # by the singularity
     "wrist": "use MOVE there, or a via point with the tool tilted, so that joint 5 does not come to 0",
 }
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # the joints that a singularity turns far
+TOUCHING = 0.01  # [rad, m] a joint that changes by no more over a touch of a boundary does not jump there
 EDGE_STEPS = 30  # to find the place where a line is no longer possible, as well as it is shown
 TURN_STEPS = 14  # to find where a joint turns back between two samples
 
@@ -76,10 +79,16 @@ class Follower:
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
 
     def samples(
-        self, path: CartesianPath, duration: float, near: Joints, steps: int = SAMPLES, before: Sample | None = None
+        self,
+        path: CartesianPath,
+        duration: float,
+        near: Joints,
+        steps: int = SAMPLES,
+        before: Sample | None = None,
+        marks: Sequence[float] = (),
     ) -> list[Sample]:
         """In order of time, at `steps` intervals or finer; the first joints are next to `near`. `before`: the last
-        sample of the stretch before, which is at the same instant.
+        sample of the stretch before, which is at the same instant. `marks`: instants between that have a sample too.
 
         Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
         """
@@ -89,8 +98,9 @@ class Follower:
             for part in CLOSER:
                 self._refine(path, samples, duration * part, finest)
             self._check_starts(path, samples)
-        for step in range(1, steps + 1):
-            self._refine(path, samples, duration * step / steps, finest)
+        for until in sorted({*marks, *(duration * step / steps for step in range(1, steps + 1))}):
+            if until - samples[-1].s > LEAST_GAP * duration:
+                self._refine(path, samples, until, min(finest, steps * FINEST * (until - samples[-1].s)))
         if self.singular(samples[-1]):
             samples.pop()
             steady = len(samples) - 1
@@ -194,6 +204,45 @@ class Follower:
             moved = 0.5 * (b.s - a.s) * max([abs(v + w) for v, w in zip(a.velocity, b.velocity, strict=True)])
             self._check_no_jump(a, b, path, min(JUMP, LEAST_JUMP + moved))
 
+    def check_goes_on(self, path: CartesianPath, before: float, after: float, near: Joints) -> None:
+        """That no joint jumps between two times, next to each other, on both sides of a boundary that the path touches.
+
+        Raises StraightLineSingular.
+        """
+        a, b = (self.arm.branch_joints(self.flange(path.pose(s)), self.configuration, near) for s in (before, after))
+        if a is None or b is None or largest_change(a, b) > TOUCHING:
+            still = (0.0,) * len(near)
+            self._check_no_jump(Sample(before, a or near, still), Sample(after, b or near, still), path, 0.0)
+
+    def refuse_start(self, path: CartesianPath, at: float, inside: float, near: Joints) -> StraightLineSingular:
+        """The refusal of a path that comes from a boundary, or to it, as a joint could not: faster and faster."""
+        a, b = (self.arm.branch_joints(self.flange(path.pose(s)), self.configuration, near) for s in (at, inside))
+        changes = [abs(y - x) for x, y in zip(a or near, b or near, strict=True)]
+        pose = path.pose(at)
+        where, hint = self.place(pose)
+        joint = changes.index(max(changes)) + 1
+        return StraightLineSingular(
+            f"near {where} joint {joint} would have to change its speed in no time", hint or PASSED
+        ).at(*position(pose))
+
+    def refuse_beyond(self, path: CartesianPath, s: float, near: Joints) -> MotionError:
+        """The refusal of a path that is beyond the reach at a time that no sample need have seen."""
+        try:
+            good = self.sample(path, 0.0, near)
+            self.sample(path, s, near)
+        except (LocationOutOfRange, JointOutOfRange) as refusal:
+            return refusal
+        return self._earliest(path, good, s, self._out_of_reach(path.pose(s), near))
+
+    def refuse_endless(self, pose: Transform) -> StraightLineSingular:
+        """The refusal of a path that keeps so near to a singularity that it cannot be decided."""
+        near, hint = self.place(pose)
+        return StraightLineSingular(f"near {near} the line goes on along it", hint or PASSED).at(*position(pose))
+
+    def flange(self, pose: Transform) -> Transform:
+        """T_robot_flange of T_robot_tool."""
+        return pose if self.no_tool else compose(pose, self.T_tool_flange)
+
     def _check_no_jump(self, a: Sample, b: Sample, path: CartesianPath, most: float = JUMP) -> None:
         """At a singularity joints may jump: they change in next to no time, though their velocities are small."""
         half = 0.5 * (b.s - a.s)
@@ -233,8 +282,7 @@ class Follower:
 
     def sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
         pose, twist = path.state(s)
-        flange = pose if self.no_tool else compose(pose, self.T_tool_flange)
-        joints = self.arm.branch_joints(flange, self.configuration, near)
+        joints = self.arm.branch_joints(self.flange(pose), self.configuration, near)
         if joints is None:
             raise self._out_of_reach(pose, near)
         if not self.arm.limits_ok(joints):

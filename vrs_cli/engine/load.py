@@ -12,7 +12,7 @@ from itertools import pairwise, repeat
 from math import cbrt, sqrt
 from typing import NamedTuple
 
-from vrs_cli.engine.following import FINEST, Follower, Sample
+from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.engine.rates import joint_acceleration, joint_acceleration_and_jerk
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.joints import Joints
@@ -29,6 +29,7 @@ NEAR_PEAK = 0.95  # of the worst joint's part of its limit: the joints whose pea
 BENT = 0.01  # of the greatest jerk: a bend between two samples from which it is looked at more closely
 AT_LIMIT = 0.999  # of a velocity limit: a joint that begins the stretch there
 SLOWS_DOWN = 0.1  # [1/s] of its velocity: a joint that loses so much is fastest at the beginning
+CLOSER_STEPS = 8  # halvings of the way between two samples
 GOLDEN = 0.6180339887498949
 PEAK_STEPS = 14  # leave a thousandth of the way between two samples
 LOST = 1e-6  # measure of a pose at rest in which the rates of the joints are rounding
@@ -67,9 +68,12 @@ Rates = tuple[float, Joints]  # of the joints, at a time of the stretch
 
 
 class StretchLoad:
-    """What one stretch of a path asks, which the follower has sampled."""
+    """What one stretch of a path asks, which the follower has sampled; `closely`: it passes close to a boundary."""
 
-    def __init__(self, follower: Follower, path: CartesianPath, samples: list[Sample]) -> None:
+    def __init__(
+        self, follower: Follower, path: CartesianPath, samples: list[Sample], *, closely: bool = False
+    ) -> None:
+        self.closely = closely
         self.follower, self.path, self.samples = follower, path, samples
         self.arm, self.tool = follower.arm, follower.tool
         self.limits = follower.arm.model
@@ -84,6 +88,8 @@ class StretchLoad:
         at_last = last or _carried_on(means[-1], means[-2], samples[-1].s)
         velocity = self._velocity(start, at_first, means[0][1])
         rates = [(samples[0].s, at_first), *means, (samples[-1].s, at_last)]
+        if self.closely:
+            rates += self._bends()
         acceleration = self._acceleration(rates, ACCELERATION_MARGIN)
         if acceleration.acceleration > NEAR_LIMIT:
             acceleration = acceleration.worse(self._acceleration([*self._near_limit(means)], ACCELERATION_MARGIN))
@@ -173,6 +179,30 @@ class StretchLoad:
                     if rates is not None:
                         yield sample.s, rates
 
+    def _bends(self) -> Iterator[Rates]:
+        """The joint accelerations at all samples, and between two where they do not explain the mean there."""
+        pending = [(a, b, CLOSER_STEPS) for a, b in pairwise(self._clear())][::-1]
+        while pending:
+            a, b, left = pending.pop()
+            first, last = self._acceleration_at(a), self._acceleration_at(b)
+            if first is None or last is None:
+                continue
+            yield a.s, first
+            if left and self._bent(a, b, first, last):
+                middle = self._sample(0.5 * (a.s + b.s), a.joints)
+                pending += (middle, b, left - 1), (a, middle, left - 1)
+
+    def _bent(self, a: Sample, b: Sample, first: Joints, last: Joints) -> bool:
+        """Whether an acceleration near its limit is another between two samples than at both."""
+        lasting = b.s - a.s
+        rows = zip(a.velocity, b.velocity, first, last, self.limits.max_acceleration, strict=True)
+        for v, w, x, y, limit in rows:
+            bend = 1.5 * abs((w - v) / lasting - 0.5 * (x + y))
+            most = max(abs(x), abs(y)) + bend
+            if bend > BENT * most and most > NEAR_LIMIT * limit:
+                return True
+        return False
+
     def _acceleration_at(self, sample: Sample) -> Joints | None:
         """The joint acceleration at a sample; None in a singular pose, where none is defined."""
         try:
@@ -223,15 +253,14 @@ class StretchLoad:
     def _jerk(self, moments: list[Moment]) -> Load:
         """The greatest joint jerk: at the moments, and between them as far as their accelerations explain it."""
         load = Load()
-        finest = FINEST * self.samples[-1].s
-        pending = list(pairwise(moments))
+        pending = [(a, b, CLOSER_STEPS) for a, b in pairwise(moments)]
         while pending:
-            a, b = pending.pop()
+            a, b, left = pending.pop()
             worst, joint, bent = self._between(a, b)
-            if worst > NEAR_LIMIT and bent and b.sample.s - a.sample.s > finest:
+            if worst > NEAR_LIMIT and bent and left:
                 middle = self._moment(self._sample(0.5 * (a.sample.s + b.sample.s), a.sample.joints))
                 if middle is not None:
-                    pending += (a, middle), (middle, b)
+                    pending += (a, middle, left - 1), (middle, b, left - 1)
                     continue
             if worst > load.jerk:
                 load = Load(0.0, 0.0, joint, self.path.pose(a.sample.s) if worst > 1.0 else None, worst)

@@ -6,23 +6,28 @@ a singularity, is refused before it starts, with the place.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import reduce
+from itertools import repeat
 from math import dist, sqrt
 
+from vrs_cli.engine.boundary import Survey, Touch, survey
 from vrs_cli.engine.following import FEWER_SAMPLES, PASSED, SAMPLES, Follower, Sample, seeds_of
+from vrs_cli.engine.kinks import Kinks, Stop
 from vrs_cli.engine.load import ROUNDING, Load, StretchLoad
-from vrs_cli.errors import MotionError, StraightLineSingular
+from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import at_position, position
+from vrs_cli.kinematics.transform import Transform, at_position, axis_angle, compose, inverse, position
 from vrs_cli.trajectory import smooth
 from vrs_cli.trajectory.blend import JointState, ToolLimits, ToolState, ToolStretch, straight_motion, straight_stop
 from vrs_cli.trajectory.motion import Motion, Profile
+from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.scurve import NoTimes
 from vrs_cli.trajectory.segment import CartesianPath, Phase, Segment, Turn
+from vrs_cli.trajectory.vector import dot, subtracted
 
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
 NEAR_START = 0.05  # [m] of the start of a line, where its singular pose is what stops it
@@ -31,8 +36,11 @@ SAME_VELOCITY = 5e-7  # [rad/s] two joint velocities that are one
 EAGER = 1.05  # a line that starts in motion is slowed so much more than its load
 ATTEMPTS = 6  # to slow down a line that starts in motion
 SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER STRETCH says otherwise
+INSTANT_STEPS = 50  # to find when a part of a line is done
+NO_WAY = 1e-9  # [m] a line that only turns
 
 Seeds = tuple[Joints, ...]
+Marks = tuple[float, ...]
 
 
 def straight_segments(
@@ -50,10 +58,20 @@ def straight_segments(
         except MotionError as error:
             failure = failure or error
     assert failure is not None
+    if not isinstance(failure, LocationOutOfRange):
+        _check_end(arm, joints.joints, motion)
     if state.at_rest and _nearly_singular(arm, joints.joints) and _near_start(state, failure):
         as_ready = ", as READY is" if _nearly_singular(arm, arm.model.poses["ready"]) else ""
         failure.hint = f"the line starts in a singular pose{as_ready}: MOVE away from it first"
     raise failure
+
+
+def _check_end(arm: RobotArm, joints: Joints, motion: Motion) -> None:
+    """That the end of a line is in reach, wherever else it cannot be followed. Raises LocationOutOfRange."""
+    assert motion.pose is not None
+    T_robot_flange = compose(motion.pose, inverse(motion.frames.tool))
+    if arm.hand is not None and not any(arm.branches(T_robot_flange)):
+        arm.select(T_robot_flange, joints)
 
 
 def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
@@ -114,7 +132,7 @@ class _Line:
         slowed = 1.0
         for _ in range(ATTEMPTS):
             stretches = self._stretches(self.limits)
-            seeds, loads = self._follow(stretches)
+            seeds, loads = self._follow(stretches, self._surveyed(stretches))
             load = _worst(loads)
             if load.slowing <= 1.0 + ROUNDING:
                 return self._laid(stretches, seeds, start)
@@ -138,8 +156,14 @@ class _Line:
 
     def _from_rest(self, start: float) -> tuple[Segment, ...]:
         """From rest the line is slowed down by stretching its time as a whole: once, exactly, on the same path."""
+        way = self._way()
+        found = survey(self.arm, way, 1.0, self.motion.frames.tool)
+        if found.touches or found.trouble:
+            stops = self._stops(way, found)
+            if stops:
+                return self._in_parts(stops, start)
         stretches = self._stretches(self.limits)
-        seeds, loads = self._follow(stretches)
+        seeds, loads = self._follow(stretches, self._marks(stretches, found.marks))
         load = _worst(loads)
         if load.slowing > 1.0:
             if load.slowing > self.slowest:
@@ -148,14 +172,102 @@ class _Line:
             self.least *= factor
             stretches = self._stretches(self.limits.slowed(factor, factor * factor, factor * factor * factor))
             if len(stretches) != len(seeds):  # a cruise of next to no time has come or gone
-                seeds, _ = self._follow(stretches)
+                seeds, _ = self._follow(stretches, self._marks(stretches, found.marks))
         return self._laid(stretches, seeds, start)
 
+    # --- the boundary of the reach ---
+
+    def _way(self) -> CartesianPath:
+        """The line from rest as a path, by the part of it that is done."""
+        pose, goal = self.state.pose, self._goal()
+        axis, angle = axis_angle(compose(inverse(pose), goal))
+        line = tuple((a, b - a) for a, b in zip(position(pose), position(goal), strict=True))
+        turns = (Turn(axis, (0.0, angle)),) if angle else ()
+        return CartesianPath((line[0], line[1], line[2]), pose, turns, self.configuration, (self.joints.joints,), 1.0)
+
+    def _stops(self, way: CartesianPath, found: Survey) -> list[Stop]:
+        """Where the line has to stop, from rest. Raises MotionError where it cannot be."""
+        if found.trouble:
+            self._follow(self._stretches(self.limits))  # which may be refused sooner
+            raise self._refusal(way, found)
+        try:
+            return Kinks(self.follower, way, 1.0).stops(found, self.joints.joints)
+        except StraightLineSingular:
+            self._follow(self._stretches(self.limits))
+            raise
+
+    def _in_parts(self, stops: list[Stop], start: float) -> tuple[Segment, ...]:
+        """The line as several, from rest to rest."""
+        done, joints, pose = 0.0, self.joints.joints, self.state.pose
+        still = (0.0,) * len(joints)
+        segments: list[Segment] = []
+        for stop in (*stops, Stop(1.0, self._goal())):
+            motion = replace(self.motion, pose=stop.pose, duration=self.motion.duration * (stop.part - done))
+            state = ToolState(pose, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+            part = _Line(self.arm, state, JointState(joints, still), motion, self.configuration, self.slowest)
+            segments += [replace(segment, motion=self.motion) for segment in part.segments(start)]
+            start, path = segments[-1].finish, segments[-1].path
+            assert isinstance(path, CartesianPath)
+            done, joints, pose = stop.part, path.seeds[-1], stop.pose
+        return tuple(segments)
+
+    def _surveyed(self, stretches: list[ToolStretch]) -> list[Marks]:
+        """The instants of each stretch that need a sample. Raises MotionError where the line leaves the reach, or
+        touches a boundary in motion.
+        """
+        marks = []
+        for stretch in stretches:
+            path, lasting = self._path(stretch, (self.joints.joints,)), stretch.duration
+            found = survey(self.arm, path, lasting, self.motion.frames.tool)
+            kinks = [touch for touch in found.touches if self._kinks(touch, lasting, stretch is stretches[-1])]
+            if found.trouble or kinks:
+                self._follow(stretches)  # which may be refused sooner
+                if found.trouble:
+                    raise self._refusal(path, found)
+                raise self.follower.refuse_start(path, kinks[0].begin, kinks[0].end, self.joints.joints)
+            marks.append(found.marks)
+        return marks
+
+    def _refusal(self, path: CartesianPath, found: Survey) -> MotionError:
+        if found.beyond is not None:
+            return self.follower.refuse_beyond(path, found.beyond, self.joints.joints)
+        assert found.endless is not None
+        return self.follower.refuse_endless(path.pose(found.endless))
+
+    def _kinks(self, touch: Touch, lasting: float, last: bool) -> bool:
+        """Whether a touch is one at which the joints of a tool in motion change their velocity at once."""
+        whole = touch.begin == 0.0 and touch.end == lasting
+        rests = last and touch.end == lasting and touch.which == "wrist"  # what is there is seen in samples
+        return not (whole or rests)
+
+    def _marks(self, stretches: list[ToolStretch], parts: tuple[float, ...]) -> list[Marks]:
+        """The instants of each stretch at which so much of the line is done."""
+        return [tuple(self._instants(stretch, parts)) for stretch in stretches] if parts else []
+
+    def _instants(self, stretch: ToolStretch, parts: tuple[float, ...]) -> Iterator[float]:
+        first, last = self._done(stretch, 0.0), self._done(stretch, stretch.duration)
+        for part in parts:
+            if first < part < last:
+                low, high = 0.0, stretch.duration
+                for _ in range(INSTANT_STEPS):
+                    middle = 0.5 * (low + high)
+                    low, high = (middle, high) if self._done(stretch, middle) < part else (low, middle)
+                if 0.0 < high < stretch.duration:
+                    yield high
+
+    def _done(self, stretch: ToolStretch, s: float) -> float:
+        """The part of the line that is done at an instant of a stretch."""
+        begin = position(self.state.pose)
+        way = subtracted(position(self._goal()), begin)
+        square = dot(way, way)
+        if square > NO_WAY * NO_WAY:
+            x, y, z = (value(a, s) for a in stretch.position)
+            return dot(subtracted((x, y, z), begin), way) / square
+        _, angle = axis_angle(compose(inverse(self.state.pose), self._goal()))
+        return value(stretch.turns[-1][1], s) / angle if stretch.turns and angle else 0.0
+
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
-        goal = self.motion.pose
-        assert goal is not None
-        if not self.arm.model.task.turns:
-            goal = at_position(self.state.pose, *position(goal))
+        goal = self._goal()
         if not self.smoothly:
             return straight_motion(self.state, goal, limits, self.least)
         try:
@@ -166,18 +278,23 @@ class _Line:
                 "use MOVE, or let the arm come to rest first",
             ) from None
 
-    def _follow(self, stretches: list[ToolStretch]) -> tuple[list[Seeds], list[Load]]:
-        """The joints of each stretch, and the greatest load on a joint in each."""
+    def _goal(self) -> Transform:
+        goal = self.motion.pose
+        assert goal is not None
+        return goal if self.arm.model.task.turns else at_position(self.state.pose, *position(goal))
+
+    def _follow(self, stretches: list[ToolStretch], marks: Sequence[Marks] = ()) -> tuple[list[Seeds], list[Load]]:
+        """The joints of each stretch, and the greatest load on a joint in each. `marks`: instants that have a sample."""
         seeds, loads, near = [], [], self.joints.joints
         started: Joints | None = None
         before: Sample | None = None
         steps = FEWER_SAMPLES if self.smoothly else SAMPLES
-        for stretch in stretches:
+        for stretch, instants in zip(stretches, marks or repeat(()), strict=False):
             path = self._path(stretch, (near,))
-            samples = self.follower.samples(path, stretch.duration, near, steps, before)
+            samples = self.follower.samples(path, stretch.duration, near, steps, before, instants)
             if started is None:
                 started = self._started(samples[0])
-            asked = StretchLoad(self.follower, path, samples)
+            asked = StretchLoad(self.follower, path, samples, closely=bool(instants))
             loads.append(asked.smooth(started) if self.smoothly else asked.parabolic(started))
             seeds.append(seeds_of(samples, self.arm.seed_step))
             before = samples[-1]

@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING, Protocol
 
+from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
@@ -107,6 +108,20 @@ class RobotArm(Protocol):
         those inside the limits. Raises LocationTooFar, LocationTooClose or JointOutOfRange, with the
         configuration that would do, if one would.
         """
+
+    @property
+    def hand(self) -> Hand | None:
+        """What the clearances follow; None where there is no closed form, and they are not known."""
+
+    @property
+    def boundary(self) -> Clearance:
+        """The clearances within which a pose is on the boundary of the reach, or its wrist straight."""
+
+    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:
+        """How far a pose is from where the closed form of one branch ends, or is singular."""
+
+    def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:
+        """A lower bound of the clearances between two poses that are h apart, on a way of that pace."""
 
     def jacobian(self, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
         """6 rows (vx, vy, vz, wx, wy, wz) of n, base frame [m/rad, 1]: twist of the tool = J qd."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics.axes import Chain, chain_of
+from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.jacobian import Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
@@ -80,6 +81,25 @@ class MappedArm(SerialArm):
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
         q = self.inner.branch_joints(self._seen(T), configuration, self.way.to(near))
         return None if q is None else self.way.back(q)
+
+    @cached_property
+    def hand(self) -> Hand | None:  # type: ignore[override] # found when asked for
+        hand = self.inner.hand
+        if hand is None:
+            return None
+        x, y, z = rotate(self.from_flange, hand.centre)
+        centre = x + self.from_flange.px, y + self.from_flange.py, z + self.from_flange.pz
+        return Hand(compose(hand.T_axis_base, self.to_inner), centre, rotate(self.from_flange, hand.approach))
+
+    @property
+    def boundary(self) -> Clearance:  # type: ignore[override]
+        return self.inner.boundary
+
+    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:
+        return self.inner.clearance(self._seen(T), configuration)
+
+    def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:
+        return self.inner.least_clearance(a, b, pace, h)
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
         return self.inner._out_of_reach(self._seen(T), configuration, hint)

@@ -28,7 +28,18 @@ from math import acos, atan2, cos, hypot, pi, sin, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
-from vrs_cli.kinematics.axes import EXACT
+from vrs_cli.kinematics.axes import EXACT, cross
+from vrs_cli.kinematics.clearance import (
+    UNKNOWN,
+    Clearance,
+    Hand,
+    Pace,
+    TwoBars,
+    beside_axis,
+    from_shoulder,
+    shortest,
+    turning,
+)
 from vrs_cli.kinematics.configuration import ALL, Configuration, Wrist
 from vrs_cli.kinematics.jacobian import Singularity
 from vrs_cli.kinematics.joints import Joints
@@ -36,7 +47,7 @@ from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.serial_arm import SerialArm, turned_near
 from vrs_cli.kinematics.spherical_wrist import BOUNDARY, SINGULAR
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import OffsetWristBatch
@@ -79,6 +90,9 @@ class OffsetWristArm(SerialArm):
     def __init__(self, model: RobotModel, offsets: Offsets) -> None:
         super().__init__(model)
         self.offsets = offsets
+        self.reach = TwoBars(offsets.a2, offsets.a3, abs(offsets.side))
+        self.boundary = self.reach.boundary()
+        self.hand = Hand(IDENTITY, (0.0, 0.0, -offsets.d6), (0.0, 0.0, 1.0))
 
     def configuration(self, q: Joints) -> Configuration:
         g = self.offsets
@@ -172,6 +186,37 @@ class OffsetWristArm(SerialArm):
         q3 = fold * acos(k)
         q2 = atan2(v, h) - atan2(a3 * fold * sqrt((1.0 - k) * (1.0 + k)), a2 + a3 * k)
         return q2, q3, atan2(lift, level) - q2 - q3
+
+    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:
+        arm, _, wrist = configuration.signs
+        side, d6 = self.offsets.side, self.offsets.d6
+        x, y = T[3] - d6 * T[2], T[7] - d6 * T[6]
+        shoulder, turned = x * x + y * y - side * side, self._shoulder(T, arm * self.offsets.right, 0.0)
+        if turned is None:
+            return Clearance(shoulder)
+        _, c1, s1 = turned
+        q5, _, _, _, h, v = self._wrist(T, c1, s1, wrist, 0.0)
+        square, across = h * h + v * v, cross((s1, -c1, 0.0), (T[2], T[6], T[10]))
+        return Clearance(shoulder, self.reach.outer - square, square - self.reach.inner, abs(sin(q5)), across)
+
+    def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:
+        """Joint 4 is at o - d5 z, with o the wrist's centre and z along y x a, which is as long as sin q5."""
+        shoulder, far = beside_axis(self.reach, a.shoulder, b.shoulder, pace, h)
+        if shoulder <= 0.0:
+            return Clearance(shoulder, UNKNOWN, UNKNOWN, UNKNOWN)
+        turns = turning(sqrt(shoulder), far, self.reach.side, pace)
+        rate = pace.tilt + turns.rate
+        change = turns.bend + turns.rate * (turns.rate + 2.0 * pace.tilt) + pace.tilt_bend
+        wrist = shortest(a.across, b.across, rate, change, h)
+        if wrist <= 0.0:
+            return Clearance(shoulder, UNKNOWN, UNKNOWN, wrist)
+        swing, swing_bend = (
+            rate / wrist,
+            change / wrist + 3.0 * (rate / wrist) ** 2,
+        )  # of z, a vector made of length one
+        d5, beside = abs(self.offsets.d5), self.reach.side * self.reach.side
+        speed, bend = pace.speed + d5 * swing, pace.bend + d5 * swing_bend
+        return Clearance(shoulder, *from_shoulder(self.reach, a, b, speed, bend, h, beside), wrist)
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
         g = self.offsets

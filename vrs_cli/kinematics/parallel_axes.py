@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
 from vrs_cli.kinematics.axes import EXACT, Line, any_normal, dot, frame
+from vrs_cli.kinematics.clearance import Clearance, Hand, Pace, TwoBars, from_shoulder
 from vrs_cli.kinematics.configuration import SIDES, Configuration
 from vrs_cli.kinematics.jacobian import Singularity
 from vrs_cli.kinematics.joints import JointKind, Joints, nearest_turn
@@ -28,7 +29,7 @@ from vrs_cli.kinematics.model import RobotModel, axes_parallel, joint_axes, link
 from vrs_cli.kinematics.serial_arm import SerialArm
 from vrs_cli.kinematics.spherical_wrist import BOUNDARY, SINGULAR
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.kinematics.transform import Transform, compose, inverse, rotate
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import ParallelAxesBatch
@@ -102,6 +103,10 @@ class ParallelAxesArm(SerialArm):
         self.bars = bars
         self.lengths = abs(bars.first), abs(bars.second)
         self.bearings = phase(bars.first), phase(bars.second)
+        self.reach = TwoBars(*self.lengths, 0.0)
+        self.boundary = self.reach.boundary()
+        centre = rotate(inverse(bars.flange), (-bars.hand.real, -bars.hand.imag, 0.0))
+        self.hand = Hand(bars.T_plane_base, centre, (0.0, 0.0, 1.0))
 
     def elbow(self, q: Joints) -> float:
         """psi, the angle of the second bar against the first [rad]."""
@@ -157,6 +162,14 @@ class ParallelAxesArm(SerialArm):
             return LocationTooFar(where + f"it reaches {1000 * (l1 + l2):.1f} mm", right)
         right = f"move the location {1000 * (abs(l1 - l2) - far):.1f} mm away"
         return LocationTooClose(where + f"folded it comes no nearer than {1000 * abs(l1 - l2):.1f} mm", right)
+
+    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (the same in both)
+        square = abs(self.wrist(T)[0]) ** 2
+        return Clearance(outer=self.reach.outer - square, inner=square - self.reach.inner)
+
+    def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:
+        outer, inner = from_shoulder(self.reach, a, b, pace.across, pace.across_bend, h)
+        return Clearance(outer=outer, inner=inner)
 
     def singularity(self, q: Joints) -> Singularity:
         return Singularity(1.0, abs(sin(self.elbow(q))), 1.0)

@@ -19,6 +19,7 @@ from vrs_cli.errors import (
     StraightLineSingular,
 )
 from vrs_cli.kinematics.axes import along, any_normal, axis_of, cross, dot, from_to, unit
+from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
 from vrs_cli.kinematics.compiled import Formulas, formulas
 from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.elimination import solve
@@ -315,6 +316,17 @@ class SerialArm:
                     f"a tool {1000 * max(map(abs, lever)):.1f} mm beside an axis whose turn this robot does not choose",
                     "make the last link of the robot file as long as link and tool",
                 )
+
+    # --- clearances --------------------------------------------------------------------------------------
+
+    hand: Hand | None = None
+    boundary = Clearance()
+
+    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (closed forms know)
+        return Clearance()
+
+    def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:  # noqa: ARG002
+        return Clearance()
 
     # --- velocities --------------------------------------------------------------------------------------
 

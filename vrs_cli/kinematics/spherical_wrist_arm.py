@@ -7,12 +7,25 @@ one that only has its axes like that, by way of `mapped_arm`.
 from __future__ import annotations
 
 from functools import cached_property
-from math import hypot
+from math import cos, hypot, sin, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
 from vrs_cli.kinematics import accelerations
 from vrs_cli.kinematics import jacobian as velocity
+from vrs_cli.kinematics.axes import cross
+from vrs_cli.kinematics.clearance import (
+    UNKNOWN,
+    Clearance,
+    Hand,
+    Pace,
+    Turning,
+    TwoBars,
+    beside_axis,
+    from_shoulder,
+    shortest,
+    turning,
+)
 from vrs_cli.kinematics.configuration import ALL, Configuration, Wrist
 from vrs_cli.kinematics.forward import make_forward
 from vrs_cli.kinematics.inverse import make_branch, make_branches, make_outside, make_within
@@ -71,6 +84,9 @@ class SphericalWristArm(SerialArm):
         self._outside = make_outside(model)  # type: ignore[method-assign, assignment]
         self._within = make_within(model)
         a2, forearm, side = geometry.a2, geometry.forearm, abs(geometry.side)
+        self.bars = TwoBars(a2, forearm, side)
+        self.boundary = self.bars.boundary()
+        self.hand = Hand(IDENTITY, (0.0, 0.0, -geometry.d6), (0.0, 0.0, 1.0))
         self.reach = Reach(outer=a2 + forearm, inner=abs(a2 - forearm), axis=side)
 
     def configuration(self, q: Joints) -> Configuration:
@@ -109,6 +125,49 @@ class SphericalWristArm(SerialArm):
             hint or f"move the location {1000 * (self.reach.inner - far):.1f} mm away",
             self.reach.inner - far,
         )
+
+    # --- clearances --------------------------------------------------------------------------------------
+
+    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:
+        d1, a1, _, _, _, d6, side, _, _ = self.geometry
+        x, y, down = T[3] - d6 * T[2], T[7] - d6 * T[6], d1 + d6 * T[10] - T[11]
+        shoulder = x * x + y * y - side * side
+        outward = -configuration.signs[0] * sqrt(max(shoulder, 0.0)) - a1
+        square = (shoulder if a1 == 0.0 else outward * outward) + down * down
+        q = self.branch_joints(T, configuration, self._middle)
+        outer, inner = self.bars.outer - square, square - self.bars.inner
+        if q is None:
+            return Clearance(shoulder, outer, inner)
+        s23 = sin(q[1] + q[2])
+        forearm = cos(q[0]) * s23, sin(q[0]) * s23, cos(q[1] + q[2])  # along the axis of joint 4
+        return Clearance(shoulder, outer, inner, abs(sin(q[4])), cross(forearm, (T[2], T[6], T[10])))
+
+    def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:
+        bars = self.bars
+        shoulder, far = beside_axis(bars, a.shoulder, b.shoulder, pace, h)
+        turns = turning(sqrt(shoulder), far, bars.side, pace) if shoulder > 0.0 else None
+        if self.geometry.a1 == 0.0:
+            outer, inner = from_shoulder(bars, a, b, pace.speed, pace.bend, h, bars.side * bars.side)
+        elif turns is not None:
+            speed, bend = hypot(turns.outward, pace.speed), hypot(turns.outward_bend, pace.bend)
+            outer, inner = from_shoulder(bars, a, b, speed, bend, h)
+        else:
+            outer = inner = UNKNOWN
+        if turns is None or outer <= 0.0 or inner <= 0.0:
+            return Clearance(shoulder, outer, inner, UNKNOWN)
+        return Clearance(shoulder, outer, inner, self._straightest(a, b, turns, bars.fold(outer, inner), pace, h))
+
+    def _straightest(self, a: Clearance, b: Clearance, turns: Turning, fold: float, pace: Pace, h: float) -> float:
+        """The least `wrist` between two. Joints 2 and 3 turn the bars as a2 and forearm, square to them, make the
+        velocity of the wrist's centre, and their derivatives its acceleration.
+        """
+        bars = self.bars
+        speed, bend = hypot(turns.outward, pace.speed), hypot(turns.outward_bend, pace.bend)
+        upper, fore = speed / (bars.upper * fold), speed / (bars.fore * fold)  # greatest rates of both bars
+        fore_bend = (bend + bars.upper * upper * upper + bars.fore * fore * fore) / (bars.fore * fold)
+        spin = hypot(turns.rate, fore)  # of the forearm, whose axes of turning are square to each other
+        swing = turns.bend + fore_bend + turns.rate * fore + spin * spin
+        return shortest(a.across, b.across, spin + pace.tilt, swing + 2.0 * spin * pace.tilt + pace.tilt_bend, h)
 
     # --- velocities --------------------------------------------------------------------------------------
 

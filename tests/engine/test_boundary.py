@@ -1,0 +1,179 @@
+"""Lines that leave the reach between two samples, or touch its boundary: refused, or stopped at the kink."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import hypot, radians
+from random import Random
+
+import pytest
+
+from tests.laws.boundary_lines import check_segments
+from vrs_cli.engine.boundary import pace_of, survey
+from vrs_cli.engine.commands import Move, NamedTarget, PoseTarget, SetParameter, SetSpeed
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import LocationOutOfRange, LocationTooFar, StraightLineSingular
+from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.clearance import Clearance
+from vrs_cli.kinematics.model import PROFILES
+from vrs_cli.kinematics.robot_file import load_robot, robot_names
+from vrs_cli.kinematics.transform import Transform, compose, from_oat, inverse, position, translation
+from vrs_cli.trajectory.segment import CartesianPath, Phase, Segment, Turn
+
+PLACES = 40  # of a stretch, at which a bound is checked
+
+
+def at_nest(robot: str = "puma560", profile: str = "LSPB") -> Engine:
+    """NEST: its wrist is in the plane that touches the cylinder round joint 1, before the line where it does."""
+    engine = Engine(load_robot(robot))
+    engine.perform(SetParameter("PROFILE", profile))
+    engine.perform(Move(NamedTarget("nest"), straight=False))
+    return engine
+
+
+def by(engine: Engine, x: float, y: float, z: float = 0.0) -> Move:
+    """Straight, by so many mm."""
+    here = engine.position().T_world_tool
+    return Move(PoseTarget(here._replace(px=here.px + 1e-3 * x, py=here.py + 1e-3 * y, pz=here.pz + 1e-3 * z)), True)
+
+
+def straight(engine: Engine) -> tuple[Segment, ...]:
+    number = engine.deltas[-1].motion.number
+    return tuple(segment for segment in engine.timeline if segment.motion.number == number)
+
+
+def stops(segments: tuple[Segment, ...]) -> list[Transform]:
+    """Where a line comes to rest on its way."""
+    return [
+        b.path.pose(0.0)
+        for a, b in pairwise(segments)
+        if isinstance(b.path, CartesianPath) and (a.phase, b.phase) == (Phase.DECELERATE, Phase.ACCELERATE)
+    ]
+
+
+# --- the reach -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("robot", ["puma560", "puma260"])
+@pytest.mark.parametrize(("speed", "x", "y"), [(1, 100, -0.006), (2, 200, -0.002), (1, 120, -0.0008), (10, 150, -1e-4)])
+def test_a_line_that_leaves_the_reach_between_two_samples_is_refused(
+    robot: str, speed: float, x: float, y: float
+) -> None:
+    engine = at_nest(robot)
+    engine.perform(SetSpeed(speed))
+    with pytest.raises(LocationOutOfRange, match="too close"):
+        engine.perform(by(engine, x, y))
+
+
+def test_a_line_whose_end_is_out_of_reach_says_so_and_does_not_blame_a_singularity() -> None:
+    engine = Engine(load_robot("puma560"))
+    with pytest.raises(LocationTooFar, match=r"628\.3 mm nearer"):
+        engine.perform(Move(PoseTarget(from_oat(1.5, 0.0, 0.0, 0.0, radians(90), 0.0)), True))
+
+
+# --- kinks -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("robot", ["puma560", "puma260"])
+@pytest.mark.parametrize(("speed", "x"), [(30, 150), (100, 120)])
+def test_a_line_on_a_tangent_stops_where_it_touches(robot: str, profile: str, speed: float, x: float) -> None:
+    engine = at_nest(robot, profile)
+    engine.perform(SetSpeed(speed))
+    engine.perform(by(engine, x, 0.0))
+    segments = straight(engine)
+    (stop,) = stops(segments)
+    assert position(stop)[0] == pytest.approx(0.0, abs=1e-9), "where the wrist is beside the axis of joint 1"
+    check_segments(engine.arm, segments)
+
+
+@pytest.mark.parametrize("off", [-0.9e-9, -1e-12, 1e-12, 0.9e-9])
+def test_on_the_boundary_is_within_a_billionth_of_a_metre(off: float) -> None:
+    """The line comes that near where it passes the axis, 60.9 of 120 mm after NEST."""
+    engine = at_nest()
+    engine.perform(by(engine, 121.893924889978, 2e3 * off))
+    segments = straight(engine)
+    assert len(stops(segments)) == 1
+    check_segments(engine.arm, segments)
+
+
+def test_more_than_a_billionth_of_a_metre_inside_is_out_of_reach() -> None:
+    engine = at_nest()
+    with pytest.raises(LocationOutOfRange):
+        engine.perform(by(engine, 121.893924889978, -2.2e-6))
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_a_line_square_to_the_cylinder_is_refused_where_it_starts_and_where_it_ends(profile: str) -> None:
+    """Joint 1 would go like the square root of the way: it would be in motion at once."""
+    engine = at_nest(profile=profile)
+    engine.perform(by(engine, 60.946962444989046, 0.0))
+    with pytest.raises(StraightLineSingular, match=r"shoulder singularity. joint . would have to change its speed"):
+        engine.perform(by(engine, 0.0, 100.0))
+    on_it = engine.position().T_world_tool
+    engine.perform(Move(PoseTarget(on_it._replace(py=on_it.py + 0.1)), straight=False))
+    with pytest.raises(StraightLineSingular, match=r"joint . would have to change its speed in no time"):
+        engine.perform(Move(PoseTarget(on_it), straight=True))
+
+
+# --- the bounds ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("robot", robot_names())
+def test_no_clearance_on_a_way_is_less_than_its_bound(robot: str) -> None:
+    arm, random = arm_for(load_robot(robot)), Random(9)
+    known = 0
+    for _ in range(12):
+        tool, path = random_path(arm, random)
+        assert arm.hand is not None
+        pace = pace_of(path, 1.0, arm.hand, inverse(tool))
+        for h in (0.5, 0.05):
+            begin = random.uniform(0.0, 1.0 - h)
+            seen = [seen_at(arm, path, tool, begin + h * k / PLACES) for k in range(PLACES + 1)]
+            least = arm.least_clearance(seen[0], seen[-1], pace, h)
+            for column, low in zip(zip(*(each.sizes for each in seen), strict=True), least.sizes, strict=True):
+                assert min(column) >= low - 1e-15
+                known += 0.0 < low < 1e6
+    assert known > 20
+
+
+def random_path(arm: RobotArm, random: Random) -> tuple[Transform, CartesianPath]:
+    model = arm.model
+    q = tuple(random.uniform(low, high) for low, high in zip(model.lower, model.upper, strict=True))
+    whole = model.joint_count == 6
+    tool = translation(*(random.uniform(-0.1, 0.1) for _ in range(3))) if whole else translation(0.0, 0.0, 0.0)
+    pose, size = compose(arm.forward(q), tool), random.choice((0.001, 0.1))
+    x, y, z = ((p, *(random.gauss(0.0, size) for _ in range(random.choice((1, 2, 3))))) for p in position(pose))
+    turns = tuple(random_turn(random, size) for _ in range(random.choice((0, 1, 2)) if whole else 0))
+    return tool, CartesianPath((x, y, z), pose, turns, arm.configuration(q), (q,), 1.0)
+
+
+def random_turn(random: Random, size: float) -> Turn:
+    x, y, z = (random.gauss(0.0, 1.0) for _ in range(3))
+    far = hypot(x, y, z)
+    return Turn((x / far, y / far, z / far), (0.0, random.gauss(0.0, size), random.gauss(0.0, size)))
+
+
+def seen_at(arm: RobotArm, path: CartesianPath, tool: Transform, s: float) -> Clearance:
+    return arm.clearance(compose(path.pose(s), inverse(tool)), path.configuration)
+
+
+def test_a_path_far_from_all_boundaries_needs_few_looks() -> None:
+    engine = Engine(load_robot("puma560"), start=(0.0, -0.8, 3.1, 0.0, 0.8, 0.0))
+    pose = engine.position().T_world_tool
+    x, y, z = position(pose)
+    path = CartesianPath(((x,), (y, 0.2), (z,)), pose, (), engine.arm.configuration(engine.position().joints), (), 1.0)
+    looks = 0
+    clearance = engine.arm.clearance
+
+    class Counting:
+        def __getattr__(self, name: str) -> object:
+            return getattr(engine.arm, name)
+
+        def clearance(self, *args: object) -> Clearance:
+            nonlocal looks
+            looks += 1
+            return clearance(*args)  # type: ignore[arg-type]
+
+    assert not survey(Counting(), path, 1.0, translation(0.0, 0.0, 0.0)).touches  # type: ignore[arg-type]
+    assert looks <= 4

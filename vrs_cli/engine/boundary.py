@@ -1,0 +1,198 @@
+"""Where the path of a tool comes to the boundary of the reach, or to a singular pose: decided, not sampled.
+
+A path is halved until every part of it is clear for certain (`kinematics.clearance`), beyond the reach somewhere, or so
+short that all of it is on a boundary, as nearly as `ON_BOUNDARY` says. Most paths are clear after a look or two; one
+that passes close by has parts that are shorter the nearer they are, where the joints are looked at more closely too.
+Source: the branch-and-bound search of Moore, Kearfott and Cloud, "Introduction to Interval Analysis" (2009).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import reduce
+from math import hypot, inf
+from typing import NamedTuple
+
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.clearance import NAMES, Clearance, Hand, Pace
+from vrs_cli.kinematics.transform import Transform, Vector, compose, inverse, rotate
+from vrs_cli.trajectory.polynomial import Polynomial, derivative
+from vrs_cli.trajectory.segment import CartesianPath, Turn
+from vrs_cli.trajectory.vector import cross, length
+
+KEPT = 0.25  # of the less of two clearances: what is left for certain on the way between them, where it is clear
+AT_END = 1e-4  # of a path: nearer to where it begins or ends on a boundary, at rest, samples are close by themselves
+MOST_LOOKS = 5000
+FEW_LOOKS = 8  # places that are no nearer to each other than samples are anyway
+CLOSE = (0.01, 0.01, 0.01, 0.1)  # parts of the greatest clearances of a path: less is close to a boundary
+
+
+class Touch(NamedTuple):
+    """A part of a path that is on a boundary: of which clearance."""
+
+    begin: float
+    end: float
+    which: str
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """What a path comes to. `marks`: places around those where it passes close to a boundary, closer and closer.
+
+    `beyond`: a place beyond the reach, if there is one; `endless`: a place where it could not be decided.
+    """
+
+    touches: tuple[Touch, ...] = ()
+    marks: tuple[float, ...] = ()
+    beyond: float | None = None
+    endless: float | None = None
+
+    @property
+    def trouble(self) -> bool:
+        """Whether no line can follow the path."""
+        return self.beyond is not None or self.endless is not None
+
+
+def survey(arm: RobotArm, path: CartesianPath, lasting: float, T_flange_tool: Transform) -> Survey:
+    """Of all of a path from 0 to `lasting`."""
+    hand = arm.hand
+    return Survey() if hand is None else _Search(arm, hand, path, lasting, T_flange_tool).result()
+
+
+class _Search:
+    """One survey, from the beginning of the path to its end."""
+
+    def __init__(
+        self, arm: RobotArm, hand: Hand, path: CartesianPath, lasting: float, T_flange_tool: Transform
+    ) -> None:
+        self.arm, self.path, self.lasting = arm, path, lasting
+        self.T_tool_flange = inverse(T_flange_tool)
+        self.pace = pace_of(path, lasting, hand, self.T_tool_flange)
+        self.touches: list[Touch] = []
+        self.seen: list[tuple[float, Clearance]] = []
+
+    def result(self) -> Survey:
+        begin, at_begin = 0.0, self.look(0.0)
+        pending = [(self.lasting, self.look(self.lasting))]
+        for at, seen in ((0.0, at_begin), pending[0]):
+            if self.is_beyond(seen):
+                return Survey(beyond=at)
+        self.seen.append((begin, at_begin))
+        for _ in range(MOST_LOOKS):
+            end, at_end = pending[-1]
+            which = self.trouble(at_begin, at_end, end - begin)
+            if which and not self.on_boundary(at_begin, at_end, which, end - begin):
+                middle = 0.5 * (begin + end)
+                seen = self.look(middle)
+                if self.is_beyond(seen):
+                    return Survey(beyond=middle)
+                pending.append((middle, seen))
+                continue
+            if which:
+                self.touched(begin, end, which)
+            begin, at_begin = pending.pop()
+            self.seen.append((begin, at_begin))
+            if not pending:
+                return Survey(tuple(self.touches), self.marks() if len(self.seen) > FEW_LOOKS else ())
+        return Survey(endless=begin)
+
+    def look(self, s: float) -> Clearance:
+        return self.arm.clearance(compose(self.path.pose(s), self.T_tool_flange), self.path.configuration)
+
+    def is_beyond(self, seen: Clearance) -> bool:
+        return any(value < -edge for value, edge in zip(seen.sizes, self.arm.boundary.sizes, strict=True))
+
+    def trouble(self, a: Clearance, b: Clearance, h: float) -> str:
+        """The first clearance that may be lost between two places; empty where none is."""
+        least = self.arm.least_clearance(a, b, self.pace, h)
+        rows = zip(a.sizes, b.sizes, least.sizes, self.arm.boundary.sizes, NAMES, strict=True)
+        for x, y, low, edge, which in rows:
+            if not (low > edge and low >= KEPT * min(x, y)):
+                return which
+        return ""
+
+    def on_boundary(self, a: Clearance, b: Clearance, which: str, h: float) -> bool:
+        """Whether all of the way between two places is."""
+        edge = getattr(self.arm.boundary, which)
+        low = getattr(self.arm.least_clearance(a, b, self.pace, h), which)
+        return bool(max(getattr(a, which), getattr(b, which)) <= 2.0 * edge and low >= -edge)
+
+    def touched(self, begin: float, end: float, which: str) -> None:
+        """One touch more, or the one just before goes on."""
+        last = self.touches[-1] if self.touches else None
+        if last is not None and last.end == begin and last.which == which:
+            self.touches[-1] = last._replace(end=end)
+        else:
+            self.touches.append(Touch(begin, end, which))
+
+    def marks(self) -> tuple[float, ...]:
+        """Places around where a clearance is least, closer and closer to it."""
+        marks = set[float]()
+        for k, close in enumerate(CLOSE):
+            column = [inf, *(seen.sizes[k] for _, seen in self.seen), inf]
+            most = close * max(column[1:-1])
+            rows = zip(column, column[1:], column[2:], strict=False)
+            for i, (before, here, after) in enumerate(rows):
+                if before >= here <= after and here < most < inf:
+                    marks.update(self.around(i))
+        return tuple(sorted(marks))
+
+    def around(self, i: int) -> Iterator[float]:
+        """A place that was looked at, and others on both sides of it, down to the next such place."""
+        s, step = self.seen[i][0], self.lasting
+        nearest = min(abs(self.seen[k][0] - s) for k in (i - 1, i + 1) if 0 <= k < len(self.seen))
+        if s in (0.0, self.lasting):
+            nearest = max(nearest, AT_END * self.lasting)
+        else:
+            yield s
+        while step > 0.5 * nearest:
+            step *= 0.5
+            yield from (at for at in (s - step, s + step) if 0.0 < at < self.lasting)
+
+
+# --- bounds of the derivatives ---------------------------------------------------------------------------------------
+
+
+def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Transform) -> Pace:
+    """How fast the hand goes and turns at most."""
+    x, y, z = hand.centre
+    lever = rotate(T_tool_flange, (x, y, z))
+    lever = lever[0] + T_tool_flange.px, lever[1] + T_tool_flange.py, lever[2] + T_tool_flange.pz
+    approach = rotate(T_tool_flange, hand.approach)
+    rows = _seen(path.position, hand.T_axis_base)
+    vx, vy, vz = (_most(derivative(row), lasting) for row in rows)
+    ax, ay, az = (_most(derivative(derivative(row)), lasting) for row in rows)
+    swing, swing_bend = _carried(path.turns, lasting, lever)
+    tilt, tilt_bend = _carried(path.turns, lasting, approach)
+    return Pace(
+        across=hypot(vx, vy) + swing,
+        across_bend=hypot(ax, ay) + swing_bend,
+        speed=hypot(vx, vy, vz) + swing,
+        bend=hypot(ax, ay, az) + swing_bend,
+        tilt=tilt,
+        tilt_bend=tilt_bend,
+    )
+
+
+def _seen(position: tuple[Polynomial, ...], T: Transform) -> list[Polynomial]:
+    """Polynomials of a place as another frame has them, but for where its origin is."""
+    size = max(map(len, position))
+    x, y, z = ((*row, *(0.0,) * (size - len(row))) for row in position)
+    return list(zip(*(rotate(T, v) for v in zip(x, y, z, strict=True)), strict=True))
+
+
+def _most(a: Polynomial, lasting: float) -> float:
+    """A bound of |p| from 0 to `lasting`: exact for a line."""
+    if len(a) == 2:
+        return max(abs(a[0]), abs(a[0] + a[1] * lasting))
+    return reduce(lambda total, c: total * lasting + abs(c), reversed(a), 0.0)
+
+
+def _carried(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, float]:
+    """Bounds of the first and the second derivative of a vector of the tool that turns with it."""
+    rates = [_most(derivative(turn.angle), lasting) for turn in turns]
+    bends = [_most(derivative(derivative(turn.angle)), lasting) for turn in turns]
+    across = length(cross(turns[0].axis, v)) if len(turns) == 1 else length(v)
+    total = sum(rates)  # of several turns the rates of the axes of the later ones add to the second derivative
+    return total * across, (sum(bends) + total * total * (1.0 if len(turns) < 2 else 2.0)) * across

@@ -1,0 +1,97 @@
+"""What a straight line does where it touches a boundary: it stops there, or it is refused.
+
+On a tangent the joints are continuous, but change their direction at once: the line comes to rest at that point, and
+goes on. A line that ends on a boundary, or begins there, has to come along a tangent: otherwise the way of a joint goes
+like the square root of the way of the tool, and the joint would be in motion at once. Where a joint would have to jump,
+as at a straight wrist, there is no line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vrs_cli.engine.boundary import Survey, Touch, pace_of
+from vrs_cli.engine.following import Follower
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform, at_position, position
+from vrs_cli.trajectory.segment import CartesianPath
+
+NEAR = 1e-5  # [m] of a touch, where its place is found to a billionth by differences
+INSIDE = 1e-4  # [m] of the end of a line, where it is seen whether it is a tangent
+SLOPE = 1e-6  # [m] of a clearance [m2] by the way: less is a tangent
+NEWTON_STEPS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """Where a line has to stop on its way: after which part of it, and T_robot_tool, exactly on the boundary."""
+
+    part: float
+    pose: Transform
+
+
+class Kinks:
+    """The touches of one path, which comes from rest and goes to rest unless it is said otherwise."""
+
+    def __init__(self, follower: Follower, path: CartesianPath, lasting: float) -> None:
+        self.follower, self.path, self.lasting = follower, path, lasting
+        hand = follower.arm.hand
+        assert hand is not None
+        self.speed = pace_of(path, lasting, hand, follower.T_tool_flange).speed
+
+    def stops(self, found: Survey, near: Joints) -> list[Stop]:
+        """Where the line has to stop. Raises StraightLineSingular where it cannot be."""
+        stops = []
+        for touch in found.touches:
+            if touch.begin == 0.0 and touch.end == self.lasting:
+                continue  # all of the line lies on the boundary: nothing kinks
+            if touch.begin == 0.0 or touch.end == self.lasting:
+                self._check_tangent(touch, near)
+            else:
+                self.follower.check_goes_on(self.path, touch.begin, touch.end, near)
+                stops.append(self._stop(touch))
+        return stops
+
+    def _check_tangent(self, touch: Touch, near: Joints) -> None:
+        """That a line from a boundary, or to it, is a tangent."""
+        if touch.which == "wrist" or not self.speed:  # how the joints turn there is seen in samples
+            return
+        end = 0.0 if touch.begin == 0.0 else self.lasting
+        inward = min(INSIDE / self.speed, 0.5 * self.lasting) * (-1.0 if end else 1.0)
+        at, once, twice = (self._clearance(touch.which, end + k * inward) for k in (0, 1, 2))
+        if abs(4.0 * once - twice - 3.0 * at) > 2.0 * SLOPE * abs(inward) * self.speed:
+            raise self.follower.refuse_start(self.path, end, end + inward, near)
+
+    def _stop(self, touch: Touch) -> Stop:
+        """The least clearance, by Newton's method on differences, moved onto the boundary by what it is off."""
+        s, step = 0.5 * (touch.begin + touch.end), NEAR / self.speed
+        for _ in range(NEWTON_STEPS):
+            before, here, after = (self._clearance(touch.which, s + side) for side in (-step, 0.0, step))
+            bend = after - 2.0 * here + before
+            if bend > 0.0:
+                s = min(max(s - 0.5 * step * (after - before) / bend, touch.begin), touch.end)
+        return Stop(s / self.lasting, self._on_boundary(touch.which, self.path.pose(s)))
+
+    def _on_boundary(self, which: str, pose: Transform) -> Transform:
+        """The pose moved along the gradient of a clearance to where that is 0: by no more than `ON_BOUNDARY`."""
+        x, y, z = position(pose)
+        off = self._of(which, pose)
+        moved = ((x + NEAR, y, z), (x, y + NEAR, z), (x, y, z + NEAR))
+        back = ((x - NEAR, y, z), (x, y - NEAR, z), (x, y, z - NEAR))
+        rows = zip(moved, back, strict=True)
+        slope = [
+            (self._of(which, at_position(pose, *a)) - self._of(which, at_position(pose, *b))) / (2.0 * NEAR)
+            for a, b in rows
+        ]
+        square = sum(g * g for g in slope)
+        if not square:
+            return pose
+        return at_position(pose, *(p - off * g / square for p, g in zip((x, y, z), slope, strict=True)))
+
+    def _clearance(self, which: str, s: float) -> float:
+        return self._of(which, self.path.pose(s))
+
+    def _of(self, which: str, pose: Transform) -> float:
+        seen = self.follower.arm.clearance(self.follower.flange(pose), self.path.configuration)
+        value: float = getattr(seen, which)
+        return value

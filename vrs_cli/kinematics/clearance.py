@@ -1,0 +1,143 @@
+"""How far a pose is from the edges of what a closed form solves, and how near to them a way between two poses can come.
+
+A closed form takes a square root of what is 0 where the arm is stretched, folded, or as near to the axis of joint 1 as
+it comes, and less beyond the reach; and it takes the angle of a vector that is 0 where two axes of the wrist fall
+together. Along a way of the hand these are smooth functions, as long as the ones before them are not 0, and bounds of
+their derivatives follow from bounds of the hand's. With |f''| <= m on a stretch of length h between a and b
+
+    f >= min(f(a), f(b)) - m h2 / 8,
+
+and likewise for the length of a vector, which is at least that of the chord less as much. A stretch where one of these
+is above 0 is clear, for certain, and not for all that was looked at. Source: Moore, Kearfott and Cloud, "Introduction
+to Interval Analysis" (2009), chapter 6, and the error of linear interpolation in any book of numerical analysis.
+"""
+
+from __future__ import annotations
+
+from math import hypot, inf, sqrt
+from typing import NamedTuple
+
+from vrs_cli.kinematics.transform import Transform, Vector
+
+ON_BOUNDARY = 1e-9  # [m, rad] within which a pose is on the boundary of the reach, or two axes of a wrist are one
+UNKNOWN = -inf  # the least clearance where a clearance that it depends on may be 0
+
+
+class Hand(NamedTuple):
+    """What a closed form follows: a point and a direction of the flange, seen from a frame with z along axis 1."""
+
+    T_axis_base: Transform
+    centre: Vector  # of the wrist, in the flange's frame [m]
+    approach: Vector  # along the last axis, in the flange's frame
+
+
+class Pace(NamedTuple):
+    """The greatest first and second derivatives on a way of the hand, by whatever it is measured in.
+
+    `across` is that part of the speed of the wrist's centre that is square to axis 1, `tilt` the rate of the last axis.
+    """
+
+    across: float
+    across_bend: float
+    speed: float
+    bend: float
+    tilt: float
+    tilt_bend: float
+
+
+class Clearance(NamedTuple):
+    """Of a pose, or the least on a way; infinite what an arm does not have.
+
+    `shoulder` [m2]: the square of the wrist's distance from axis 1, less that of the arm's plane. `outer` and `inner`
+    [m2]: how much the square of the distance from the shoulder is below and above the ends of the reach. `wrist`: the
+    sine between its axes, as long as which `across` is, their cross product.
+    """
+
+    shoulder: float = inf
+    outer: float = inf
+    inner: float = inf
+    wrist: float = inf
+    across: Vector = (inf, 0.0, 0.0)
+
+    @property
+    def sizes(self) -> tuple[float, float, float, float]:
+        """Without `across`, in the order of `NAMES`."""
+        return self.shoulder, self.outer, self.inner, self.wrist
+
+
+NAMES = ("shoulder", "outer", "inner", "wrist")
+
+
+class TwoBars(NamedTuple):
+    """The lengths that bound a reach: two bars that fold, `side` of their plane from axis 1 [m]."""
+
+    upper: float
+    fore: float
+    side: float
+
+    @property
+    def outer(self) -> float:
+        return (self.upper + self.fore) ** 2
+
+    @property
+    def inner(self) -> float:
+        return (self.upper - self.fore) ** 2
+
+    def boundary(self) -> Clearance:
+        """The clearances at `ON_BOUNDARY` from each boundary."""
+        ends = self.side, self.upper + self.fore, self.upper - self.fore
+        shoulder, outer, inner = (ON_BOUNDARY * (2.0 * abs(r) + ON_BOUNDARY) for r in ends)
+        return Clearance(shoulder, outer, inner, ON_BOUNDARY)
+
+    def fold(self, outer: float, inner: float) -> float:
+        """The sine of the angle between the bars."""
+        return sqrt(outer * inner) / (2.0 * self.upper * self.fore)
+
+
+class Turning(NamedTuple):
+    """Bounds of joint 1 and of the wrist's centre in the arm's plane, from the distance u of that from axis 1.
+
+    With the unit vectors r outward and t across, c the wrist's centre seen from above, w = side and u = r . c:
+    u q1' = t . c';  u' = r . c' + q1' w;  the second derivatives are those of these equations.
+    """
+
+    rate: float  # of joint 1
+    bend: float
+    outward: float  # of u
+    outward_bend: float
+
+
+def turning(u: float, far: float, side: float, pace: Pace) -> Turning:
+    """Where u is at least so much, and the wrist's centre at most `far` from axis 1."""
+    rate = pace.across / u
+    outward = pace.across + rate * side
+    bend = (pace.across_bend + rate * (pace.across + outward)) / u
+    return Turning(rate, bend, outward, pace.across_bend + 2.0 * rate * pace.across + bend * side + rate * rate * far)
+
+
+def beside_axis(bars: TwoBars, a: float, b: float, pace: Pace, h: float) -> tuple[float, float]:
+    """The least `shoulder` between two, and how far the wrist's centre is from axis 1 at most [m]."""
+    far = sqrt(max(a, b, 0.0) + bars.side * bars.side) + 0.5 * pace.across * h
+    return min(a, b) - 0.25 * h * h * (pace.across * pace.across + far * pace.across_bend), far
+
+
+def from_shoulder(
+    bars: TwoBars, a: Clearance, b: Clearance, speed: float, bend: float, h: float, beside: float = 0.0
+) -> tuple[float, float]:
+    """The least `outer` and `inner` between two, for a point of that speed and bend; `beside`: what the square of its
+    distance from the shoulder has more than what is compared with the reach [m2].
+    """
+    far = sqrt(max(bars.outer - min(a.outer, b.outer) + beside, 0.0)) + 0.5 * speed * h
+    quarter = 0.25 * h * h
+    outer = min(a.outer, b.outer) - quarter * far * bend  # a straight way bulges inward only
+    return outer, min(a.inner, b.inner) - quarter * (speed * speed + far * bend)
+
+
+def shortest(a: Vector, b: Vector, rate: float, bend: float, h: float) -> float:
+    """The least length of a vector between two values, from its greatest first and second derivative."""
+    ax, ay, az = a
+    dx, dy, dz = b[0] - ax, b[1] - ay, b[2] - az
+    square = dx * dx + dy * dy + dz * dz
+    part = min(max(-(ax * dx + ay * dy + az * dz) / square, 0.0), 1.0) if square else 0.0
+    chord = hypot(ax + part * dx, ay + part * dy, az + part * dz)  # where it is nearest to the origin
+    return max(chord - 0.125 * bend * h * h, 0.5 * (hypot(*a) + hypot(*b) - rate * h))
