@@ -7,6 +7,7 @@
     ├── MotionError           the robot cannot do the motion
     │   ├── PowerOff, TooLate, TooNear, LocationOutOfRange, JointOutOfRange, IllegalJoint
     │   └── StraightLineConfiguration, StraightLineSingular
+    ├── PathWithoutJoints     a straight line on the timeline, from a file, leaves the reach
     ├── FileError             a file cannot be read or written
     └── UsageError            a command or an option does not exist, or is used in a way it cannot be
 
@@ -268,6 +269,12 @@ class StraightLineSingular(MotionError):
     """A straight line that passes too near a singularity for the joints to follow."""
 
     code, text = -613, "Straight-line motion too near a singularity"
+
+
+class PathWithoutJoints(VrsError):
+    """A straight line on the timeline leads where the arm has no joints: no planned one does. (The code is ours.)"""
+
+    code, text = -693, "No joints for a place on a straight line"
 
 
 class LocationTooFar(LocationOutOfRange):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import radians
 
 import numpy as np
@@ -10,8 +11,11 @@ import pytest
 from vrs_cli.engine.commands import Delay, JointTarget, Move, OperateHand, PoseTarget, SetBase, SetParameter, SetTool
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at, joints_over, position_at, positions_at
+from vrs_cli.errors import PathWithoutJoints
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
+from vrs_cli.trajectory.segment import CartesianPath
+from vrs_cli.trajectory.timeline import Timeline
 
 
 @pytest.fixture(scope="module", params=["LSPB", "SCURVE"])
@@ -87,3 +91,20 @@ def test_joints_over_many_times_are_those_of_each_time(engine: Engine, ordered: 
     for row, t in enumerate(times):
         assert many[row] == pytest.approx(joints_at(engine.arm, engine.timeline, float(t)), abs=1e-12)
     assert joints_over(engine.arm, engine.timeline, times[:0]).shape == (0, 6)
+
+
+def test_a_line_where_the_arm_has_no_joints_is_told_and_not_made_up() -> None:
+    """As in a damaged file, or one of a version that planned such lines."""
+    engine = Engine(load_robot("puma560"))
+    engine.perform(Move(JointTarget(tuple(map(radians, (0, -45, 180, 0, 45, 0)))), straight=False))
+    pose = engine.position().T_world_tool
+    engine.perform(Move(PoseTarget(pose._replace(py=pose.py + 0.2)), straight=True, text="MOVES far"))
+    *before, last = engine.timeline
+    assert isinstance(last.path, CartesianPath)
+    x, y, z = last.path.position
+    away = replace(last, path=replace(last.path, position=((x[0] + 1.0, *x[1:]), y, z)))
+    timeline = Timeline([*before, away])
+    with pytest.raises(PathWithoutJoints, match=r"0\.010 s into MOVES far"):
+        joints_at(engine.arm, timeline, away.start + 0.01)
+    with pytest.raises(PathWithoutJoints, match="into MOVES far"):
+        joints_over(engine.arm, timeline, np.linspace(0.0, away.finish, 50))

@@ -293,3 +293,11 @@ def test_a_way_out_counts_with_the_settings_that_will_be_in_force() -> None:
     pose = Transform(n[0], o[0], a[0], x, n[1], o[1], a[1], y, n[2], o[2], a[2], z)
     reach = check_reach(engine, PoseTarget(from_oat(x, y, z, *to_oat(pose))))
     assert reach.line.trouble, reach
+
+
+def test_a_line_that_stops_on_its_way_is_told() -> None:
+    engine = Engine(MODEL, start=MODEL.poses["nest"])
+    here = engine.position().T_world_tool
+    line = engine.explain(PoseTarget(here._replace(px=here.px + 0.2))).line
+    assert line.duration is not None
+    assert line.stops == pytest.approx([-here.px], abs=1e-9)

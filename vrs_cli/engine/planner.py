@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from vrs_cli.engine.rates import joint_acceleration
 from vrs_cli.engine.straight import SLOWEST, line_stop, straight_segments
 from vrs_cli.engine.targets import aimed
-from vrs_cli.errors import MotionError, StreamIsOver
+from vrs_cli.errors import MotionError, PathWithoutJoints, StreamIsOver
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, largest_change
 from vrs_cli.kinematics.transform import Transform, compose, distance, inverse
@@ -70,14 +70,20 @@ class Here:
 
 
 def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
-    """Joints at t_s + s of a segment [rad]."""
+    """Joints at t_s + s of a segment [rad].
+
+    Raises PathWithoutJoints where none lead to the pose: never for what was planned, for that was decided before.
+    """
     path = segment.path
     if isinstance(path, JointPath):
         return path.joints(s)
     flange = compose(path.pose(s), inverse(segment.motion.frames.tool))
     joints = arm.branch_joints(flange, path.configuration, path.seed(s))
-    if joints is None:  # rounding at the very edge of the reach: the planner saw these joints
-        return path.seed(s)
+    if joints is None:
+        raise PathWithoutJoints(
+            f"{s:.3f} s into {segment.motion.text or 'a motion'}",
+            "the file may be damaged, or of a version that made such lines; UNDO the motion, or plan it again",
+        )
     return joints
 
 

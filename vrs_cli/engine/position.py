@@ -192,7 +192,9 @@ def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
     nearest = np.clip(np.rint(s / path.seed_interval), 0, len(path.seeds) - 1).astype(np.intp)
     seeds = np.array(path.seeds)[nearest]
     q = arm.inverse_branch_batch(batch.compose_batch(T_robot_tool, T_tool_flange), path.configuration, seeds)
-    return np.where(np.isnan(q), seeds, q)  # rounding at the very edge of the reach: the planner saw these joints
+    for row in np.flatnonzero(np.isnan(q).any(axis=1)):  # a search of many at once may end sooner than one alone
+        q[row] = segment_joints(arm, segment, float(s[row]))
+    return q
 
 
 def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> Positions:

@@ -29,7 +29,7 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.trajectory.blend import JointState
 from vrs_cli.trajectory.motion import Frames, Motion
-from vrs_cli.trajectory.segment import Segment
+from vrs_cli.trajectory.segment import CartesianPath, Segment, stops_on_the_way
 from vrs_cli.trajectory.vector import added, cross, length, scaled, subtracted
 
 STEPS = 200  # in which a line is walked
@@ -77,7 +77,8 @@ class WayOut:
 @dataclass(frozen=True, slots=True)
 class LineCheck:
     """The straight line from here. `length` [m]; `duration` [s] where it is possible, else what stops it: the error's
-    text, where (`at` [m] from here, None where not on the line), and the ways out.
+    text, where (`at` [m] from here, None where not on the line), and the ways out. `stops` [m]: after how much of the
+    way a line that is possible comes to rest, and goes on.
     """
 
     length: float
@@ -85,6 +86,7 @@ class LineCheck:
     trouble: str = ""
     at: float | None = None
     ways_out: tuple[WayOut, ...] = ()
+    stops: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,18 +274,21 @@ def _line(
 ) -> LineCheck:
     """The straight line from here, planned as MOVES would."""
     try:
-        return LineCheck(way.length, _planned(arm, here, lines[0], slowest).finish)
+        segments = _planned(arm, here, lines[0], slowest)
     except MotionError as error:
         stopped = _stopped(arm, way, arm.configuration(here), here)
         at = _along(way, error) if stopped is None else stopped * way.length
         out = tuple(_ways_out(arm, parameters, way, here, lines, slowest, reachable=reachable))
         return LineCheck(way.length, None, str(error), at, out)
+    ends = [s.path.pose(s.duration) for s in stops_on_the_way(segments) if isinstance(s.path, CartesianPath)]
+    stops = tuple(length(subtracted(_position(end), _position(way.begin))) for end in ends)
+    return LineCheck(way.length, segments[-1].finish, stops=stops)
 
 
-def _planned(arm: RobotArm, here: Joints, motion: Motion, slowest: float) -> Segment:
-    """The last segment of a straight line that starts at rest at time 0. Raises MotionError."""
+def _planned(arm: RobotArm, here: Joints, motion: Motion, slowest: float) -> tuple[Segment, ...]:
+    """The segments of a straight line that starts at rest at time 0. Raises MotionError."""
     still = JointState(here, (0.0,) * len(here))
-    return plan_motion(arm, Here(still), motion, 0.0, slowest)[-1]
+    return plan_motion(arm, Here(still), motion, 0.0, slowest)
 
 
 def _along(way: _Way, error: MotionError) -> float | None:
@@ -377,7 +382,7 @@ def _via_point(arm: RobotArm, way: _Way, here: Joints, lines: Lines, slowest: fl
             if not _both_held(arm, way, via, here):
                 continue
             try:
-                first = _planned(arm, here, replace(motion, pose=via), slowest)
+                first = _planned(arm, here, replace(motion, pose=via), slowest)[-1]
                 _planned(arm, segment_joints(arm, first, first.duration), later, slowest)
             except MotionError:
                 continue

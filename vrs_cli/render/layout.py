@@ -25,7 +25,7 @@ from vrs_cli.render.numbers import count, fixed, seconds
 from vrs_cli.render.roles import Role
 from vrs_cli.render.scan import scan
 from vrs_cli.trajectory.motion import Motion
-from vrs_cli.trajectory.segment import Segment
+from vrs_cli.trajectory.segment import Segment, stops_on_the_way
 from vrs_cli.trajectory.timeline import Timeline
 
 TONES: Mapping[Tone, Role] = {Tone.NOTE: Role.NOTE, Tone.WARNING: Role.WARNING, Tone.ERROR: Role.ERROR}
@@ -153,7 +153,9 @@ def _overruns(overruns: Sequence[Overrun], units: JointUnits) -> str:
 def _line_check(check: LineCheck, page: Page) -> Iterator[Block]:
     way = f"{1e3 * check.length:.1f} mm"
     if check.duration is not None:
-        yield line(f"MOVES: {way} in {seconds(check.duration)}", Role.NOTE)
+        stops = " and ".join(f"{1e3 * stop:.1f} mm" for stop in check.stops)
+        rests = f"; it stops after {stops}, where joints turn back at once, and goes on" if stops else ""
+        yield from _told(f"MOVES: {way} in {seconds(check.duration)}{rests}", Role.NOTE, page)
         return
     at = ""
     if check.at is not None and check.length > 0.0:
@@ -387,6 +389,9 @@ def _timeline(reply: replies.TimelineTable, page: Page) -> Iterator[Block]:
     yield from _latest(_command_grid(reply.commands), "commands", page.rows)
     yield line()
     yield from _latest(_segment_grid(_moving(reply.timeline)), "segments", page.rows)
+    for segment in stops_on_the_way(_moving(reply.timeline)):
+        text = f"{_labelled(segment.motion)} stops on its way, at {seconds(segment.finish)}, and goes on"
+        yield from _told(text, Role.NOTE, page)
     yield line(f"The clock is at {seconds(reply.clock)}", Role.NOTE)
 
 

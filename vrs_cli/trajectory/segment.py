@@ -7,8 +7,10 @@ R(t) = R_0 Rot(k_1, phi_1(t)) Rot(k_2, phi_2(t)) ...; everything in the robot's 
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
+from itertools import pairwise
 from typing import NamedTuple
 
 from vrs_cli.kinematics.configuration import Configuration
@@ -168,3 +170,10 @@ class Segment:
 
     def truncated(self, finish: float) -> Segment:
         return replace(self, finish=finish)
+
+
+def stops_on_the_way(segments: Iterable[Segment]) -> Iterator[Segment]:
+    """The segments at whose end a straight line comes to rest, to go on from there."""
+    for a, b in pairwise(segments):
+        if a.motion.number == b.motion.number and (a.phase, b.phase) == (Phase.DECELERATE, Phase.ACCELERATE):
+            yield a
