@@ -284,7 +284,7 @@ class _Line:
         return goal if self.arm.model.task.turns else at_position(self.state.pose, *position(goal))
 
     def _follow(self, stretches: list[ToolStretch], marks: Sequence[Marks] = ()) -> tuple[list[Seeds], list[Load]]:
-        """The joints of each stretch, and the greatest load on a joint in each. `marks`: instants that have a sample."""
+        """The joints of each stretch, and the greatest load on a joint in each. `marks`: instants that get a sample."""
         seeds, loads, near = [], [], self.joints.joints
         started: Joints | None = None
         before: Sample | None = None
