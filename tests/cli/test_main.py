@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -25,6 +26,37 @@ def test_the_version_imports_nearly_nothing() -> None:
     modules = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     for heavy in ("numpy", "lark", "rich", "msgspec", "prompt_toolkit", "importlib.metadata", "argparse", "re"):
         assert heavy not in modules.split()
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "utf-16"])
+def test_streams_and_files_are_utf_8_whatever_the_system_says(tmp_path: Path, encoding: str) -> None:
+    lines = '$a = "größe ±"\r\nTYPE $a\r\nTYPE "\udcf6"\r\nSTORE a\r\n'.encode("utf-8", "surrogateescape")
+    environment = {**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0", "LC_ALL": "C"}
+    ended = subprocess.run(VRS, input=lines, capture_output=True, check=False, cwd=tmp_path, env=environment)
+    assert ended.stdout.decode("utf-8") == "größe ±\n\N{REPLACEMENT CHARACTER}\na.v2 stored\n"
+    assert (ended.returncode, ended.stderr) == (0, b"")
+    assert b"\r" not in (tmp_path / "a.v2").read_bytes()
+    assert "größe ±" in (tmp_path / "a.v2").read_text(encoding="utf-8")
+
+
+ELSEWHERE = """
+import pkgutil, signal, sys
+for name in ("fcntl", "grp", "pwd", "resource"):
+    sys.modules[name] = None
+for name in ("SIGHUP", "SIGPIPE", "SIGWINCH", "SIGALRM", "SIGUSR1", "setitimer"):
+    if hasattr(signal, name):
+        delattr(signal, name)
+import vrs_cli
+for module in pkgutil.walk_packages(vrs_cli.__path__, "vrs_cli."):
+    __import__(module.name)
+for name in ("termios", "tty", "pty"):
+    assert not any(name in vars(module) for key, module in sys.modules.items() if key.startswith("vrs_cli"))
+"""
+
+
+def test_no_module_needs_what_only_posix_has() -> None:
+    ended = subprocess.run([sys.executable, "-c", ELSEWHERE], capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (0, "")
 
 
 @pytest.mark.parametrize("option", ["--help", "-h"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -221,9 +222,8 @@ def test_links_cannot_leave_the_folder(tmp_path: Path) -> None:
     assert secret.read_text() == "secret"
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with a path")
 def test_a_pipe_is_no_file(tmp_path: Path) -> None:
-    import os
-
     os.mkfifo(tmp_path / "pipe")
     disk = Disk(tmp_path)
     disk.attach(MAIN, UNIT)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 from collections.abc import Callable
@@ -18,6 +19,7 @@ from vrs_cli.files import lock
 from vrs_cli.files.journal import taken
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 
+stays = pytest.mark.skipif(lock.WINDOWS, reason="a file that is open stays where it is")
 FIVE = planned(5)[1]
 
 
@@ -109,10 +111,11 @@ def test_a_journal_has_one_writer_by_whatever_name(path: Path) -> None:
     before = path.read_bytes()
     (link := path.with_name("link.vrst")).symlink_to(path)
     (hard := path.with_name("hard.vrst")).hardlink_to(path)
-    for name in (path, link, hard):
-        for take in (Kept.on, Kept.new) if name is not hard else (Kept.on,):
-            with pytest.raises(FileOpened, match=f"{name.name} is being written by"):
-                take(name)
+    for name, take in ((path, Kept.on), (path, Kept.new), (link, Kept.on), (link, Kept.new), (hard, Kept.on)):
+        if name is hard and lock.WINDOWS:
+            continue  # a lock on the file itself would shut its readers out
+        with pytest.raises(FileOpened, match=f"{name.name} is being written by"):
+            take(name)
     assert path.read_bytes() == before
     kept.journal.close()
     Kept.on(path).journal.close()
@@ -159,7 +162,7 @@ def run(kept: Kept, faults: Faults) -> list[int]:
     return refused
 
 
-@pytest.mark.parametrize("lasting", [1, 3, float("inf")])
+@pytest.mark.parametrize("lasting", [1, float("inf")])
 @pytest.mark.parametrize("fault", Fault)
 def test_nothing_that_was_acknowledged_is_lost_wherever_the_disk_fails(
     tmp_path: Path, fault: Fault, lasting: float
@@ -185,6 +188,26 @@ def test_nothing_that_was_acknowledged_is_lost_wherever_the_disk_fails(
         assert kept.written == FIVE
     assert refused > 0
     assert told > 0
+
+
+def test_a_batch_journal_on_a_full_disk_holds_what_there_is_room_for(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    room, write = saved(path.with_name("three.vrst"), 3).stat().st_size + 100, os.write
+    kept = Kept.new(path, durable=False)
+    kept.happen(*FIVE)
+
+    def limited(handle: int, data: bytes) -> int:
+        left = room - os.fstat(handle).st_size
+        if left <= 0:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(handle, bytes(data)[:left])
+
+    monkeypatch.setattr(os, "write", limited)
+    with pytest.raises(FileError, match="no space left"):
+        kept.journal.close()
+    assert kept.written == FIVE[:3]
+    assert not kept.journal.sound
 
 
 def test_what_was_recorded_and_did_not_happen_is_taken_back(path: Path) -> None:
@@ -265,6 +288,7 @@ def test_a_file_that_others_change_is_left_loudly_and_a_fresh_one_holds_everythi
     assert not [name for name in names(path) if name.endswith(".lock")]
 
 
+@stays
 def test_every_fresh_file_may_be_lost_too(path: Path) -> None:
     kept, changes = Kept.new(path), FIVE
     for delta in changes:
@@ -284,6 +308,7 @@ def test_the_name_of_a_fresh_file_is_free(path: Path) -> None:
     assert kept.journal.path.name == "day-4.vrst"
 
 
+@stays
 def test_where_no_file_can_be_written_nothing_happens_but_what_stops_the_robot(path: Path) -> None:
     folder = path.parent / "there"
     folder.mkdir()

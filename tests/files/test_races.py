@@ -12,7 +12,7 @@ from tests.files.long import taken_away
 from tests.files.races import RACES
 
 
-@pytest.mark.parametrize("name", ["two begin one file", "the reader and the writer"])
+@pytest.mark.parametrize("name", ["two begin one file"])
 def test_a_race_for_one_file_loses_nothing(tmp_path: Path, name: str) -> None:
     for one in RACES[name](tmp_path):
         one.check()

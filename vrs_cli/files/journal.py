@@ -194,7 +194,9 @@ class Journal:
         try:
             if not self._moved():
                 with writing(self.path):
-                    self._file.add(self._owed, durable=True)
+                    for line in self._owed.splitlines(keepends=True):  # as many as there is room for
+                        self._file.add(line, durable=False)
+                    self._file.add(b"", durable=True)
                 self._owed = b""
                 self._moved()
         except FileError:
