@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+from random import Random
+
 import pytest
 
+from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import UndefinedName
 from vrs_cli.files.store import EVERYTHING, Part, store
 from vrs_cli.interfaces.session import Session
@@ -108,3 +111,25 @@ def test_a_program_that_is_not_there() -> None:
 
 def test_nothing_is_an_empty_text() -> None:
     assert store(loaded("").environment) == ""
+
+
+def test_every_character_comes_back() -> None:
+    session = loaded("")
+    random = Random(7)
+    texts = [chr(code) for code in range(256)]
+    texts += ["".join(random.choice('"\n\r\x1a\0;.+$a ') for _ in range(random.randrange(40))) for _ in range(100)]
+    for number, text in enumerate(texts):
+        session.environment.reference("$s", number).assign(text)
+    session.environment.reference("$last").assign("all is well")
+    again = loaded(store(session.environment))
+    assert again.environment.values() == session.environment.values()
+
+
+@pytest.mark.parametrize(
+    "value", ["$CHR(300)", "$CHR(1.5)", "$ABS(3)", '"a"+', '"a"+n', "$CHR(34", '"a" "b"', '"a"-"b"x']
+)
+def test_other_strings_are_refused_in_their_line(value: str) -> None:
+    session = Session(RecordingTerminal())
+    (found,) = session.load_text(f'.STRINGS\n$s {value}\n$t "x"\n.END\n')
+    assert found.span.line == 2
+    assert session.environment.values() == {("$t", None): "x"}

@@ -28,6 +28,7 @@ LARGEST = 3.4e38  # the largest single-precision real
 BINARY_DIGITS = 8
 FORMAT_DIGITS = 3  # of a width, or of a number of decimals or lines
 INDEXES = 3
+LAST_CHARACTER = 255  # of $CHR
 
 
 def _end(child: Any) -> int:
@@ -358,10 +359,20 @@ class Builder:
     def entry(self, children: Children) -> ast.Entry:
         variable = _as_variable(children[0])
         comment = children.pop().value[1:] if _is(children[-1], "COMMENT") else None
-        values = [child for child in children[1:] if child.type in ("NUMBER", "STRING")]
-        text = values[0].value if values[0].type == "STRING" else None
-        numbers = () if text is not None else tuple(_signed(token) for token in values)
-        return ast.Entry(variable, numbers, text, _all(children), comment)
+        pieces = [child.value for child in children[1:] if isinstance(child, ast.Text)]
+        numbers = tuple(_signed(child) for child in children[1:] if _is(child, "NUMBER"))
+        return ast.Entry(variable, numbers, "".join(pieces) if pieces else None, _all(children), comment)
+
+    def piece(self, children: Children) -> ast.Text:
+        """A part of a string in a section: text, or `$CHR(34)` for what cannot stand in quotes."""
+        if len(children) == 1:
+            return ast.Text(children[0].value, children[0].span)
+        name, _, number, _ = children
+        code = number_value(number.text)
+        if name.value.upper() != "$CHR" or code is None or not 0 <= code <= LAST_CHARACTER or not code.is_integer():
+            hint = 'strings here are made of "text" and $CHR(0) to $CHR(255)'
+            raise LineRefused(error(IllegalExpression, _all(children), name.text, hint))
+        return ast.Text(chr(int(code)), _all(children))
 
     # --- statements ---
 

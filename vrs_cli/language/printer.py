@@ -5,6 +5,7 @@ Printing what was parsed and parsing what was printed give the same tree; format
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
@@ -68,10 +69,21 @@ def _section_lines(section: Section) -> Iterator[str]:
 def _entry_text(entry: ast.Entry) -> str:
     name = expression_text(entry.variable)
     if entry.text is not None:
-        return f'{name:<{NAME_WIDTH}} "{entry.text}"'
+        return f"{name:<{NAME_WIDTH}} {_quoted(entry.text)}"
     if len(entry.numbers) == 1 and not entry.variable.sigil:
         return f"{name:<{NAME_WIDTH}} {_number_text(entry.numbers[0])}"
     return f"{name:<{NAME_WIDTH}}" + "".join(f" {_column_text(number):>12}" for number in entry.numbers)
+
+
+# what ends a string or a line, and what no program file may hold
+_UNQUOTABLE = re.compile(r'(["\x00-\x08\x0a-\x1f])')
+
+
+def _quoted(text: str) -> str:
+    """`"a"+$CHR(34)+"b"` where a character cannot stand in quotes."""
+    pieces = _UNQUOTABLE.split(text)
+    shown = (f"$CHR({ord(piece)})" if at % 2 else f'"{piece}"' for at, piece in enumerate(pieces) if piece)
+    return "+".join(shown) or '""'
 
 
 def _column_text(value: float) -> str:
