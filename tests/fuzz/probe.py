@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
+from random import Random
 from tempfile import TemporaryDirectory
 
+from tests.fuzz import numbers
 from vrs_cli.errors import EndOfInput, VrsError
 from vrs_cli.interfaces.replies import Reply
 from vrs_cli.interfaces.runs import Bounds
 from vrs_cli.interfaces.session import Session
+from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.language.analyzer import check_line
 from vrs_cli.language.ast import Program
 from vrs_cli.language.diagnostics import LineRefused, Severity, show
@@ -87,3 +91,37 @@ def run_in(session: Session, text: str) -> None:
         except VrsError:
             continue
         assert result.ended >= result.started
+
+
+# --- numbers at the prompt -------------------------------------------------------------------------------------------
+
+LINES = 40  # of one session
+PROGRAM = ".PROGRAM main(x)\nDRIVE 1, x, x\nDELAY x\n.END\n.LOCATIONS\na 0 450 -150 90 90 0\n#p 0 -90 90 0 0 0\n.END\n"
+
+
+def typed(random: Random) -> int:
+    """A session of lines with extreme numbers: they are refused, or done, and the robot is somewhere. How many."""
+    with TemporaryDirectory() as folder:
+        session = Session(Silent(), bounds=BOUNDS, folder=Path(folder))
+        session.load_text(PROGRAM)
+        session.engine.parameters.set_parameter("PROFILE", random.choice(("LSPB", "SCURVE")))
+        for _ in range(LINES):
+            one_line(session, numbers.line(random))
+        session.close()
+    return LINES
+
+
+def one_line(session: Session, text: str) -> None:
+    try:
+        session.perform(text)
+    except (VrsError, KeyboardInterrupt):
+        pass
+    except Exception as error:
+        error.add_note(text)
+        raise
+    engine = session.engine
+    at_end = engine.position(engine.end)
+    assert isfinite(engine.now), text
+    assert isfinite(engine.end), text
+    assert not joints_outside(at_end.joints, engine.model.lower, engine.model.upper), text
+    assert all(map(isfinite, at_end.T_world_tool)), text

@@ -1,16 +1,20 @@
-"""The short part of fuzzing (`python -m tests.fuzz.long MINUTES` is the long one), and every case it has found."""
+"""The short part of fuzzing (`tests.fuzz.long` is the long one), and every case it has found."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from random import Random
 
 import pytest
 
-from tests.fuzz.probe import probe
+from tests.fuzz.numbers import line
+from tests.fuzz.probe import probe, typed
 from tests.fuzz.texts import text
+from vrs_cli.engine.parameters import PARAMETERS
 
 TEXTS, PARTS = 600, 6
+SESSIONS = 12  # of lines with extreme numbers
 
 
 @pytest.fixture(autouse=True)
@@ -22,6 +26,17 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_any_text(part: int) -> None:
     for seed in range(part, TEXTS, PARTS):
         probe(text(Random(seed)))
+
+
+def test_any_number() -> None:
+    for seed in range(SESSIONS):
+        typed(Random(seed))
+
+
+def test_every_setting_gets_its_extremes() -> None:
+    typed = "\n".join(line(Random(seed)) for seed in range(4000))
+    for word in ("SPEED", "ACCEL", "DURATION", "DELAY", "TOOL", "BASE", "DRIVE", "JOG", *PARAMETERS):
+        assert re.search(rf"{re.escape(word)}[^\n]* -?1E-320|{re.escape(word)}[^\n]* -?\dE-3\d\d", typed), word
 
 
 def test_a_seed_names_its_text() -> None:

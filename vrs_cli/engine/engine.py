@@ -38,7 +38,16 @@ from vrs_cli.engine.commands import (
     ToolOffsetTarget,
 )
 from vrs_cli.engine.history import CommandRecord, History, Step
-from vrs_cli.engine.parameters import FULL_SPEED, MAX_MONITOR_SPEED, Asked, Parameters
+from vrs_cli.engine.parameters import (
+    ACCELERATION,
+    DECELERATION,
+    FULL_SPEED,
+    MONITOR_SPEED,
+    PROGRAM_SPEED,
+    ROTATION_SPEED,
+    Asked,
+    Parameters,
+)
 from vrs_cli.engine.planner import NoRoomToStop, plan, rounding_begins, slowing_down
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
 from vrs_cli.engine.reach import Reach, explained
@@ -321,9 +330,10 @@ class Engine:
                 rotation=None if rotation is None else _fraction(monitor * rotation / FULL_SPEED),
             )
         tip = monitor * program.value * (MM if program.unit is SpeedUnit.MMPS else INCH)
-        fraction = _fraction(tip / self.model.linear_speed)
+        full = self.model.linear_speed
+        fraction = _fraction(tip / full)
         rotation = fraction if program.rotation is None else _fraction(monitor * program.rotation / FULL_SPEED)
-        return replace(motion, speed=fraction, tip_speed=min(tip, self.model.linear_speed), rotation=rotation)
+        return replace(motion, speed=fraction, tip_speed=min(max(tip, SLOWEST * full), full), rotation=rotation)
 
     @property
     def _profile(self) -> Profile:
@@ -493,9 +503,18 @@ class Engine:
             insert = self.parameters.values["INSERT"] == "ON"
         issued = self.now if self._issued is None else self._issued
         delta = self._planned(motion, issued, executed, insert)
+        self._check_end(delta)
         self._write_down([delta], happens=happens)
         self.commit(delta, issued, insert)
         return delta
+
+    def _check_end(self, delta: TimelineDelta) -> None:
+        """Raises IllegalValue for a change after which motions end later than times are exact."""
+        stays = delta.keep + delta.drop < len(self.timeline)
+        end = self.timeline.end + delta.shift if stays else delta.segments[-1].finish if delta.segments else 0.0
+        if end > 2.0 * LATEST:
+            what = f"{delta.motion.text or 'the motion'} would end at {end:g} s"
+            raise IllegalValue(what, f"times are up to {2.0 * LATEST:g} s")
 
     def _planned(self, motion: Motion, issued: float, executed: float, insert: bool) -> TimelineDelta:
         slowest = float(self.parameters.values["STRETCH"])
@@ -599,24 +618,21 @@ class Engine:
     # --- settings ---
 
     def _set_speed(self, request: SetSpeed) -> None:
-        if not (isfinite(request.value) and request.value > 0.0):
-            raise IllegalValue(f"SPEED {request.value:g}", "a speed is more than 0")
-        if request.rotation is not None and not request.rotation > 0.0:
-            raise IllegalValue(f"SPEED ...,{request.rotation:g}", "a rotation speed is more than 0")
+        PROGRAM_SPEED[request.unit].checked(request.value)
+        if request.rotation is not None:
+            ROTATION_SPEED.checked(request.rotation)
         self.parameters.speed.put(request, request.always)
 
     def _set_monitor_speed(self, request: SetMonitorSpeed) -> None:
-        if not 0.0 < request.percent <= MAX_MONITOR_SPEED:
-            raise IllegalValue(f"SPEED {request.percent:g}", f"the monitor speed is from 1 to {MAX_MONITOR_SPEED:g} %")
-        self.parameters.monitor_speed = request.percent
+        self.parameters.monitor_speed = MONITOR_SPEED.checked(request.percent)
 
     def _set_duration(self, request: SetDuration) -> None:
         self.parameters.duration.put(_checked_time(request.seconds, "DURATION"), request.always)
 
     def _set_acceleration(self, request: SetAcceleration) -> None:
-        if not 0.0 < request.acceleration <= FULL_SPEED:
-            raise IllegalValue(f"ACCEL {request.acceleration:g}", "it is more than 0 and at most 100 %")
-        slower = min(request.acceleration, request.deceleration or FULL_SPEED)  # one figure serves both
+        slower = ACCELERATION.checked(request.acceleration)
+        if request.deceleration is not None:
+            slower = min(slower, DECELERATION.checked(request.deceleration))  # one figure serves both
         self.parameters.acceleration = slower / FULL_SPEED
 
     def _set_configuration(self, request: SetConfiguration) -> None:

@@ -10,14 +10,43 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Generic, TypeVar
 
-from vrs_cli.engine.commands import Mode, SetSpeed
+from vrs_cli.engine.commands import Mode, SetSpeed, SpeedUnit
 from vrs_cli.errors import IllegalValue, UsageError
 from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 
 V = TypeVar("V")
 
 FULL_SPEED = 100.0  # [%]
-MAX_MONITOR_SPEED = 327.0  # [%] what VAL accepted; motion speed is bounded by the nominal one all the same
+SLOWEST_PERCENT = 0.01  # of full speed, and of full acceleration: slower, a motion would take days
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """The numbers that make sense for a setting that an instruction gives."""
+
+    word: str
+    name: str
+    least: float
+    most: float
+    unit: str = "%"
+
+    def checked(self, value: float) -> float:
+        """The value. Raises IllegalValue for one outside, and NaN."""
+        if not self.least <= value <= self.most:
+            bounds = f"{self.name} is from {self.least:g} to {self.most:g} {self.unit}"
+            raise IllegalValue(f"{self.word} {value:g}", bounds)
+        return value
+
+
+MONITOR_SPEED = Range("SPEED", "the monitor speed", SLOWEST_PERCENT, 327.0)  # 327: what VAL accepted
+PROGRAM_SPEED: Mapping[SpeedUnit, Range] = {
+    unit: Range("SPEED", "a speed", 0.01, 1e5, said)  # motions go no faster than the robot can
+    for unit, said in ((SpeedUnit.PERCENT, "%"), (SpeedUnit.MMPS, "mm/s"), (SpeedUnit.IPS, "in/s"))
+}
+ROTATION_SPEED = Range("SPEED ...,", "a rotation speed", SLOWEST_PERCENT, 1e5)
+JOINT_SPEED = Range("DRIVE ...,", "a speed", SLOWEST_PERCENT, FULL_SPEED)
+ACCELERATION = Range("ACCEL", "an acceleration", SLOWEST_PERCENT, FULL_SPEED)
+DECELERATION = Range("ACCEL ...,", "a deceleration", SLOWEST_PERCENT, 1e5)
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ from typing import BinaryIO
 from vrs_cli.errors import FileError
 from vrs_cli.files.lock import WINDOWS, Hold, hold, is_special
 from vrs_cli.files.naming import wrong_name
+from vrs_cli.files.opening import open_to_write
 
 AUXILIARY = (".lock", ".part")  # what hidden files end in that are beside one that is being written
 NEW_FILE_MODE = 0o666  # before the user's umask
@@ -90,7 +91,7 @@ def create_beside(target: Path, held: Hold | None = None) -> Beside:
     Raises OSError, FileOpened where somebody else writes the target.
     """
     if is_special(target):
-        return Beside(target, None, target.open("wb"), None)
+        return Beside(target, None, open_to_write(target), None)
     if target.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
     if WINDOWS and (wrong := wrong_name(target.name)):

@@ -29,6 +29,7 @@ from vrs_cli.errors import (
 from vrs_cli.files.atomic import AUXILIARY, Beside, create_beside, sync
 from vrs_cli.files.lock import hold
 from vrs_cli.files.naming import wrong_name
+from vrs_cli.files.opening import open_to_read
 from vrs_cli.language.units import DISKS, SUCCESS, Access
 
 _T = TypeVar("_T")
@@ -297,7 +298,8 @@ def _not_attached(unit: int) -> UnitNotAttached:
 def _open_to_read(one: _Unit, path: Path) -> None:
     if not path.exists():
         raise NonexistentFile(path.name)
-    one.reader = _Reader(_decoded(path.read_bytes()))
+    with open_to_read(path) as stream:
+        one.reader = _Reader(_decoded(stream.read()))
 
 
 def _open_to_write(one: _Unit, path: Path) -> None:
@@ -310,7 +312,7 @@ def _open_to_append(one: _Unit, path: Path) -> None:
     beside = create_beside(path)
     try:
         if path.exists():
-            with path.open("rb") as old:
+            with open_to_read(path) as old:
                 shutil.copyfileobj(old, beside.stream)
     except BaseException:
         beside.close()

@@ -13,6 +13,7 @@ from pathlib import Path
 from vrs_cli.errors import FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically, reason
 from vrs_cli.files.lock import hold
+from vrs_cli.files.opening import open_to_read
 from vrs_cli.language.diagnostics import did_you_mean
 
 
@@ -83,7 +84,7 @@ def rename(old: Path, new: Path) -> None:
 def copy(old: Path, new: Path) -> None:
     """Whole or not at all. Raises FileError."""
     try:
-        source = old.open("rb")
+        source = open_to_read(old)
     except OSError as error:
         raise FileError(f"{old} cannot be read: {reason(error)}", "check its permissions") from error
     with source, atomically(new) as stream:

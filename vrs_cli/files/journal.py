@@ -17,7 +17,7 @@ from pathlib import Path
 from vrs_cli.errors import FileError
 from vrs_cli.files.atomic import create_beside, reason, sync_folder, writing
 from vrs_cli.files.growing import GrowingFile
-from vrs_cli.files.lock import Hold, hold
+from vrs_cli.files.lock import Hold, hold, is_special
 from vrs_cli.files.trajectory_file import LineEncoder, Mark, Recording, read_trajectory
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.trajectory.delta import TimelineDelta
@@ -68,6 +68,8 @@ def taken_up(path: Path, progress: Callable[[float], None] | None = None) -> Tak
 
     Raises FileError, and what `read_trajectory` does.
     """
+    if is_special(path):
+        raise FileError(f"{path} is a pipe or a device", "a session is recorded in a file")
     it = taken(path)
     try:
         with writing(path):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import reason, write_atomically
+from vrs_cli.files.opening import open_to_read
 
 __all__ = [
     "EXTENSION",
@@ -58,7 +59,7 @@ def find_program_file(path: str | Path) -> Path:
 
 
 def _bytes(path: Path) -> bytes:
-    with path.open("rb") as stream:
+    with open_to_read(path) as stream:
         return stream.read(LARGEST + 1)
 
 

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, NonexistentFile
+from vrs_cli.files.opening import open_to_read
 from vrs_cli.language.diagnostics import counted
 from vrs_cli.language.environment import INPUTS, INTERNAL
 from vrs_cli.language.inputs import InputChange, Inputs
@@ -27,7 +28,8 @@ FORM = "time, signal, state, such as 0.5, 1001, ON"
 def read_signals(path: str) -> Inputs:
     """Raises NonexistentFile, and FileDamaged which names every line that is wrong."""
     try:
-        text = Path(path).read_text(encoding="utf-8-sig")
+        with open_to_read(Path(path)) as stream:
+            text = stream.read().decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) and error.strerror else "it is no text"
         raise NonexistentFile(f"{path} cannot be read: {why}") from None

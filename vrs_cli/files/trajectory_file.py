@@ -21,6 +21,7 @@ from vrs_cli import __version__
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically, reason
 from vrs_cli.files.checksum import START, Checksums
+from vrs_cli.files.opening import open_to_read
 from vrs_cli.files.rebuild import Rebuilding, check_order
 from vrs_cli.files.records import (
     FORMAT,
@@ -250,7 +251,7 @@ class _Reader:
 @contextmanager
 def _reading(path: Path) -> Iterator[BinaryIO]:
     try:
-        with path.open("rb") as stream:
+        with open_to_read(path) as stream:
             yield stream
     except FileNotFoundError:
         raise NonexistentFile(str(path), GUIDE) from None

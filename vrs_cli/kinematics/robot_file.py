@@ -73,6 +73,8 @@ _READERS = {".toml": _read_toml, ".urdf": _read_urdf, ".xml": _read_urdf, ".xacr
 
 
 def _text(path: Path, kind: str) -> str:
+    if path.exists() and not path.is_file():
+        raise FileError(f"{path} is a folder, a pipe or a device", f"a robot is a {kind} file")
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn, Protocol
 from vrs_cli.errors import (
     IllegalArrayIndex,
     IllegalSignal,
+    IllegalValue,
     ProgramNotExecutable,
     TypeMismatch,
     UndefinedName,
@@ -37,6 +38,7 @@ from vrs_cli.language.values import (
     transformation,
     whole,
 )
+from vrs_cli.trajectory.instant import LATEST
 
 if TYPE_CHECKING:
     from vrs_cli.language.analyzer import Analysis
@@ -349,7 +351,9 @@ class Timers:
         self._zero: dict[int, float] = {}
 
     def set(self, number: float, seconds: float, now: float) -> None:
-        """Let it show `seconds` now. Raises IllegalValue for a timer that does not exist."""
+        """Let it show `seconds` now. Raises IllegalValue for a timer that does not exist, or cannot show that."""
+        if not abs(seconds) <= LATEST:
+            raise IllegalValue(f"a timer at {plain(seconds)} s", f"it is from {-LATEST:g} to {LATEST:g} s")
         self._zero[self._known(number)] = now - seconds
 
     def read(self, number: float, now: float) -> float:

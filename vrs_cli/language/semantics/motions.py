@@ -17,6 +17,7 @@ from vrs_cli.engine.commands import (
     Target,
     ToolOffsetTarget,
 )
+from vrs_cli.engine.parameters import FULL_SPEED, JOINT_SPEED
 from vrs_cli.errors import IllegalJoint, IllegalValue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, translation
@@ -69,10 +70,8 @@ def _drive(context: Context, it: Operands) -> Iterable[Yielded]:
     joint, change, speed = it.real(0), it.real(1), it.optional(2)
     if not 0.5 <= joint < context.robot.dof + 0.5:
         raise IllegalJoint(plain(joint), f"joints are 1 to {context.robot.dof}")
-    if speed is not None and not 0.0 < speed <= 100.0:
-        raise IllegalValue(f"a speed of {plain(speed)} percent", "more than 0, at most 100")
     target = JointOffsetTarget(whole(joint), context.environment.units.one_read(whole(joint), change))
-    fraction = None if speed is None else speed / 100.0
+    fraction = None if speed is None else JOINT_SPEED.checked(speed) / FULL_SPEED
     return (Move(target, False, speed=fraction, stamp=it.stamp, text=it.text),)
 
 

@@ -21,6 +21,7 @@ from vrs_cli.engine.commands import (
     SetTool,
     SpeedUnit,
 )
+from vrs_cli.engine.parameters import ACCELERATION, DECELERATION, MONITOR_SPEED, PROGRAM_SPEED, ROTATION_SPEED
 from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 from vrs_cli.kinematics.transform import IDENTITY, compose, rotation_z, translation
@@ -31,12 +32,13 @@ from vrs_cli.language.values import plain, whole
 
 
 def _speed(_context: Context, it: Operands) -> Iterable[Yielded]:
-    speed = it.positive(0, "a speed of")
     if it.unit == "MONITOR":
-        return (SetMonitorSpeed(speed),)
-    rotation = None if it.get(1) is None else it.positive(1, "a rotation speed of")
+        return (SetMonitorSpeed(MONITOR_SPEED.checked(it.real(0))),)
     unit = SpeedUnit.PERCENT if it.unit is None else SpeedUnit(it.unit)
-    return (SetSpeed(speed, rotation, unit, it.always),)
+    rotation = it.optional(1)
+    if rotation is not None:
+        ROTATION_SPEED.checked(rotation)
+    return (SetSpeed(PROGRAM_SPEED[unit].checked(it.real(0)), rotation, unit, it.always),)
 
 
 def _duration(_context: Context, it: Operands) -> Iterable[Yielded]:
@@ -47,8 +49,10 @@ def _duration(_context: Context, it: Operands) -> Iterable[Yielded]:
 
 
 def _acceleration(_context: Context, it: Operands) -> Iterable[Yielded]:
-    deceleration = None if it.get(1) is None else it.positive(1, "a deceleration of")
-    return (SetAcceleration(it.positive(0, "an acceleration of"), deceleration),)
+    deceleration = it.optional(1)
+    if deceleration is not None:
+        DECELERATION.checked(deceleration)
+    return (SetAcceleration(ACCELERATION.checked(it.real(0)), deceleration),)
 
 
 def _mode(mode: Mode, on: bool) -> Handler:

@@ -1,0 +1,106 @@
+"""Files opened without hanging: to open a pipe waits for its other end, perhaps for ever; a device may never end."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+import time
+from collections.abc import Callable
+from io import BufferedReader, RawIOBase
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO, TypeVar
+
+if TYPE_CHECKING:
+    from _typeshed import WriteableBuffer
+
+FIRST = 4096  # bytes
+PATIENCE, PAUSE = 2.0, 0.02  # [s] for the other end of a pipe, which may just be starting
+V = TypeVar("V")
+
+
+def open_to_read(path: Path) -> BinaryIO:
+    """The bytes of a file, or of a pipe that somebody writes. Raises OSError."""
+    mode = path.stat().st_mode
+    if stat.S_ISFIFO(mode):
+        return BufferedReader(_Pipe(path))
+    if _never_ends(path):
+        raise OSError(errno.EINVAL, "it is a device")
+    return path.open("rb")
+
+
+def open_to_write(path: Path) -> BinaryIO:
+    """A device, or a pipe that somebody reads. Raises OSError."""
+    if not stat.S_ISFIFO(path.stat().st_mode):
+        return path.open("wb")
+    handle = _waited(lambda: _written_into(path), "nobody reads from this pipe")
+    os.set_blocking(handle, True)
+    return os.fdopen(handle, "wb")
+
+
+def _waited(act: Callable[[], V | None], why_not: str) -> V:
+    """What becomes of it within a while. Raises OSError."""
+    ends = time.monotonic() + PATIENCE
+    while (made := act()) is None:
+        if time.monotonic() > ends:
+            raise OSError(errno.ENXIO, why_not)
+        time.sleep(PAUSE)
+    return made
+
+
+class _Pipe(RawIOBase):
+    """A pipe that is read. To know whether somebody writes it, one has to read: its first bytes are kept."""
+
+    def __init__(self, path: Path) -> None:
+        self._handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        try:
+            self._first = _waited(self._begun, "nobody writes into this pipe")
+        except BaseException:
+            self.close()
+            raise
+        os.set_blocking(self._handle, True)
+
+    def _begun(self) -> bytes | None:
+        """The first bytes, none yet where the writer takes its time; None where there is no writer."""
+        try:
+            return os.read(self._handle, FIRST) or None
+        except BlockingIOError:
+            return b""
+
+    def readable(self) -> bool:
+        return True
+
+    def fileno(self) -> int:
+        return self._handle
+
+    def readinto(self, buffer: WriteableBuffer, /) -> int:
+        view = memoryview(buffer)
+        piece = self._first or os.read(self._handle, len(view))
+        piece, self._first = piece[: len(view)], piece[len(view) :]
+        view[: len(piece)] = piece
+        return len(piece)
+
+    def close(self) -> None:
+        if not self.closed:
+            os.close(self._handle)
+        super().close()
+
+
+def _written_into(path: Path) -> int | None:
+    try:
+        return os.open(path, os.O_WRONLY | os.O_NONBLOCK)
+    except OSError as error:
+        if error.errno == errno.ENXIO:
+            return None
+        raise
+
+
+def _never_ends(path: Path) -> bool:
+    """Whether it is a device that is neither a terminal nor empty."""
+    it = path.stat()
+    if not (stat.S_ISCHR(it.st_mode) or stat.S_ISBLK(it.st_mode)):
+        return False
+    if it.st_rdev == os.stat(os.devnull).st_rdev:
+        return False
+    with path.open("rb", buffering=0) as stream:
+        return not stream.isatty()
