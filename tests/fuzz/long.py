@@ -19,7 +19,8 @@ from types import FrameType
 from tests.fuzz.probe import probe, typed
 from tests.fuzz.texts import text
 
-TOO_LONG = 20  # [s] for one text, or one session
+TOO_LONG = 20  # [s] of the processor for one text, or one session
+TOLD = 250  # sessions after which it is said how far it has come
 
 
 class Hang(Exception):
@@ -37,13 +38,13 @@ class Faults:
         self.kinds: set[str] = set()
 
     def tried(self, seed: int, act: Callable[[Random], object]) -> None:
-        signal.alarm(TOO_LONG)
+        signal.setitimer(signal.ITIMER_PROF, TOO_LONG)
         try:
             act(Random(seed))
         except Exception as error:
             self._tell(seed, error)
         finally:
-            signal.alarm(0)
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
 
     def _tell(self, seed: int, error: Exception) -> None:
         place = str(traceback.extract_tb(error.__traceback__)[-1])
@@ -69,12 +70,14 @@ def numbers(lines: float, seed: int, faults: Faults) -> str:
     while done[0] < lines:
         faults.tried(seed * 10_000_000 + sessions, session)
         sessions += 1
+        if sessions % TOLD == 0:
+            print(f"{done[0]} lines", file=sys.stderr, flush=True)
     return f"{done[0]} lines with extreme numbers in {sessions} sessions"
 
 
 def main(way: str, much: float, seed: int = 1) -> int:
     os.chdir(tempfile.mkdtemp())
-    signal.signal(signal.SIGALRM, _alarm)
+    signal.signal(signal.SIGPROF, _alarm)
     faults = Faults()
     told = {"texts": texts, "numbers": numbers}[way](much, seed, faults)
     print(f"{told}, {len(faults.kinds)} kinds of faults")

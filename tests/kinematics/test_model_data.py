@@ -40,6 +40,11 @@ def test_plain_data_gives_every_bit_back() -> None:
         ("lower = -160.0", "lower = 170", r"joint 1: lower 170 is not below upper 160.0"),
         ("max_velocity = 82.0", "max_velocity = 0", r"joint 1: max_velocity: 0 is not above zero \(.*deg/s"),
         ("linear_speed = 500.0", "linear_speed = -1", r"tool.linear_speed: -1 is not above zero \(.*mm/s"),
+        (
+            "max_velocity = 82.0",
+            "max_velocity = 5e-324",
+            r"joint 1: max_velocity: 5e-324 is too small \(give at least 1e-09 deg/s",
+        ),
         ("linear_speed = 500.0\n", "", r"tool: has no linear_speed"),
         ("ready = [0.0,", "ready = [", r"poses.ready: is not a list of 6 numbers \(give the 6 joint values in deg"),
         ("ready = [0.0,", "ready = [161.0,", r"poses.ready: puts joint 1 at 161 deg \(its range is -160 to 160"),

@@ -9,10 +9,7 @@ import time
 from collections.abc import Callable
 from io import BufferedReader, RawIOBase
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, TypeVar
-
-if TYPE_CHECKING:
-    from _typeshed import WriteableBuffer
+from typing import Any, BinaryIO, TypeVar
 
 FIRST = 4096  # bytes
 PATIENCE, PAUSE = 2.0, 0.02  # [s] for the other end of a pipe, which may just be starting
@@ -73,7 +70,7 @@ class _Pipe(RawIOBase):
     def fileno(self) -> int:
         return self._handle
 
-    def readinto(self, buffer: WriteableBuffer, /) -> int:
+    def readinto(self, buffer: Any, /) -> int:
         view = memoryview(buffer)
         piece = self._first or os.read(self._handle, len(view))
         piece, self._first = piece[: len(view)], piece[len(view) :]

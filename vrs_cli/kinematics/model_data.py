@@ -66,6 +66,7 @@ URDF_OPTIONS = ("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "pos
 LENGTH, ANGLE = Quantity("mm"), Quantity("deg")
 TURN, SLIDE = (kind.value for kind in JointKind)
 HUGE = 1e9  # no length, angle or rate of a robot; keeps infinity and NaN out as well
+TINY = 1e-9  # of what is above zero: slower is no motion
 
 
 def to_dict(model: RobotModel) -> dict[str, Any]:
@@ -261,6 +262,8 @@ class ModelReader:
             raise self.wrong(key, f"{value!r} is too large", f"give less than {HUGE:g} {self.unit(quantity)}")
         if quantity.positive and not value > 0:
             raise self.wrong(key, f"{value!r} is not above zero", f"give a number above 0 in {self.unit(quantity)}")
+        if quantity.positive and value < TINY:
+            raise self.wrong(key, f"{value!r} is too small", f"give at least {TINY:g} {self.unit(quantity)}")
         return quantity.to_si(value) if self.human else float(value)
 
     def word(self, value: object, key: str) -> str:
