@@ -9,6 +9,8 @@ import pytest
 
 from tests.interfaces.monitor.people import Person
 from vrs_cli.files.recovery import files_in, left
+from vrs_cli.interfaces.editor import named_program
+from vrs_cli.interfaces.screen import ScreenDraft
 from vrs_cli.interfaces.session import Session
 from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.keeping import Keeper
@@ -107,6 +109,18 @@ def test_a_program_that_is_being_edited_comes_back_as_it_was_last(folder: Path) 
     again = recovered(folder)
     again.take("EXECUTE p")
     assert dict(again.conversation.session.environment.values())[("x", None)] == 3.0
+
+
+def test_a_program_on_the_screen_comes_back_as_its_lines_were_left(folder: Path) -> None:
+    shell = Shell(folder)
+    draft = ScreenDraft(shell.conversation.session, named_program("p"))
+    draft.note(".PROGRAM p()\n    x = 1\n    MOVEE", stored=False)
+    shell.take("")
+    shell.kill()
+    again = recovered(folder)
+    assert [len(one.program.steps) for one in again.conversation.session.environment.programs.values()] == [2]
+    draft.note("", stored=True)
+    assert shell.conversation.unfinished == ""
 
 
 def test_what_is_stored_needs_no_file(folder: Path) -> None:

@@ -42,6 +42,17 @@ def lines(editor: ScreenEditor) -> list[str]:
     return editor.buffer.text.split("\n")
 
 
+def test_what_is_typed_is_noted_line_by_line_until_it_is_stored() -> None:
+    session = session_with()
+    noted: list[str] = []
+    with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
+        pipe.send_text(f"move part{ENTER}ready{ENTER}{SAVE}{QUIT}")
+        ScreenEditor(ScreenDraft(session, named_program("p"), 1), lambda: noted.append(session.drafted)).run()
+    assert ".PROGRAM p()\n    MOVE part\n    \n.END\n" in noted
+    assert ".PROGRAM p()\n    MOVE part\n    READY\n    \n.END\n" in noted
+    assert (noted[-1], session.drafted) == ("", "")
+
+
 def test_lines_become_canonical_and_blocks_indented_while_they_are_typed() -> None:
     keys = ENTER.join(["move PART", "if x>1 then", "signal 1", "else", "signal -1", "end", "ready"])
     session = session_with()

@@ -78,6 +78,10 @@ class ScreenDraft:
         lines, changed = text.split("\n"), self.canonical(text).split("\n")
         return changed[row] if row < len(changed) else lines[row]
 
+    def note(self, text: str, *, stored: bool) -> None:
+        """What a file would hold of the text, where it is not stored."""
+        self._session.drafted = "" if stored else f"{text}\n.END\n"
+
     def save(self, text: str) -> str:
         """Store the program; what is said of it. Raises LineRefused, ProgramExists for the name of another program."""
         program, findings = self.read(text)

@@ -88,6 +88,7 @@ class Session:
         self.last_program: str | None = None
         self.last_statement: Statement | None = None
         self.editor: Editor | None = None
+        self.drafted = ""  # the program in SEE while it is changed and not stored, as a file would hold it
         self.last_edited: str | None = None
         self.layout = Layout()
         self.journal: Journal | None = None  # the file that all motions are written to as they are commanded

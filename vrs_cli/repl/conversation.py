@@ -146,6 +146,8 @@ class Conversation:
 
         if self.session.editor is not None:
             return print_program(self.session.editor.draft.program)
+        if self.session.drafted:
+            return self.session.drafted
         return self.entry.text if self.entry is not None and not self._refused else ""
 
     @property

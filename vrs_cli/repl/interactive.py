@@ -26,7 +26,6 @@ from prompt_toolkit.utils import is_dumb_terminal
 from prompt_toolkit.validation import ValidationError, Validator
 
 from vrs_cli import __version__
-from vrs_cli.files.recovery import files_in
 from vrs_cli.repl.backstage import Backstage
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.echo import unechoed
@@ -81,7 +80,7 @@ class Workplace:
         session = Session(self.terminal, model or load_robot(DEFAULT_ROBOT), clock=clock)
         self.conversation: Conversation = Conversation(session)
         self.keeper = Keeper(self.conversation, recovery_folder(os.environ))
-        self.conversation.after = self.keeper.keep
+        self.conversation.after = self.terminal.line_left = self.keeper.keep
         self.recorded = None if recorder is None else recorder.begin(session)
         self.terminal.interrupt = self.interrupt
         parser.parse_prompt("WHERE")
@@ -233,7 +232,12 @@ class Shell:
 
     def _recover(self) -> None:
         """Offer what was left by shells that were killed; where there is none, the first prompt does not wait."""
-        if files_in(recovery_folder(os.environ)):
+        folder = recovery_folder(os.environ)
+        if not folder.is_dir():
+            return
+        from vrs_cli.files.recovery import files_in
+
+        if files_in(folder):
             with stoppable(self.backstage.wait().interrupt):
                 self.backstage.wait().keeper.offer()
 

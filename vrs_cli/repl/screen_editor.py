@@ -62,8 +62,9 @@ class Underlined(Processor):
 class ScreenEditor:
     """One program on the screen."""
 
-    def __init__(self, draft: ScreenDraft) -> None:
+    def __init__(self, draft: ScreenDraft, line_left: Callable[[], None] = lambda: None) -> None:
         self.draft = draft
+        self._line_left = line_left
         self.message = ""
         self.findings: tuple[Diagnostic, ...] = ()
         self._quiet = False  # while the editor itself changes the text
@@ -98,7 +99,10 @@ class ScreenEditor:
 
     def run(self) -> None:
         """Until the user leaves."""
-        self.app.run()
+        try:
+            self.app.run()
+        finally:
+            self.draft.note("", stored=True)
 
     # --- the text ---
 
@@ -117,7 +121,15 @@ class ScreenEditor:
             self.tidy()
 
     def tidy(self) -> None:
-        """The row that was typed in, in canonical form."""
+        """The row that was typed in, in canonical form; the text is noted, so that it outlives the editor."""
+        self._tidy()
+        self._note()
+
+    def _note(self) -> None:
+        self.draft.note(self.buffer.text, stored=self.buffer.text == self._kept)
+        self._line_left()
+
+    def _tidy(self) -> None:
         row, self._touched = self._touched, None
         lines = self.buffer.document.lines
         if row is None or row >= len(lines):
@@ -169,6 +181,7 @@ class ScreenEditor:
         lines = self.buffer.document.lines[1 : self._row]
         with self._quietly():
             self.buffer.insert_text(INDENT * (1 + depth(lines)))
+        self._note()
 
     # --- leaving ---
 
@@ -178,6 +191,7 @@ class ScreenEditor:
         try:
             self.message = self.draft.save(self.buffer.text)
             self._kept = self.buffer.text
+            self._note()
         except VrsError as error:
             self.message = str(error)
 

@@ -82,6 +82,7 @@ class ShellTerminal:
         self._read, self._renderer, self._clock = read, renderer, clock
         self._stream = stream
         self.interrupt: Callable[[], bool] = lambda: False
+        self.line_left: Callable[[], None] = lambda: None  # a line of a program in SEE has been typed
         self.leaving = False
         self.last = ""  # the latest message, for the toolbar
         self._since: float | None = None
@@ -164,7 +165,7 @@ class ShellTerminal:
             raise UsageError("SEE fills the screen, and this terminal cannot", f"EDIT {draft.name} edits line by line")
         from vrs_cli.repl.screen_editor import ScreenEditor
 
-        ScreenEditor(draft).run()
+        ScreenEditor(draft, self.line_left).run()
         return draft.said
 
     def jog(self, jogger: Jogger) -> None:
