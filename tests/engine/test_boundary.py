@@ -12,12 +12,13 @@ from tests.laws.boundary_lines import check_segments
 from vrs_cli.engine.boundary import pace_of, survey
 from vrs_cli.engine.commands import Move, NamedTarget, PoseTarget, SetParameter, SetSpeed
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.following import Follower
 from vrs_cli.errors import LocationOutOfRange, LocationTooFar, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.clearance import Clearance
 from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
-from vrs_cli.kinematics.transform import Transform, compose, from_oat, inverse, position, translation
+from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, from_oat, inverse, position, translation
 from vrs_cli.trajectory.segment import CartesianPath, Phase, Segment, Turn
 
 PLACES = 40  # of a stretch, at which a bound is checked
@@ -175,5 +176,6 @@ def test_a_path_far_from_all_boundaries_needs_few_looks() -> None:
             looks += 1
             return clearance(*args)  # type: ignore[arg-type]
 
-    assert not survey(Counting(), path, 1.0, translation(0.0, 0.0, 0.0)).touches  # type: ignore[arg-type]
+    follower = Follower(Counting(), path.configuration, IDENTITY)  # type: ignore[arg-type]
+    assert not survey(follower, path, 1.0).touches
     assert looks <= 4

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from math import radians
 from pathlib import Path
+from random import Random
 
+import numpy as np
 import pytest
 
 from tests.laws.motion_laws import check_continuous, check_limits, off_line
@@ -21,6 +23,7 @@ from vrs_cli.engine.commands import (
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.engine.planner import Here, plan_motion
+from vrs_cli.engine.position import joints_over
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.model import PROFILES
@@ -76,6 +79,37 @@ def test_a_joint_that_turns_back_outside_its_range_is_seen_between_samples() -> 
     narrow = Engine(replace(MODEL, upper=upper), start=start)
     with pytest.raises(JointOutOfRange, match="Joint 3"):
         narrow.perform(across)
+
+
+@pytest.mark.parametrize("robot", ["puma560", "ur5e", "cobra600"])
+def test_a_joint_that_is_farthest_between_samples_is_known_to_a_ten_millionth(robot: str) -> None:
+    """Random lines, and a range that ends a hair beyond or before what a joint reaches on its way."""
+    model, random, tried = load_robot(robot), Random(4), 0
+    while tried < 4:
+        rows = list(zip(model.lower, model.upper, strict=True))
+        start = tuple(low + random.uniform(0.3, 0.7) * (high - low) for low, high in rows)
+        goal = tuple(q + random.gauss(0.0, 0.12) for q in start)
+        motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=arm_for(model).forward(goal))
+        still = Here(JointState(start, (0.0,) * len(start)))
+        try:
+            timeline = Timeline(plan_motion(arm_for(model), still, motion, 0.0))
+        except MotionError:
+            continue
+        joints = joints_over(arm_for(model), timeline, np.linspace(0.0, timeline.end, 20001))
+        beyond = joints.max(axis=0) - np.maximum(joints[0], joints[-1])
+        joint = int(beyond.argmax())
+        if beyond[joint] < 1e-4:
+            continue
+        tried += 1
+        for hair, possible in ((2e-7, True), (-2e-7, False)):
+            upper = [*model.upper]
+            upper[joint] = float(joints[:, joint].max()) + hair
+            arm = arm_for(replace(model, upper=tuple(upper)))
+            if possible:
+                plan_motion(arm, still, motion, 0.0)
+            else:
+                with pytest.raises(JointOutOfRange, match=f"Joint {joint + 1}"):
+                    plan_motion(arm, still, motion, 0.0)
 
 
 def test_an_acceleration_that_peaks_between_two_samples_is_seen() -> None:

@@ -8,15 +8,15 @@ Source: the branch-and-bound search of Moore, Kearfott and Cloud, "Introduction 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from math import hypot, inf
 from typing import NamedTuple
 
-from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.engine.following import Follower
 from vrs_cli.kinematics.clearance import NAMES, Clearance, Hand, Pace
-from vrs_cli.kinematics.transform import Transform, Vector, compose, inverse, rotate
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, rotate
 from vrs_cli.trajectory.polynomial import Polynomial, derivative
 from vrs_cli.trajectory.segment import CartesianPath, Turn
 from vrs_cli.trajectory.vector import cross, length
@@ -54,21 +54,19 @@ class Survey:
         return self.beyond is not None or self.endless is not None
 
 
-def survey(arm: RobotArm, path: CartesianPath, lasting: float, T_flange_tool: Transform) -> Survey:
+def survey(follower: Follower, path: CartesianPath, lasting: float) -> Survey:
     """Of all of a path from 0 to `lasting`."""
-    hand = arm.hand
-    return Survey() if hand is None else _Search(arm, hand, path, lasting, T_flange_tool).result()
+    hand = follower.arm.hand
+    return Survey() if hand is None else _Search(follower, hand, path, lasting).result()
 
 
 class _Search:
     """One survey, from the beginning of the path to its end."""
 
-    def __init__(
-        self, arm: RobotArm, hand: Hand, path: CartesianPath, lasting: float, T_flange_tool: Transform
-    ) -> None:
-        self.arm, self.path, self.lasting = arm, path, lasting
-        self.T_tool_flange = inverse(T_flange_tool)
-        self.pace = pace_of(path, lasting, hand, self.T_tool_flange)
+    def __init__(self, follower: Follower, hand: Hand, path: CartesianPath, lasting: float) -> None:
+        self.arm, self.flange = follower.arm, follower.flange
+        self.path, self.lasting = path, lasting
+        self.pace = pace_of(path, lasting, hand, follower.T_tool_flange)
         self.touches: list[Touch] = []
         self.seen: list[tuple[float, Clearance]] = []
 
@@ -98,7 +96,7 @@ class _Search:
         return Survey(endless=begin)
 
     def look(self, s: float) -> Clearance:
-        return self.arm.clearance(compose(self.path.pose(s), self.T_tool_flange), self.path.configuration)
+        return self.arm.clearance(self.flange(self.path.pose(s)), self.path.configuration)
 
     def is_beyond(self, seen: Clearance) -> bool:
         return any(value < -edge for value, edge in zip(seen.sizes, self.arm.boundary.sizes, strict=True))
@@ -160,9 +158,10 @@ def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Tran
     lever = rotate(T_tool_flange, (x, y, z))
     lever = lever[0] + T_tool_flange.px, lever[1] + T_tool_flange.py, lever[2] + T_tool_flange.pz
     approach = rotate(T_tool_flange, hand.approach)
-    rows = _seen(path.position, hand.T_axis_base)
-    vx, vy, vz = (_most(derivative(row), lasting) for row in rows)
-    ax, ay, az = (_most(derivative(derivative(row)), lasting) for row in rows)
+    rows = path.position if hand.T_axis_base is IDENTITY else _seen(path.position, hand.T_axis_base)
+    rates = [derivative(row) for row in rows]
+    vx, vy, vz = [_most(row, lasting) for row in rates]
+    ax, ay, az = [_most(derivative(row), lasting) for row in rates]
     swing, swing_bend = _carried(path.turns, lasting, lever)
     tilt, tilt_bend = _carried(path.turns, lasting, approach)
     return Pace(
@@ -175,7 +174,7 @@ def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Tran
     )
 
 
-def _seen(position: tuple[Polynomial, ...], T: Transform) -> list[Polynomial]:
+def _seen(position: tuple[Polynomial, ...], T: Transform) -> Sequence[Polynomial]:
     """Polynomials of a place as another frame has them, but for where its origin is."""
     size = max(map(len, position))
     x, y, z = ((*row, *(0.0,) * (size - len(row))) for row in position)
@@ -184,6 +183,8 @@ def _seen(position: tuple[Polynomial, ...], T: Transform) -> list[Polynomial]:
 
 def _most(a: Polynomial, lasting: float) -> float:
     """A bound of |p| from 0 to `lasting`: exact for a line."""
+    if len(a) == 1:
+        return abs(a[0])
     if len(a) == 2:
         return max(abs(a[0]), abs(a[0] + a[1] * lasting))
     return reduce(lambda total, c: total * lasting + abs(c), reversed(a), 0.0)
@@ -191,6 +192,8 @@ def _most(a: Polynomial, lasting: float) -> float:
 
 def _carried(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, float]:
     """Bounds of the first and the second derivative of a vector of the tool that turns with it."""
+    if not turns:
+        return 0.0, 0.0
     rates = [_most(derivative(turn.angle), lasting) for turn in turns]
     bends = [_most(derivative(derivative(turn.angle)), lasting) for turn in turns]
     across = length(cross(turns[0].axis, v)) if len(turns) == 1 else length(v)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from operator import mul
 from typing import NamedTuple
 
 from vrs_cli.errors import (
@@ -21,7 +20,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, joints_outside, largest_change
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.trajectory.segment import CartesianPath
 
@@ -35,7 +34,8 @@ JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
 JUMP = 2e-3  # [rad] at most, beyond what the velocities of two neighbours explain
 LEAST_JUMP = 1e-6  # [rad] rounding next to a singular pose, where samples are near each other
-NEAR_RANGE = 1e-4  # [rad, m] of a joint to the end of its range
+OVERSHOOT = 4.0 / 27.0  # of velocity by time: by how much a cubic goes beyond its ends at most
+RANGE_STEPS = 24  # halvings of the way between two samples, to see whether a joint leaves its range
 STILL = 1e-9  # [m/s, rad/s] a tool that stands
 CLOSE_BY = 0.2  # measure of a pose that a singularity is to blame for
 PASSED = "use MOVE there, or a via point farther from the singularity"
@@ -47,7 +47,6 @@ WAYS_ROUND = {  # by the singularity
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # the joints that a singularity turns far
 TOUCHING = 0.01  # [rad, m] a joint that changes by no more over a touch of a boundary does not jump there
 EDGE_STEPS = 30  # to find the place where a line is no longer possible, as well as it is shown
-TURN_STEPS = 14  # to find where a joint turns back between two samples
 
 _new = tuple.__new__
 
@@ -98,7 +97,8 @@ class Follower:
             for part in CLOSER:
                 self._refine(path, samples, duration * part, finest)
             self._check_starts(path, samples)
-        for until in sorted({*marks, *(duration * step / steps for step in range(1, steps + 1))}):
+        instants = [duration * step / steps for step in range(1, steps + 1)]
+        for until in sorted({*marks, *instants}) if marks else instants:
             if until - samples[-1].s > LEAST_GAP * duration:
                 self._refine(path, samples, until, min(finest, steps * FINEST * (until - samples[-1].s)))
         if self.singular(samples[-1]):
@@ -109,8 +109,7 @@ class Follower:
                     self._refine(path, samples, duration * (1.0 - part), finest)
             self._refine(path, samples, duration, finest)
             self._check_starts(path, samples[steady:])
-        self._check_range(path, samples[0], samples[1])
-        self._check_range(path, samples[-1], samples[-2])
+        self._check_range(path, samples, duration / steps)
         return samples
 
     def singular(self, sample: Sample) -> bool:
@@ -127,7 +126,6 @@ class Follower:
             except (LocationOutOfRange, JointOutOfRange) as refusal:
                 raise self._earliest(path, last, pending[-1], refusal) from None
             if self._close(last, sample):
-                self._check_turns(path, last, sample)
                 samples.append(sample)
                 pending.pop()
             elif sample.s - last.s > finest:
@@ -169,34 +167,35 @@ class Follower:
                 return False
         return True
 
-    def _check_turns(self, path: CartesianPath, a: Sample, b: Sample) -> None:
-        """A joint that turns back between two samples is farthest there: inside its range too?"""
-        turned = list(map(mul, a.velocity, b.velocity))
-        if min(turned) >= 0.0:
-            return
-        half = 0.5 * (b.s - a.s)
-        for i, (back, v) in enumerate(zip(turned, a.velocity, strict=True)):
-            if back < 0.0 and not self.lower[i] <= a.joints[i] + half * v <= self.upper[i]:
-                self._turn(path, i, a, b)
+    def _check_range(self, path: CartesianPath, samples: list[Sample], gap: float) -> None:
+        """That no joint leaves its range between samples: none can where all are far from it. `gap` [s] at most."""
+        way = (
+            JOINT_STEP + JUMP + 0.5 * gap * max(self.rate_steps)
+        )  # of a joint from one sample to the next, if `_close`
+        far = 2.0 * OVERSHOOT * way + JUMP
+        columns = zip(*[sample.joints for sample in samples], strict=True)
+        rows = list(zip(columns, self.lower, self.upper, strict=True))
+        if not all(low + far < min(column) and max(column) < high - far for column, low, high in rows):
+            for a, b in pairwise(samples):
+                self._check_between(path, a, b)
 
-    def _check_range(self, path: CartesianPath, rest: Sample, other: Sample) -> None:
-        """A joint that rests at the end of its range may go beyond it and turn back before the other sample."""
-        if any(rest.velocity):
-            return
-        rows = zip(rest.joints, self.lower, self.upper, strict=True)
-        if min([min(q - low, high - q) for q, low, high in rows]) < NEAR_RANGE:
-            for part in (*CLOSER, 0.125, 0.25, 0.5):
-                self.sample(path, rest.s + part * (other.s - rest.s), rest.joints)
+    def _check_between(self, path: CartesianPath, a: Sample, b: Sample, left: int = RANGE_STEPS) -> None:
+        """That no joint leaves its range between two samples: the way between them is halved where one may."""
+        if left and self._may_leave(a, b):
+            middle = self.sample(path, 0.5 * (a.s + b.s), a.joints)
+            self._check_between(path, a, middle, left - 1)
+            self._check_between(path, middle, b, left - 1)
 
-    def _turn(self, path: CartesianPath, joint: int, a: Sample, b: Sample) -> None:
-        """Look where a joint turns back; a sample outside the range is refused."""
-        low, high = a.s, b.s
-        for _ in range(TURN_STEPS):
-            middle = self.sample(path, 0.5 * (low + high), a.joints)
-            if middle.velocity[joint] * a.velocity[joint] > 0.0:
-                low = middle.s
-            else:
-                high = middle.s
+    def _may_leave(self, a: Sample, b: Sample) -> bool:
+        """Whether a joint may leave its range on the way."""
+        lasting = b.s - a.s
+        for p, q, v, w, low, high in zip(
+            a.joints, b.joints, a.velocity, b.velocity, self.lower, self.upper, strict=True
+        ):
+            over = _overshoot(q - p, lasting * v, lasting * w)
+            if max(p, q) + over > high + LIMIT_TOLERANCE or min(p, q) - over < low - LIMIT_TOLERANCE:
+                return True
+        return False
 
     def _check_starts(self, path: CartesianPath, samples: list[Sample]) -> None:
         """Next to a singular pose in which the tool rests, velocities explain nearly all of what joints change."""
@@ -319,6 +318,17 @@ class Follower:
             f"the straight line leaves its range, {model.range_of(joint, 0)}, near {near}",
             hint or "use MOVE, or another configuration",
         ).at(*position(pose))
+
+
+def _overshoot(change: float, before: float, after: float) -> float:
+    """By how much a joint goes beyond both ends of a short way: change, and velocities by time at its ends [rad, m].
+
+    That of the cubic which has them, which is none where it is monotonic (Fritsch and Carlson, 1980), and half of what
+    the velocities do not explain: more than the cubic is off, for that goes down with a power of the time more.
+    """
+    unexplained = 0.5 * abs(change - 0.5 * (before + after))
+    rising = before * change >= 0.0 <= after * change and max(abs(before), abs(after)) <= 3.0 * abs(change)
+    return unexplained + (0.0 if rising else OVERSHOOT * (abs(before) + abs(after)))
 
 
 def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:

@@ -157,7 +157,7 @@ class _Line:
     def _from_rest(self, start: float) -> tuple[Segment, ...]:
         """From rest the line is slowed down by stretching its time as a whole: once, exactly, on the same path."""
         way = self._way()
-        found = survey(self.arm, way, 1.0, self.motion.frames.tool)
+        found = survey(self.follower, way, 1.0)
         if found.touches or found.trouble:
             stops = self._stops(way, found)
             if stops:
@@ -218,7 +218,7 @@ class _Line:
         marks = []
         for stretch in stretches:
             path, lasting = self._path(stretch, (self.joints.joints,)), stretch.duration
-            found = survey(self.arm, path, lasting, self.motion.frames.tool)
+            found = survey(self.follower, path, lasting)
             kinks = [touch for touch in found.touches if self._kinks(touch, lasting, stretch is stretches[-1])]
             if found.trouble or kinks:
                 self._follow(stretches)  # which may be refused sooner
