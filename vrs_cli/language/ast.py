@@ -109,19 +109,21 @@ class Call:
     """A function (`ABS(x)`, `TRANS(,,5)`, `#PPOINT(..)`, `$CHR(10)`) or a constant (`PI`, `HERE`: no arguments).
 
     `name` is upper case for a function of the table, otherwise as typed. An omitted argument is None.
-    `SHIFT(l BY x,y,z)` has the arguments (l, x, y, z). `parenthesised` tells `f()` from `f`.
+    `SHIFT(l BY x,y,z)` has the arguments (l, x, y, z). `parenthesised` tells `f()` from `f`; `grouped`: a constant
+    that stands in parentheses, as in Variable.
     """
 
     name: str
     arguments: tuple[Expression | None, ...]
     span: Span
     parenthesised: bool = False
+    grouped: bool = False
 
     @property
     def variable(self) -> Variable:
         """The variable of this name."""
         sigil = self.name[0] if self.name[0] in "#$" else ""
-        return Variable(self.name[len(sigil) :], sigil, None, self.span)
+        return Variable(self.name[len(sigil) :], sigil, None, self.span, self.grouped)
 
 
 @dataclass(frozen=True, slots=True)

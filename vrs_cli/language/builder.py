@@ -520,7 +520,9 @@ class Builder:
 
     def grouped(self, children: Children) -> Expression:
         inner: Expression = children[1]
-        if isinstance(inner, ast.Binary | ast.Unary | ast.Variable):
+        if isinstance(inner, ast.Binary | ast.Unary | ast.Variable) or (
+            isinstance(inner, ast.Call) and not inner.parenthesised
+        ):
             return replace(inner, span=_all(children), grouped=True)
         return inner
 

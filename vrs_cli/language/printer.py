@@ -379,7 +379,7 @@ def _open_rank(expression: Expression, left: bool) -> int:
 def _call(call: ast.Call) -> str:
     name = call.name if call.name in FUNCTIONS else call.name.lower()
     if not call.parenthesised:
-        return name
+        return f"({name})" if call.grouped else name
     first, rest = call.arguments[:1], call.arguments[1:]
     if call.name in WITH_BY and rest:
         return f"{name}({_list_text(first)} BY {_list_text(rest)})"
