@@ -32,6 +32,12 @@ def test_a_step() -> None:
     assert tokens("move = 1")[0] == (Name, "move")
 
 
+def test_a_variable_with_the_name_of_a_function() -> None:
+    text = ".PROGRAM p()\n    hand = 1\n    TYPE hand, dx, DX(HERE)\n.END\n"
+    builtin = [piece for token, piece in tokens(text) if token is Name.Builtin]
+    assert builtin == ["DX", "HERE"]
+
+
 @pytest.mark.parametrize("path", sorted((ROOT / "programs").glob("*.v2")), ids=lambda path: path.name)
 def test_the_pieces_are_the_text(path: Path) -> None:
     text = path.read_text(encoding="utf-8")

@@ -1,14 +1,19 @@
 from __future__ import annotations
 
+import re
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.errors import VrsError
+from tests.laws.test_name_laws import WORDS
+from vrs_cli.errors import UsageError, VrsError
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.language.instructions import RESERVED
+from vrs_cli.language.meaning import FUNCTION_NAMES
 from vrs_cli.lsp.document import Document
 from vrs_cli.lsp.occurrences import SymbolKind
 
@@ -339,3 +344,62 @@ def test_law_what_is_known_of_the_version_before_changes_no_finding(changes: lis
         assert found == Document(version, PUMA).diagnostics
         session = Session(RecordingTerminal(), PUMA)
         assert set(session.load_text(version)) <= set(found)
+
+
+# --- words as names ------------------------------------------------------------------------------------------------
+
+NAMED = """\
+.PROGRAM main(a, $zz)
+    zz = LEN($zz)
+    zz[1] = zz
+    FOR i = zz TO 5 STEP zz
+        TYPE zz, (zz), HERE()
+    END
+    #zz = a
+    CALL zz(zz)
+    STOP
+.END
+.PROGRAM zz(x)
+    GLOBAL zz
+    x = zz
+.END
+.REALS
+zz 5
+.END
+"""
+
+
+def named(word: str) -> str:
+    """The text with a word as its variable, but not as its program, string or precision point."""
+    return re.sub(r"(?<![$#])\bzz\b(?!\()", word, NAMED)
+
+
+@pytest.mark.parametrize("word", [*FUNCTION_NAMES, *(word.lower() for word in WORDS[::9] if word not in RESERVED)])
+def test_any_word_can_be_the_new_name_of_a_variable_and_the_old_one(word: str) -> None:
+    if word[0] in "#$":
+        return
+    assert after_rename(NAMED, "zz", word) == named(word)
+    assert after_rename(named(word), word, "zz") == NAMED
+    assert {one.text for one in Document(named(word), PUMA).completions(4, 13)} >= {word}
+
+
+def after_rename(text: str, old: str, new: str) -> str:
+    lines = text.split("\n")
+    name, spans = Document(text, PUMA).renamed(2, lines[1].index(old) + 1, new)
+    for span in sorted(spans, key=lambda one: -one.column):
+        line = lines[span.line - 1]
+        lines[span.line - 1] = line[: span.column - 1] + name + line[span.end - 1 :]
+    return "\n".join(lines)
+
+
+def test_a_rename_that_would_take_a_function_for_the_variable() -> None:
+    text = ".PROGRAM a()\n    x = 1\n    TYPE x, HAND\n.END\n.PROGRAM b()\n    TYPE x\n.END\n"
+    with pytest.raises(UsageError, match="the function in some places"):
+        Document(text, PUMA).renamed(2, 5, "hand")
+    assert after_rename(text, "x", "stop").count("stop") == 3
+
+
+def test_hover_tells_an_instruction_from_a_variable_of_its_name() -> None:
+    document = Document(".PROGRAM a()\n    stop = 1\n    STOP\n    TYPE stop\n.END\n", PUMA)
+    texts = [document.hover(line, 6 + 5 * (line == 4)) for line in (2, 3, 4)]
+    assert ["first given a value" in one.text for one in texts if one is not None] == [True, False, True]

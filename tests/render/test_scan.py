@@ -40,7 +40,22 @@ WORDS = [
     ("GLOBAL LOC part", "LOC", Role.CONTROL),
     ("AUTO real", "real", Role.NAME),
     ("x = real+loc", "loc", Role.NAME),
+    ("FOR step = 1 TO 5 STEP 2", "step", Role.NAME),
+    ("FOR i = 1 TO 5 STEP step", "STEP", Role.CONTROL),
+    ("FOR i = 1 TO 5 STEP step", "step", Role.NAME),
+    ("READY AT at", "AT", Role.CONTROL),
+    ("MOVE at AT 5", "at", Role.NAME),
+    ("x = dx+DX(part)", "dx", Role.NAME),
+    ("x = dx+DX(part)", "DX", Role.FUNCTION),
+    ("stop = status", "stop", Role.NAME),
+    ("stop = status", "status", Role.NAME),
+    ("MOVE HERE", "HERE", Role.FUNCTION),
 ]
+
+
+def test_the_name_of_a_function_that_is_a_variable() -> None:
+    assert ("hand", Role.NAME) in list(scan("x = hand+HAND()", {"hand"}))
+    assert ("HAND", Role.FUNCTION) in list(scan("x = hand+HAND()", {"hand"}))
 
 
 @pytest.mark.parametrize(("line", "piece", "role"), WORDS)

@@ -44,6 +44,14 @@ def test_open_blocks(lines: list[str], open_blocks: int) -> None:
     assert depth(lines) == open_blocks
 
 
+@pytest.mark.parametrize("line", ["end = 5", "value[2] = 1", "any=3", "end [1] = 2"])
+def test_a_variable_begins_or_ends_no_block(line: str) -> None:
+    assert depth(["CASE x OF", "VALUE 1:", line]) == 1
+    entry = Entry(".PROGRAM demo", ["    CASE x OF", "    VALUE 1:"])
+    entry.add(line)
+    assert entry.lines[-1] == f"        {line}"
+
+
 def test_blocks_are_indented_and_their_words_moved_back() -> None:
     entry = Entry(".PROGRAM demo")
     for line in ("FOR i = 1 TO 3", "IF i > 1 THEN", "  MOVE a", "ELSE", "MOVE b", "END", "end", "STOP", ""):

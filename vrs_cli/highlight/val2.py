@@ -16,6 +16,7 @@ from pygments.token import (  # type: ignore[import-untyped]
     Text,
 )
 
+from vrs_cli.language.parser import variables_in
 from vrs_cli.render.roles import Role
 from vrs_cli.render.scan import scan
 
@@ -44,13 +45,14 @@ class Val2Lexer(Lexer):  # type: ignore[misc]  # of an untyped package
     def get_tokens_unprocessed(self, text: str, *_: Any) -> Iterator[tuple[int, Any, str]]:
         """Index, token and text of each piece; together they are the text."""
         at = 0
+        variables = variables_in(text.splitlines())
         for line in text.splitlines(keepends=True):
             body = line.rstrip("\r\n")
             label = len(body) - len(_without_label(body))
             if label:
                 yield at, Name.Label, body[:label]
                 at += label
-            for piece, role in scan(body[label:]):
+            for piece, role in scan(body[label:], variables):
                 yield at, TOKENS[role], piece
                 at += len(piece)
             if len(body) < len(line):

@@ -123,7 +123,7 @@ class Call:
     def variable(self) -> Variable:
         """The variable of this name."""
         sigil = self.name[0] if self.name[0] in "#$" else ""
-        return Variable(self.name[len(sigil) :], sigil, None, self.span, self.grouped)
+        return Variable(self.name[len(sigil) :].lower(), sigil, None, self.span, self.grouped)
 
 
 @dataclass(frozen=True, slots=True)

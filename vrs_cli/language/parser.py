@@ -7,7 +7,9 @@ is read for itself and all findings come together.
 from __future__ import annotations
 
 import os
-from collections.abc import Container, Iterator
+import re
+from collections.abc import Container, Iterable, Iterator
+from contextlib import suppress
 from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any, cast
@@ -22,7 +24,7 @@ from vrs_cli.language.builder import Builder
 from vrs_cli.language.complaints import complaint
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, error
 from vrs_cli.language.lexer import Lexer, Token
-from vrs_cli.language.meaning import line_as_meant
+from vrs_cli.language.meaning import FUNCTION_NAMES, line_as_meant, variables_for_functions
 from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.source import FileReader, header_end
 
@@ -57,6 +59,22 @@ def parse_prompt(text: str, names: Container[str] = ()) -> Statement | ProgramHe
     """
     at = header_end(text)
     return _parser().prompt(text, names) if at is None else _parser().header(text, 1, at)
+
+
+def variables_in(lines: Iterable[str]) -> set[str]:
+    """The keys of the variables that bear the name of a function, in lines of a program, its heading among them."""
+    parameters: list[ast.Variable] = []
+    statements: list[Statement | None] = []
+    for line in lines:
+        if _NAME_OF_FUNCTION.search(line):
+            with suppress(LineRefused):
+                header = parse_prompt(line) if header_end(line) is not None else None
+                parameters += header.parameters if isinstance(header, ProgramHeader) else ()
+                statements.append(parse_step(line).statement)
+    return variables_for_functions(parameters, statements)
+
+
+_NAME_OF_FUNCTION = re.compile("|".join(map(re.escape, FUNCTION_NAMES)), re.IGNORECASE)
 
 
 def grammar_dir() -> Path:

@@ -22,8 +22,8 @@ from vrs_cli.language.diagnostics import Diagnostic
 from vrs_cli.language.formatting import formatted
 from vrs_cli.language.instructions import INSTRUCTIONS, RESERVED, reserved
 from vrs_cli.language.lexer import LABEL_HIGH
-from vrs_cli.language.meaning import DEFINING
-from vrs_cli.language.parts import Part, Placed, programs_of
+from vrs_cli.language.meaning import DEFINING, FUNCTION_NAMES
+from vrs_cli.language.parts import Part, Placed, parts_of, programs_of
 from vrs_cli.language.printer import statement_text
 from vrs_cli.language.source import PROGRAM, SECTIONS
 from vrs_cli.language.structure import BlockKind, structure_of
@@ -141,7 +141,7 @@ class Document:
             placed.span(one.span)
             for placed in self._scope(asked, here)
             for one in self._occurrences(placed.part)
-            if (one.kind, one.key) == (asked.kind, asked.key)
+            if _same(one, asked)
         )
 
     def renamed(self, line: int, column: int, name: str) -> tuple[str, tuple[Span, ...]]:
@@ -150,11 +150,33 @@ class Document:
         if asked is None or here is None:
             raise UsageError("there is nothing to rename", "programs, labels and variables have names")
         new = new_name(asked, name)
-        key = key_of_name(new)
+        sigil = new[: new[0] in _KINDS]
+        key = sigil + key_of_name(new[len(sigil) :])
         taken = (one for placed in self._scope(asked, here) for one in self._occurrences(placed.part))
         if key != asked.key and any((one.kind, one.key) == (asked.kind, key) for one in taken):
             raise UsageError(f"{new} is there already", "another name")
-        return new, self.references(line, column)
+        spans = self.references(line, column)
+        self._check_renamed(asked, replace(asked, key=key), spans, new)
+        return new, spans
+
+    def _check_renamed(self, asked: Occurrence, wanted: Occurrence, spans: tuple[Span, ...], new: str) -> None:
+        """Whether the text with the new name means the same: HAND is a function where no variable has that name.
+
+        Raises UsageError.
+        """
+        if wanted.key not in FUNCTION_NAMES and asked.key not in FUNCTION_NAMES:
+            return
+        lines, wanted_places, moved = list(self.lines), set[tuple[int, int]](), 0
+        for before, span in pairwise((Span(0, 1, 1), *sorted(spans, key=lambda one: (one.line, one.column)))):
+            moved = moved if before.line == span.line else 0
+            begin, text = span.column - 1 + moved, lines[span.line - 1]
+            lines[span.line - 1] = text[:begin] + new + text[span.end - 1 + moved :]
+            wanted_places.add((span.line, begin + 1))
+            moved += len(new) - (span.end - span.column)
+        parts = parts_of("\n".join(lines), {})
+        found = (placed.span(one.span) for placed in parts for one in occurrences(placed.part) if _same(one, wanted))
+        if {(span.line, span.column) for span in found} != wanted_places:
+            raise UsageError(f"{new} would be the function in some places, the variable in others", "another name")
 
     def _scope(self, asked: Occurrence, here: Placed) -> tuple[Placed, ...]:
         """The parts in which the name means the same."""
@@ -223,10 +245,15 @@ class Document:
         if word is None:
             return None
         text, span = word
-        if not text[0].isdigit():
-            found = self._own_meaning(text, line) or _help(text)
-            return Meaning(found, span) if found else None
-        return None
+        if text[0].isdigit():
+            return None
+        named = self.occurrence(line, column) is not None or not self._is_read(line)
+        found = (self._own_meaning(text, line) if named else "") or _help(text)
+        return Meaning(found, span) if found else None
+
+    def _is_read(self, line: int) -> bool:
+        """Whether the line could be read, so that it is known what its words are."""
+        return all(one.span.line != line for placed in self._parts for one in placed.found(placed.part.diagnostics))
 
     def definition(self, line: int, column: int) -> Span | None:
         """Where a program, a label or a variable is defined: a section first, then its first assignment."""
@@ -382,6 +409,10 @@ def _bare_kind(statement: Statement) -> Kind:
     row = INSTRUCTIONS.get(statement.word) if isinstance(statement, ast.Instruction) else None
     shapes = {argument.shape for argument in row.arguments} if row is not None else set()
     return Kind.LOCATION if Shape.LOCATION_VARIABLE in shapes else Kind.REAL
+
+
+def _same(one: Occurrence, other: Occurrence) -> bool:
+    return (one.kind, one.key) == (other.kind, other.key)
 
 
 # --- texts ---------------------------------------------------------------------------------------------------------

@@ -220,20 +220,24 @@ def _strings(reply: replies.StringTable, _page: Page) -> Iterator[Block]:
 
 def _program_text(reply: replies.ProgramText, _page: Page) -> Iterator[Block]:
     yield Line(tuple(scan(reply.header)))
-    yield from map(_listed_step, reply.steps)
+    yield from _listed_steps(reply)
     yield Line(tuple(scan(".END")))
 
 
 def _program_part(reply: replies.ProgramPart, _page: Page) -> Iterator[Block]:
     if reply.header:
         yield Line(tuple(scan(reply.header)))
-    yield from map(_listed_step, reply.steps)
+    yield from _listed_steps(reply)
 
 
-def _listed_step(step: replies.ListedStep) -> Line:
-    mark = "?" if step.bad else " "
-    text = ((step.text, Role.ERROR),) if step.bad else tuple(scan(step.text))
-    return Line(((f"{step.number:5d} {mark} ", Role.NOTE), *text))
+def _listed_steps(listed: replies.ProgramText | replies.ProgramPart) -> Iterator[Line]:
+    from vrs_cli.language.parser import variables_in
+
+    variables = variables_in((listed.header, *(step.text for step in listed.steps)))
+    for step in listed.steps:
+        mark = "?" if step.bad else " "
+        text = ((step.text, Role.ERROR),) if step.bad else tuple(scan(step.text, variables))
+        yield Line(((f"{step.number:5d} {mark} ", Role.NOTE), *text))
 
 
 def _file_text(reply: replies.FileText, _page: Page) -> Iterator[Block]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from functools import cache
 
 from vrs_cli.render.roles import Role
@@ -40,21 +40,32 @@ def _first_role(word: str) -> Role | None:
 
     tables = {Role.COMMAND: COMMANDS, Role.INSTRUCTION: INSTRUCTIONS, Role.CONTROL: CONTROL}
     rows = abbreviated(word, *tables.values())
-    if not rows or (word in inner_words() and not any(word in table for table in tables.values())):
+    if not rows or (word in _inner_words() and not any(word in table for table in tables.values())):
         return None
     return next(role for role, table in tables.items() if table.get(rows[0].name) is rows[0])
 
 
 @cache
-def inner_words() -> Mapping[str, Role]:
-    """The role of every word that stands inside a statement."""
+def _inner_words() -> Mapping[str, Role]:
+    """The role of every word that stands inside a statement, where it is itself."""
     from vrs_cli.language.functions import FUNCTIONS
     from vrs_cli.language.instructions import CONNECTIVES, OPERATOR_WORDS
     from vrs_cli.language.monitor import COMMANDS
 
     leads = {lead for word in COMMANDS.values() for lead in word.leads}
-    words = CONNECTIVES | OPERATOR_WORDS | leads | {"AT", "IN", "DO", "GOTO", "MONITOR"}
-    return dict.fromkeys(FUNCTIONS, Role.FUNCTION) | dict.fromkeys(words, Role.CONTROL)
+    links = CONNECTIVES | leads | {"AT", "IN", "DO", "GOTO", "MONITOR"}
+    roles = dict.fromkeys(FUNCTIONS, Role.FUNCTION) | dict.fromkeys(links, Role.CONTROL)
+    return roles | dict.fromkeys(OPERATOR_WORDS, Role.OPERATOR)
+
+
+@cache
+def _with_links() -> frozenset[str]:
+    """The words that another may follow at once: READY AT 5, WHERE FROM 1."""
+    from vrs_cli.language.instructions import INSTRUCTIONS
+    from vrs_cli.language.monitor import COMMANDS
+
+    rows = (*COMMANDS.values(), *INSTRUCTIONS.values())
+    return frozenset(row.name for row in rows if (row.modifiers or row.leads) and not row.required)
 
 
 def _words_of(line: str) -> frozenset[str]:
@@ -74,23 +85,42 @@ def _words_of(line: str) -> frozenset[str]:
     return frozenset({sort[1].upper()}) if sort is not None else frozenset()
 
 
-def scan(line: str) -> Iterator[tuple[str, Role]]:
-    """The pieces of a line with their roles; together they are the line."""
+def scan(line: str, variables: Container[str] = ()) -> Iterator[tuple[str, Role]]:
+    """The pieces of a line with their roles; together they are the line. `variables`: the keys of those that bear the
+    name of a function.
+    """
     first, linking = True, _words_of(line)
+    ended = False  # whether a value has, or the word that starts the line: another word may link then
     for token in _TOKEN.finditer(line):
         text, sort = token.group(), token.lastgroup or "operator"
         if sort != "word":
             yield text, _ROLES[sort]
+            if sort in ("number", "string", "operator"):
+                ended = sort != "operator" or text in ")]"
             continue
-        linked = not first and text.upper() in linking
-        yield text, Role.CONTROL if linked else _role(text, first, line, token.end())
+        rest = line[token.end() :]
+        starts = first and not _TARGET.match(rest)
+        role = _first_role(text.upper()) if starts else None
+        if role is None:
+            linked = text.upper() in linking and not first
+            role = Role.CONTROL if linked else _role(text, rest, ended, variables)
+        ended = text.upper() in _with_links() if starts else role in (Role.NAME, Role.FUNCTION)
         first = first and text.upper() == "DO"
+        yield text, role
 
 
-def _role(text: str, first: bool, line: str, end: int) -> Role:
+def _role(text: str, rest: str, ended: bool, variables: Container[str]) -> Role:
+    """The role of a word that does not start a statement."""
+    from vrs_cli.language.functions import FUNCTIONS
+
     word = text.upper()
     if word.startswith("."):
         return Role.CONTROL
-    if first and not _TARGET.match(line, end):
-        return _first_role(word) or inner_words().get(word, Role.NAME)
-    return inner_words().get(word, Role.NAME)
+    role = _inner_words().get(word, Role.NAME)
+    if role is Role.OPERATOR or (role is Role.CONTROL and ended):
+        return Role.CONTROL
+    function = FUNCTIONS.get(word)
+    is_function = function is not None and (
+        rest.startswith("(") or (function.constant and word.lower() not in variables)
+    )
+    return Role.FUNCTION if is_function else Role.NAME

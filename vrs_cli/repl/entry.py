@@ -15,7 +15,7 @@ INDENT = "    "  # a block (val2 section 7)
 
 _LABEL = re.compile(r"^\s*\d+\s+")
 _COMMENT = re.compile(r";.*|\"[^\"]*\"")
-_FIRST = re.compile(r"[A-Z][\w.]*", re.IGNORECASE)
+_FIRST = re.compile(r"[A-Z][\w.]*(?!\s*(?:\[|=(?!=)))(?![\w.])", re.IGNORECASE)  # end = 5 ends no block
 
 CLOSERS = frozenset({"END", "UNTIL"})
 MIDDLES = frozenset({"ELSE", "VALUE", "ANY"})

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from math import inf
 from textwrap import fill
 from time import monotonic
@@ -197,7 +197,7 @@ class Shell:
         self.prompts: PromptSession[str] = PromptSession(
             self._message,
             history=history,
-            lexer=ValLexer(lambda: self.backstage.ready is not None),
+            lexer=ValLexer(lambda: self.backstage.ready is not None, self._names),
             completer=ValCompleter(lambda: self.backstage.ready),
             validator=None if is_dumb_terminal() else LineValidator(self.backstage.wait),
             validate_while_typing=False,
@@ -314,6 +314,16 @@ class Shell:
         return work.terminal.leaving
 
     # --- what the prompt shows ---
+
+    def _names(self) -> Container[str]:
+        """The keys of the variables that a line may name: of the program that is typed, or those that have a value."""
+        from vrs_cli.language.parser import variables_in
+
+        work = self.backstage.ready
+        if work is None:
+            return ()
+        entry = work.conversation.entry
+        return variables_in((entry.header, *entry.lines)) if entry else work.conversation.session.names()
 
     def _message(self) -> str:
         work = self.backstage.ready

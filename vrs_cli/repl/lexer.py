@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 
 from prompt_toolkit.document import Document
 from prompt_toolkit.formatted_text import StyleAndTextTuples
@@ -14,17 +14,23 @@ STYLES: Mapping[Role, str] = {role: toolkit_style(role) for role in Role}
 
 
 class ValLexer(Lexer):
-    """Plain text until `ready()`: the tables of the language are heavy, and the first prompt does not wait for them."""
+    """Plain text until `ready()`: the tables of the language are heavy, and the first prompt does not wait for them.
 
-    def __init__(self, ready: Callable[[], bool]) -> None:
+    `names`: the keys of the variables that have a value.
+    """
+
+    def __init__(self, ready: Callable[[], bool], names: Callable[[], Container[str]] = frozenset) -> None:
         self._ready = ready
+        self._names = names
 
     def lex_document(self, document: Document) -> Callable[[int], StyleAndTextTuples]:
         if not self._ready():
             return lambda number: [("", document.lines[number])]
+        from vrs_cli.language.parser import variables_in
         from vrs_cli.render.scan import scan
 
-        return lambda number: [(STYLES[role], text) for text, role in scan(document.lines[number])]
+        variables = variables_in(document.lines) if len(document.lines) > 1 else self._names()
+        return lambda number: [(STYLES[role], text) for text, role in scan(document.lines[number], variables)]
 
     def invalidation_hash(self) -> object:
         return self._ready()

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Container, Iterable, Mapping, Sequence
 
 from vrs_cli.language.analyzer import check_line
-from vrs_cli.language.ast import Kind, ProgramHeader, Statement
+from vrs_cli.language.ast import Kind, ProgramHeader
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity
-from vrs_cli.language.meaning import FUNCTION_NAMES, line_as_meant, variables_for_functions
-from vrs_cli.language.parser import parse_prompt, parse_step
+from vrs_cli.language.meaning import line_as_meant
+from vrs_cli.language.parser import parse_prompt, parse_step, variables_in
 
 
 def first_mistake(
@@ -47,19 +45,8 @@ def _mistake_in_step(line: str, known: Mapping[str, Kind], header: str, *steps: 
     parameters = heading.parameters if isinstance(heading, ProgramHeader) else ()
     own = {variable.key for variable in parameters}
     outside = {key: kind for key, kind in known.items() if key not in own}
-    names = variables_for_functions(parameters, _with_names_of_functions(steps))
-    return _first_error(check_line(line_as_meant(statement, names), outside, in_program=True))
-
-
-def _with_names_of_functions(steps: Iterable[str]) -> Iterator[Statement | None]:
-    """The steps in which a function could be a variable."""
-    for step in steps:
-        if _NAME_OF_FUNCTION.search(step):
-            with suppress(LineRefused):
-                yield parse_step(step).statement
-
-
-_NAME_OF_FUNCTION = re.compile("|".join(map(re.escape, FUNCTION_NAMES)), re.IGNORECASE)
+    meant = line_as_meant(statement, variables_in((header, *steps)))
+    return _first_error(check_line(meant, outside, in_program=True))
 
 
 def _first_error(found: Iterable[Diagnostic]) -> Diagnostic | None:
