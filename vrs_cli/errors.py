@@ -76,6 +76,12 @@ class NegativeSquareRoot(ProgramError):
     code, text = -410, "Negative square root"
 
 
+class StringOverflow(ProgramError):
+    """A string of more characters than a variable holds."""
+
+    code, text = -416, "String variable overflow"
+
+
 class UndefinedLabel(ProgramError):
     code, text = -412, "Branch to undefined label"
 

@@ -130,9 +130,9 @@ def test_instructions() -> None:
 
 def test_constants_can_be_named_where_something_is_defined() -> None:
     """So that the analyzer can say that they are reserved."""
-    assert statement("pi = 3").target == Variable("PI", "", None, Span(1, 1, 3))
-    assert statement("SET here = a").arguments == (Variable("HERE", "", None, Span(1, 5, 9)),)
-    assert statement("FOR on = 1 TO 2").variable.name == "ON"
+    assert statement("PI = 3").target == Variable("pi", "", None, Span(1, 1, 3))
+    assert statement("SET here = a").arguments == (Variable("here", "", None, Span(1, 5, 9)),)
+    assert statement("FOR on = 1 TO 2").variable.name == "on"
 
 
 def test_commands() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -9,8 +11,11 @@ from hypothesis import given, settings
 
 from tests.language.trees import groups_in, programs, statements, without_places
 from vrs_cli.language import ast
+from vrs_cli.language.instructions import INSTRUCTIONS
+from vrs_cli.language.monitor import COMMANDS
 from vrs_cli.language.parser import parse_file, parse_prompt, parse_step
 from vrs_cli.language.printer import print_file, print_program, program_header, statement_text, step_texts
+from vrs_cli.language.words import COMMAS, GROUPED, Shape, State, Word
 
 SAMPLES = sorted((Path(__file__).parents[2] / "programs").glob("*.v2"))
 
@@ -203,3 +208,83 @@ def test_a_file_name_at_the_prompt_stays_as_it_was_typed(line: str) -> None:
     statement = parse_prompt(line)
     assert statement is not None
     assert statement_text(statement) == line
+
+
+# --- every row with and without what it can do without ---------------------------------------------------------------
+
+SAMPLES_OF = {
+    Shape.REAL: "1",
+    Shape.STRING: '"s"',
+    Shape.LOCATION: "part",
+    Shape.TRANSFORMATION: "part",
+    Shape.PLACE: "part",
+    Shape.VARIABLE: "x",
+    Shape.REAL_VARIABLE: "x",
+    Shape.LOCATION_VARIABLE: "part",
+    Shape.STRING_VARIABLE: "$s",
+    Shape.PROGRAM: "pick(1)",
+    Shape.PROGRAM_TEXT: "$s",
+    Shape.LABEL: "10",
+    Shape.SIGNALS: "1001",
+    Shape.ITEM: "x",
+    Shape.FILE: "f.v2",
+    Shape.BRANCH: "trial",
+    Shape.SWITCH: "CP",
+    Shape.PARAMETER_NAME: "HAND.TIME",
+    Shape.SETTING: "0.1",
+    Shape.WORD: "CP",
+    Shape.INSTRUCTION: "READY",
+    Shape.GROUP: "5",
+    Shape.UNIT: "lun",
+    Shape.TASK: "2",
+}
+ROWS = [
+    pytest.param(row, at_prompt, id=f"{row.name}{' at the prompt' * at_prompt}")
+    for table, at_prompt in ((INSTRUCTIONS, False), (COMMANDS, True))
+    for row in table.values()
+    if row.state is State.SUPPORTED and row.name != "REMARK"
+]
+
+
+def forms(row: Word) -> Iterator[str]:
+    """The row with every choice of its optional arguments; a comma holds the place of one before others."""
+    for chosen in product(*((True, False) if argument.optional else (True,) for argument in row.arguments)):
+        given = [SAMPLES_OF[one.shape] if there else "" for one, there in zip(row.arguments, chosen, strict=True)]
+        if row.grouped and not given[0] and any(given):
+            continue  # what follows a parenthesis needs it
+        values = [""] if row.value is None or row.value.optional else []
+        values += [f" = {SAMPLES_OF[row.value.shape]}"] if row.value is not None else []
+        yield from (f"{row.name} {_placed(row, given)}".rstrip() + value for value in values)
+
+
+def _placed(row: Word, given: list[str]) -> str:
+    places = list(zip(row.arguments, given, strict=True))
+    task = "".join(f"{text} " for one, text in places if one.shape is Shape.TASK and text)
+    group = _with_commas([text for one, text in places if one.shape in GROUPED])
+    between = [text for one, text in places if one.shape not in {*GROUPED, Shape.TASK} and one.lead in {"", *COMMAS}]
+    led = "".join(f" {one.lead} {text}" for one, text in places if one.lead not in {"", *COMMAS} and text)
+    lead = next((one.lead for one, _ in places if one.lead in COMMAS), "")
+    texts = _with_commas(between)
+    if lead:
+        texts = texts.replace(",", f" {lead}", 1)
+    return f"{task}{f'({group}) ' if group else ''}{texts}{led}"
+
+
+def _with_commas(texts: list[str]) -> str:
+    while texts and not texts[-1]:
+        texts.pop()
+    return ", ".join(texts)
+
+
+def squeezed(text: str) -> str:
+    return text.replace(" ", "").upper().removeprefix("DO")
+
+
+@pytest.mark.parametrize(("row", "at_prompt"), ROWS)
+def test_what_is_left_out_leaves_no_comma(row: Word, at_prompt: bool) -> None:
+    for text in forms(row):
+        statement = parse_prompt(text) if at_prompt else parse_step(text).statement
+        assert statement is not None
+        assert not isinstance(statement, ast.ProgramHeader)
+        printed = statement_text(statement)
+        assert squeezed(printed) == squeezed(text.replace("PROMPT , x", "PROMPT x"))

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.errors import ArithmeticOverflow, IllegalValue
+from vrs_cli.errors import ArithmeticOverflow, IllegalValue, StringOverflow
 from vrs_cli.kinematics.transform import from_oat
 from vrs_cli.language.ast import Format, Span
 from vrs_cli.language.values import (
@@ -70,6 +70,11 @@ def test_default_form_has_a_place_for_the_sign_and_no_trailing_zeros(value: floa
         (form("G", 8, 2), 12.5, "   12.50"),
         (form("G", 10, 2), 1e12, "  1.00E+12"),
         (form("G", 10, 2), 1e-6, "  1.00E-06"),
+        (form("G", 8, 3), 0.0001, "1.00E-04"),
+        (form("G", 8, 3), -0.0001, "-1.0E-04"),
+        (form("G", 8, 3), 123456789.0, "1.23E+08"),
+        (form("G", 5, 3), 0.0001, "1E-04"),
+        (form("G", 4, 3), 0.0001, "****"),
         (form("I", 5), 41.5, "   42"),
         (form("I"), -7.0, "-7"),
         (form("I", 2), 1000.0, "**"),
@@ -171,7 +176,7 @@ def test_the_largest_real_is_no_overflow() -> None:
 
 def test_strings_of_128_characters_can_be_stored() -> None:
     assert storable("x" * 128) == "x" * 128
-    with pytest.raises(IllegalValue, match="129"):
+    with pytest.raises(StringOverflow, match="129"):
         storable("x" * 129)
 
 

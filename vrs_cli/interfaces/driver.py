@@ -210,9 +210,6 @@ class Driver:
                 break
             except VrsError as error:
                 event = self._thrown(track, error)
-                if self._left_now(track) <= 0:  # REACTE mends a step in vain: that must not go on for ever now
-                    track.until(self._performer.tick(), event)
-                    break
         self.tasks.current = PROMPT_LINE
         if track.reacts and self._left_now(track) > 0:  # to more than one signal: one after the other
             track.wake = self.engine.now

@@ -51,7 +51,8 @@ MOST_HINTS = 10
 __all__ = ["Analysis", "Block", "BlockKind", "analyze", "analyze_among", "check_line"]
 
 
-_IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS  # instructions that make no sense at the prompt
+# instructions that make no sense at the prompt, whose program is over when they are done
+_IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS | {"REACT", "REACTI", "REACTE", "RETURNE", "IGNORE", "LOCK", "RUNSIG"}
 
 
 @dataclass(frozen=True)

@@ -117,6 +117,14 @@ def _listed(children: Sequence[Any]) -> list[Expression | None]:
     return items
 
 
+def _refuse_last_comma(children: Sequence[Any], places: int | None, what: str, form: str) -> None:
+    """A comma at the end leaves a place out: there must be one (`places`; None: the last repeats, none is left out)."""
+    commas = [child for child in children if type(child) is Token]
+    if commas and children[-1] is commas[-1] and (places is None or len(commas) >= places):
+        detail = f"{what}: nothing stands behind {commas[-1].text}"
+        raise LineRefused(error(CannotInterpret, commas[-1].span, detail, f"the form is {form}"))
+
+
 # --- arguments as the table wants them -----------------------------------------------------------------------------
 
 
@@ -502,6 +510,8 @@ class Builder:
         arguments = tuple(_listed(children[2:-1]))
         known = FUNCTIONS.get(upper)
         if known is not None:
+            places = None if known.arguments and known.arguments[-1].repeated else len(known.arguments)
+            _refuse_last_comma(children[2:-1], places, upper, known.form)
             arguments = _shaped(list(arguments), known.arguments)
         return ast.Call(upper if known else name.text, arguments, _all(children), True)
 
@@ -555,6 +565,8 @@ def _binary(sign: Token, left: Expression, right: Expression) -> Expression:
 
 
 def _give_arguments(given: _Given, children: Children) -> Any:
+    row = given.row
+    _refuse_last_comma(children, row.plain if given.value is None else row.values, row.name, row.form)
     given.items(_listed(children))
     return children[-1]
 

@@ -229,6 +229,7 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
     if row.tasked and len(arguments) == len(row.arguments):
         task = arguments.pop()
         yield "" if task is None else expression_text(task)
+        arguments = _trimmed(arguments)
     arguments = [_capital(given, _shape_at(row, place)) for place, given in enumerate(arguments)]
     if row.comma:
         yield expression_text(arguments[0]) if arguments and arguments[0] is not None else ""

@@ -38,12 +38,13 @@ from vrs_cli.language.effects import (
     ReturnFromError,
     SignalsSet,
     Stop,
+    Wait,
     Yielded,
 )
 from vrs_cli.language.environment import Context, Environment, Reference, Robot, StoredProgram, key_of
 from vrs_cli.language.events import Budget, Completed, Event, Failed, Halted, Paused, ProgramFault, TaskState
 from vrs_cli.language.reactions import OF_ERRORS, Reaction, Reactions
-from vrs_cli.language.support import by_value, overflow
+from vrs_cli.language.support import at_once, by_value, overflow
 from vrs_cli.language.values import Value
 
 STACK_LIMIT = 10_000  # programs that have called one another
@@ -94,6 +95,7 @@ class Task:
         self._answer: str | None = None
         self._thrown: VrsError | None = None
         self._again = False
+        self._tried: tuple[Activation, int, float] | None = None
         self._life = self._live()
 
     # for the driver
@@ -234,6 +236,7 @@ class Task:
         arguments = bind(self._context.environment, self._main, self._arguments)
         self._activations = [Activation(self._context, self._main, arguments, self._first_step)]
         self._first_step = 0
+        self._tried = None
         self.reactions = Reactions()
 
     def _say(self, event: Event) -> Generator[Event, None, None]:
@@ -299,8 +302,19 @@ class Task:
             below.enter(below.op)
             if skips:
                 below.skip()
+            else:
+                yield from self._try_again(below)
         elif interruption.waiting is not None:
             yield from self._say(interruption.waiting)
+
+    def _try_again(self, activation: Activation) -> Generator[Event, None, None]:
+        """The step that failed comes again. Where it has come at this instant already, a tick goes by before: a routine
+        of REACTE that mends nothing must not go on for ever now.
+        """
+        tried = (activation, activation.op, self._context.robot.time())
+        if tried == self._tried:
+            yield from self._say(Wait(at_once, 1))
+        self._tried = (activation, activation.op, self._context.robot.time())
 
     def _reaction(self, reaction: Reaction) -> Brake | _Between:
         """Call it. Raises UndefinedName for a program that is there no more."""

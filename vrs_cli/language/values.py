@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from math import degrees, fmod, isfinite, log10, radians
 
-from vrs_cli.errors import ArithmeticOverflow, IllegalValue
+from vrs_cli.errors import ArithmeticOverflow, IllegalValue, StringOverflow
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, from_oat, to_oat
 from vrs_cli.language.ast import Format, Kind
@@ -78,9 +78,9 @@ def within_range(value: float) -> float:
 
 
 def storable(text: str) -> str:
-    """The string itself. Raises IllegalValue for one too long to store."""
+    """The string itself. Raises StringOverflow for one too long to store."""
     if len(text) > STRING_LENGTH:
-        raise IllegalValue(f"a string of {len(text)} characters", f"at most {STRING_LENGTH} can be stored")
+        raise StringOverflow(f"a string of {len(text)} characters", f"at most {STRING_LENGTH} can be stored")
     return text
 
 
@@ -182,13 +182,16 @@ def _scientific(value: float, width: int, decimals: int | None) -> str:
 
 
 def _general(value: float, width: int, decimals: int | None) -> str:
-    """F where the number fits the width and is not too small to show a digit, otherwise E."""
+    """F where the number fits the width and is not too small to show a digit, otherwise E with what fits of its digits;
+    asterisks where not even one does.
+    """
     digits = 3 if decimals is None else decimals
     fixed = _fixed(value, 0, digits)
     small = value != 0.0 and log10(abs(value)) < -digits
-    if small or (width and len(fixed) > width) or abs(value) >= _EXACT:
-        return _scientific(value, width, digits)
-    return _fitted(fixed, width)
+    if not small and abs(value) < _EXACT and (not width or len(fixed) <= width):
+        return _fitted(fixed, width)
+    forms = (f"{value:.{fewer}E}" for fewer in range(digits, -1, -1))
+    return next((form.rjust(width) for form in forms if not width or len(form) <= width), "*" * width)
 
 
 def _integer(value: float, width: int, _decimals: int | None) -> str:

@@ -150,6 +150,17 @@ class Word:
         return bool(self.arguments) and self.arguments[0].shape in RAW_SHAPES
 
     @cached_property
+    def plain(self) -> int | None:
+        """How many arguments stand between commas; None where the last is repeated."""
+        between = (one for one in self.arguments if one.lead in {"", *COMMAS})
+        return None if self.repeats else sum(one.shape not in {*GROUPED, Shape.TASK} for one in between)
+
+    @property
+    def values(self) -> int | None:
+        """The same of what follows `=`."""
+        return None if self.value is not None and self.value.repeated else 1
+
+    @cached_property
     def grouped(self) -> int:
         """How many of its arguments stand in parentheses before the others."""
         return sum(argument.shape in GROUPED for argument in self.arguments)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.interfaces.monitor.people import last, loaded
+from tests.interfaces.monitor.people import at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import ProgramExists, UndefinedName, UndefinedValue
 from vrs_cli.interfaces import replies
@@ -29,6 +29,15 @@ def test_deletep_takes_the_program_alone() -> None:
     session.perform("DELETEP main, other")
     assert list(session.environment.programs) == ["helper", "shared"]
     assert len(session.environment.kinds()) == 4
+
+
+def test_listp_marks_every_step_that_has_a_mistake() -> None:
+    session = at(RecordingTerminal())
+    lines = ("MOVEE a", "MOVE", "NEXT", "ELSEIF x THEN", "x = 1", "x = dx", 'y = "a"', "TYPE 1,", "IF x THEN")
+    session.load_text("\n".join((".PROGRAM p", *lines, ".END", "")))
+    session.perform("LISTP p")
+    steps = last(session, replies.ProgramText).steps
+    assert [step.text.strip() for step in steps if not step.bad] == ["x = 1", "x = dx"]
 
 
 def test_zero_forgets_the_last_program() -> None:

@@ -13,6 +13,7 @@ from vrs_cli.interfaces.monitor.consent import refusal
 from vrs_cli.interfaces.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.replies import ListedStep, ProgramName, ProgramNames, ProgramText, Reply
 from vrs_cli.language.ast import BadLine, Instruction, Program
+from vrs_cli.language.diagnostics import Severity
 from vrs_cli.language.environment import StoredProgram, key_of
 from vrs_cli.language.values import whole
 
@@ -31,12 +32,13 @@ def _listp(session: Session, it: Instruction) -> Iterator[Reply]:
 
 
 def listing(stored: StoredProgram) -> ProgramText:
-    """The canonical text of a program, its steps numbered."""
+    """The canonical text of a program, its steps numbered, and those marked that have a mistake."""
     from vrs_cli.language.printer import program_header, step_texts
 
     program = stored.program
+    wrong = {one.span.line for one in stored.analysis.diagnostics if one.severity is Severity.ERROR}
     steps = tuple(
-        ListedStep(number, text, bad=isinstance(step.statement, BadLine))
+        ListedStep(number, text, bad=isinstance(step.statement, BadLine) or step.span.line in wrong)
         for number, (step, text) in enumerate(zip(program.steps, step_texts(program), strict=True), 1)
     )
     return ProgramText(program_header(program), steps)
