@@ -44,16 +44,16 @@ def _run(race: Callable[[Path], Sequence[Vrs]], folder: Path) -> None:
         one.check()
 
 
-def taken_away(folder: Path, act: Callable[[Path], object]) -> None:
-    """A session goes on in a fresh file, and says so before its next answer."""
+def taken_away(folder: Path, act: Callable[[Path], object], more: int = 3) -> None:
+    """A session goes on in a fresh file, and says so before its next answer, or at its end; the status tells, too."""
     with Vrs(1, folder, "--save", DAY) as one:
         one.go()
         one.drive(3)
         act(folder / DAY)
-        one.drive(1)
-        assert one.journal.name == "day-2.vrst", one.said
-        one.drive(2)
+        one.drive(more)
+        assert (one.journal.name == "day-2.vrst") == (more > 0), one.said
         assert one.leave() == 1
+    assert one.journal.name == "day-2.vrst", one.said
     one.check()
 
 

@@ -25,5 +25,6 @@ def test_a_session_that_is_killed_loses_nothing(tmp_path: Path) -> None:
     assert acknowledged
 
 
-def test_a_session_whose_file_is_taken_away_loses_nothing(tmp_path: Path) -> None:
-    taken_away(tmp_path, CHANGES["replaced"])
+@pytest.mark.parametrize(("name", "more"), [("replaced", 2), ("rm", 0)])
+def test_a_session_whose_file_is_taken_away_loses_nothing(tmp_path: Path, name: str, more: int) -> None:
+    taken_away(tmp_path, CHANGES[name], more)

@@ -47,12 +47,14 @@ class Recorder:
         if self._session is not None:
             self._session.terminal.show(Message(text, Tone.ERROR))
 
-    def close(self) -> None:
-        """The session is over: the last look at the file, which others may write then."""
+    def close(self) -> bool:
+        """The session is over: the last look at the file, which others may write then. Whether all is in the file that
+        was asked for."""
         if self._journal is None:
             self._taken.close()
-            return
+            return True
         try:
             self._journal.close()
         except FileError as error:
             self._tell(str(error))
+        return self._journal.sound

@@ -11,20 +11,22 @@ if TYPE_CHECKING:
     from vrs_cli.repl.recorder import Recorder
 
 DEFAULT_ROBOT = "puma560"
+FAILED = 1
 
 
 def main(robot: str | None = None, file: str | None = None, save: str | None = None, clock: Clock | None = None) -> int:
     """Run the shell until the user leaves; returns the exit status. Raises VrsError for a robot that is not there.
 
-    `save`: a trajectory file that is written on, or begun; without `robot` its robot is taken. On a pipe the status is
-    1 when a line could not be carried out.
+    `save`: a trajectory file that is written on, or begun; without `robot` its robot is taken. The status is 1 when not
+    all is in that file, and on a pipe when a line could not be carried out.
     """
-    recorder = _recorder(save)
+    recorder, sound = _recorder(save), True
     try:
-        return _run(robot, file, recorder, clock)
+        status = _run(robot, file, recorder, clock)
     finally:
         if recorder is not None:
-            recorder.close()
+            sound = recorder.close()
+    return status if sound else FAILED
 
 
 def _run(robot: str | None, file: str | None, recorder: Recorder | None, clock: Clock | None) -> int:
