@@ -15,6 +15,7 @@ import pytest
 from tests.cli.conftest import Vrs
 from tests.files.trajectories import puma, without_checksums
 from vrs_cli.engine.position import position_at
+from vrs_cli.files.lock import hold
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.kinematics.arm import arm_for
 
@@ -223,3 +224,34 @@ def test_a_damaged_file_is_refused_and_read_leniently(vrs: Vrs, saved: Path) -> 
     ended = vrs("verify", "t.vrst")
     assert (ended.status, ended.err) == (1, "")
     assert ended.out.splitlines()[0].startswith("t.vrst, line 4: its checksum")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("run", "p.v2", "--save", "busy.vrst"),
+        ("run", "p.v2", "--csv", "busy.vrst"),
+        ("steer", "t.csv", "--save", "busy.vrst"),
+        ("export", "t.vrst", "-o", "busy.vrst", "--to", "csv"),
+        ("replay", "t.vrst", "--csv", "busy.vrst"),
+        ("fmt", "--write", "busy.vrst"),
+    ],
+)
+def test_no_subcommand_touches_a_file_that_is_being_written(
+    vrs: Vrs, saved: Path, tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    (tmp_path / "p.v2").write_text(".PROGRAM p\n.END\n")
+    (tmp_path / "t.csv").write_text("0,0,-90,90,0,0,0\n1,1,-90,90,0,0,0\n")
+    busy = tmp_path / "busy.vrst"
+    busy.write_text(".PROGRAM p\n.END")
+    with hold(busy):
+        ended = vrs(*words)
+    assert (ended.status, "busy.vrst is being written by this vrs" in ended.err) == (2, True), ended
+    assert busy.read_text() == ".PROGRAM p\n.END"
+    assert saved.exists()
+
+
+def test_readers_need_no_lock(vrs: Vrs, saved: Path) -> None:
+    with hold(saved):
+        for words in (("where", "t.vrst", "--at", 1), ("verify", "t.vrst"), ("export", "t.vrst", "-o", "o.csv")):
+            assert vrs(*words).status == 0

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from math import radians
 
 import pytest
 
+from tests.engine.paper import Paper
 from tests.engine.wall import ManualWall
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.commands import (
@@ -24,31 +25,6 @@ from vrs_cli.errors import FileError
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
-from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.timeline import Timeline
-
-
-class Paper:
-    """A journal in memory. `torn`: nothing can be written; `owed`: changes that happened all the same."""
-
-    def __init__(self, engine: Engine) -> None:
-        self.engine, self.torn = engine, False
-        self.lines: list[TimelineDelta] = []
-        self.owed = 0
-
-    def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
-        assert not self.engine.heard or self.engine.timeline.version == deltas[0].version, "it has happened already"
-        assert deltas[0].version == len(self.lines)
-        if self.torn and not happens:
-            raise FileError("no paper")
-        self.owed += self.torn
-        self.lines += deltas
-
-    def timeline(self) -> Timeline:
-        timeline = self.engine.initial
-        for delta in self.lines:
-            timeline = timeline.apply(delta)
-        return timeline
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
 from vrs_cli.errors import (
+    FileError,
     IllegalJoint,
     IllegalValue,
     JointOutOfRange,
@@ -337,7 +338,7 @@ class Panel:
     def move(self, sign: float) -> None:
         try:
             self.said = self.jogger.press(self.axis, sign * self.step)
-        except MotionError as error:
+        except (MotionError, FileError) as error:
             self.said = str(error)
 
     def stop(self) -> None:
