@@ -196,10 +196,10 @@ class TaskNotActive(ProgramError):
     code, text = -311, "Program task not active"
 
 
-class TimeExhausted(ProgramError):
-    """A program was stopped by a bound on its virtual time or its steps."""
+class LimitReached(ProgramError):
+    """A program was stopped by a limit of its run: time, steps, memory, what it types or writes."""
 
-    code, text = -414, "Program time limit reached"
+    code, text = -414, "Program limit reached"
 
 
 class ClockPaused(ProgramError):

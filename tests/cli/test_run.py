@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,8 +14,10 @@ from types import SimpleNamespace
 import pytest
 
 from tests.cli.conftest import Vrs
+from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.cli.batch import BatchTerminal
 from vrs_cli.files.trajectory_file import read_trajectory
+from vrs_cli.interfaces.session import Session
 
 PICK = """\
 .PROGRAM pick
@@ -207,8 +210,8 @@ def test_a_program_that_does_not_end_is_stopped(vrs: Vrs) -> None:
     ended = vrs("run", "forever.v2", "--max-time", 10, "--json")
     assert ended.status == 1
     told = json.loads(ended.out)
-    assert told["errors"][0]["message"].startswith("*Program time limit reached*")
-    assert "(give it more time with --max-time)" in told["errors"][0]["message"]
+    assert told["errors"][0]["message"].startswith("*Program limit reached*")
+    assert "(give it more with --max-time)" in told["errors"][0]["message"]
     assert 10.0 <= told["duration_s"] < 20.0
 
 
@@ -386,3 +389,75 @@ def test_a_bound_on_steps_says_where_the_program_was(vrs: Vrs, tmp_path: Path) -
     assert ended.status == 1
     assert "after 500 steps: main step 1" in ended.err
     assert "(give it more with --max-steps)" in ended.err
+
+
+# --- limits ------------------------------------------------------------------------------------------------
+
+EVER = ".PROGRAM ever\n  MOVE #PPOINT(0, -90, 90, 0, 10, 0)\n10 GOTO 10\n.END\n"
+FILLS = ".PROGRAM fills\n  MOVE #PPOINT(0, -90, 90, 0, 10, 0)\n  FOR i = 1 TO 1E9\n    a[i] = i\n  END\n.END\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "told"),
+    [
+        (EVER, ("--max-steps", "20K"), "after 20000 steps: ever step 2 is busy at 10 GOTO 10"),
+        (EVER, ("--max-wall", "0.5"), "the run took longer than 0.5 s: ever step "),
+        (FILLS, ("--max-elements", "5K"), "arrays and strings hold "),
+        (FILLS, ("--max-elements", "1G", "--max-memory", "450M"), "more memory than --max-memory 450000000"),
+    ],
+)
+def test_a_limit_ends_a_run_and_all_is_written_as_far_as_it_came(
+    tmp_path: Path, text: str, options: tuple[str, ...], told: str
+) -> None:
+    (tmp_path / "p.v2").write_text(text)
+    words = [sys.executable, "-m", "vrs_cli", "run", "p.v2", "--json", "--csv", "p.csv", "--save", "p.vrst", *options]
+    ended = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert ended.returncode == 1, ended.stderr
+    (error,) = json.loads(ended.stdout)["errors"]
+    assert error["message"].startswith("*Program limit reached*")
+    assert told in error["message"]
+    assert error["program"] == text.split()[1]
+    if "--max-wall" not in options:  # how far a run comes by then depends on the machine
+        assert error["step"] > 1
+        assert len((tmp_path / "p.csv").read_text().splitlines()) > 2
+        assert read_trajectory(tmp_path / "p.vrst").deltas
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--max-steps", "0"), "--max-steps: 0 is not above 0"),
+        (("--max-disk", "1.5"), "--max-disk: 1.5 is no whole number, as 500, 64K, 1.5M and 2G are"),
+        (("--max-output", "1T"), "--max-output: '1T' is not a number"),
+        (("--max-memory", "1M"), "--max-memory 1000000 is too little (at least 256M)"),
+    ],
+)
+def test_a_limit_that_is_none_is_refused(vrs: Vrs, tmp_path: Path, words: tuple[str, ...], told: str) -> None:
+    (tmp_path / "p.v2").write_text(EVER)
+    ended = vrs("run", "p.v2", *words)
+    assert ended.status == 2
+    assert told in ended.err
+
+
+def test_a_limit_of_a_system_that_has_none_is_refused(
+    vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "p.v2").write_text(EVER)
+    monkeypatch.setitem(sys.modules, "resource", None)
+    monkeypatch.delattr("signal.setitimer")
+    assert "this system has no such limit" in vrs("run", "p.v2", "--max-memory", "1G").err
+    assert "this system has no alarm" in vrs("run", "p.v2", "--max-wall", "1").err
+
+
+def test_the_memory_of_programs_is_linear_in_their_number() -> None:
+    sizes = []
+    for count in (250, 1000):
+        programs = "".join(f".PROGRAM p{i}\n  x{i} = {i}\n.END\n" for i in range(count))
+        calls = "".join(f"  CALL p{i}\n" for i in range(count))
+        session = Session(RecordingTerminal())
+        tracemalloc.start()
+        session.load_text(f".PROGRAM main\n{calls}.END\n{programs}")
+        assert session.execute("main").fault is None
+        sizes.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert sizes[1] < 5.0 * sizes[0]

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from tests.fuzz import numbers
 from vrs_cli.errors import EndOfInput, VrsError
 from vrs_cli.interfaces.replies import Reply
-from vrs_cli.interfaces.runs import Bounds
+from vrs_cli.interfaces.runs import Limits
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.language.analyzer import check_line
@@ -19,7 +19,7 @@ from vrs_cli.language.diagnostics import LineRefused, Severity, show
 from vrs_cli.language.parser import parse_file, parse_prompt
 from vrs_cli.language.printer import print_file
 
-BOUNDS = Bounds(max_time=20.0, max_steps=300)
+BOUNDS = Limits(max_time=20.0, max_steps=300)
 
 
 class Silent:
@@ -87,7 +87,7 @@ def run_in(session: Session, text: str) -> None:
     names = [part.name for part in parse_file(text)[0].parts if isinstance(part, Program)]
     for name in names[:3]:
         try:
-            result = session.execute(name, bounds=BOUNDS)
+            result = session.execute(name, limits=BOUNDS)
         except VrsError:
             continue
         assert result.ended >= result.started

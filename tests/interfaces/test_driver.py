@@ -1,15 +1,17 @@
-"""The scheduler: several tasks at exact instants, reactions, inputs, bounds."""
+"""The scheduler: several tasks at exact instants, reactions, inputs, limits."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import pytest
 
 from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.errors import FileDamaged, IllegalSignal, TimeExhausted
+from vrs_cli.errors import FileDamaged, IllegalSignal, LimitReached
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.performing import WAIT_TICK
-from vrs_cli.interfaces.runs import Bounds, Outcome
+from vrs_cli.interfaces.runs import Limits, Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language.inputs import InputChange
 
@@ -103,9 +105,9 @@ def test_reactions_that_call_each_other_without_end_let_time_go_on(session: Sess
     load(session, "REACT 2001, ping", "REACT 2002, pong", "SIGNAL 2001", "WAIT SIG(1004)")
     load(session, "SIGNAL -2001, -2002, 2002", name="ping")
     load(session, "SIGNAL -2001, -2002, 2001", name="pong")
-    result = session.execute("main", bounds=Bounds(max_time=0.2))
+    result = session.execute("main", limits=Limits(max_time=0.2))
     assert result.fault is not None
-    assert result.fault.code == TimeExhausted.code
+    assert result.fault.code == LimitReached.code
 
 
 @pytest.mark.parametrize("word", ["REACT", "REACTI"])
@@ -176,46 +178,76 @@ def test_a_wrong_line_of_signals_is_named(line: str) -> None:
         parse_signals(f"0, 1001, 1\n{line}\n", "cell.csv")
 
 
-# --- bounds ---
+# --- limits ---
 
 
 def test_where_it_hung_is_said(session: Session) -> None:
     load(session, "x = 1", "WAIT SIG(1001)")
     load(session, "WAIT SIG(1002)", name="other")
     session.start(1, "other")
-    fault = session.execute("main", bounds=Bounds(max_time=5.0)).fault
+    fault = session.execute("main", limits=Limits(max_time=5.0)).fault
     assert fault is not None
     assert "5 s of the robot's time: main step 2 waits at WAIT SIG(1001); task 1, other step 1 waits" in fault.message
     assert (fault.program, fault.step) == ("main", 2)
     assert session.engine.now == 5.0
 
 
-def test_what_helps_is_said_by_who_sets_the_bounds(session: Session) -> None:
+def test_what_helps_is_said_by_who_sets_the_limits(session: Session) -> None:
     load(session, "WHILE x == 0 DO", "END")
     session.perform("x = 0")
-    for bounds in (Bounds(max_time=1.0), Bounds(max_steps=100)):
-        fault = session.execute("main", bounds=bounds).fault
+    for limits in (Limits(max_time=1.0), Limits(max_steps=100)):
+        fault = session.execute("main", limits=limits).fault
         assert fault is not None
         assert "(SIGNAL sets an input that is waited for; RETRY lets a program go on)" in fault.message
-    fault = session.execute("main", bounds=Bounds(max_time=1.0, more_time="wait longer")).fault
+    fault = session.execute("main", limits=Limits(max_time=1.0, told_by="give more {}".format)).fault
     assert fault is not None
-    assert "(wait longer)" in fault.message
+    assert "(give more max_time)" in fault.message
 
 
 @pytest.mark.parametrize(("most", "outcome"), [(3, Outcome.COMPLETED), (2, Outcome.FAILED)])
 def test_steps_are_counted_exactly(session: Session, most: int, outcome: Outcome) -> None:
     load(session, "x = 1", "x = 2", "x = 3")
-    result = session.execute("main", bounds=Bounds(max_steps=most))
+    result = session.execute("main", limits=Limits(max_steps=most))
     assert result.outcome is outcome
     assert value(session, "x") == most
 
 
+@pytest.mark.parametrize(
+    ("step", "limits", "told"),
+    [
+        ("a[n] = n", Limits(max_elements=12_000), "arrays and strings hold "),
+        ('$a[n] = "123"', Limits(max_elements=40_000), "arrays and strings hold "),
+        ("CALL own", Limits(max_elements=30_000), "arrays and strings hold "),
+        ('TYPE "123"', Limits(max_output=402), "the program wanted to type more than 402 bytes"),
+        ('WRITE (17) "12"', Limits(max_disk=402), "the program wanted to write more than 402 bytes"),
+    ],
+)
+def test_what_a_program_holds_types_and_writes_has_limits(
+    tmp_path: Path, terminal: RecordingTerminal, step: str, limits: Limits, told: str
+) -> None:
+    """They end it at the same step, and REACTE does not mend that."""
+    ended: list[tuple[object, int]] = []
+    for name in ("one.txt", "two.txt"):
+        session = Session(terminal, folder=tmp_path)
+        opened = ("ATTACH (17)", f'FOPENW (17) "{name}"', "n = 0")
+        load(session, "REACTE again", *opened, "WHILE TRUE DO", "n = n+1", step, "END")
+        load(session, "n = 1", name="again")
+        load(session, "AUTO b[]", "FOR i = 1 TO 20000", "b[i] = i", "END", "CALL own", name="own")
+        result = session.execute("main", limits=limits)
+        assert result.outcome is Outcome.FAILED
+        assert result.fault is not None
+        assert result.fault.code == LimitReached.code
+        assert told in result.fault.message
+        ended.append((value(session, "n"), result.fault.step))
+    assert ended[0] == ended[1]
+
+
 @pytest.mark.parametrize("step", ["MOVE TRANS(0, 5000, 0)", "DETACH (5)", "x = SQRT(-1)"])
-@pytest.mark.parametrize("bounds", [Bounds(max_steps=300), Bounds(max_time=0.05)])
-def test_a_step_that_is_mended_in_vain_for_ever_is_stopped(session: Session, step: str, bounds: Bounds) -> None:
+@pytest.mark.parametrize("limits", [Limits(max_steps=300), Limits(max_time=0.05)])
+def test_a_step_that_is_mended_in_vain_for_ever_is_stopped(session: Session, step: str, limits: Limits) -> None:
     load(session, "REACTE again", step)
     load(session, "n = 1", name="again")
-    result = session.execute("main", bounds=bounds)
+    result = session.execute("main", limits=limits)
     assert result.outcome is Outcome.FAILED
     assert result.fault is not None
-    assert result.fault.code == TimeExhausted.code
+    assert result.fault.code == LimitReached.code

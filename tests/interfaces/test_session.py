@@ -16,7 +16,7 @@ from vrs_cli.errors import (
     UsageError,
     VrsError,
 )
-from vrs_cli.interfaces.runs import Bounds, Outcome
+from vrs_cli.interfaces.runs import Limits, Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.diagnostics import LineRefused, Severity
@@ -139,7 +139,7 @@ def test_halt_ends_it(session: Session) -> None:
 
 def test_a_program_that_never_ends_is_stopped(session: Session) -> None:
     load(session, "WAIT SIG(1001)")
-    result = session.execute("p", bounds=Bounds(max_time=60.0))
+    result = session.execute("p", limits=Limits(max_time=60.0))
     assert result.fault is not None
     assert "60 s" in result.fault.message
     assert result.fault.step == 1
@@ -147,7 +147,7 @@ def test_a_program_that_never_ends_is_stopped(session: Session) -> None:
 
 def test_a_number_of_steps_may_be_the_bound(session: Session) -> None:
     load(session, "WHILE TRUE DO", "END")
-    result = session.execute("p", bounds=Bounds(max_steps=50_000))
+    result = session.execute("p", limits=Limits(max_steps=50_000))
     assert result.fault is not None
     assert "50000 steps" in result.fault.message
 

@@ -84,7 +84,7 @@ def environment_with(text: str, seed: int = 0) -> Environment:
     for program in programs.values():
         analysis = analyze(program, {}, programs)
         assert analysis.executable, analysis.diagnostics
-        environment.store(analysis, text)
+        environment.store(analysis, tuple(text.split("\n")))
     return environment
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.interfaces.runs import Bounds, Outcome
+from vrs_cli.interfaces.runs import Limits, Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language import ast
 from vrs_cli.language.diagnostics import LineRefused, Severity
@@ -114,7 +114,7 @@ def run(lines: list[str], name: str = "") -> Session:
     lines = [*BEFORE.get(name, ()), *lines]
     top, inside = (lines, []) if name in DECLARATIONS else ([], lines)
     body = [*top, "FOR o.o = 1 TO 1", "FOR i.i = 1 TO 1", *inside, "END", "END", "10 z = 2"]
-    session = Session(RecordingTerminal(["5"]), bounds=Bounds(max_time=100.0))
+    session = Session(RecordingTerminal(["5"]), limits=Limits(max_time=100.0))
     text = "\n".join((".PROGRAM example()", *body, ".END", SURROUNDINGS))
     wrong = [one for one in session.load_text(text) if one.severity is Severity.ERROR]
     assert not wrong, wrong

@@ -19,7 +19,7 @@ import pytest
 from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import keeps_limits
 from vrs_cli.files.signal_file import parse_signals
-from vrs_cli.interfaces.runs import Bounds, Outcome
+from vrs_cli.interfaces.runs import Limits, Outcome
 from vrs_cli.interfaces.session import Session
 
 CONFORMANCE = Path(__file__).parent / "conformance"
@@ -50,7 +50,7 @@ def test_program(path: Path, tmp_path: Path) -> None:
     text = path.read_text()
     for name, content in files(header(text, "file")).items():
         (tmp_path / name).write_text(content)
-    session = Session(RecordingTerminal(header(text, "answer")), bounds=Bounds(max_time=100.0), folder=tmp_path)
+    session = Session(RecordingTerminal(header(text, "answer")), limits=Limits(max_time=100.0), folder=tmp_path)
     diagnostics = session.load_text(text)
     assert not [one for one in diagnostics if one.severity.name == "ERROR"], diagnostics
     session.driver.inputs = parse_signals("\n".join(header(text, "signals")))

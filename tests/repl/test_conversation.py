@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrs_cli.interfaces.runs import Bounds
+from vrs_cli.interfaces.runs import Limits
 from vrs_cli.interfaces.session import Session
 from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.monitor import COMMANDS
@@ -52,7 +52,7 @@ typed_lines = st.one_of(
 def test_law_nothing_that_is_typed_is_an_internal_error(typed: list[str]) -> None:
     stream = StringIO()
     terminal = PlainTerminal(stream, iter([]))
-    conversation = Conversation(Session(terminal, bounds=Bounds(max_time=10.0, max_steps=1000)))
+    conversation = Conversation(Session(terminal, limits=Limits(max_time=10.0, max_steps=1000)))
     for line in typed:
         conversation.take(line)
     assert "internal error" not in stream.getvalue()

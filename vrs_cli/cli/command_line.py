@@ -99,6 +99,18 @@ def count(text: str) -> int:
     return value
 
 
+FACTORS = {"": 1, "K": 1_000, "M": 1_000_000, "G": 1_000_000_000}
+
+
+def size(text: str) -> int:
+    """A number of things or of bytes, above zero: 500, 64K, 1.5M, 2G."""
+    digits, factor = (text[:-1], text[-1].upper()) if text[-1:].upper() in "KMG" else (text, "")
+    value = positive(digits) * FACTORS[factor]
+    if value != int(value) or value > 2**62:
+        raise argparse.ArgumentTypeError(f"{text} is no whole number, as 500, 64K, 1.5M and 2G are")
+    return int(value)
+
+
 def sampling_rate(text: str) -> float:
     """Samples per second [Hz]."""
     from vrs_cli.files.rates import FASTEST

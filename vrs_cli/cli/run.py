@@ -6,26 +6,28 @@ import argparse
 import json
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, count, positive, whole
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, positive, size, whole
+from vrs_cli.cli.fence import memory, out_of_memory, wall
 from vrs_cli.cli.journal import journal, told_by
 from vrs_cli.cli.outputs import Outputs, add_output_options
 from vrs_cli.cli.sources import Source, has_errors, read_source
-from vrs_cli.errors import FileError, UndefinedName
+from vrs_cli.errors import FileError, LimitReached, UndefinedName
 
 if TYPE_CHECKING:
     from vrs_cli.cli.batch import BatchTerminal
     from vrs_cli.cli.reports import Object
-    from vrs_cli.interfaces.runs import Beside, Bounds, RunResult
+    from vrs_cli.interfaces.runs import Beside, Limits, RunResult
     from vrs_cli.interfaces.session import Session
     from vrs_cli.language.diagnostics import Diagnostic
 
 OK, FAILED = 0, 1
+COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options and limits
 MOST_TOLD = 20  # diagnostics of a file that is not executed
 
 EPILOG = """\
@@ -57,10 +59,7 @@ def _parser(prog: str) -> Parser:
     parser.add_argument(
         "--robot", metavar="NAME|FILE", default="puma560", help="a robot's name (vrs robots), or its TOML or URDF file"
     )
-    parser.add_argument(
-        "--max-time", metavar="S", type=positive, help="stop after S seconds of the robot's time (default: a day)"
-    )
-    parser.add_argument("--max-steps", metavar="N", type=count, help="stop after N steps of all programs together")
+    _add_limits(parser)
     parser.add_argument("--signals", metavar="FILE", help="when input signals change: lines of time, signal, state")
     add_realtime_option(parser)
     parser.add_argument("--save", metavar="T.vrst", help="save the trajectory, motion by motion")
@@ -68,6 +67,26 @@ def _parser(prog: str) -> Parser:
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--quiet", action="store_true", help="print only what the program TYPEs")
     return parser
+
+
+def _add_limits(parser: Parser) -> None:
+    """The limits of a run, and the fence of the system round it."""
+    group = parser.add_argument_group(
+        "limits", "Where one is reached the program is stopped with an error. K, M and G are 1000, 1000K and 1000M."
+    )
+    group.add_argument(
+        "--max-time", metavar="S", type=positive, help="seconds of the robot's time (default: a day, 86400)"
+    )
+    rows = (
+        ("--max-steps", "N", size, "steps of all programs together (default: any number)"),
+        ("--max-elements", "N", size, "what arrays and strings hold: elements and characters (default: 10M)"),
+        ("--max-output", "BYTES", size, "what is typed (default: 100M)"),
+        ("--max-disk", "BYTES", size, "what is written to files (default: 1G)"),
+        ("--max-wall", "SECONDS", positive, "time on the wall; where a run ends then depends on the machine"),
+        ("--max-memory", "BYTES", size, "memory of the process (systems that have such a limit)"),
+    )
+    for name, metavar, kind, what in rows:
+        group.add_argument(name, metavar=metavar, type=kind, help=what)
 
 
 def _cycles(text: str) -> int:
@@ -108,22 +127,36 @@ class _Batch:
         from vrs_cli.render.progress import RunProgress
         from vrs_cli.repl.interrupt import Stoppable
 
-        with RunProgress(self.source.path, self.options.max_time) as progress:
-            terminal = BatchTerminal(self._typed_to(), progress, self.options.quiet)
+        options = self.options
+        with memory(options.max_memory) as lift, RunProgress(self.source.path, options.max_time) as progress:
+            terminal = BatchTerminal(self._typed_to(), progress, options.quiet)
             session = self._session(terminal)
-            diagnostics = session.load_text(self.source.text)
-            if has_errors(diagnostics):
-                return self._refused(session, diagnostics)
-            print(self.source.shown(diagnostics), end="", file=sys.stderr)
-            program = self._program(session)
-            session.engine.clock.set(0.0)
-            stop = Stoppable(session.interrupt)
-            tell, durable = told_by("vrs run", progress.hide), self.options.realtime is not None
-            with journal(self.options.save, session.engine, tell, durable=durable) as kept, stop:
-                result = session.execute(program, cycles=self.options.cycles, progress=progress)
+            with wall(options.max_wall, session.driver.end_by):
+                diagnostics = session.load_text(self.source.text)
+                if has_errors(diagnostics):
+                    return self._refused(session, diagnostics)
+                print(self.source.shown(diagnostics), end="", file=sys.stderr)
+                program = self._program(session)
+                session.engine.clock.set(0.0)
+                stop = Stoppable(session.interrupt)
+                tell, durable = told_by("vrs run", progress.hide), options.realtime is not None
+                with journal(options.save, session.engine, tell, durable=durable) as kept, stop:
+                    result = self._executed(session, program, progress, lift)
         status = max(self._ended(session, terminal, result), OK if kept.sound else FAILED)
         stop.end(signal.SIGINT)
         return status
+
+    def _executed(
+        self, session: Session, program: str, progress: Callable[[float], None], lift: Callable[[], None]
+    ) -> RunResult:
+        """Execute it; a fence that is run against in the middle of a step ends it too."""
+        try:
+            return session.execute(program, cycles=self.options.cycles, progress=progress)
+        except LimitReached as error:
+            return session.driver.broken_off(error)
+        except MemoryError:
+            lift()
+            return session.driver.broken_off(out_of_memory(self.options.max_memory))
 
     def _typed_to(self) -> TextIO:
         """Where TYPE and PROMPT write: standard output, when nothing else is to stand there."""
@@ -134,7 +167,7 @@ class _Batch:
         from vrs_cli.kinematics.robot_file import load_robot
 
         model = load_robot(self.options.robot)
-        session = Session(terminal, model, clock=clock_of(self.options.realtime), bounds=self._bounds())
+        session = Session(terminal, model, clock=clock_of(self.options.realtime), limits=self._limits())
         session.driver.tasks.told = partial(self._tell_beside, terminal)
         if self.options.signals is not None:
             from vrs_cli.files.signal_file import read_signals
@@ -142,16 +175,12 @@ class _Batch:
             session.driver.inputs = read_signals(self.options.signals)
         return session
 
-    def _bounds(self) -> Bounds:
-        from vrs_cli.interfaces.runs import LONGEST, Bounds
+    def _limits(self) -> Limits:
+        """Those of the options, and the usual ones of the rest."""
+        from vrs_cli.interfaces.runs import Limits
 
-        most = self.options.max_time
-        return Bounds(
-            LONGEST if most is None else most,
-            self.options.max_steps,
-            more_time="give it more time with --max-time",
-            more_steps="give it more with --max-steps",
-        )
+        given = {name: value for name in COUNTED if (value := getattr(self.options, name)) is not None}
+        return Limits(**given, told_by=lambda name: f"give it more with --{name.replace('_', '-')}")
 
     def _program(self, session: Session) -> str:
         """The program asked for, or the first of the file. Raises CommandLineError."""

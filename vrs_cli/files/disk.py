@@ -101,9 +101,13 @@ class _Unit:
 
 @dataclass(eq=False, slots=True)
 class Disk:
-    """The open files of all tasks. Names are relative to `folder`, and cannot leave it."""
+    """The open files of all tasks. Names are relative to `folder`, and cannot leave it.
+
+    `spend` hears how many bytes are about to be written, and raises what is to stop them.
+    """
 
     folder: Path
+    spend: Callable[[int], None] = lambda _size: None
     _units: dict[tuple[int, int], _Unit] = field(default_factory=dict)
 
     # --- units ---
@@ -143,6 +147,8 @@ class Disk:
     def open(self, task: int, unit: int, name: str, access: Access) -> None:
         """Raises UnitNotAttached, FileOutside; what else goes wrong is the status."""
         one, path = self._unit(task, unit), self._inside(name)
+        if access is Access.APPEND and path.is_file():
+            self.spend(path.stat().st_size)  # what is there is copied first
         self._done(one, lambda: self._opened(one, path, access))
 
     def close(self, task: int, unit: int) -> None:
@@ -175,8 +181,10 @@ class Disk:
             return error.code
 
     def write(self, task: int, unit: int, text: str) -> None:
-        """Raises UnitNotAttached."""
+        """Raises UnitNotAttached, and what `spend` does."""
         one = self._unit(task, unit)
+        if one.writer is not None:
+            self.spend(len(text.encode("utf-8", "replace")))
         self._done(one, lambda: self._write(one, text))
         one.length = len(text)
 

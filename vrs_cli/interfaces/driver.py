@@ -11,17 +11,18 @@ A task that waits for a condition looks at it every tick, and at once when a sig
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from typing import TypeVar, cast
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import ClockPaused, TimeExhausted, VrsError
+from vrs_cli.errors import ClockPaused, LimitReached, VrsError
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.debugging import Debugging
 from vrs_cli.interfaces.devices import Devices
 from vrs_cli.interfaces.performing import Performer
-from vrs_cli.interfaces.runs import A_DAY, Bounds, Outcome, RunResult
+from vrs_cli.interfaces.runs import USUAL, Limits, Outcome, RunResult, Spent
 from vrs_cli.interfaces.system import SystemReadings
 from vrs_cli.interfaces.tasks import Tasks
 from vrs_cli.interfaces.terminal import Console
@@ -35,6 +36,20 @@ from vrs_cli.language.runtime import BUDGET, Task
 _P = TypeVar("_P", bound=Pending)
 
 
+ELEMENTS_A_STEP = 20  # that may be counted again for each step that was done: the cost is small beside that of steps
+MOST_A_STEP = 200  # elements that a step can add; a string has 128 characters
+
+
+@dataclass(slots=True)
+class _SoFar:
+    """A run: its limits, when it is to end, the steps done before it, and after how many its memory is looked at."""
+
+    limits: Limits
+    last: float
+    before: int
+    look: int = 0
+
+
 class Driver:
     """Runs the `tasks` of one robot. `folder`: where programs have their files."""
 
@@ -45,10 +60,12 @@ class Driver:
         self.inputs: Inputs = NO_INPUTS
         self.debugging = Debugging()
         self._transcript = Transcript(engine, console)
-        self.devices = Devices(Disk(folder), self._ask, self._transcript.show)
+        self._written = Spent("max_disk", "write")
+        self.devices = Devices(Disk(folder, self._written.add), self._ask, self._transcript.show)
         self.tasks = Tasks(engine, environment, self.devices.disk)
         self._performer = Performer(engine, environment, robot, self.tasks, self._ask, self._transcript, self.devices)
         self._interrupted = False
+        self._ended_by: LimitReached | None = None
         self._running = False
         self.asks = False  # for a line, which somebody has to give
         environment.system = SystemReadings(engine.model.name, environment, self.tasks, self.devices)
@@ -57,16 +74,22 @@ class Driver:
     def running(self) -> bool:
         return self._running
 
+    def end_by(self, error: LimitReached) -> None:
+        """End the run before its next step with this error. Safe in a signal handler."""
+        self._ended_by = error
+
     def interrupt(self) -> None:
         """Stop the run before its next step and the robot as soon as it can. Safe in a signal handler."""
         self._interrupted = True
 
     # --- in the foreground ---
 
-    def run(self, track: Track, bounds: Bounds = A_DAY, progress: Callable[[float], None] | None = None) -> RunResult:
+    def run(self, track: Track, limits: Limits = USUAL, progress: Callable[[float], None] | None = None) -> RunResult:
         """Let time go on until a task stops; the others run beside it. `progress` is told the clock now and then."""
-        started, steps = self.engine.now, self.tasks.steps_done
-        self._transcript.begin()
+        started = self.engine.now
+        so_far = _SoFar(limits, started + limits.max_time, self.tasks.steps_done)
+        self._transcript.begin(limits)
+        self._written.begin(limits)
         self.tasks.failed, self.tasks.foreground = [], track
         self._interrupted, self._running = False, True
         try:
@@ -75,7 +98,10 @@ class Driver:
                     self._interrupted = False
                     self._catch_up()
                     self.tasks.abort(track.number)
-                self._go_on(track, started + bounds.max_time, bounds, steps)
+                if self._ended_by is not None:
+                    error, self._ended_by = self._ended_by, None
+                    self._exhausted(track, error.detail, error.hint)
+                self._go_on(track, so_far)
                 if progress is not None:
                     progress(self.engine.now)
         except BaseException:
@@ -110,6 +136,15 @@ class Driver:
                 track.task.abort()
                 self.tasks.stop(track, Outcome.ABORTED)
 
+    def broken_off(self, error: LimitReached) -> RunResult:
+        """The result of a run that `error` broke off in the middle of a step."""
+        track = self.tasks.get(ROBOT_PROGRAM)
+        assert track is not None
+        self._give_up(track)
+        track.fault, track.outcome = track.task.broken_by(error), Outcome.FAILED
+        self._transcript.end_line()
+        return self._result(track, 0.0)
+
     def _result(self, track: Track, started: float) -> RunResult:
         assert track.outcome is not None
         task = track.task
@@ -125,24 +160,36 @@ class Driver:
             track.detail,
         )
 
-    def _go_on(self, foreground: Track, last: float, bounds: Bounds, before: int) -> None:
-        """The next thing that happens: an input changes, or a task goes on; or the bounds are reached."""
-        now, coming = self.engine.now, self._coming()
-        if coming > last and not isinstance(foreground.pending, Failed | Aborted):
-            self.engine.clock.advance(max(last, now))
-            what = f"the program was still running after {bounds.max_time:g} s of the robot's time"
-            self._exhausted(foreground, what, bounds.more_time)
+    def _go_on(self, foreground: Track, so_far: _SoFar) -> None:
+        """The next thing that happens: an input changes, or a task goes on; or a limit is reached."""
+        limits, now, coming = so_far.limits, self.engine.now, self._coming()
+        if coming > so_far.last and not isinstance(foreground.pending, Failed | Aborted):
+            self.engine.clock.advance(max(so_far.last, now))
+            what = f"the program was still running after {limits.max_time:g} s of the robot's time"
+            self._exhausted(foreground, what, limits.told_by("max_time"))
             return
         if not self._waited(foreground, coming):
             return
-        if bounds.max_steps is None:
+        if limits.max_steps is None:
             self._happen(BUDGET)
-            return
-        done = self.tasks.steps_done - before
-        self._happen(bounds.max_steps - done + 1)  # the one too many begins, and is not done
-        if self.tasks.steps_done - before > bounds.max_steps and foreground.running:
-            what = f"the program was still running after {bounds.max_steps} steps"
-            self._exhausted(foreground, what, bounds.more_steps)
+        else:
+            done = self.tasks.steps_done - so_far.before
+            self._happen(limits.max_steps - done + 1)  # the one too many begins, and is not done
+        if foreground.running:
+            self._look(foreground, so_far)
+
+    def _look(self, foreground: Track, so_far: _SoFar) -> None:
+        """Whether a limit of steps or of memory is reached."""
+        limits, done = so_far.limits, self.tasks.steps_done - so_far.before
+        if limits.max_steps is not None and done > limits.max_steps:
+            what = f"the program was still running after {limits.max_steps} steps"
+            self._exhausted(foreground, what, limits.told_by("max_steps"))
+        elif limits.max_elements is not None and done >= so_far.look:
+            held = self.environment.held() + sum(track.task.held() for track in self.tasks)
+            so_far.look = done + max(held // ELEMENTS_A_STEP, (limits.max_elements - held) // MOST_A_STEP)
+            if held > limits.max_elements:
+                what = f"arrays and strings hold {held} elements, {limits.max_elements} at most"
+                self._exhausted(foreground, what, limits.told_by("max_elements"))
 
     def _waited(self, foreground: Track, coming: float) -> bool:
         """Let time go on; whether it has come so far. On a clock that stands, the foreground waits in vain."""
@@ -157,7 +204,7 @@ class Driver:
         where = "; ".join(self._whereabouts(foreground))
         foreground.pending = None
         self.engine.stop()
-        self._performer.do(foreground, self._thrown(foreground, TimeExhausted(f"{what}: {where}", hint)))
+        self._performer.do(foreground, self._thrown(foreground, LimitReached(f"{what}: {where}", hint)))
 
     def _whereabouts(self, foreground: Track) -> Iterator[str]:
         """Where each task hangs, the one that was waited for first."""

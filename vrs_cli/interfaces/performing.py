@@ -81,6 +81,7 @@ class Performer:
         if not self.asking:
             track.until(self.tick(), event)
             return
+        self._transcript.count(event.text)
         track.answer = self._ask(event.text)
 
     def _unit(self, track: Track, event: UnitEffect) -> None:

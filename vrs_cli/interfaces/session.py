@@ -25,7 +25,7 @@ from vrs_cli.interfaces.debugging import Stepping
 from vrs_cli.interfaces.driver import Driver
 from vrs_cli.interfaces.readings import Readings
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, ProgramStopped, Reply, Tone
-from vrs_cli.interfaces.runs import A_DAY, Beside, Bounds, Outcome, RunResult
+from vrs_cli.interfaces.runs import USUAL, Beside, Limits, Outcome, RunResult
 from vrs_cli.interfaces.terminal import Dialogue, Terminal
 from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Track
 from vrs_cli.interfaces.unstored import Unstored
@@ -71,7 +71,7 @@ class Session:
         *,
         start: Joints | None = None,
         clock: Clock | None = None,
-        bounds: Bounds = A_DAY,
+        limits: Limits = USUAL,
         folder: Path = Path(),
     ) -> None:
         self.terminal = terminal
@@ -80,7 +80,7 @@ class Session:
         self.environment = Environment(units=self.engine.model.units)
         self.unstored = Unstored(self.environment)
         self.robot = Readings(self.engine)
-        self.bounds = bounds
+        self.limits = limits
         self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder)
         self.driver.tasks.told = self._tell
         self._closing = finalize(self, self.driver.devices.disk.close_all)
@@ -135,12 +135,13 @@ class Session:
         from vrs_cli.language.surroundings import Surroundings
 
         programs = {part.key: part for part in file.parts if isinstance(part, Program)}
+        lines = tuple(text.split("\n"))
         everything = {key: stored.program for key, stored in self.environment.programs.items()} | programs
         surroundings = Surroundings(self.environment.kinds(), everything)
         diagnostics: list[Diagnostic] = []
         for program in programs.values():
             analysis = analyze_among(surroundings, program)
-            stored = self.environment.store(analysis, text)
+            stored = self.environment.store(analysis, lines)
             diagnostics += analysis.diagnostics
             diagnostics += () if self.robot.switch("VPLUS") else stored.beyond_val2
         return tuple(diagnostics)
@@ -169,7 +170,7 @@ class Session:
         cycles: int = 1,
         step: int = 1,
         *,
-        bounds: Bounds | None = None,
+        limits: Limits | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> RunResult:
         """Run a program, the last one when none is named. Raises NoProgramSpecified, UndefinedName,
@@ -178,12 +179,12 @@ class Session:
         task = self._prepared(program, arguments, cycles, step)
         self._nothing_runs()
         self._clock_runs()
-        return self._run(self.driver.tasks.start(ROBOT_PROGRAM, task), bounds or self.bounds, progress)
+        return self._run(self.driver.tasks.start(ROBOT_PROGRAM, task), limits or self.limits, progress)
 
-    def _run(self, track: Track, bounds: Bounds, progress: Callable[[float], None] | None) -> RunResult:
+    def _run(self, track: Track, limits: Limits, progress: Callable[[float], None] | None) -> RunResult:
         """SPEED and the like of a program end with it: the prompt has what every program starts with."""
         with self.unstored.running():
-            result = self.driver.run(track, bounds, progress)
+            result = self.driver.run(track, limits, progress)
         if track.task.ended:
             for setting in CYCLE_SETTINGS:
                 self.engine.perform(setting)
@@ -266,7 +267,7 @@ class Session:
         except TaskNotActive:
             raise NoProgramSpecified("no program was stopped", "EXECUTE name starts one") from None
         track.stepping = stepping
-        return self._run(track, self.bounds, progress)
+        return self._run(track, self.limits, progress)
 
     def watched(self, run: Callable[[Callable[[float], None] | None], RunResult]) -> RunResult:
         """Run, with progress where somebody watches."""
@@ -396,7 +397,7 @@ class Session:
         self._nothing_runs()
         track = self.driver.tasks.start(PROMPT_LINE, task)
         try:
-            result = self.watched(lambda progress: self.driver.run(track, self.bounds, progress))
+            result = self.watched(lambda progress: self.driver.run(track, self.limits, progress))
         finally:
             self.driver.tasks.forget(PROMPT_LINE)
         self.settle()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vrs_cli.engine.engine import Engine
+from vrs_cli.interfaces.runs import Limits, Spent
 from vrs_cli.interfaces.terminal import Console
 
 
@@ -13,12 +14,22 @@ class Transcript:
         self.lines: list[str] = []
         self._engine, self._console = engine, console
         self._line = ""
+        self._spent = Spent("max_output", "type")
 
-    def begin(self) -> None:
+    def begin(self, limits: Limits) -> None:
         self.lines, self._line = [], ""
+        self._spent.begin(limits)
+
+    def count(self, text: str, newline: bool = False) -> None:
+        """Text is about to be typed. Raises LimitReached."""
+        self._spent.add(len(text.encode("utf-8", "replace")) + newline)
 
     def show(self, text: str, newline: bool) -> None:
-        """Nothing on the terminal where the switch MESSAGES is off."""
+        """Nothing on the terminal where the switch MESSAGES is off. Raises LimitReached."""
+        self.count(text, newline)
+        self._put(text, newline)
+
+    def _put(self, text: str, newline: bool) -> None:
         if self._engine.parameters.switch("MESSAGES"):
             self._console.type(text, newline)
         *lines, self._line = (self._line + text + ("\n" if newline else "")).split("\n")
@@ -27,4 +38,4 @@ class Transcript:
     def end_line(self) -> None:
         """The end of a line that is not ended yet."""
         if self._line:
-            self.show("", newline=True)
+            self._put("", newline=True)

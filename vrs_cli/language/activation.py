@@ -46,6 +46,13 @@ class Activation:
         return self.program.compiled.step_of(self.op)
 
     @property
+    def automatic(self) -> tuple[Reference, ...]:
+        """Its variables of AUTO."""
+        analysis = self.program.analysis
+        own = zip(analysis.own, self._arguments[len(analysis.program.parameters) :], strict=True)
+        return tuple(reference for declared, reference in own if declared.automatic)
+
+    @property
     def own(self) -> Mapping[str, Reference]:
         """Its arguments and its own variables, by key."""
         analysis = self.program.analysis

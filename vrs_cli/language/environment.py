@@ -8,7 +8,7 @@ reading it says so by itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
@@ -116,6 +116,13 @@ class Cells(dict[str | Index, Value]):
             return self.others is not None and key in self.others
         other = OTHER_KIND.get(self.kind)
         return other is not None and key in self.environment.cells(other, self.array)
+
+    def size(self) -> int:
+        """Elements of an array, and characters of strings."""
+        elements = 0 if self.array is None else len(self)
+        if self.kind is not Kind.STRING:
+            return elements
+        return elements + sum(len(value) for value in self.values() if isinstance(value, str))
 
     def name(self, key: str | Index) -> str:
         """The variable as a listing shows it: `part`, `#safe`, `row[3]`."""
@@ -254,6 +261,11 @@ def own_references(
             cells.others, locations.others = locations, cells
         made.append(Reference(cells, locations, None if is_array else key))
     return tuple(made)
+
+
+def sizes(references: Iterable[Reference]) -> int:
+    """What variables hold: elements of arrays, and characters of strings."""
+    return sum(one.cells.size() + one.locations.size() for one in references)
 
 
 class Variable(NamedTuple):
@@ -424,6 +436,12 @@ class StoredProgram:
         """The variables of LOCAL, which keep their values between calls."""
         names = [(one.key, one.array) for one in self.analysis.own if not one.automatic]
         return own_references(self.environment, names, spelled=self.compiled.spelling)
+
+    @property
+    def kept(self) -> tuple[Reference, ...]:
+        """The variables of LOCAL, where the program has run."""
+        made: tuple[Reference, ...] = self.__dict__.get("_local", ())
+        return made
 
     def source(self, step: int) -> str:
         """The text of a step (counted from 0) as it was read, or in canonical form where it was not."""
@@ -651,6 +669,12 @@ class Environment:
         spelled = self.spelling.get(key, key)
         return spelled if index is None else f"{spelled}[{subscript(index)}]"
 
+    def held(self) -> int:
+        """Elements of all arrays, and characters of all strings, those of LOCAL too."""
+        arrays = (cells for of_kind in self._arrays.values() for cells in of_kind.values())
+        local = (reference for stored in self.programs.values() for reference in stored.kept)
+        return self._simple[Kind.STRING].size() + sum(cells.size() for cells in arrays) + sizes(local)
+
     def delete(self, name: str, index: Index | None = None) -> bool:
         """Forget a variable and the array of that name, or one element. False where there was none."""
         key = key_of(name)
@@ -672,9 +696,10 @@ class Environment:
 
     # programs
 
-    def store(self, analysis: Analysis, source: str = "") -> StoredProgram:
-        """Keep a program, in the place of one of the same name. `source`: the text of its whole file."""
-        stored = StoredProgram(self, analysis, tuple(source.split("\n")) if source else ())
+    def store(self, analysis: Analysis, lines: tuple[str, ...] = ()) -> StoredProgram:
+        """Keep a program, in the place of one of the same name. `lines`: those of its whole file, which all of its
+        programs share."""
+        stored = StoredProgram(self, analysis, lines)
         self.programs[analysis.program.key] = stored
         return stored
 

@@ -22,7 +22,7 @@ from itertools import islice
 from typing import Any, cast
 
 from vrs_cli.engine.commands import Brake, Break
-from vrs_cli.errors import IllegalValue, StackOverflow, TimeExhausted, VrsError
+from vrs_cli.errors import IllegalValue, LimitReached, StackOverflow, VrsError
 from vrs_cli.language.activation import Activation, Interruption
 from vrs_cli.language.arguments import bind
 from vrs_cli.language.effects import (
@@ -41,7 +41,7 @@ from vrs_cli.language.effects import (
     Wait,
     Yielded,
 )
-from vrs_cli.language.environment import Context, Environment, Reference, Robot, StoredProgram, key_of
+from vrs_cli.language.environment import Context, Environment, Reference, Robot, StoredProgram, key_of, sizes
 from vrs_cli.language.events import Budget, Completed, Event, Failed, Halted, Paused, ProgramFault, TaskState
 from vrs_cli.language.reactions import OF_ERRORS, Reaction, Reactions
 from vrs_cli.language.support import at_once, by_value, overflow
@@ -175,6 +175,10 @@ class Task:
     def own(self) -> Mapping[str, Reference]:
         """What the program on top has for itself, by key: its arguments, and the variables of AUTO and LOCAL."""
         return self._activations[-1].own if self._activations else {}
+
+    def held(self) -> int:
+        """Elements of arrays and characters of strings that its programs have for themselves until they return."""
+        return sum(sizes(activation.automatic) for activation in self._activations)
 
     def uses(self, program: str) -> bool:
         """Whether a program is on the stack, so that it cannot be changed."""
@@ -326,7 +330,7 @@ class Task:
     def _reacts_to(self, error: VrsError) -> bool:
         """Call the routine of REACTE, if there is one that may be called and this error is not the end in any case."""
         program = self.reactions.on_error
-        if program is None or self.reactions.priority >= OF_ERRORS or isinstance(error, TimeExhausted):
+        if program is None or self.reactions.priority >= OF_ERRORS or isinstance(error, LimitReached):
             return False
         self._context.environment.last_error = error.code
         try:
@@ -385,6 +389,10 @@ class Task:
         environment = self._context.environment
         program = environment.program(call.name)
         self._activations.append(Activation(self._context, program, bind(environment, program, call.arguments)))
+
+    def broken_by(self, error: VrsError) -> ProgramFault:
+        """The fault of a task that something from outside broke off in the present step."""
+        return self._failed(error).fault
 
     def _failed(self, error: VrsError) -> Failed:
         activation = self._activations[-1]

@@ -72,7 +72,7 @@ def copied(session: Session, it: Instruction) -> StoredProgram:
     if key_of(new) in session.environment.programs:
         raise ProgramExists(new, f"DELETEP {new} deletes it")
     program = replace(old.program, name=new)
-    session.environment.store(replace(old.analysis, program=program), "\n".join(old.lines))
+    session.environment.store(replace(old.analysis, program=program), old.lines)
     return old
 
 
