@@ -1,0 +1,62 @@
+"""Which tests run which line: `python -m tests.mutation.coverage_map [tests ...]` writes the map for `run`.
+
+The tests are run with coverage, a context for each; what the map had of other tests stays in it. It is a file beside
+this one that is not committed.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+MAP = Path(__file__).with_name("coverage.json")
+FOLDERS = ("trajectory", "engine", "kinematics", "language")
+USUAL = [f"tests/{folder}" for folder in (*FOLDERS, "interfaces", "oracle", "programs")]
+
+
+@dataclass
+class Contexts:
+    """A plugin: the name of the present test is the context, and how long each takes [s of CPU]."""
+
+    coverage: object
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def pytest_runtest_logstart(self, nodeid: str) -> None:
+        self.coverage.switch_context(nodeid)  # type: ignore[attr-defined]
+        self.seconds[nodeid] = -time.process_time()
+
+    def pytest_runtest_logfinish(self, nodeid: str) -> None:
+        self.seconds[nodeid] += time.process_time()
+
+
+def main(arguments: list[str]) -> int:
+    import coverage
+    import pytest
+
+    sources = [str(ROOT / "vrs_cli" / folder) for folder in FOLDERS]
+    measuring = coverage.Coverage(data_file=None, source=sources, config_file=False)
+    contexts = Contexts(measuring)
+    measuring.start()
+    pytest.main(["-q", "-p", "no:cacheprovider", *(arguments or USUAL)], plugins=[contexts])
+    measuring.stop()
+    MAP.write_text(json.dumps(merged(measuring.get_data(), contexts.seconds)))
+    return 0
+
+
+def merged(data: object, seconds: dict[str, float]) -> dict[str, object]:
+    """`tests`: their names and seconds; for each file the tests of each line, by name."""
+    found = json.loads(MAP.read_text()) if MAP.exists() else {"tests": {}}
+    found["tests"] |= {test: round(one, 4) for test, one in seconds.items()}
+    for path in data.measured_files():  # type: ignore[attr-defined]
+        lines = found.setdefault(str(Path(path).relative_to(ROOT)), {})
+        for line, names in data.contexts_by_lineno(path).items():  # type: ignore[attr-defined]
+            lines[str(line)] = sorted({*lines.get(str(line), ()), *filter(None, names)})
+    return dict(found)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,200 @@
+"""Mutation testing: `python -m tests.mutation.run [MUTANTS [SEED]]`, after `python -m tests.mutation.coverage_map`.
+
+So many mutants (`mutants.py`) are drawn by a seed, as many from each of four folders. Each meets the tests that run its
+line, the quick ones of its own test file first, in a process forked from one that has the libraries loaded and nothing
+of the product; a mutant is killed when one fails, or when the tests never end. Verdicts are added to `verdicts.jsonl`
+under the mutant and the digest of its file: a run goes on where it was stopped, and repeats no kill. `score.json` has
+the outcome and every survivor; `equivalent.txt` has those that no test can tell from the original, with the proof.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.abc
+import importlib.machinery
+import json
+import os
+import resource
+import signal
+import sys
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from random import Random
+from types import CodeType
+from typing import Any
+
+import hypothesis
+import lark
+import msgspec
+import numpy
+import prompt_toolkit
+import pytest
+import rich
+
+from tests.mutation.coverage_map import FOLDERS, MAP, ROOT
+from tests.mutation.mutants import Mutant, mutants, mutated
+
+LOADED = (hypothesis, lark, msgspec, numpy, prompt_toolkit, rich)  # before the fork
+HERE = Path(__file__).parent
+VERDICTS, SCORE, EQUIVALENT = (HERE / name for name in ("verdicts.jsonl", "score.json", "equivalent.txt"))
+BUDGET = 6.0  # [s of CPU] of unmutated tests that a mutant meets
+LONGEST = 60  # [s of CPU]
+KILLED, SURVIVED, UNCOVERED, ENDLESS = "killed", "survived", "no test runs it", "endless"
+
+
+def drawn(count: int, seed: int) -> list[Mutant]:
+    """As many mutants from each folder."""
+    random, found = Random(seed), list[Mutant]()
+    for number, folder in enumerate(FOLDERS):
+        files = sorted((ROOT / "vrs_cli" / folder).rglob("*.py"))
+        all_of_them = [one for file in files for one in mutants(str(file.relative_to(ROOT)), file.read_text())]
+        found += random.sample(all_of_them, (count + number) // len(FOLDERS))
+    return found
+
+
+# --- the tests of a mutant ---------------------------------------------------------------------------------------
+
+
+@cache
+def covered() -> dict[str, Any]:
+    return dict(json.loads(MAP.read_text()))
+
+
+def tests_of(mutant: Mutant) -> list[str]:
+    """The tests that run its line, or its file where the line runs at import: the mirrored and the quick ones first."""
+    tests, lines = covered()["tests"], covered().get(mutant.file, {})
+    names = set(lines.get(str(mutant.line), ())) or {name for line in lines.values() for name in line}
+    mirrored = "tests/" + mutant.file.removeprefix("vrs_cli/").replace("/", "/test_").removesuffix(".py")
+    chosen, seconds = [], 0.0
+    for name in sorted(names, key=lambda name: (not name.startswith(mirrored), tests[name], name)):
+        seconds += tests[name]
+        if chosen and seconds > BUDGET:
+            break
+        chosen.append(name)
+    return chosen
+
+
+@dataclass
+class Chosen:
+    """A plugin: these tests, in this order, until one fails."""
+
+    names: Sequence[str]
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        place = {name: k for k, name in enumerate(self.names)}
+        items[:] = sorted((item for item in items if item.nodeid in place), key=lambda item: place[item.nodeid])
+
+
+# --- one mutant --------------------------------------------------------------------------------------------------
+
+
+class Planted(importlib.abc.MetaPathFinder):
+    """Finds the mutated module in place of the one in the file."""
+
+    def __init__(self, mutant: Mutant) -> None:
+        self.path = ROOT / mutant.file
+        self.name = mutant.file.removesuffix(".py").replace("/", ".")
+        self.tree = mutated(self.path.read_text(), mutant)
+
+    def find_spec(self, name: str, _path: object = None, _target: object = None) -> Any:
+        if name != self.name:
+            return None
+        return importlib.machinery.ModuleSpec(name, _Loader(name, str(self.path), self.tree), origin=str(self.path))
+
+
+class _Loader(importlib.machinery.SourceFileLoader):
+    def __init__(self, name: str, path: str, tree: ast.Module) -> None:
+        super().__init__(name, path)
+        self.tree = tree
+
+    def get_code(self, fullname: str) -> CodeType:
+        return compile(self.tree, self.get_filename(fullname), "exec")
+
+
+def verdict(mutant: Mutant) -> str:
+    tests = tests_of(mutant)
+    if not tests:
+        return UNCOVERED
+    child = os.fork()
+    if not child:
+        _meet(mutant, tests)
+    status = os.waitpid(child, 0)[1]
+    if os.WIFSIGNALED(status):
+        return ENDLESS if os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL) else KILLED
+    return SURVIVED if os.WEXITSTATUS(status) == pytest.ExitCode.OK else KILLED
+
+
+def _meet(mutant: Mutant, tests: Sequence[str]) -> None:
+    """In the child: run the tests, and leave."""
+    resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 1))
+    resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):
+        os.dup2(nothing, stream)
+    status = 1
+    try:
+        sys.meta_path.insert(0, Planted(mutant))
+        files = sorted({name.split("::")[0] for name in tests})
+        quiet = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *files]
+        status = int(pytest.main(quiet, plugins=[Chosen(tests)]))
+    finally:
+        os._exit(status)
+
+
+# --- all of them -------------------------------------------------------------------------------------------------
+
+
+def key(mutant: Mutant) -> list[str]:
+    digest = hashlib.sha256((ROOT / mutant.file).read_bytes()).hexdigest()[:16]
+    return [f"{mutant.text} #{mutant.place}.{mutant.choice}", digest]
+
+
+def known() -> dict[tuple[str, ...], str]:
+    if not VERDICTS.exists():
+        return {}
+    rows = map(json.loads, VERDICTS.read_text().splitlines())
+    return {tuple(row["mutant"]): row["verdict"] for row in rows}
+
+
+def judged(chosen: Sequence[Mutant]) -> Iterator[tuple[Mutant, str]]:
+    before = known()
+    for mutant in chosen:
+        found = before.get(tuple(key(mutant)))
+        if found not in (KILLED, ENDLESS):  # a survivor meets the tests again: there may be a new one
+            found = verdict(mutant)
+            with VERDICTS.open("a") as stream:
+                stream.write(json.dumps({"mutant": key(mutant), "verdict": found}) + "\n")
+        yield mutant, found
+
+
+def main(count: int = 300, seed: int = 1, folder: str = "") -> int:
+    chosen = [mutant for mutant in drawn(count, seed) if folder in mutant.file]
+    results = dict[Mutant, str]()
+    for mutant, found in judged(chosen):
+        results[mutant] = found
+        if found not in (KILLED, ENDLESS):
+            print(f"{found}: {mutant.text}", flush=True)
+    proven = EQUIVALENT.read_text() if EQUIVALENT.exists() else ""
+    alive = [m for m, found in results.items() if found not in (KILLED, ENDLESS)]
+    equivalent = [m for m in alive if m.text in proven]
+    score = (len(chosen) - len(alive)) / max(len(chosen) - len(equivalent), 1)
+    told = {
+        "mutants": len(chosen),
+        "seed": seed,
+        **Counter(results.values()),
+        "equivalent": len(equivalent),
+        "score": round(score, 4),
+        "survivors": [m.text for m in alive if m not in equivalent],
+    }
+    if not folder:
+        SCORE.write_text(json.dumps(told, indent=1) + "\n")
+    print({name: value for name, value in told.items() if name != "survivors"})
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*map(int, sys.argv[1:3]), *sys.argv[3:4]))
