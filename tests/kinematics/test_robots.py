@@ -23,6 +23,7 @@ from vrs_cli.kinematics.transform import (
     compose,
     from_oat,
     inverse,
+    rotation_x,
     rotation_z,
     to_oat,
     translation,
@@ -147,59 +148,21 @@ def test_velocities_there_and_back(arm: RobotArm) -> None:
             assert found == pytest.approx(qd, abs=1e-7)
 
 
-@pytest.mark.parametrize("name", ["irb120", "puma260", "ur5e"])
-def test_a_closed_form_follows_all_of_a_pose_whatever_counts(name: str) -> None:
-    model, tool = load_robot(name), translation(0.0, 0.0, 0.1)
-    whole, pointing = arm_for(model), arm_for(replace(model, task=Task.POINTING))
-    rng = np.random.default_rng(4)
-    q, twist = random_joints(whole, 20), rng.uniform(-1, 1, (20, 6))
-    for row, one in zip(q.tolist(), twist.tolist(), strict=True):
-        if min(whole.singularity(tuple(row))) > 0.05:
-            expected = whole.joint_velocity(tuple(row), tuple(one), tool)
-            assert pointing.joint_velocity(tuple(row), tuple(one), tool) == pytest.approx(expected, abs=1e-9)
-            batch = pointing.joint_velocity_batch(np.array([row]), np.array([one]), tool)
-            assert batch[0] == pytest.approx(expected, abs=1e-7)
-
-
-def test_the_bias_is_the_acceleration_at_constant_rates(arm: RobotArm) -> None:
-    h = 1e-5
-    q, qd = random_joints(arm, 50), np.random.default_rng(2).uniform(-1, 1, (50, arm.model.joint_count))
-    for at, rate in zip(q, qd, strict=True):
-        before, after = (arm.twist(tuple(at + s * h * rate), tuple(rate)) for s in (-1, 1))
-        slope = [(b - a) / (2 * h) for a, b in zip(before, after, strict=True)]
-        assert arm.acceleration_bias(tuple(at), tuple(rate)) == pytest.approx(slope, abs=1e-6)
-
-
-def test_accelerations_and_jerks_of_the_joints_give_those_of_the_tool(arm: RobotArm) -> None:
-    h, n, tool = 1e-4, arm.model.joint_count, translation(0.02, 0.0, 0.1) if all(arm.model.task.counts) else IDENTITY
-    rng = np.random.default_rng(3)
-    for q in random_joints(arm, 50):
-        qd, qdd, jerk = rng.uniform(-1, 1, (3, n))
-        if min(arm.singularity(tuple(q))) > 0.05:
-            at = (q + t * (qd + t * (qdd / 2 + t * jerk / 6)) for t in (-h, 0.0, h))
-            rates = (qd + t * (qdd + t * jerk / 2) for t in (-h, 0.0, h))
-            before, here, after = (
-                np.array(arm.twist(tuple(x), tuple(v), tool)) for x, v in zip(at, rates, strict=True)
-            )
-            rate, change = (after - before) / (2 * h), (after - 2 * here + before) / h**2
-            assert arm.joint_acceleration(tuple(q), tuple(qd), tuple(rate), tool) == pytest.approx(qdd, abs=1e-5)
-            assert arm.joint_jerk(tuple(q), tuple(qd), tuple(qdd), tuple(change), tool) == pytest.approx(jerk, abs=1e-4)
-
-
-def test_scalar_and_array_agree(arm: RobotArm) -> None:
-    q = random_joints(arm, 300)
-    T = arm.forward_batch(q)
-    assert np.abs(T.reshape(-1, 12) - [arm.forward(tuple(row)) for row in q.tolist()]).max() < 1e-14
-    found, inside = arm.inverse_batch(T)
-    for row, ways, flags in zip(q.tolist(), found, inside, strict=True):
-        solutions = arm.inverse_all(arm.forward(tuple(row)))
-        assert [s.usable for s in solutions] == flags.tolist()
-        for way, solution in zip(ways, solutions, strict=True):
-            if solution.joints is not None:
-                assert np.abs(np.sin((way - solution.joints) / 2)).max() < 1e-7
-        near = np.array(row) + 0.01
-        one = arm.inverse_branch_batch(arm.forward_batch(np.array([row])), arm.configuration(tuple(row)), near)
-        assert np.abs(one[0] - row).max() < 1e-9
+@pytest.mark.parametrize("name", ["irb120", "puma260", "puma560", "ur5e"])
+@pytest.mark.parametrize("bend", [1e-9, 0.0, -1e-9])
+def test_a_straight_wrist_is_flip_and_noflip(name: str, bend: float) -> None:
+    """Next to a singular wrist a configuration has a twin, in which the same joints are when it is singular; none
+    elsewhere.
+    """
+    arm = arm_of(name)
+    q = (0.3, -0.9, 0.8, 0.4, bend, 0.2)
+    (twin,) = arm.twins(q)
+    have = arm.configuration(q)
+    assert (twin.arm, twin.elbow) == (have.arm, have.elbow)
+    assert twin.wrist is not have.wrist
+    if not bend:
+        assert arm.branch_joints(arm.forward(q), twin, q) == pytest.approx(q, abs=1e-6)
+    assert arm.twins((*q[:4], 0.5, q[5])) == ()
 
 
 # --- configurations ------------------------------------------------------------------------------------------------

@@ -40,12 +40,13 @@ FIELDS_UNTOUCHED = {"annotation", "returns", "decorator_list", "type_comment"}
 
 @dataclass(frozen=True)
 class Mutant:
-    """The `choice`-th change of the node at `place` in the order of `walk`."""
+    """The `choice`-th change of the node at `place` in the order of `walk`; `within` a function."""
 
     file: str
     line: int
     place: int
     choice: int
+    within: bool
     before: str
     after: str
 
@@ -59,7 +60,7 @@ def mutants(file: str, source: str) -> Iterator[Mutant]:
     for place, (node, within) in enumerate(walk(ast.parse(source))):
         for choice, other in enumerate(changes(node, within)):
             before, after = (ast.unparse(one).splitlines()[0] for one in (node, other))
-            yield Mutant(file, getattr(node, "lineno", 0), place, choice, before, after)
+            yield Mutant(file, getattr(node, "lineno", 0), place, choice, within, before, after)
 
 
 def mutated(source: str, mutant: Mutant) -> ast.Module:

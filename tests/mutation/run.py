@@ -65,12 +65,18 @@ def covered() -> dict[str, Any]:
 
 
 def tests_of(mutant: Mutant) -> list[str]:
-    """The tests that run its line, or its file where the line runs at import: the mirrored and the quick ones first."""
+    """The tests that run its line, those of its own test file and the quick ones first; then others that run its file:
+    what is run once, at import or into a cache, may have been run by any test before.
+    """
     tests, lines = covered()["tests"], covered().get(mutant.file, {})
-    names = set(lines.get(str(mutant.line), ())) or {name for line in lines.values() for name in line}
+    line, file = set(lines.get(str(mutant.line), ())), {name for names in lines.values() for name in names}
     mirrored = "tests/" + mutant.file.removeprefix("vrs_cli/").replace("/", "/test_").removesuffix(".py")
+
+    def rank(name: str) -> tuple[object, ...]:
+        return mutant.within and name not in line, not name.startswith(mirrored), tests[name], name
+
     chosen, seconds = [], 0.0
-    for name in sorted(names, key=lambda name: (not name.startswith(mirrored), tests[name], name)):
+    for name in sorted(file, key=rank):
         seconds += tests[name]
         if chosen and seconds > BUDGET:
             break
