@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from math import cos, hypot, pi, sin
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
@@ -12,9 +14,10 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.elimination import determinant, solve
+from vrs_cli.kinematics.numeric_arm import _turn_between
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import compose, rotation_x, translation
+from vrs_cli.kinematics.transform import compose, rotate, rotation_about, rotation_x, translation
 from vrs_cli.trajectory.segment import CartesianPath
 
 URDF = Path(__file__).parent / "urdf"
@@ -142,3 +145,16 @@ def test_small_systems() -> None:
     assert solve(((1.0, 0.0), (2.0, 0.0)), (3.0, 6.0)) == (3.0, 0.0)  # what nothing decides is 0
     assert solve(((1.0, 0.0), (2.0, 0.0)), (3.0, 5.0)) is None
     assert determinant(((1.0, 2.0), (2.0, 4.0))) == 0.0
+
+
+def test_the_shortest_turn_brings_one_direction_to_another() -> None:
+    random = Random(1)
+    for _ in range(100):
+        a, b = ((sin(u) * cos(w), sin(u) * sin(w), cos(u)) for u, w in (_angles(random), _angles(random)))
+        turn = _turn_between(a, b)
+        assert rotate(rotation_about(turn, hypot(*turn)), a) == pytest.approx(b, abs=1e-12)
+        assert hypot(*turn) <= pi
+
+
+def _angles(random: Random) -> tuple[float, float]:
+    return random.uniform(0.0, pi), random.uniform(-pi, pi)

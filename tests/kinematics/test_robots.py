@@ -10,20 +10,21 @@ from random import Random
 import numpy as np
 import pytest
 
+from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, LocationTooClose, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.axes import dot
 from vrs_cli.kinematics.configuration import ALL, SIDES, Arm, Elbow, Wrist
+from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import (
-    IDENTITY,
     Transform,
     angle_between,
     compose,
     from_oat,
     inverse,
-    rotation_x,
     rotation_z,
     to_oat,
     translation,
@@ -163,6 +164,43 @@ def test_a_straight_wrist_is_flip_and_noflip(name: str, bend: float) -> None:
     if not bend:
         assert arm.branch_joints(arm.forward(q), twin, q) == pytest.approx(q, abs=1e-6)
     assert arm.twins((*q[:4], 0.5, q[5])) == ()
+
+
+@pytest.mark.parametrize("model", [FIVE, SEVEN, CLOSED], ids=lambda model: model.name)
+def test_rates_of_a_tool_that_points_are_right_in_what_counts(model: RobotModel) -> None:
+    """Its place, and where it points; the turn about that may be any."""
+    arm, twist = arm_for(model), (0.1, -0.2, 0.05, 0.3, -0.4, 0.5)
+    for row in random_joints(arm, 50):
+        q = tuple(row)
+        if min(arm.singularity(q)) < 0.05:
+            continue
+        have, T = arm.twist(q, arm.joint_velocity(q, twist)), arm.forward(q)
+        assert have[:3] == pytest.approx(twist[:3], abs=1e-9)
+        for axis in ((T.nx, T.ny, T.nz), (T.sx, T.sy, T.sz)):
+            assert dot(have[3:], axis) == pytest.approx(dot(twist[3:], axis), abs=1e-9)
+
+
+@pytest.mark.parametrize("joint", [1, 4, 5])
+def test_an_arm_with_another_length_is_no_ur(joint: int) -> None:
+    ur = load_robot("ur5e")
+    links = [link._replace(a=link.a + (0.05 if i == joint else 0.0)) for i, link in enumerate(ur.links, 1)]
+    arm, q = arm_for(replace(ur, links=tuple(links))), (0.3, -1.2, -1.0, -0.7, 1.1, 0.2)
+    assert arm.method != arm_of("ur5e").method
+    assert arm.forward(arm.select(arm.forward(q), q)) == pytest.approx(tuple(arm.forward(q)), abs=1e-9)
+
+
+def test_a_ur_without_offset_keeps_joint_1_above_its_axis() -> None:
+    ur = load_robot("ur5e")
+    arm = arm_for(replace(ur, links=(*ur.links[:3], ur.links[3]._replace(d=0.0), *ur.links[4:])))
+    near = (0.7, -1.3, -1.0, -0.5, 0.4, 0.2)
+    above = arm.forward(near)
+    wrist = translation(*(-ur.links[5].d * x for x in (above.ax, above.ay, above.az)))
+    on_axis = compose(wrist, above)
+    T = compose(translation(-on_axis.px, -on_axis.py, 0.0), above)
+    found = arm.branch_joints(T, arm.configuration(near), near)
+    assert found is not None
+    assert found[0] == pytest.approx(near[0], abs=1e-9)
+    assert arm.forward(found) == pytest.approx(tuple(T), abs=1e-9)
 
 
 # --- configurations ------------------------------------------------------------------------------------------------

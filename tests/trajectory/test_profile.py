@@ -52,6 +52,7 @@ def test_slowest_joint_decides() -> None:
 
 
 @given(st.lists(parts, min_size=1, max_size=6), st.sampled_from([0.0, 0.0, 0.5, 5.0]))
+@example([Component(-0.041252925571132054, -0.6656499636299109, 3.6056194429887514, 5.370405472935195)], 0.5)  # no room
 @example([Component(3.320783095527391e-07, 0.00178, 0.16, 4.770566622117834)], 2.5)  # nearly there, told to take time
 @settings(max_examples=200, deadline=None)
 def test_limits_and_target_from_motion(components: list[Component], least: float) -> None:

@@ -12,7 +12,7 @@ from vrs_cli.trajectory.blend import JointLimits, JointState
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
 from vrs_cli.trajectory.polynomial import derivative, value
-from vrs_cli.trajectory.scurve import Change, Part, advanced, farthest, from_rest, stop, turning_back, turns
+from vrs_cli.trajectory.scurve import Change, Part, _root, advanced, farthest, from_rest, stop, turning_back, turns
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.smooth import joint_motion, joint_stop
 
@@ -156,3 +156,10 @@ def test_turns_are_where_the_velocity_is_zero(v: float, a: float, jerk: float) -
 def test_lag_of_a_step_is_half_of_it() -> None:
     assert Change(0.0, 2.0, 0.0).lag == 1.0
     assert Change(1.0, 0.0, 1.0).lag == 1.0, "symmetrical changes have the middle velocity on the average"
+
+
+@given(st.floats(0.0, 1e6), st.floats(1e-12, 1e6))
+def test_the_root_of_a_cubic(c2: float, c3: float) -> None:
+    x = _root(c2, c3)
+    assert x > 0.0
+    assert (c2 + c3 * x) * x * x == pytest.approx(1.0, abs=1e-9)

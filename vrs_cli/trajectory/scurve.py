@@ -207,8 +207,8 @@ def _most_that_cruises(bounds: Bounds, lag: float | None) -> float:
 
 
 def _root(c2: float, c3: float) -> float:
-    """The x > 0 with 1 = c2 x^2 + c3 x^3, by Newton's rule from above."""
-    x = 1.0 / cbrt(c3)
+    """The x > 0 with 1 = c2 x^2 + c3 x^3, by Newton's rule from above: neither part alone is more than 1."""
+    x = min(1.0 / cbrt(c3), 1.0 / sqrt(c2)) if c2 else 1.0 / cbrt(c3)
     for _ in range(8):
         excess = (c2 + c3 * x) * x * x - 1.0
         if excess <= 1e-12:
