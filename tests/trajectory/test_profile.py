@@ -86,3 +86,8 @@ def test_near_the_shortest_time(components: list[Component]) -> None:
             if high > 0.0 and high >= low:
                 best = min(best, 1 / high + 0.5 * (blend + slowing * high))
     assert from_motion(components).total <= best * 1.2 + 1e-6
+
+
+def test_a_blend_that_leads_to_the_target_too_fast_to_stop_there_is_none() -> None:
+    low, high, _ = scalar_demands([Component(0.05, 1.0, 2.0, 2.0)])(0.1)  # 0.1 s at 1 m/s on average, 2 m/s2 to stop
+    assert low > high

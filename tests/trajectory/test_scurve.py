@@ -163,3 +163,11 @@ def test_the_root_of_a_cubic(c2: float, c3: float) -> None:
     x = _root(c2, c3)
     assert x > 0.0
     assert (c2 + c3 * x) * x * x == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_motion_out_of_another_takes_the_time_that_it_is_given() -> None:
+    state = JointState((0.0, 0.0, 0.0), (0.3, 0.1, 0.0), (0.0, 0.0, 0.0))
+    quick, slow = (joint_motion(state, (2.0, 1.0, 0.5), LIMITS, 0.0, MOTION, least) for least in (0.0, 4.0))
+    assert quick[-1].finish < 3.0
+    assert 4.0 <= slow[-1].finish <= 4.001
+    check(slow, state, 0.0)
