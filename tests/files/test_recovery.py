@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -51,6 +52,16 @@ def test_what_is_declined_stays_and_is_not_found_again(tmp_path: Path) -> None:
     place = one.decline()
     assert place.read_text() == "one"
     assert files_in(tmp_path) == []
+
+
+def test_what_nobody_wanted_goes_after_a_month(tmp_path: Path) -> None:
+    old, young, kept = (tmp_path / name for name in ("declined-1-a.v2", "declined-2-b.v2", "unstored-3-c.v2"))
+    for path in (old, young, kept):
+        path.write_text("x")
+    for path in (old, kept):
+        os.utime(path, (0.0, 0.0))
+    assert [one.path for one in left(tmp_path)] == [kept]
+    assert [path.exists() for path in (old, young, kept)] == [False, True, True]
 
 
 def test_the_last_of_many_is_there(tmp_path: Path) -> None:

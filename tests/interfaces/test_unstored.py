@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.interfaces.monitor.people import at
-from tests.interfaces.terminals import RecordingTerminal
+from tests.interfaces.monitor.people import Person, at
 from vrs_cli.interfaces.session import Session
 
 PROGRAM = ".PROGRAM p\nMOVE part\nSET made = HERE\n.END\n"
@@ -17,7 +16,7 @@ PROGRAM = ".PROGRAM p\nMOVE part\nSET made = HERE\n.END\n"
 def session(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Session:
     monkeypatch.chdir(tmp_path)
     Path("cell.v2").write_text(PROGRAM + ".LOCATIONS\npart 500 150 -100 90 90 0\n.END\n.REALS\nn 1\n.END\n")
-    return at(RecordingTerminal(), "LOAD cell")
+    return at(Person(), "LOAD cell")
 
 
 def told(session: Session) -> tuple[list[str], list[str]]:
@@ -31,7 +30,7 @@ def test_what_was_loaded_is_stored(session: Session) -> None:
 
 
 def test_what_is_typed_is_not_until_it_is_stored(session: Session) -> None:
-    for line in ("n = 2", "HERE part", "row[3] = 1", '$s = "x"'):
+    for line in ("n = 2", "SET part = HERE", "row[3] = 1", '$s = "x"'):
         session.perform(line)
     session.load_text(".PROGRAM q\n.END\n")
     assert told(session) == (["q"], ["$s", "n", "part", "row[3]"])
@@ -51,7 +50,6 @@ def test_what_a_program_computes_needs_no_storing(session: Session) -> None:
     session.perform("EXECUTE p")
     assert "made" in {item[0] for item in session.environment.values()}
     assert told(session) == ([], [])
-    session.perform("HERE made")
     session.perform("SET made = NULL")
     assert told(session) == ([], ["made"])
 
@@ -73,7 +71,7 @@ def test_an_edited_program_is_not_stored_and_one_left_as_it_was_is(session: Sess
 
 def test_a_part_that_is_stored_alone(session: Session) -> None:
     session.load_text(".PROGRAM q\nMOVE b\n.END\n.PROGRAM r\n.END\n")
-    session.perform("HERE b")
-    session.perform("HERE c")
+    session.perform("SET b = HERE")
+    session.perform("SET c = HERE")
     session.perform("STORE one = q")
     assert told(session) == (["r"], ["c"])

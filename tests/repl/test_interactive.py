@@ -171,7 +171,7 @@ def test_what_goes_wrong_behind_the_prompt_is_noted() -> None:
 
     session(shell).settle = broken  # type: ignore[method-assign, assignment]
     work.keep_up()
-    assert "ZeroDivisionError: surprise" in work.terminal.last
+    assert "ZeroDivisionError: surprise" in work.noted
 
 
 # --- the validator -------------------------------------------------------------------------------------------------
@@ -267,8 +267,9 @@ def test_a_failing_completion_is_told_in_the_toolbar(shell: Shell, monkeypatch: 
 
     monkeypatch.setattr("vrs_cli.repl.names.names_of", broken)
     assert list(ValCompleter(lambda: work).get_completions(Document("MO"), CompleteEvent(text_inserted=True))) == []
-    assert work.terminal.last.startswith("internal error: RuntimeError: no names")
-    Path(work.terminal.last.rsplit(" ", 1)[1]).unlink()
+    assert work.noted.startswith("internal error: RuntimeError: no names")
+    assert work.noted in " ".join(shell._toolbar().split())  # all of it, with the name of the report
+    Path(work.noted.rsplit(" ", 1)[1]).unlink()
 
 
 # --- programs ------------------------------------------------------------------------------------------------------

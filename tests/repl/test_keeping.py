@@ -146,6 +146,20 @@ def test_a_line_that_changes_nothing_writes_nothing(folder: Path) -> None:
     assert file.read_text() == "as it is"
 
 
+def test_a_memory_that_takes_long_to_write_is_written_now_and_then(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shell = Shell(folder)
+    now, worked = iter([0.0, 1.0, 1.9, 2.1]), iter([0.0, 0.2, 0.2, 0.4])
+    shell.keeper._clock = lambda: next(now)
+    monkeypatch.setattr("vrs_cli.repl.keeping.time.process_time", lambda: next(worked))
+    texts = []
+    for number in range(4):
+        shell.take(f"n = {number}")
+        texts.append(files_in(folder)[0].read_text().split()[-2])
+    assert texts == ["0", "0", "0", "3"]
+
+
 def test_what_came_back_is_kept_again(folder: Path) -> None:
     shell = Shell(folder)
     shell.take("n = 1")

@@ -7,6 +7,7 @@ So files whose lock is free were left by shells that did not end by themselves. 
 from __future__ import annotations
 
 import os
+import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from datetime import datetime
@@ -20,6 +21,7 @@ from vrs_cli.files.lock import Hold, hold
 
 EXTENSION = ".v2"
 KEPT, DECLINED = "unstored-", "declined-"
+MONTH = 30 * 86_400.0  # [s] so long a file stays that nobody wanted
 PRIVATE = 0o700  # folders of the user's own state (XDG Base Directory Specification)
 
 
@@ -103,8 +105,16 @@ def files_in(folder: Path) -> list[Path]:
 
 def left(folder: Path) -> list[Left]:
     """The files that shells have left, the oldest first. What cannot be read is passed over."""
+    _forget_old(folder)
     found = [one for path in files_in(folder) if (one := _taken(path)) is not None]
     return sorted(found, key=lambda one: one.written)
+
+
+def _forget_old(folder: Path) -> None:
+    for path in folder.glob(f"{DECLINED}*{EXTENSION}"):
+        with suppress(OSError):
+            if time.time() - path.stat().st_mtime > MONTH:
+                path.unlink()
 
 
 def _taken(path: Path) -> Left | None:

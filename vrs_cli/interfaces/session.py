@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import nullcontext
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -183,7 +184,8 @@ class Session:
 
     def _run(self, track: Track, limits: Limits, progress: Callable[[float], None] | None) -> RunResult:
         """SPEED and the like of a program end with it: the prompt has what every program starts with."""
-        with self.unstored.running():
+        asked = isinstance(self.terminal, Dialogue)  # about what is not stored; elsewhere nobody looks
+        with self.unstored.running() if asked else nullcontext():
             result = self.driver.run(track, limits, progress)
         if track.task.ended:
             for setting in CYCLE_SETTINGS:

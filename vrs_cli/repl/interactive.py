@@ -82,6 +82,7 @@ class Workplace:
         self.keeper = Keeper(self.conversation, recovery_folder(os.environ))
         self.conversation.after = self.terminal.line_left = self.keeper.keep
         self.recorded = None if recorder is None else recorder.begin(session)
+        self.noted = ""
         self.terminal.interrupt = self.interrupt
         parser.parse_prompt("WHERE")
 
@@ -104,10 +105,10 @@ class Workplace:
             self.note(error)
 
     def note(self, error: Exception) -> None:
-        """Tell of an error where nothing can be printed: in the toolbar."""
+        """Tell of an error where nothing can be printed: below the toolbar, until the next line."""
         from vrs_cli.repl.mishap import internal_error
 
-        self.terminal.last = internal_error(error).text
+        self.noted = internal_error(error).text
 
 
 # --- what prompt-toolkit asks for -----------------------------------------------------------------------------------
@@ -158,7 +159,7 @@ class LineValidator(Validator):
         if mistake is not None:
             column = min(mistake.span.column - 1, len(document.text))
             width = get_app().output.get_size().columns
-            raise ValidationError(cursor_position=column, message=fill(mistake.message, width))
+            raise ValidationError(cursor_position=column, message=fill(mistake.message, width, break_on_hyphens=False))
 
     def _mistake(self, text: str) -> Diagnostic | None:
         from vrs_cli.repl.entry import Entry, closes_entry, opens_entry
@@ -268,6 +269,7 @@ class Shell:
         except EOFError:
             return self._leave_entry() or not self._leave()
         work = self.backstage.wait()
+        work.noted = ""
         with stoppable(work.interrupt), unechoed():
             work.conversation.take(line)
         return not work.terminal.leaving
@@ -344,7 +346,8 @@ class Shell:
         width = self.prompts.app.output.get_size().columns
         if work is None:
             return toolbar(None, "", width)
-        return toolbar(work.conversation.session, work.terminal.last, width)
+        note = f"\n{fill(work.noted, width, initial_indent=' ', break_on_hyphens=False)}" if work.noted else ""
+        return toolbar(work.conversation.session, work.terminal.last, width) + note
 
     def _redraw(self) -> None:
         self.prompts.app.invalidate()

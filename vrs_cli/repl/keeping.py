@@ -15,15 +15,13 @@ from vrs_cli.render.numbers import count
 if TYPE_CHECKING:
     from vrs_cli.repl.conversation import Conversation
 
-SLOW, REST = 0.1, 10.0  # [s] of processor time: a text that takes longer is followed by REST times as long without one
+SLOW, REST = 0.1, 10.0  # a text that takes more than SLOW [s] is followed by REST times as long without one
 
 
 class Keeper:
     """Writes the recovery file of a conversation after each line that has changed something."""
 
-    def __init__(
-        self, conversation: Conversation, folder: Path, clock: Callable[[], float] = time.process_time
-    ) -> None:
+    def __init__(self, conversation: Conversation, folder: Path, clock: Callable[[], float] = time.monotonic) -> None:
         self._conversation, self._folder, self._clock = conversation, folder, clock
         self._recovery = Recovery(folder)
         self._kept: object = None
@@ -41,9 +39,10 @@ class Keeper:
         now = (session.unstored.memory(), unfinished)
         if now == self._kept or begun < self._not_before:
             return
+        worked = time.process_time()
         self._recovery.write(store(session.environment, layout=session.layout) + unfinished)
-        self._kept, ended = now, self._clock()
-        self._not_before = ended + REST * (ended - begun) if ended - begun > SLOW else 0.0
+        self._kept, took = now, time.process_time() - worked
+        self._not_before = begun + REST * took if took > SLOW else begun
 
     def forget(self) -> None:
         """All is stored, or the user has left: nothing need be kept."""

@@ -61,7 +61,7 @@ def test_load_asks_before_it_overwrites_a_location_that_is_not_stored(folder: Pa
     session = loaded(Person(sure=sure))
     session.perform("SET part = HERE")
     session.perform("LOAD new.lc")
-    assert session.terminal.asked == ["part is not stored. Overwrite (Y/N)?"]  # type: ignore[attr-defined]
+    assert session.terminal.asked == ["The location part is not stored. Overwrite (Y/N)?"]  # type: ignore[attr-defined]
     part, other = (session.environment.values()[name, None] for name in ("part", "other"))
     assert (part == other) is sure
     session.perform("LOAD new.lc")

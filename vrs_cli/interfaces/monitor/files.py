@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import ProgramExists, UsageError
-from vrs_cli.interfaces.monitor.consent import may_replace, may_write, refusal
+from vrs_cli.interfaces.monitor.consent import listed, may_replace, may_write, refusal
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.replies import FileRow, FileTable, FileText, Message, Replay, Reply, Tone, report
@@ -82,13 +82,14 @@ def _kept(session: Session, sections: Iterable[Section]) -> dict[Item, Value]:
     """Locations that are not stored, which the sections would overwrite and the user does not want to be. Where nobody
     can be asked they are overwritten, as all variables are.
     """
-    environment, unstored = session.environment, session.unstored
+    environment = session.environment
+    if not isinstance(session.terminal, Dialogue) or not session.engine.parameters.switch("INTERACTIVE"):
+        return {}
     taken = {item_of(entry) for section in sections for entry in section.entries}
-    lost = [item for item in unstored.locations() if item in taken]
-    asks = isinstance(session.terminal, Dialogue) and session.engine.parameters.switch("INTERACTIVE")
-    names = ", ".join(map(environment.name_of, lost))
+    lost = [item for item in session.unstored.locations() if item in taken]
     are = "is" if len(lost) == 1 else "are"
-    if not lost or not asks or session.terminal.confirm(f"{names} {are} not stored. Overwrite (Y/N)?"):
+    names = listed("location", sorted(map(environment.name_of, lost)))
+    if not lost or session.terminal.confirm(f"The {names} {are} not stored. Overwrite (Y/N)?"):
         return {}
     values = environment.values()
     return {item: values[item] for item in lost}
