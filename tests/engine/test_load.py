@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import radians
 from random import Random
 
 import pytest
 
 from vrs_cli.engine.following import FEWER_SAMPLES, SAMPLES, Follower
-from vrs_cli.engine.load import Load, StretchLoad
+from vrs_cli.engine.load import Load, StretchLoad, _first_peak
 from vrs_cli.engine.planner import Here, plan_motion, state_at
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.kinematics.transform import IDENTITY, Transform, position
 from vrs_cli.trajectory.blend import JointState
 from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
 from vrs_cli.trajectory.segment import CartesianPath, Segment
@@ -21,6 +23,7 @@ from vrs_cli.trajectory.segment import CartesianPath, Segment
 MODEL = load_robot("puma560")
 ARM = arm_for(MODEL)
 STILL = (0.0,) * MODEL.joint_count
+MIDDLE = tuple(map(radians, (0.0, -45.0, 180.0, 0.0, 45.0, 0.0)))
 PLACES = 300  # of a stretch
 FAR = 0.97  # of a limit: what asks for less need not be known better
 
@@ -108,3 +111,24 @@ def test_a_joint_that_begins_at_its_greatest_velocity_does_not_go_beyond_it_befo
         for k in range(PLACES):
             velocity = state_at(ARM, segment, segment.duration * (k + 0.5) / PLACES).joints.velocity
             assert all(abs(v) <= most * (1.0 + 1e-5) for v, most in zip(velocity, MODEL.max_velocity, strict=True))
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_greatest_velocity_of_a_parabola_before_the_second_sample(sense: float) -> None:
+    """v = 1 + 0.6 t - t2 for a second: greatest at 0.3, where it is 1.09; the mean rate is -0.4."""
+    assert _first_peak(sense, sense * 0.6, sense * -0.4, 1.0) == pytest.approx(sense * 1.09)
+    assert _first_peak(sense, sense * -0.1, sense * -0.2, 1.0) == sense, "it slows down from the start"
+
+
+@pytest.mark.parametrize("limit", [0.1, 10.0])
+def test_a_joint_near_its_limit_is_looked_at_closely_however_small_that_is(limit: float) -> None:
+    """And one that is not near it is not, however large."""
+    model = replace(MODEL, max_velocity=tuple(limit for _ in MODEL.max_velocity))
+    x, y, z = position(ARM.forward(MIDDLE))
+    path = CartesianPath(((x,), (y, 0.1), (z,)), ARM.forward(MIDDLE), (), ARM.configuration(MIDDLE), (MIDDLE,), 1.0)
+    follower = Follower(arm_for(model), path.configuration, IDENTITY)
+    load = StretchLoad(follower, path, follower.samples(path, 1.0, MIDDLE))
+    for part, looked_at in ((0.97, 1), (0.9, 0)):
+        columns = [(0.0,) * len(load.samples) for _ in MIDDLE]
+        columns[3] = (0.0, part * limit, *columns[3][2:])
+        assert len(list(load._peaks(columns, 1.0))) == looked_at

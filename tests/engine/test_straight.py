@@ -39,7 +39,7 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.trajectory.blend import JointState
 from vrs_cli.trajectory.motion import Frames, Kind, Motion, Profile, Start
-from vrs_cli.trajectory.segment import JointPath
+from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.timeline import Timeline
 
 MODEL = load_robot("puma560")
@@ -63,6 +63,19 @@ def test_a_line_with_a_least_duration_is_slowed_down_as_any_other() -> None:
     engine.perform(Move(PoseTarget(below), straight=True))
     assert engine.end > 2.7, "the least duration is too short for a joint"
     check_limits(engine, engine.timeline)
+
+
+def test_a_line_out_of_motion_with_a_least_duration_is_slowed_down_without_braking_first() -> None:
+    """Its least duration grows with it: otherwise that alone would keep it as fast as it is."""
+    engine = Engine(MODEL)
+    joints = tuple(map(radians, (-1.38, -93.34, 140.83, 90.42, -22.58, 16.76)))
+    velocity = tuple(map(radians, (44.3, 15.82, 54.75, 44.68, -68.3, -58.6)))
+    pose = from_oat(-0.1792, 0.1374, 0.8884, *map(radians, (-30.3, -80.5, -117.2)))
+    motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=pose, duration=3.93)
+    segments = plan_motion(engine.arm, Here(JointState(joints, velocity)), motion, 0.0)
+    assert segments[0].phase is Phase.BLEND
+    engine.timeline = Timeline(segments)
+    check_limits(engine, segments)
 
 
 def test_a_joint_that_turns_back_outside_its_range_is_seen_between_samples() -> None:

@@ -1,0 +1,44 @@
+"""The samples of a line: so near to one another that they explain what lies between them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from random import Random
+
+import pytest
+
+from vrs_cli.engine.following import SAMPLES, Follower
+from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import IDENTITY, position
+from vrs_cli.trajectory.segment import CartesianPath
+
+SHORTEST = 2.0**-9  # of a stretch: nearer samples are as near as they get
+
+
+@pytest.mark.parametrize("slow", [1.0, 50.0], ids=["fast", "slow"])
+def test_neighbours_differ_by_little_that_their_velocities_do_not_explain(slow: float) -> None:
+    """Joints by 0.15 rad, and by 0.002 beyond their mean velocity, however slow the line: rates say nothing then."""
+    model, random, seen = load_robot("puma560"), Random(2), 0
+    arm = arm_for(model)
+    for _ in range(40):
+        rows = list(zip(model.lower, model.upper, strict=True))
+        start = tuple(low + random.uniform(0.2, 0.8) * (high - low) for low, high in rows)
+        pose = arm.forward(start)
+        way = ((p, random.gauss(0.0, 0.15) / slow) for p in position(pose))
+        path = CartesianPath(tuple(way), pose, (), arm.configuration(start), (start,), slow)  # type: ignore[arg-type]
+        follower = Follower(arm, path.configuration, IDENTITY)
+        try:
+            samples = follower.samples(path, slow, start)
+        except MotionError:
+            continue
+        assert len(samples) > SAMPLES
+        for a, b in pairwise(samples):
+            if b.s - a.s > SHORTEST * slow:
+                changes = [q - p for p, q in zip(a.joints, b.joints, strict=True)]
+                means = [0.5 * (b.s - a.s) * (v + w) for v, w in zip(a.velocity, b.velocity, strict=True)]
+                assert max(map(abs, changes)) <= 0.15
+                assert max(abs(c - mean) for c, mean in zip(changes, means, strict=True)) <= 0.002
+                seen += 1
+    assert seen > 100
