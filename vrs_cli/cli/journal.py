@@ -47,7 +47,7 @@ def journal(path: str | None, engine: Engine, tell: Callable[[str], None], *, du
         kept.sound = file.sound
 
 
-def told_by(prog: str, hide: Callable[[], None] = lambda: None) -> Callable[[str], None]:
+def told_by(prog: str, hide: Callable[[], None]) -> Callable[[str], None]:
     """What says on standard error what is wrong with a journal; `hide` takes a progress line away before."""
 
     def tell(text: str) -> None:

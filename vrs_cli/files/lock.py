@@ -10,7 +10,7 @@ import errno
 import os
 import stat
 import time
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -79,25 +79,11 @@ def hold(path: Path) -> Hold:
     beside, deadline = real.with_name(f".{real.name}.lock"), time.monotonic() + PATIENCE
     while True:
         handle = _opened(beside)
-        if handle is None:
-            return Hold(beside, None)
-        try:
-            if _locked(handle):
-                if is_at(handle, beside):  # nobody has removed it in between
-                    _sign(handle)
-                    return Hold(beside, handle)
-            elif time.monotonic() > deadline:
-                raise FileOpened(f"{path} is being written by {_owner(handle)}", "end that one, or name another file")
-        except OSError as error:
-            os.close(handle)
-            if error.errno not in NO_LOCKS:
-                raise
-            beside.unlink(missing_ok=True)
-            return Hold(beside, None)
-        except FileOpened:
-            os.close(handle)
-            raise
-        os.close(handle)
+        held = Hold(beside, None) if handle is None else _taken(beside, handle)
+        if held is not None:
+            return held
+        if time.monotonic() > deadline:
+            raise FileOpened(f"{path} is being written by {_owner(beside)}", "end that one, or name another file")
         time.sleep(PAUSE)
 
 
@@ -145,6 +131,24 @@ def _opened(beside: Path) -> int | None:
         return None
 
 
+def _taken(beside: Path, handle: int) -> Hold | None:
+    """The lock; None where somebody else has it, or has removed its file since it was opened. Raises OSError."""
+    with ExitStack() as in_vain:
+        in_vain.callback(os.close, handle)
+        try:
+            locked = _locked(handle)
+        except OSError as error:
+            if error.errno not in NO_LOCKS:
+                raise
+            beside.unlink(missing_ok=True)
+            return Hold(beside, None)
+        if locked and is_at(handle, beside):
+            _sign(handle)
+            in_vain.pop_all()
+            return Hold(beside, handle)
+    return None
+
+
 def _locked(handle: int) -> bool:
     from filelock import lock_descriptor  # late: most runs write nothing
 
@@ -157,11 +161,12 @@ def _sign(handle: int) -> None:
         os.write(handle, b"\n%d\n" % os.getpid())
 
 
-def _owner(handle: int) -> str:
+def _owner(beside: Path) -> str:
     """Who holds a lock, as its file says."""
     try:
-        os.lseek(handle, OWNER, os.SEEK_SET)
-        number = int(os.read(handle, 32))
+        with beside.open("rb", buffering=0) as stream:
+            stream.seek(OWNER)
+            number = int(stream.read(32))
     except (OSError, ValueError):
         return "another vrs"
     return "this vrs" if number == os.getpid() else f"another vrs (process {number})"
