@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from tests.laws.boundary_lines import check_segments
+from tests.laws.boundary_lines import check_rates, check_segments
 from vrs_cli.engine.boundary import pace_of, survey
 from vrs_cli.engine.commands import Move, NamedTarget, PoseTarget, SetParameter, SetSpeed
 from vrs_cli.engine.engine import Engine
@@ -115,6 +115,24 @@ def test_a_line_square_to_the_cylinder_is_refused_where_it_starts_and_where_it_e
     engine.perform(Move(PoseTarget(on_it._replace(py=on_it.py + 0.1)), straight=False))
     with pytest.raises(StraightLineSingular, match=r"joint . would have to change its speed in no time"):
         engine.perform(Move(PoseTarget(on_it), straight=True))
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize(
+    ("first", "then", "kinks"), [((20, 0), (200, 0), 1), ((20, 10), (150, -10), 0), ((20, 0), (150, 0.5), 0)]
+)
+def test_a_line_out_of_motion_touches_no_boundary(
+    profile: str, first: tuple[float, float], then: tuple[float, float], kinks: int
+) -> None:
+    """A blend goes over where there is room; along the tangent the arm comes to rest first, and stops at the kink."""
+    engine = at_nest(profile=profile)
+    engine.perform(by(engine, *first), program=True)
+    corner = engine.timeline[-1].motion.pose
+    assert corner is not None
+    beyond = corner._replace(px=corner.px + 1e-3 * then[0], py=corner.py + 1e-3 * then[1])
+    engine.perform(Move(PoseTarget(beyond), True), program=True)
+    assert len(stops(straight(engine))) == kinks
+    check_rates(engine.arm, tuple(s for s in engine.timeline if isinstance(s.path, CartesianPath)))
 
 
 # --- the bounds ------------------------------------------------------------------------------------------------------

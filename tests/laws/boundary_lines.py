@@ -158,8 +158,14 @@ def _beside(pose: Transform, along: Vector, way: float, axis: Vector, turn: floa
 def check_segments(arm: RobotArm, segments: tuple[Segment, ...]) -> None:
     """Every law for the segments of one straight line, from rest to rest."""
     timeline = Timeline(segments)
-    for times in readings(segments):
-        _check_readings(arm, timeline, times)
+    for times, q in check_rates(arm, segments):
+        _check_places(arm.model, timeline, times, q)
+
+
+def check_rates(arm: RobotArm, segments: tuple[Segment, ...]) -> list[tuple[Floats, Floats]]:
+    """Ranges, velocities and accelerations of segments, one after the other; the times and joints that were read."""
+    timeline = Timeline(segments)
+    return [(times, _read(arm, timeline, times)) for times in readings(segments)]
 
 
 def readings(segments: tuple[Segment, ...]) -> list[Floats]:
@@ -172,7 +178,7 @@ def readings(segments: tuple[Segment, ...]) -> list[Floats]:
     return times
 
 
-def _check_readings(arm: RobotArm, timeline: Timeline, times: Floats) -> None:
+def _read(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
     model, step = arm.model, times[1] - times[0]
     q = joints_over(arm, timeline, times)
     low, high = np.array(model.lower) - PLACE, np.array(model.upper) + PLACE
@@ -185,7 +191,7 @@ def _check_readings(arm: RobotArm, timeline: Timeline, times: Floats) -> None:
     noise = np.maximum(np.maximum(noise[2:], noise[1:-1]), noise[:-2])
     sooner = (np.abs(np.diff(velocity, axis=0)) - 4.0 * noise / step) / (step * np.array(model.max_acceleration))
     assert sooner.max() <= LIMIT, f"joint {_worst(sooner)} accelerates {sooner.max():.4f} times too much, {step} s"
-    _check_places(model, timeline, times, q)
+    return q
 
 
 def _check_places(model: RobotModel, timeline: Timeline, times: Floats, q: Floats) -> None:
