@@ -16,7 +16,7 @@ from vrs_cli.errors import CannotInterpret, IllegalExpression, InvalidName, Inva
 from vrs_cli.language import ast
 from vrs_cli.language.ast import Expression, Span
 from vrs_cli.language.diagnostics import LineRefused, error
-from vrs_cli.language.functions import FUNCTIONS, WITH_BY
+from vrs_cli.language.functions import FUNCTIONS, WITH_BY, Function
 from vrs_cli.language.instructions import INSTRUCTIONS
 from vrs_cli.language.lexer import LABEL_HIGH, Token
 from vrs_cli.language.precedence import ORDER, RELATIONS, Grouping
@@ -117,12 +117,12 @@ def _listed(children: Sequence[Any]) -> list[Expression | None]:
     return items
 
 
-def _refuse_last_comma(children: Sequence[Any], places: int | None, what: str, form: str) -> None:
+def _refuse_last_comma(children: Sequence[Any], places: int | None, row: Word | Function) -> None:
     """A comma at the end leaves a place out: there must be one (`places`; None: the last repeats, none is left out)."""
-    commas = [child for child in children if type(child) is Token]
-    if commas and children[-1] is commas[-1] and (places is None or len(commas) >= places):
-        detail = f"{what}: nothing stands behind {commas[-1].text}"
-        raise LineRefused(error(CannotInterpret, commas[-1].span, detail, f"the form is {form}"))
+    last = children[-1]
+    if places is None or sum(type(child) is Token for child in children) >= places:
+        detail = f"{row.name}: nothing stands behind {last.text}"
+        raise LineRefused(error(CannotInterpret, last.span, detail, f"the form is {row.form}"))
 
 
 # --- arguments as the table wants them -----------------------------------------------------------------------------
@@ -510,8 +510,9 @@ class Builder:
         arguments = tuple(_listed(children[2:-1]))
         known = FUNCTIONS.get(upper)
         if known is not None:
-            places = None if known.arguments and known.arguments[-1].repeated else len(known.arguments)
-            _refuse_last_comma(children[2:-1], places, upper, known.form)
+            if _is(children[-2], "COMMA"):
+                repeats = bool(known.arguments) and known.arguments[-1].repeated
+                _refuse_last_comma(children[2:-1], None if repeats else len(known.arguments), known)
             arguments = _shaped(list(arguments), known.arguments)
         return ast.Call(upper if known else name.text, arguments, _all(children), True)
 
@@ -566,7 +567,8 @@ def _binary(sign: Token, left: Expression, right: Expression) -> Expression:
 
 def _give_arguments(given: _Given, children: Children) -> Any:
     row = given.row
-    _refuse_last_comma(children, row.plain if given.value is None else row.values, row.name, row.form)
+    if type(children[-1]) is Token:
+        _refuse_last_comma(children, row.plain if given.value is None else row.values, row)
     given.items(_listed(children))
     return children[-1]
 
