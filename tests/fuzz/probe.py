@@ -102,7 +102,7 @@ PROGRAM = ".PROGRAM main(x)\nDRIVE 1, x, x\nDELAY x\n.END\n.LOCATIONS\na 0 450 -
 def typed(random: Random) -> int:
     """A session of lines with extreme numbers: they are refused, or done, and the robot is somewhere. How many."""
     with TemporaryDirectory() as folder:
-        session = Session(Silent(), bounds=BOUNDS, folder=Path(folder))
+        session = Session(Silent(), limits=BOUNDS, folder=Path(folder))
         session.load_text(PROGRAM)
         session.engine.parameters.set_parameter("PROFILE", random.choice(("LSPB", "SCURVE")))
         for _ in range(LINES):
