@@ -23,6 +23,7 @@ from vrs_cli.trajectory.instant import LATEST
 BYTE_ORDER_MARK = "\ufeff"  # before the first line, as some systems write it
 TIME = "t"
 POSE = ("x", "y", "z", "o", "a", "t_angle")
+PAUSE = 3600.0  # [s] between two targets; one wrong time far ahead must not end the stream
 LONGEST = 60  # characters of a wrong first line that are shown: it may be any file
 
 
@@ -119,6 +120,8 @@ class _Times:
             raise FileDamaged(f"{where}: {t!r} s is no time from {first!r} to {first + LATEST!r} s", hint)
         if t < self._last:
             raise FileDamaged(f"{where}: {t!r} s comes after {self._last!r} s", "times go on")
+        if isfinite(self._last) and t - self._last > PAUSE:
+            raise FileDamaged(f"{where}: {t!r} s is a jump from {self._last!r} s", f"a pause is at most {PAUSE:g} s")
         self._first, self._last = first, t
         return t - first
 
