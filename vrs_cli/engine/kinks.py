@@ -31,7 +31,7 @@ class Stop:
 
 
 class Kinks:
-    """The touches of one path, which comes from rest and goes to rest unless it is said otherwise."""
+    """The touches of one path, which comes from rest and goes to rest."""
 
     def __init__(self, follower: Follower, path: CartesianPath, lasting: float) -> None:
         self.follower, self.path, self.lasting = follower, path, lasting
