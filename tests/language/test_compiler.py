@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.language.reference import Interpreter
@@ -182,6 +182,18 @@ def test_jumps_and_blocks_go_where_the_reference_goes(lines: list[str], data: st
         assert isinstance(end, Completed if ended else Failed)
     else:
         assert typed[: len(expected)] == expected
+
+
+@pytest.mark.parametrize("part", [1, 3])
+@given(spaghetti(), st.data())
+@settings(max_examples=80, deadline=None, suppress_health_check=list(HealthCheck))
+def test_a_long_program_of_several_functions_does_the_same(part: int, lines: list[str], data: st.DataObject) -> None:
+    first = data.draw(st.just(0) | st.integers(0, len(lines) - 1))
+    whole = outcomes(lines, first)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vrs_cli.language.compiler.PART", part)
+        parts = outcomes(lines, first)
+    assert repr(parts) == repr(whole)
 
 
 @given(spaghetti(), st.integers(1, 60))

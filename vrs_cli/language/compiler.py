@@ -10,21 +10,25 @@ request or effect is yielded as it is; Python suspends the program there, at no 
             while True:
                 if pc < 4:
                     ...
-        except BaseException:
+        finally:
             F[:] = (l0, s0)
-            raise
 
 A block that jumps to itself is a `while True` of its own, so a straight loop never meets the tree. With `everywhere`
 each operation begins a block: that variant, made on demand, can be entered at any step.
+
+A long program becomes several functions, so that its tree is never in memory as a whole: each takes the
+arguments above and returns the number of the block where another goes on, or None at the end.
 """
 
 from __future__ import annotations
 
 import ast as py
+from bisect import bisect_right
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from itertools import pairwise
+from typing import Any, cast
 
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language import ast
@@ -58,7 +62,9 @@ from vrs_cli.language.support import UNSET, overflow
 from vrs_cli.language.values import LIMIT, Value
 from vrs_cli.language.words import Argument, Shape
 
-Steps = Generator[int | Yielded, str | None, None]
+Steps = Generator[int | Yielded, str | None, int | None]
+
+PART = 2048  # operations in one function
 
 
 # --- programs ----------------------------------------------------------------------------------------------------
@@ -66,14 +72,18 @@ Steps = Generator[int | Yielded, str | None, None]
 
 @dataclass
 class _Jumps:
-    """How to get from one block to another: with `inner`, the block `number` is a `while True` of its own."""
+    """How to get from one block to another: with `inner`, the block `number` is a `while True` of its own. `here`: the
+    blocks of the function; to get to others it returns."""
 
     numbers: Mapping[int, int]
+    here: range = range(0)
     number: int = 0
     inner: bool = False
 
     def to(self, op: int) -> list[py.stmt]:
         target = self.numbers[op]
+        if target not in self.here:
+            return [py.Return(tree.constant(target))]
         if self.inner and target == self.number:
             return [py.Continue()]
         away = py.Break() if self.inner else py.Continue()
@@ -92,20 +102,29 @@ class _ProgramCompiler(Expressions):
 
     def variant(self, everywhere: bool) -> _Variant:
         leaders = self._leaders(everywhere)
-        self._jumps = _Jumps({op: number for number, op in enumerate(leaders)})
-        blocks = [self._block(number, leaders) for number in range(len(leaders))]
-        loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, 0), [])]
+        numbers = {op: number for number, op in enumerate(leaders)}
+        cuts = [numbers[op] for op in range(0, len(self._lowered.ops), PART)]
+        parts = [self._part(range(*cut), leaders, numbers) for cut in pairwise([*cuts, len(leaders)])]
+        return _Variant(parts[0] if len(parts) == 1 else _joined(parts, cuts), tuple(self.arrays), numbers)
+
+    def _part(self, here: range, leaders: list[int], numbers: Mapping[int, int]) -> Callable[..., Steps]:
+        """The function of some of the blocks. What it knows of arrays, the parts after it know too."""
+        self._jumps = _Jumps(numbers, here)
+        blocks = [self._block(number, leaders) for number in here]
+        loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
         body = self._kept(loop) if self._lowered.slots else loop
         bound = [f"{letter}{number}" for number in range(len(self.parameters)) for letter in "pqk"]
         names = ["X", *CELLS.values(), "F", "pc", *bound, *self.arrays.values()]
-        function = py.FunctionDef("program", tree.parameters(names), body, [], None)
-        return _Variant(tree.made(function, self.namespace), tuple(self.arrays), self._jumps.numbers)
+        body = [*body, tree.yield_(tree.constant(None))]  # never come to: a generator, also where nothing is a step
+        rest = py.arg("_rest")  # the arrays of later parts
+        return tree.made(py.FunctionDef("program", tree.parameters(names, rest=rest), body, [], None), self.namespace)
 
     def _leaders(self, everywhere: bool) -> list[int]:
         ops = self._lowered.ops
         if everywhere:
             return list(range(len(ops)))
-        return sorted({0, *(op.target for op in ops if not isinstance(op, Perform | Mark | Finish))})
+        targets = (op.target for op in ops if not isinstance(op, Perform | Mark | Finish))
+        return sorted({0, *targets, *range(0, len(ops), PART)})
 
     def _tree(self, blocks: list[list[py.stmt]], first: int) -> list[py.stmt]:
         if len(blocks) == 1:
@@ -120,8 +139,7 @@ class _ProgramCompiler(Expressions):
         taken = py.Tuple([py.Name(slot, py.Store()) for slot in slots], py.Store())
         frame = py.Subscript(tree.name("F"), py.Slice(), py.Store())
         kept = py.Assign([frame], tree.tuple_of(map(tree.name, slots)))
-        handler = py.ExceptHandler(tree.name("BaseException"), None, [kept, py.Raise()])
-        return [py.Assign([taken], tree.name("F")), py.Try(loop, [handler], [], [])]
+        return [py.Assign([taken], tree.name("F")), py.Try(loop, [], [], [kept])]
 
     # blocks
 
@@ -130,7 +148,7 @@ class _ProgramCompiler(Expressions):
         end = leaders[number + 1] if number + 1 < len(leaders) else len(self._lowered.ops)
         ops = self._lowered.ops[first:end]
         inner = any(getattr(op, "target", None) == first for op in ops)
-        self._jumps = _Jumps(self._jumps.numbers, number, inner)
+        self._jumps = _Jumps(self._jumps.numbers, self._jumps.here, number, inner)
         statements: list[py.stmt] = []
         for place, op in enumerate(ops, first):
             statements += self._operation(place, op)
@@ -358,6 +376,20 @@ _SPECIAL: dict[str, Callable[[_ProgramCompiler, ast.Instruction], list[py.stmt]]
     "GOSUB": _ProgramCompiler._call_program,
     "CALLS": _ProgramCompiler._call_by_text,
 }
+
+
+def _joined(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Callable[..., Steps]:
+    """One function of several; `firsts`: the first block of each. `at`: the place of `pc` among the arguments."""
+    at = 2 + len(CELLS)
+
+    def program(*arguments: object) -> Steps:
+        pc = arguments[at]
+        while pc is not None:
+            part = parts[bisect_right(firsts, cast(int, pc)) - 1]
+            pc = yield from part(*arguments[:at], pc, *arguments[at + 1 :])
+        return None
+
+    return program
 
 
 # --- the result --------------------------------------------------------------------------------------------------

@@ -23,6 +23,7 @@ from vrs_cli.language.ast import ProgramHeader, Span, Statement, Step
 from vrs_cli.language.builder import Builder
 from vrs_cli.language.complaints import complaint
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, error
+from vrs_cli.language.entries import usual_entry
 from vrs_cli.language.lexer import Lexer, Token
 from vrs_cli.language.meaning import FUNCTION_NAMES, line_as_meant, variables_for_functions
 from vrs_cli.language.monitor import COMMANDS
@@ -135,6 +136,9 @@ class LineParser:
 
     def entry(self, text: str, line: int) -> ast.Entry | str | None:
         """A variable with its value, the text of a comment line, or None for a blank one. Raises LineRefused."""
+        usual = usual_entry(text, line)
+        if usual is not None:
+            return usual
         tokens = self._lexer.entry(text, line)
         if not tokens:
             return None

@@ -58,10 +58,10 @@ def assign(identifier: str, value: py.expr) -> py.Assign:
     return py.Assign([py.Name(identifier, py.Store())], value)
 
 
-def parameters(names: Sequence[str], defaults: bool = False) -> py.arguments:
-    """`defaults`: each has the variable of its own name."""
+def parameters(names: Sequence[str], defaults: bool = False, rest: py.arg | None = None) -> py.arguments:
+    """`defaults`: each has the variable of its own name. `rest` takes all further ones."""
     values: list[py.expr] = [name(identifier) for identifier in names] if defaults else []
-    return py.arguments([], [py.arg(identifier) for identifier in names], None, [], [], None, values)
+    return py.arguments([], [py.arg(identifier) for identifier in names], rest, [], [], None, values)
 
 
 def made(function: py.FunctionDef, namespace: dict[str, object]) -> Callable[..., Any]:
