@@ -9,8 +9,8 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.blend import JointLimits, JointState, joint_stop_each
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.motion import Motion, Profile
+from vrs_cli.trajectory.scurve import Pieces
 from vrs_cli.trajectory.segment import JointPath, Segment
-from vrs_cli.trajectory.smooth import Pieces
 from vrs_cli.trajectory.smoothly_steered import smoothly_steered
 from vrs_cli.trajectory.steered import Room, Target, steered
 from vrs_cli.trajectory.timeline import Timeline

@@ -116,6 +116,7 @@ class Bounds(NamedTuple):
 
 
 Demands = Callable[[Change], Bounds]
+Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) of one part, one after the other
 
 IMPOSSIBLE = Bounds(1.0, 0.0, 0.0, 0.0)
 
@@ -232,14 +233,12 @@ def _slower(total: Callable[[float], float], low: float, high: float, least: flo
 # --- from motion -----------------------------------------------------------------------------------------------
 
 
-def from_motion(parts: Sequence[Part], least: float = 0.0) -> Course:
-    """The times of a motion of scalar parts from their velocities and accelerations. Raises NoTimes."""
-    slowest = max(0.01, *(abs(part.velocity) / part.max_acceleration for part in parts))
-    ramp = max(part.max_acceleration / part.max_jerk for part in parts)
+def from_motion(parts: Sequence[Part], guess: Change, least: float = 0.0, good: float = 0.0) -> Course:
+    """The times of a motion of scalar parts from their velocities and accelerations; `good`: a whole time [s] that is
+    short enough. Raises NoTimes.
+    """
     settling = max(abs(part.acceleration) / part.max_jerk for part in parts)
-    return search(
-        scalar_demands(parts), Change(max(settling * 1.01, min(ramp, slowest)), slowest, ramp), settling, least
-    )
+    return search(scalar_demands(parts), guess, settling, least, good)
 
 
 def scalar_demands(parts: Sequence[Part]) -> Demands:
@@ -398,10 +397,11 @@ def both(a: Bounds, b: Bounds) -> Bounds:
 # --- the search ------------------------------------------------------------------------------------------------
 
 
-def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0) -> Course:
+def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0, good: float = 0.0) -> Course:
     """The times of (nearly) the shortest motion that the demands allow. Raises NoTimes.
 
-    `guess`: about what the change may be; `shortest`: its rise takes at least so long; `least`: the least total time.
+    `guess`: about what the change may be; `shortest`: its rise takes at least so long; `least`: the least total time;
+    `good`: one that is short enough.
     """
 
     def total(change: Change) -> float:
@@ -409,7 +409,7 @@ def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0)
         u = _quickest(bounds)
         return inf if u is None else _total(bounds, change, u)
 
-    return _settled(demands, _downhill(total, _possible(total, guess, shortest), shortest), least)
+    return _settled(demands, _downhill(total, _possible(total, guess, shortest), shortest, good), least)
 
 
 def _total(bounds: Bounds, change: Change, u: float) -> float:
@@ -444,11 +444,11 @@ def _possible(total: Callable[[Change], float], guess: Change, shortest: float) 
 _DIRECTIONS = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (-1, 1, -1), (1, -1, 1), (0, 1, -1), (1, -1, 0), (1, 0, -1))
 
 
-def _downhill(total: Callable[[Change], float], start: Change, shortest: float) -> Change:
+def _downhill(total: Callable[[Change], float], start: Change, shortest: float, good: float) -> Change:
     """From a possible change downhill to (nearly) the least total time: steps in each direction, ever smaller."""
     best, best_total, tries = start, total(start), 0
     step = FIRST_STEP * max(start.lasts, 0.05)
-    while step > LAST_STEP * max(best.lasts, 0.05) and tries < MOST_TRIES:
+    while best_total > good and step > LAST_STEP * max(best.lasts, 0.05) and tries < MOST_TRIES:
         before = best_total
         for direction in _DIRECTIONS:
             for sign in (1.0, -1.0):
@@ -495,7 +495,7 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
 # --- one part alone: to stop as fast as it can -----------------------------------------------------------------
 
 
-def stop(v: float, a: float, acceleration: float, jerk: float) -> tuple[tuple[float, float], ...]:
+def stop(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
     """The quickest way to velocity and acceleration zero: (duration, jerk) piece by piece."""
     acceleration, jerk = acceleration / CAREFUL, jerk / CAREFUL
     left = v + 0.5 * a * abs(a) / jerk  # the velocity once the acceleration is gone
@@ -527,7 +527,7 @@ def _held(v: float, a: float, jerk: float) -> Iterator[tuple[float, float]]:
     yield fall, a / fall
 
 
-def turning_back(v: float, a: float, acceleration: float, jerk: float) -> tuple[tuple[float, float], ...]:
+def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
     """The pieces that bring the velocity to zero soonest, whatever the acceleration is then: nothing goes less far."""
     acceleration, jerk = acceleration / CAREFUL, jerk / CAREFUL
     sign = 1.0 if v > 0.0 else -1.0
@@ -541,7 +541,7 @@ def turning_back(v: float, a: float, acceleration: float, jerk: float) -> tuple[
     return tuple(piece for piece in pieces if piece[0])
 
 
-def farthest(q: float, v: float, a: float, pieces: Sequence[tuple[float, float]]) -> tuple[float, float]:
+def farthest(q: float, v: float, a: float, pieces: Pieces) -> tuple[float, float]:
     """The least and the greatest position on a way of pieces of constant jerk."""
     places = [q]
     for duration, jerk in pieces:

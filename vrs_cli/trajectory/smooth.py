@@ -6,6 +6,7 @@ Position, velocity and acceleration are continuous from the state that the motio
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import accumulate, pairwise
 
@@ -23,6 +24,7 @@ from vrs_cli.trajectory.scurve import (
     Course,
     NoTimes,
     Part,
+    Pieces,
     VectorPart,
     advanced,
     both,
@@ -37,6 +39,7 @@ from vrs_cli.trajectory.scurve import (
     vector_bounds,
 )
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+from vrs_cli.trajectory.separate import course_pieces, fastest, together
 from vrs_cli.trajectory.vector import added, dot, length, rotated_back, scaled, subtracted
 
 STRETCH, STRETCHES = (
@@ -45,7 +48,8 @@ STRETCH, STRETCHES = (
 )  # powers of it, by which the likely times of a stop are tried: from short to long
 RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # of a ramp
 
-Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) of one joint, one after the other
+NEARLY = 1.005  # of the least time that joints need by themselves: no need to look for times that are better
+WORTH = 1.05  # how much longer common times may take than times of their own
 
 
 def changed(p: float, v0: float, a0: float, v1: float, change: Change) -> list[Polynomial]:
@@ -72,17 +76,45 @@ def joint_motion(
     state: JointState, goal: Joints, limits: JointLimits, start: float, motion: Motion, least: float = 0.0
 ) -> tuple[Segment, ...]:
     """The joint-interpolated motion to rest at `goal`; `least`: the least duration [s]."""
+    parts = _parts(state, goal, limits)
     if state.at_rest:
-        course = from_rest(_parts(state, goal, limits), least)
-        return laid(start, motion, _joint_stretches(state, goal, course, Phase.ACCELERATE))
-    try:
-        course = from_motion(_parts(state, goal, limits), least)
-    except NoTimes:  # joints near their greatest velocity need different times to lose their accelerations
-        settling = laid(start, motion, joint_pieces(state, _settlings(state, limits), Phase.BLEND))
-        last = settling[-1]
-        steady = JointState(last.path.joints(last.duration), last.path.velocity(last.duration))  # type: ignore[union-attr]
-        return settling + joint_motion(steady, goal, limits, last.finish, motion, least - (last.finish - start))
-    return laid(start, motion, _joint_stretches(state, goal, course, Phase.BLEND))
+        return laid(start, motion, _joint_stretches(state, goal, from_rest(parts, least), Phase.ACCELERATE))
+    course = _common_times(parts, least)
+    if isinstance(course, Course):
+        return laid(start, motion, _joint_stretches(state, goal, course, Phase.BLEND))
+    return laid(start, motion, _separate_stretches(state, parts, course))
+
+
+def _common_times(parts: Sequence[Part], least: float) -> Course | Sequence[Course]:
+    """Times that are those of all joints, where that costs next to nothing; else the times of each."""
+    likely, *others = sorted(parts, key=_likely_time, reverse=True)
+    slowest = fastest(likely)
+    course = None
+    with suppress(NoTimes):  # joints near their greatest velocity need different times to lose their accelerations
+        course = from_motion(parts, slowest.change, least, NEARLY * max(least, slowest.lasting))
+    if course is not None:
+        enough = course.total / WORTH
+        if least >= enough or slowest.lasting >= enough or any(fastest(part).lasting >= enough for part in others):
+            return course
+    separate = together(parts, least)
+    return course if course is not None and course.total <= separate[0].total else separate
+
+
+def _likely_time(part: Part) -> float:
+    return abs(part.displacement) / part.max_velocity + abs(part.velocity) / part.max_acceleration
+
+
+def _separate_stretches(
+    state: JointState, parts: Sequence[Part], courses: Sequence[Course]
+) -> Iterator[tuple[float, Phase, Path]]:
+    """Joints that each have times of their own; they slow down from when all of them do."""
+    whole = max(course.total for course in courses)
+    slows = whole - min((course.slow.lasts for course in courses if course.slow.lasts), default=0.0)
+    pieces = [course_pieces(part, course) for part, course in zip(parts, courses, strict=True)]
+    since = 0.0
+    for duration, phase, path in joint_pieces(state, pieces, Phase.DECELERATE):
+        yield duration, phase if since >= slows else Phase.BLEND, path
+        since += duration
 
 
 def _accelerations(state: JointState) -> Joints:
@@ -129,15 +161,6 @@ def _joint_stretches(
         slowing = [changed(p, v, 0.0, 0.0, slow) for p, v in zip(q, cruising, strict=True)]
         for duration, path in zip(_lasting(slow), zip(*slowing, strict=True), strict=True):
             yield duration, Phase.DECELERATE, JointPath(path)
-
-
-def _settlings(state: JointState, limits: JointLimits) -> list[Pieces]:
-    """Each joint loses its acceleration as fast as it can."""
-    pieces: list[Pieces] = []
-    for a, jerk in zip(_accelerations(state), limits.jerk, strict=True):
-        duration = up_to_grid(abs(a) / jerk)
-        pieces.append(((duration, -a / duration),) if a else ())
-    return pieces
 
 
 def joint_stop(

@@ -19,9 +19,9 @@ from typing import NamedTuple
 from vrs_cli.trajectory.blend import JointLimits, JointState, laid
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.motion import Motion
-from vrs_cli.trajectory.scurve import MOMENT, Change, advanced, farthest, ramps, stop
+from vrs_cli.trajectory.scurve import MOMENT, Change, Pieces, advanced, farthest, ramps, stop
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
-from vrs_cli.trajectory.smooth import Pieces, changed, joint_pieces
+from vrs_cli.trajectory.smooth import changed, joint_pieces
 from vrs_cli.trajectory.steered import COASTING, SPARE, Room, Target
 
 RESPONSE = 4.0  # ticks in which an error goes: the quickest without going beyond
