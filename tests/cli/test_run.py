@@ -101,7 +101,7 @@ def test_json_is_one_object(vrs: Vrs) -> None:
     assert told["final"]["joints_deg"] == pytest.approx([0, -90, 90, 0, 0, 0], abs=1e-9)
     assert told["final"]["xyz_mm"] == pytest.approx([-20.32, 149.09, 921.12], abs=1e-9)
     assert told["final"]["oat_deg"] == pytest.approx([90, -90, 0], abs=1e-9)
-    assert [set(command) for command in told["commands"]] == [{"text", "t_iss", "t_exec", "t_end"}] * 4
+    assert [set(command) for command in told["commands"]] == [{"text", "t_iss", "t_asked", "t_exec", "t_end"}] * 4
     assert told["duration_s"] == told["commands"][-1]["t_end"] > 1.0
     assert told["segments"] >= 8  # of four motions
 
@@ -213,6 +213,15 @@ def test_a_program_that_does_not_end_is_stopped(vrs: Vrs) -> None:
     assert told["errors"][0]["message"].startswith("*Program limit reached*")
     assert "(give it more with --max-time)" in told["errors"][0]["message"]
     assert 10.0 <= told["duration_s"] < 20.0
+
+
+def test_an_at_beyond_the_end_of_the_run_is_refused_where_it_stands(vrs: Vrs, tmp_path: Path) -> None:
+    lines = (".PROGRAM far()", "READY", "DRIVE 1, 10, 100 AT 100000", 'TYPE "after"', "DRIVE 1, 10, 100", ".END")
+    (tmp_path / "late.v2").write_text("\n".join(lines) + "\n")
+    ended = vrs("run", tmp_path / "late.v2")
+    assert ended.status == 1
+    assert "late.v2:3: *Illegal value* AT 100000 (the program is stopped at 86400 s: give it" in ended.err
+    assert "after" not in ended.out
 
 
 @pytest.mark.parametrize(

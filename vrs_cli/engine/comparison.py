@@ -49,6 +49,10 @@ class Pair:
     a: CommandRecord | None
     b: CommandRecord | None
 
+    @property
+    def text(self) -> str:
+        return next(record.text for record in (self.a, self.b) if record is not None)
+
 
 @dataclass(frozen=True, slots=True)
 class Apart:

@@ -13,6 +13,7 @@ from typing import TypeVar
 from vrs_cli.errors import UsageError
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.instant import shown
+from vrs_cli.trajectory.motion import Start
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -25,7 +26,8 @@ WIDE = 64  # segments that a step drops: taking back a wider one is prepared whe
 class CommandRecord:
     """A motion command and what became of it: when its motion begins and ends on the present timeline [s].
 
-    `executed` is as commanded and `end` None for a motion that a later command has dropped.
+    `executed` is as commanded and `end` None for a motion that a later command has dropped. `asked`: the time that was
+    given with it; None for a motion that follows another.
     """
 
     number: int
@@ -33,6 +35,12 @@ class CommandRecord:
     issued: float
     executed: float
     end: float | None
+    asked: float | None = None
+
+    @property
+    def displaced(self) -> bool:
+        """Whether the motion begins at another time than was asked."""
+        return self.asked is not None and self.asked != self.executed
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,4 +146,5 @@ def _record(delta: TimelineDelta, begins: Mapping[int, float], ends: Mapping[int
     number = delta.motion.number
     begin, end = begins.get(number, delta.executed), ends.get(number)
     text, issued = delta.motion.text, shown(delta.issued)
-    return CommandRecord(number, text, issued, shown(begin), None if end is None else shown(end))
+    asked = shown(delta.executed) if delta.motion.start is Start.AT else None
+    return CommandRecord(number, text, issued, shown(begin), None if end is None else shown(end), asked)

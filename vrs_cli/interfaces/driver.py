@@ -92,6 +92,7 @@ class Driver:
         self._written.begin(limits)
         self.tasks.failed, self.tasks.foreground = [], track
         self._interrupted, self._running = False, True
+        self._performer.limits, self._performer.last = limits, so_far.last
         try:
             while track.running:
                 if self._interrupted:
@@ -108,7 +109,7 @@ class Driver:
             self._give_up(track)
             raise
         finally:
-            self._running, self.tasks.foreground = False, None
+            self._running, self.tasks.foreground, self._performer.last = False, None, inf
         self._transcript.end_line()
         return self._result(track, started)
 
@@ -166,7 +167,7 @@ class Driver:
         if coming > so_far.last and not isinstance(foreground.pending, Failed | Aborted):
             self.engine.clock.advance(max(so_far.last, now))
             what = f"the program was still running after {limits.max_time:g} s of the robot's time"
-            self._exhausted(foreground, what, limits.told_by("max_time"))
+            self._exhausted(foreground, what + self._asked_after(so_far.last), limits.told_by("max_time"))
             return
         if not self._waited(foreground, coming):
             return
@@ -205,6 +206,12 @@ class Driver:
         foreground.pending = None
         self.engine.stop()
         self._performer.do(foreground, self._thrown(foreground, LimitReached(f"{what}: {where}", hint)))
+
+    def _asked_after(self, last: float) -> str:
+        """The first motion that was asked for a time after `last` [s], to say who is to blame."""
+        late = (one.text for one in self.engine.records() if one.asked is not None and one.asked > last)
+        text = next(late, None)
+        return "" if text is None else f", and {text} was asked for later than that"
 
     def _whereabouts(self, foreground: Track) -> Iterator[str]:
         """Where each task hangs, the one that was waited for first."""

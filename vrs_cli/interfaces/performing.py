@@ -9,12 +9,12 @@ from collections.abc import Callable
 from math import inf
 from typing import Any, get_args
 
-from vrs_cli.engine.commands import Brake, Break, Request, SetMonitorSpeed, SetParameter, SetSwitch
+from vrs_cli.engine.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import TaskNotActive
+from vrs_cli.errors import IllegalValue, TaskNotActive
 from vrs_cli.interfaces.debugging import Onward, Stopped
 from vrs_cli.interfaces.devices import Devices
-from vrs_cli.interfaces.runs import Outcome
+from vrs_cli.interfaces.runs import GO_ON, USUAL, Outcome
 from vrs_cli.interfaces.tasks import Tasks
 from vrs_cli.interfaces.track import Aborted, Pending, Track
 from vrs_cli.interfaces.transcript import Transcript
@@ -56,6 +56,7 @@ class Performer:
         devices: Devices,
     ) -> None:
         self.asking = True
+        self.limits, self.last = USUAL, inf  # of the run, and when it is stopped [s]
         self._engine, self._environment, self._robot, self._tasks = engine, environment, robot, tasks
         self._ask, self._transcript, self._devices = ask, transcript, devices
 
@@ -131,6 +132,8 @@ class Performer:
                 return
             raise self._tasks.not_attached()
         engine, in_program = self._engine, track.in_program
+        if in_program and isinstance(request, Move) and request.stamp is not None:
+            self._check_in_bounds(request.stamp)
         ready = engine.ready_at(request, program=in_program)
         if ready > engine.now:
             track.until(ready, request)
@@ -138,6 +141,14 @@ class Performer:
         track.until(engine.begin(request, program=in_program, issued=track.asked))
         if isinstance(request, Brake):
             self._look_again()
+
+    def _check_in_bounds(self, stamp: Stamp) -> None:
+        """Raises IllegalValue for a motion that would begin when its program has been stopped."""
+        word, begin = ("IN", self._engine.now + stamp.seconds) if stamp.relative else ("AT", stamp.seconds)
+        if begin > self.last:
+            more = self.limits.told_by("max_time")
+            hint = f"the program is stopped at {self.last:g} s"
+            raise IllegalValue(f"{word} {stamp.seconds:g}", hint if more == GO_ON else f"{hint}: {more}")
 
     def _look_again(self) -> None:
         """The robot will be at rest at another time than was thought."""

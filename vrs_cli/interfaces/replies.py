@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from vrs_cli.engine.comparison import Comparison
+    from vrs_cli.engine.displacement import Displacement
     from vrs_cli.engine.history import CommandRecord
     from vrs_cli.engine.position import Position
     from vrs_cli.engine.reach import Reach
@@ -336,6 +337,13 @@ class HelpPage:
 
 
 @dataclass(frozen=True, slots=True)
+class Displaced:
+    """What a command did to motions that were scheduled already."""
+
+    displacement: Displacement
+
+
+@dataclass(frozen=True, slots=True)
 class TimelineTable:
     """TIMELINE: the commands and what the planner made of them."""
 
@@ -433,6 +441,7 @@ Reply = (
     | FreeReport
     | HelpOverview
     | HelpPage
+    | Displaced
     | TimelineTable
     | BranchTable
     | ComparisonTable

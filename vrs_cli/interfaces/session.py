@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import nullcontext
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 from weakref import finalize
 
-from vrs_cli.engine.branches import Branches
+from vrs_cli.engine.branches import MAIN, Branches
 from vrs_cli.engine.clock import Clock
+from vrs_cli.engine.displacement import displacement
 from vrs_cli.engine.engine import Engine, Postponement
 from vrs_cli.errors import (
     ClockPaused,
@@ -25,7 +26,7 @@ from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.debugging import Stepping
 from vrs_cli.interfaces.driver import Driver
 from vrs_cli.interfaces.readings import Readings
-from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, ProgramStopped, Reply, Tone
+from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Displaced, Message, ProgramStopped, Reply, Tone
 from vrs_cli.interfaces.runs import USUAL, Beside, Limits, Outcome, RunResult
 from vrs_cli.interfaces.terminal import Dialogue, Terminal
 from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Track
@@ -50,10 +51,18 @@ from vrs_cli.language.environment import Environment, Reference, StoredProgram
 from vrs_cli.language.prompt import statement_task
 from vrs_cli.language.runtime import Task
 from vrs_cli.language.values import Value
+from vrs_cli.trajectory.timeline import Timeline
 
 if TYPE_CHECKING:
     from vrs_cli.files.journal import Journal
     from vrs_cli.interfaces.editor import Editor
+
+
+class Schedule(NamedTuple):
+    """A course of events as it was: how it began, and its timeline."""
+
+    initial: Timeline
+    timeline: Timeline
 
 
 class Session:
@@ -94,6 +103,7 @@ class Session:
         self.layout = Layout()
         self.journal: Journal | None = None  # the file that all motions are written to as they are commanded
         self.command_files: list[Path] = []  # those that are carried out, the innermost last
+        self._scheduled: dict[str, Schedule] = {}  # by branch, when the present line began
         self.interrupted = False  # by Ctrl-C: what was to come after the present line does not
 
     @property
@@ -346,7 +356,29 @@ class Session:
                 ".PROGRAM opens a program of several lines", "type it at the prompt of vrs, or LOAD a file"
             )
         yield from self._check(statement, line)
+        self._scheduled = self._schedules()
         yield from self.carry_out(statement)
+        yield from self._displaced()
+
+    def _schedules(self) -> dict[str, Schedule]:
+        """What is scheduled on main and on the present branch."""
+        engine, branches = self.engine, self.branches
+        schedules = {branches.present: Schedule(engine.initial, engine.timeline)}
+        if not branches.on_main:
+            main = branches.line(MAIN)
+            schedules[MAIN] = Schedule(main.initial, main.timeline)
+        return schedules
+
+    def _displaced(self) -> Iterator[Reply]:
+        """What has moved since the line began, or since a line of its own (COMMANDS) told it."""
+        engine, before = self.engine, self._scheduled.get(self.branches.present)
+        self._scheduled = self._schedules()
+        if before is None or before.initial is not engine.initial:
+            return
+        changes = engine.deltas[len(engine.deltas) - (engine.timeline.version - before.timeline.version) :]
+        found = displacement(before.timeline, engine.timeline, changes, engine.history.done)
+        if found is not None:
+            yield Displaced(found)
 
     def names(self) -> frozenset[str]:
         """The keys of the variables that have a value, those among them that a stopped program has for itself."""

@@ -21,6 +21,7 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.values import default_form, numbers_of
 from vrs_cli.render.blocks import Block, Column, Grid, Line, Page, line, number_column
 from vrs_cli.render.chart import chart
+from vrs_cli.render.displaced import sentences
 from vrs_cli.render.numbers import count, fixed, seconds
 from vrs_cli.render.roles import Role
 from vrs_cli.render.scan import scan
@@ -412,23 +413,28 @@ def _moving(timeline: Timeline) -> Iterator[Segment]:
     return (segment for segment in timeline if segment.motion.number > 0)
 
 
-def _command_grid(commands: Iterable[CommandRecord]) -> Grid:
+def _command_grid(commands: Sequence[CommandRecord]) -> Grid:
+    """The commands with their times; the time that was asked too, where a motion begins at another."""
+    displaced = any(row.displaced for row in commands)
+    headings = ("t_iss", "asked", "t_exec", "t_end") if displaced else ("t_iss", "t_exec", "t_end")
     columns = (
         Column("No.", Role.NUMBER, right=True, width=3),
         Column("Command", Role.INSTRUCTION, width=NAME_COLUMN, fold=True),
-        *(Column(heading, Role.NUMBER, right=True, width=8) for heading in ("t_iss", "t_exec", "t_end")),
+        *(Column(heading, Role.NUMBER, right=True, width=8) for heading in headings),
     )
     rows = tuple(
-        (
-            str(row.number),
-            row.text,
-            fixed(row.issued),
-            fixed(row.executed),
-            "dropped" if row.end is None else fixed(row.end),
-        )
+        (str(row.number), row.text, fixed(row.issued), *((_asked(row),) if displaced else ()), *_times(row))
         for row in commands
     )
     return Grid(columns, rows, boxed=True)
+
+
+def _asked(record: CommandRecord | None) -> str:
+    return "" if record is None or record.asked is None else fixed(record.asked)
+
+
+def _displaced(reply: replies.Displaced, _page: Page) -> Iterator[Block]:
+    yield from (line(sentence, Role.WARNING) for sentence in sentences(reply.displacement))
 
 
 def _segment_grid(segments: Iterable[Segment]) -> Grid:
@@ -495,19 +501,21 @@ def _measures(a: Extent, b: Extent) -> Iterator[tuple[str, ...]]:
 
 
 def _fates(reply: replies.ComparisonTable) -> Grid:
-    """Each command with its times on both sides."""
+    """Each command with its times on both sides; the time that was asked too, where a motion begins at another."""
     headings = (reply.a, "to", reply.b, "to", "Change")
+    pairs = reply.comparison.commands
+    displaced = any(record.displaced for pair in pairs for record in (pair.a, pair.b) if record is not None)
     columns = (
         Column("Command", Role.INSTRUCTION, width=NAME_COLUMN),
-        *(Column(heading, Role.NUMBER, right=True, width=8) for heading in headings),
+        *(Column(heading, Role.NUMBER, right=True, width=8) for heading in ("asked",) * displaced + headings),
     )
-    return Grid(columns, tuple(map(_fate, reply.comparison.commands)), boxed=True)
+    rows = tuple((pair.text, *(_asked(pair.a or pair.b),) * displaced, *_fate(pair)) for pair in pairs)
+    return Grid(columns, rows, boxed=True)
 
 
 def _fate(pair: Pair) -> tuple[str, ...]:
-    text = next(record.text for record in (pair.a, pair.b) if record is not None)
     ends = [record.end for record in (pair.a, pair.b) if record is not None and record.end is not None]
-    return (text, *_times(pair.a), *_times(pair.b), _change(ends[1] - ends[0]) if len(ends) == 2 else "")
+    return (*_times(pair.a), *_times(pair.b), _change(ends[1] - ends[0]) if len(ends) == 2 else "")
 
 
 def _times(record: CommandRecord | None) -> tuple[str, str]:
@@ -604,6 +612,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.FreeReport: _free,
     replies.HelpOverview: _help_overview,
     replies.HelpPage: _help_page,
+    replies.Displaced: _displaced,
     replies.TimelineTable: _timeline,
     replies.BranchTable: _branches,
     replies.ComparisonTable: _comparison,

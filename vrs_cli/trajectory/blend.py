@@ -32,6 +32,7 @@ from vrs_cli.trajectory.vector import length, rotated_back, scaled, subtracted
 # A blend of two straight lines has the deceleration of the first and the acceleration of the second at once, as in VAL:
 # so the corner is rounded on its inside. What the joints can follow is checked after.
 CORNER = 2.0
+FIRST_STEPS = 4  # towards the shortest blend of two lines, which is the quickest as a rule
 STEADY = 1e-9  # an acceleration that is none [rad/s2, m/s2]
 
 
@@ -292,7 +293,7 @@ class _Line:
         speed = length(state.velocity)
         shortest = max(max(speed - limits.speed, 0.0) / blending, self.spin / limits.blend_spin_acceleration)
         guess = max(speed / limits.acceleration, shortest)
-        return search(lambda blend: self._demands(part, blend), shortest, guess, least)
+        return search(lambda blend: self._demands(part, blend), shortest, guess, least, FIRST_STEPS)
 
     def _demands(self, part: VectorPart, blend: float) -> Demand:
         """Position and rotation together; the dying spin and the new turn share the angular acceleration."""

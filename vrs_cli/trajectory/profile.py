@@ -172,11 +172,14 @@ def vector_demands(part: VectorPart, blend: float) -> Demand:
     )
 
 
-def search(demands: Demands, shortest: float, guess: float, least: float = 0.0) -> Times:
+def search(
+    demands: Demands, shortest: float, guess: float, least: float = 0.0, first_steps: int = FIRST_STEPS
+) -> Times:
     """The times of the shortest motion that the demands allow, by search over the blend time.
 
     `shortest`: a blend time [s] below which none is possible; `guess`: about how long it may be; `least`: the least
-    total time. Raises ValueError when there is none.
+    total time; `first_steps`: how closely the shortest possible blend is looked for. Raises ValueError when there is
+    none.
     """
 
     def tried(blend: float) -> Try:
@@ -192,7 +195,7 @@ def search(demands: Demands, shortest: float, guess: float, least: float = 0.0) 
         if best.blend > LONGEST_BLEND:
             raise ValueError("no blend time brings the motion to its target within the limits")
         low, best = best, tried(2.0 * best.blend)
-    return _settled(demands, _shortest(tried, low, best), least)
+    return _settled(demands, _shortest(tried, low, best, first_steps), least)
 
 
 class Try(NamedTuple):
@@ -203,9 +206,9 @@ class Try(NamedTuple):
     room: float
 
 
-def _shortest(tried: Callable[[float], Try], low: Try, best: Try) -> float:
+def _shortest(tried: Callable[[float], Try], low: Try, best: Try, first_steps: int) -> float:
     """A blend time of (nearly) the least total time: the first possible one, then downhill from there."""
-    for _ in range(FIRST_STEPS):
+    for _ in range(first_steps):
         middle = tried(_between(low, best))
         if middle.total < best.total:
             best = middle

@@ -1,0 +1,88 @@
+"""What became of the motions that were scheduled already when others came or went: nothing moves unsaid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+from vrs_cli.engine.history import Step
+from vrs_cli.trajectory.delta import Cause, TimelineDelta
+from vrs_cli.trajectory.motion import Motion, Start
+from vrs_cli.trajectory.timeline import Timeline
+
+MOST = 100  # motions that are looked at: what it costs does not depend on how much is scheduled
+SAME_TIME = 5e-4  # [s] two times that are shown alike
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """A scheduled motion, when it began and when it begins now [s]. `asked`: its own time, None for one that follows
+    another; `after`: None for one that was dropped.
+    """
+
+    text: str
+    asked: float | None
+    before: float
+    after: float | None
+
+    @property
+    def later(self) -> float:
+        """By how much; 0 for one that was dropped."""
+        return 0.0 if self.after is None else self.after - self.before
+
+
+@dataclass(frozen=True, slots=True)
+class Displacement:
+    """Motions that begin later than they did, that begin earlier, and that were dropped, each in order of time.
+
+    `more`: there are others behind them, which were not looked at.
+    """
+
+    later: tuple[Moved, ...]
+    earlier: tuple[Moved, ...]
+    dropped: tuple[Moved, ...]
+    more: bool = False
+
+
+def displacement(
+    before: Timeline, after: Timeline, changes: Sequence[TimelineDelta], steps: Iterable[Step]
+) -> Displacement | None:
+    """How the scheduled motions of a timeline are moved by changes of it; None where none is. What was taken back was
+    to go. `steps`: the commands, with the times that were asked.
+    """
+    if not any(delta.drop or delta.shift for delta in changes):
+        return None
+    since = min(delta.cut for delta in changes)
+    taken_back = {delta.motion.number for delta in changes if delta.cause is Cause.UNDO}
+    old = list(islice(_begins(before, since), MOST + 1))
+    new = {motion.number: begin for motion, begin in islice(_begins(after, since), 2 * MOST)}
+    gone = len(new) < 2 * MOST  # what is not among these is nowhere
+    rows = [
+        (motion, begin, new.get(motion.number))
+        for motion, begin in old[:MOST]
+        if motion.number not in taken_back and (gone or motion.number in new)
+    ]
+    if all(then is not None and abs(then - begin) <= SAME_TIME for _, begin, then in rows):
+        return None
+    asked = {step.delta.motion.number: step.delta.executed for step in steps if step.delta.motion.start is Start.AT}
+    moved = [Moved(motion.text, asked.get(motion.number), begin, then) for motion, begin, then in rows]
+    return Displacement(
+        tuple(one for one in moved if one.later > SAME_TIME),
+        tuple(one for one in moved if one.later < -SAME_TIME),
+        tuple(one for one in moved if one.after is None),
+        len(old) > MOST,
+    )
+
+
+def _begins(timeline: Timeline, since: float) -> Iterator[tuple[Motion, float]]:
+    """The motions that begin at `since` or later, and when."""
+    index = timeline.index_at(since)
+    while index and timeline[index].start >= since:
+        index -= 1
+    number = timeline[index].motion.number
+    for place in range(index + 1, len(timeline)):
+        segment = timeline[place]
+        if segment.motion.number != number:
+            number = segment.motion.number
+            yield segment.motion, segment.start

@@ -1,0 +1,45 @@
+"""What moved, in words: `3 later motions begin 0.528 s later: AT 4, AT 6, AT 20`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from vrs_cli.engine.displacement import SAME_TIME, Displacement, Moved
+from vrs_cli.render.numbers import seconds
+
+NAMED = 5  # motions; of the rest it is said how many they are
+
+
+def sentences(it: Displacement) -> Iterator[str]:
+    for moved, word in ((it.later, "later"), (it.earlier, "earlier")):
+        if moved:
+            begin = "begins" if len(moved) == 1 else "begin"
+            yield f"{_count(moved, it.more)} {begin} {_by(moved)} {word}: {_names(moved)}"
+    if it.dropped:
+        verb = "is" if len(it.dropped) == 1 else "are"
+        yield f"{_count(it.dropped, it.more)} {verb} dropped: {_names(it.dropped)}"
+
+
+def _count(moved: Sequence[Moved], more: bool) -> str:
+    if more:
+        return f"{len(moved)} later motions and more"
+    return f"{len(moved)} later motion{'' if len(moved) == 1 else 's'}"
+
+
+def _by(moved: Sequence[Moved]) -> str:
+    """By how much: one time, or from the least to the greatest."""
+    times = [abs(one.later) for one in moved]
+    least, most = min(times), max(times)
+    return seconds(most) if most - least <= SAME_TIME else f"{least:.3f} to {seconds(most)}"
+
+
+def _names(moved: Sequence[Moved]) -> str:
+    names = ", ".join(map(_name, moved[:NAMED]))
+    return names if len(moved) <= NAMED else f"{names} and {len(moved) - NAMED} more"
+
+
+def _name(one: Moved) -> str:
+    """A motion by its own time, else by its text."""
+    if one.asked is None:
+        return one.text or "a motion"
+    return f"AT {one.asked:.3f}".rstrip("0").rstrip(".")
