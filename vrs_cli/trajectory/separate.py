@@ -123,7 +123,7 @@ def _losing(v: float, a: float, acceleration: float, jerk: float) -> Change:
     if fall < MOMENT:  # so little to do that the time grid would show in the jerk
         fall = least = SHORTEST
         level = 0.5 * jerk * (sqrt(fall * fall + (8.0 * v + 4.0 * a * a / jerk) / jerk) - fall)
-    rise = max((a + level) / jerk, least)
+    rise = max(abs(a + level) / jerk, least)  # down to the level where ACCEL is lower now
     hold = (v + 0.5 * (a - level) * rise) / level - 0.5 * fall
     return Change(up_to_grid(rise) + ROOM, up_to_grid(max(hold, 0.0)), up_to_grid(fall) + ROOM)
 
