@@ -139,6 +139,15 @@ def test_tip_speed_in_millimetres_and_inches(engine: Engine) -> None:
     assert seconds_of(engine, PoseTarget(pose), straight=True) == pytest.approx(0.2 / 0.0508, rel=0.1)
 
 
+def test_the_monitor_speed_counts_for_the_turn_of_a_tool_too(engine: Engine) -> None:
+    engine.perform(Move(TABLE, straight=False))
+    engine.perform(SetMonitorSpeed(50.0))
+    for unit in (SpeedUnit.MMPS, SpeedUnit.PERCENT):
+        engine.perform(SetSpeed(40.0, rotation=60.0, unit=unit))
+        engine.perform(Move(PoseTarget(engine.position().T_world_tool), straight=True))
+        assert engine.deltas[-1].motion.rotation == pytest.approx(0.3)
+
+
 def test_duration_is_the_least_time(engine: Engine) -> None:
     engine.perform(SetDuration(5.0))
     assert seconds_of(engine, A) == pytest.approx(5.0, abs=1e-3)
@@ -193,6 +202,19 @@ def test_a_late_program_blends_no_more(engine: Engine) -> None:
     engine.clock.advance(engine.end + 1.0)
     engine.perform(Move(B, straight=False), program=True)
     assert engine.timeline[4].start == engine.now
+
+
+def test_a_motion_that_changes_the_configuration_does_not_blend(engine: Engine) -> None:
+    here = engine.world_pose(A.joints)
+    starts = []
+    for word in (None, Arm.RIGHTY):
+        engine.begin_timeline(MODEL.poses["ready"])
+        engine.perform(Move(B, straight=False), program=True)
+        if word is not None:
+            engine.perform(SetConfiguration(word))
+        engine.perform(Move(PoseTarget(here), straight=False), program=True)
+        starts.append(engine.timeline[len(engine.timeline) - 1].motion.start)
+    assert starts == [Start.BLEND, Start.AFTER]
 
 
 # --- configuration ---

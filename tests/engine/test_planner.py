@@ -11,15 +11,16 @@ from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine import planner
 from vrs_cli.engine.commands import Delay, JointTarget, Move, NamedTarget, PoseTarget, SetParameter, SetTool, Stamp
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.planner import plan
+from vrs_cli.engine.planner import Here, plan
 from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError, StraightLineSingular
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, distance, from_oat, translation
 from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
-from vrs_cli.trajectory.segment import Phase
+from vrs_cli.trajectory.segment import Phase, Segment
 
 MODEL = load_robot("puma560")
 
@@ -331,3 +332,89 @@ def test_a_motion_that_first_braked_at_constant_acceleration_keeps_its_profile_w
     go(engine, joints(28, -90, 90, 0, 0, 0), at=1.0)
     go(engine, joints(57, -90, 90, 0, 0, 0), at=5.5)
     assert {s.motion.profile for s in engine.timeline if s.motion.number == 2} == {Profile.SCURVE}
+
+
+# --- the order of things, where it shows only at an edge ---
+
+
+def begins(engine: Engine) -> dict[int, float]:
+    return {s.motion.number: s.start for s in reversed(list(engine.timeline))}
+
+
+def ends(engine: Engine) -> dict[int, float]:
+    return {s.motion.number: s.finish for s in engine.timeline}
+
+
+def test_behind_a_pushed_motion_every_pause_stays(engine: Engine) -> None:
+    go(engine, A)
+    for target in (B, C):
+        engine.clock.advance(engine.end + 3.0)
+        go(engine, target)
+    assert begins(engine)[3] - ends(engine)[2] == 3.0
+    go(engine, joints(60, 0, 60, 0, 60, 0), at=ends(engine)[1] + 2.9)
+    assert begins(engine)[2] == ends(engine)[4]
+    assert begins(engine)[3] - ends(engine)[2] == 3.0
+
+
+@pytest.mark.parametrize("profile", list(Profile))
+def test_a_motion_that_began_at_speed_is_planned_again_where_the_arm_now_stands_there(profile: Profile) -> None:
+    engine = Engine(MODEL)
+    engine.perform(SetParameter("PROFILE", profile.name))
+    go(engine, A, at=3.0)
+    go(engine, B, at=3.4)
+    place = joints_at(engine.arm, engine.timeline, 3.4)
+    go(engine, JointTarget(place), at=3.0)
+    assert begins(engine)[2] == ends(engine)[3]
+    check_continuous(engine, engine.timeline)
+
+
+def test_an_interruption_without_room_to_stop_waits_when_it_is_planned_again(
+    engine: Engine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    go(engine, A, at=3.0)
+    go(engine, B, at=3.4)
+    planned = planner.plan_motion
+
+    def plan_motion(arm: RobotArm, here: Here, motion: Motion, *rest: float) -> tuple[Segment, ...]:
+        if motion.number == 2 and not here.joints.at_rest:
+            raise planner.NoRoomToStop
+        return planned(arm, here, motion, *rest)
+
+    monkeypatch.setattr(planner, "plan_motion", plan_motion)
+    go(engine, C, at=0.0)
+    assert begins(engine)[2] == ends(engine)[1]
+    assert largest_change(joints_at(engine.arm, engine.timeline, ends(engine)[1]), A.joints) <= 1e-9
+    check_continuous(engine, engine.timeline)
+
+
+@pytest.mark.parametrize("profile", list(Profile))
+def test_no_segment_of_a_rounded_corner_is_empty_when_it_is_planned_again(profile: Profile) -> None:
+    engine = Engine(MODEL)
+    engine.perform(SetParameter("PROFILE", profile.name))
+    for target in (A, B, joints(-60, -20, 190, -10, 90, 40)):
+        go(engine, target, program=True)
+    go(engine, joints(0, -90, 90, 0, 40, 0), at=0.2)
+    assert any(phase == "blend" for number, phase in phases(engine) if number == 3)
+    assert all(segment.duration for segment in engine.timeline if segment.phase is not Phase.REST)
+    check_continuous(engine, engine.timeline)
+
+
+def test_what_takes_no_time_has_happened_before_a_motion_at_that_time(engine: Engine) -> None:
+    go(engine, A)
+    engine.perform(SetTool(translation(0.0, 0.0, 0.1)))
+    go(engine, B, at=engine.end)
+    tool = engine.records()[1]
+    assert (tool.executed, tool.end) == (engine.records()[0].end, engine.records()[0].end)
+    assert engine.timeline[len(engine.timeline) - 1].motion.frames.tool.pz == 0.1
+
+
+def test_rounding_begins_as_soon_as_the_tip_is_that_near(engine: Engine) -> None:
+    go(engine, TABLE)
+    engine.perform(SetParameter("ROUNDING", 20.0))
+    here = engine.position().T_world_tool
+    corner = here._replace(pz=here.pz - 0.2)
+    go(engine, PoseTarget(corner), straight=True, program=True)
+    go(engine, PoseTarget(corner._replace(px=corner.px + 0.2)), straight=True, program=True)
+    begin = begins(engine)[3]
+    assert 0.0199 < distance(engine.position(begin).T_world_tool, corner) <= 0.02
+    assert distance(engine.position(begin - 1e-3).T_world_tool, corner) > 0.02

@@ -107,9 +107,9 @@ def _likely_time(part: Part) -> float:
 def _separate_stretches(
     state: JointState, parts: Sequence[Part], courses: Sequence[Course]
 ) -> Iterator[tuple[float, Phase, Path]]:
-    """Joints that each have times of their own; they slow down from when all of them do."""
+    """Joints that each have times of their own; it slows down from when the first of them does for good."""
     whole = max(course.total for course in courses)
-    slows = whole - min((course.slow.lasts for course in courses if course.slow.lasts), default=0.0)
+    slows = whole - max(course.slow.lasts for course in courses)
     pieces = [course_pieces(part, course) for part, course in zip(parts, courses, strict=True)]
     since = 0.0
     for duration, phase, path in joint_pieces(state, pieces, Phase.DECELERATE):
