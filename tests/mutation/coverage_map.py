@@ -18,7 +18,7 @@ FOLDERS = ("trajectory", "engine", "kinematics", "language")
 USUAL = [f"tests/{folder}" for folder in (*FOLDERS, "interfaces", "oracle", "programs")]
 
 
-@dataclass
+@dataclass(eq=False)
 class Contexts:
     """A plugin: the name of the present test is the context, and how long each takes [s of CPU]."""
 

@@ -44,6 +44,11 @@ VERDICTS, SCORE, EQUIVALENT = (HERE / name for name in ("verdicts.jsonl", "score
 BUDGET = 6.0  # [s of CPU] of unmutated tests that a mutant meets
 LONGEST = 60  # [s of CPU]
 KILLED, SURVIVED, UNCOVERED, ENDLESS = "killed", "survived", "no test runs it", "endless"
+OUTCOMES = {
+    pytest.ExitCode.OK: SURVIVED,
+    pytest.ExitCode.TESTS_FAILED: KILLED,
+    pytest.ExitCode.INTERRUPTED: KILLED,  # the tests cannot even be imported
+}  # every other is a mistake of this script
 
 
 def drawn(count: int, seed: int) -> list[Mutant]:
@@ -84,7 +89,7 @@ def tests_of(mutant: Mutant) -> list[str]:
     return chosen
 
 
-@dataclass
+@dataclass(eq=False)
 class Chosen:
     """A plugin: these tests, in this order, until one fails."""
 
@@ -131,7 +136,7 @@ def verdict(mutant: Mutant) -> str:
     status = os.waitpid(child, 0)[1]
     if os.WIFSIGNALED(status):
         return ENDLESS if os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL) else KILLED
-    return SURVIVED if os.WEXITSTATUS(status) == pytest.ExitCode.OK else KILLED
+    return OUTCOMES[pytest.ExitCode(os.WEXITSTATUS(status))]
 
 
 def _meet(mutant: Mutant, tests: Sequence[str]) -> None:

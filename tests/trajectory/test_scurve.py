@@ -12,7 +12,18 @@ from vrs_cli.trajectory.blend import JointLimits, JointState
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
 from vrs_cli.trajectory.polynomial import derivative, value
-from vrs_cli.trajectory.scurve import Change, Part, _root, advanced, farthest, from_rest, stop, turning_back, turns
+from vrs_cli.trajectory.scurve import (
+    Change,
+    Part,
+    _root,
+    advanced,
+    farthest,
+    from_rest,
+    ramps,
+    stop,
+    turning_back,
+    turns,
+)
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.smooth import joint_motion, joint_stop
 
@@ -171,3 +182,11 @@ def test_a_motion_out_of_another_takes_the_time_that_it_is_given() -> None:
     assert quick[-1].finish < 3.0
     assert 4.0 <= slow[-1].finish <= 4.001
     check(slow, state, 0.0)
+
+
+@given(st.floats(0.0, 2.0), st.floats(1e-9, 4.0))
+def test_ramps_are_on_the_grid_of_times(by_acceleration: float, by_jerk: float) -> None:
+    change = ramps(by_acceleration, by_jerk)
+    assert all(duration % TICK == 0.0 for duration in change)
+    assert change.rise * (change.rise + change.hold) >= by_jerk * (1.0 - 1e-9)
+    assert change.rise + change.hold >= by_acceleration

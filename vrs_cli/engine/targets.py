@@ -163,7 +163,7 @@ def aligned(T: Transform) -> Transform:
     sine = length(turn)
     if sine < 1e-12:
         return T
-    return at_position(compose(rotation_about(turn, asin(min(sine, 1.0))), T), T.px, T.py, T.pz)
+    return at_position(compose(rotation_about(turn, asin(sine)), T), T.px, T.py, T.pz)
 
 
 # --- configuration -----------------------------------------------------------------------------------------------
