@@ -45,6 +45,7 @@ from vrs_cli.language.ast import (
     Show,
     Statement,
 )
+from vrs_cli.language.collector import collector_paused
 from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity, error
 from vrs_cli.language.effects import CYCLE_SETTINGS
 from vrs_cli.language.environment import Environment, Reference, StoredProgram
@@ -117,6 +118,7 @@ class Session:
 
     # --- programs ---
 
+    @collector_paused()
     def load_text(self, text: str) -> tuple[Diagnostic, ...]:
         """Put the programs and variables of a file in memory; all that is wrong with it.
 
