@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from vrs_cli.engine.rates import joint_acceleration
-from vrs_cli.engine.straight import SLOWEST, line_stop, straight_segments
+from vrs_cli.engine.straight import SLOWEST, least_duration, line_stop, straight_segments
 from vrs_cli.engine.targets import aimed
 from vrs_cli.errors import MotionError, PathWithoutJoints, StreamIsOver
 from vrs_cli.kinematics.arm import RobotArm
@@ -38,6 +38,7 @@ from vrs_cli.trajectory.timeline import Timeline
 
 NEARLY_NOW = 1e-6  # [s] to which the instant is found at which a corner is near
 STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
+SLOWER = 1e-3  # [s] by which rounding a corner may take longer than stopping in it
 SAME_PLACE = 1e-9  # [rad, m] two places that are one
 
 
@@ -328,18 +329,28 @@ class Departure:
 def plan_corner(
     arm: RobotArm, moving: Departure, resting: Departure, motion: Motion, slowest: float = SLOWEST
 ) -> tuple[Segment, ...]:
-    """A motion that rounds the corner where the one before would end, or begins once the arm stands there: what is
-    over first. Raises MotionError where it is possible from neither.
+    """A motion that rounds the corner where the one before would end; where that would take longer, it begins once the
+    arm stands there. Raises MotionError where it is possible from neither.
     """
     try:
         rounded = _PLANS[motion.kind](arm, moving.here, motion, moving.begin, slowest)
     except NoWay:
         return plan_motion(arm, resting.here, motion, resting.begin, slowest)
+    latest = rounded[-1].finish - SLOWER
     try:
+        if latest <= resting.begin + _least_duration(arm, resting.here, motion):
+            return rounded
         stopped = plan_motion(arm, resting.here, motion, resting.begin, slowest)
     except MotionError:
         return rounded
-    return min(rounded, stopped, key=lambda segments: segments[-1].finish)
+    return stopped if stopped[-1].finish < latest else rounded
+
+
+def _least_duration(arm: RobotArm, here: Here, motion: Motion) -> float:
+    """A time that a motion from rest takes at least [s], known at once. Raises MotionError."""
+    if motion.kind is not Kind.STRAIGHT:
+        return 0.0
+    return least_duration(arm, here.tool_state(arm, motion.frames.tool), here.joints, motion)
 
 
 # --- the edit --------------------------------------------------------------------------------------------------

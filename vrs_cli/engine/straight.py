@@ -66,6 +66,11 @@ def straight_segments(
     raise failure
 
 
+def least_duration(arm: RobotArm, state: ToolState, joints: JointState, motion: Motion) -> float:
+    """The time of a line for the tool alone [s], which the joints can only make longer. Raises StraightLineSingular."""
+    return _Line(arm, state, joints, motion, arm.configuration(joints.joints), SLOWEST).least_duration()
+
+
 def _check_end(arm: RobotArm, joints: Joints, motion: Motion) -> None:
     """That the end of a line is in reach, wherever else it cannot be followed. Raises LocationOutOfRange."""
     assert motion.pose is not None
@@ -140,6 +145,9 @@ class _Line:
             if slowed > self.slowest:
                 break
         raise self._too_singular(load)
+
+    def least_duration(self) -> float:
+        return sum(stretch.duration for stretch in self._stretches(self.limits))
 
     def _ease(self, stretches: list[ToolStretch], loads: list[Load]) -> float:
         """Ask less of what asked too much: of the blend, of slowing down, or of the speed; by how much of that."""
