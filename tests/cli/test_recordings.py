@@ -177,8 +177,8 @@ def test_outputs_that_cannot_be(vrs: Vrs, saved: Path, arguments: list[str], tol
 
 def test_an_endless_file_is_refused(vrs: Vrs) -> None:
     ended = vrs("where", "/dev/zero", "--at", 1)
-    assert (ended.status, ended.out) == (1, "")
-    assert ended.err.startswith("vrs where: *File is not what it should be* /dev/zero, line 1: no header")
+    assert (ended.status, ended.out) == (2, "")
+    assert ended.err == "vrs where: *File error* /dev/zero cannot be read: it is a device (name a regular file)\n"
 
 
 def test_a_table_of_too_many_rows_is_refused(vrs: Vrs, saved: Path) -> None:

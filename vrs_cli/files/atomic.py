@@ -21,7 +21,7 @@ from typing import BinaryIO
 from vrs_cli.errors import FileError
 from vrs_cli.files.lock import WINDOWS, Hold, hold, is_special
 from vrs_cli.files.naming import wrong_name
-from vrs_cli.files.opening import open_to_write
+from vrs_cli.files.opening import open_to_write, reason
 
 AUXILIARY = (".lock", ".part")  # what hidden files end in that are beside one that is being written
 NEW_FILE_MODE = 0o666  # before the user's umask
@@ -173,12 +173,6 @@ def writing(path: Path, hint: str = "") -> Iterator[None]:
         raise  # whoever read us has gone: no error of the file
     except OSError as error:
         raise FileError(f"{path} cannot be written: {reason(error)}", hint or _hint(path)) from error
-
-
-def reason(error: OSError) -> str:
-    """The system's reason in lower case, as the middle of a sentence."""
-    text = error.strerror or str(error)
-    return text[:1].lower() + text[1:]
 
 
 def _hint(path: Path) -> str:

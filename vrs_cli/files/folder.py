@@ -11,9 +11,9 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from vrs_cli.errors import FileError, NonexistentFile
-from vrs_cli.files.atomic import atomically, reason
+from vrs_cli.files.atomic import atomically
 from vrs_cli.files.lock import hold
-from vrs_cli.files.opening import open_to_read
+from vrs_cli.files.opening import open_to_read, reason, unreadable
 from vrs_cli.language.diagnostics import did_you_mean
 
 
@@ -36,7 +36,7 @@ def listed(asked: Path) -> tuple[Listed, ...]:
     try:
         rows = [_row(entry) for entry in folder.iterdir() if not entry.name.startswith(".")]
     except OSError as error:
-        raise FileError(f"{folder} cannot be read: {reason(error)}", "check its permissions") from error
+        raise unreadable(folder, error) from error
     found = sorted((row for row in rows if fnmatchcase(row.name.lower(), pattern.lower())), key=_order)
     if not found and not set(pattern) & set("*?["):
         raise NonexistentFile(str(asked), _near(asked))
@@ -86,7 +86,7 @@ def copy(old: Path, new: Path) -> None:
     try:
         source = open_to_read(old)
     except OSError as error:
-        raise FileError(f"{old} cannot be read: {reason(error)}", "check its permissions") from error
+        raise unreadable(old, error) from error
     with source, atomically(new) as stream:
         shutil.copyfileobj(source, stream)
 

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Self
 
 from vrs_cli.errors import FileOpened
-from vrs_cli.files.atomic import reason, sync_handle
+from vrs_cli.files.atomic import sync_handle
 from vrs_cli.files.lock import claim, is_special
+from vrs_cli.files.opening import reason
 
 ADDING = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
 NEW = os.O_CREAT | os.O_EXCL

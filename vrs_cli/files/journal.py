@@ -15,9 +15,10 @@ from itertools import count
 from pathlib import Path
 
 from vrs_cli.errors import FileError
-from vrs_cli.files.atomic import create_beside, reason, sync_folder, writing
+from vrs_cli.files.atomic import create_beside, sync_folder, writing
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.lock import Hold, hold, is_special
+from vrs_cli.files.opening import reason
 from vrs_cli.files.trajectory_file import LineEncoder, Mark, Recording, read_trajectory
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.trajectory.delta import TimelineDelta

@@ -11,9 +11,23 @@ from io import BufferedReader, RawIOBase
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
 
+from vrs_cli.errors import FileError
+
 FIRST = 4096  # bytes
 PATIENCE, PAUSE = 2.0, 0.02  # [s] for the other end of a pipe, which may just be starting
 V = TypeVar("V")
+
+
+def unreadable(path: Path, error: OSError) -> FileError:
+    """The refusal of a file that cannot be opened or read."""
+    hint = "check its permissions" if isinstance(error, PermissionError) else "name a regular file"
+    return FileError(f"{path} cannot be read: {reason(error)}", hint)
+
+
+def reason(error: OSError) -> str:
+    """The system's reason in lower case, as the middle of a sentence."""
+    text = error.strerror or str(error)
+    return text[:1].lower() + text[1:]
 
 
 def open_to_read(path: Path) -> BinaryIO:

@@ -6,8 +6,8 @@ import codecs
 from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
-from vrs_cli.files.atomic import reason, write_atomically
-from vrs_cli.files.opening import open_to_read
+from vrs_cli.files.atomic import write_atomically
+from vrs_cli.files.opening import open_to_read, unreadable
 
 __all__ = [
     "EXTENSION",
@@ -32,7 +32,7 @@ def read_program_file(path: str | Path) -> str:
     try:
         data = _bytes(found)
     except OSError as error:
-        raise FileError(f"{found} cannot be read: {reason(error)}", "check its permissions") from error
+        raise unreadable(found, error) from error
     return decode_program(str(found), data)
 
 

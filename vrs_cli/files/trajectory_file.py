@@ -19,9 +19,9 @@ import msgspec
 
 from vrs_cli import __version__
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
-from vrs_cli.files.atomic import atomically, reason
+from vrs_cli.files.atomic import atomically
 from vrs_cli.files.checksum import START, Checksums
-from vrs_cli.files.opening import open_to_read
+from vrs_cli.files.opening import open_to_read, unreadable
 from vrs_cli.files.rebuild import Rebuilding, check_order
 from vrs_cli.files.records import (
     FORMAT,
@@ -258,7 +258,7 @@ def _reading(path: Path) -> Iterator[BinaryIO]:
     except IsADirectoryError:
         raise FileError(f"{path} is a folder", "name a trajectory file") from None
     except OSError as error:
-        raise FileError(f"{path} cannot be read: {reason(error)}", "check its permissions") from error
+        raise unreadable(path, error) from error
 
 
 class _Lines:
