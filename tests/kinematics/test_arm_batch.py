@@ -22,6 +22,17 @@ ARM = arm_for(PUMA)
 SHOULDERED = arm_for(
     replace(PUMA, name="shouldered", links=(Link(0.1, 0.5, -pi / 2), Link(0.4, 0, 0), *PUMA.links[2:]))
 )
+AWAY = (1.5, 1.5, 1.5, 4.0, 1.5, 4.0)
+
+
+def aside(sign: float) -> RobotArm:
+    """The arm with all its ranges to one side of zero, two of them by more than half a turn."""
+    lower, upper = (
+        tuple(q + sign * more for q, more in zip(ends, AWAY, strict=True)) for ends in (PUMA.lower, PUMA.upper)
+    )
+    return arm_for(replace(PUMA, name="aside", lower=lower, upper=upper))
+
+
 TOOL = from_oat(0.03, -0.05, 0.12, 0.4, 0.5, 0.6)
 
 
@@ -84,6 +95,51 @@ def test_one_branch_above_the_waist_keeps_joint_1() -> None:
     assert np.abs(plain.forward_batch(found) - T).max() < 1e-12
 
 
+@pytest.mark.parametrize("arm", [ARM, SHOULDERED, aside(1.0), aside(-1.0)])
+def test_a_row_does_not_depend_on_the_others(arm: RobotArm) -> None:
+    """Ordinary poses alone, and beside one on the axis of joint 1 and one with a singular wrist: joints to the turn."""
+    q = np.random.default_rng(8).uniform(-3.0, 3.0, (60, 6))
+    q[np.abs(np.sin(q[:, 4])) < 0.01, 4] = 0.5
+    T = arm.forward_batch(q)
+    special = np.concatenate([T, stack([IDENTITY._replace(pz=0.3)]), arm.forward_batch(np.array([[0.1] * 4 + [0, 0]]))])
+    expected = np.array(
+        [[s.joints or (np.nan,) * 6 for s in arm.inverse_all(pose)] for pose in unstack(T)],
+    )
+    for poses in (T, special):
+        found, _ = arm.inverse_batch(poses)
+        found = np.where(np.isnan(found).any(axis=2, keepdims=True), np.nan, found)[: len(T)]
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-7)
+
+
+@pytest.mark.parametrize("end", [PUMA.lower, PUMA.upper])
+def test_the_very_end_of_a_range_is_inside(end: tuple[float, ...]) -> None:
+    q = np.array([(end[0], -0.6, 2.0, 0.3, 0.4, 0.2), (0.2, -0.6, 2.0, 0.3, 0.4, end[5])])
+    _, inside = ARM.inverse_batch(ARM.forward_batch(q))
+    for row, flags in zip(rows(q), inside, strict=True):
+        assert flags[ALL.index(ARM.configuration(row))]
+
+
+@pytest.mark.parametrize("depth", [0.0, 1e-11])
+def test_the_wrist_on_the_cylinder_about_joint_1_is_reached(depth: float) -> None:
+    """As far from the axis as the shoulder is to the side; `depth` [m]: nearer by rounding."""
+    side = abs(PUMA.links[1].d + PUMA.links[2].d)
+    T = stack([IDENTITY._replace(px=side - depth, pz=0.5)])
+    found = ARM.inverse_branch_batch(T, ALL[0], np.zeros(6))
+    one = ARM.branch_joints(unstack(T)[0], ALL[0], (0.0,) * 6)
+    assert one is not None
+    assert found[0] == pytest.approx(one, abs=1e-7)
+
+
+def test_a_wrist_that_is_almost_singular_keeps_its_last_bits() -> None:
+    q = np.array([[0.3, -0.8, 2.0, 1.1, 8e-11, 0.2]])
+    near = (0.3, -0.8, 2.0, 0.4, 0.0, 0.2)
+    T = ARM.forward_batch(q)
+    one = ARM.branch_joints(unstack(T)[0], ARM.configuration(rows(q)[0]), near)
+    found = ARM.inverse_branch_batch(T, ARM.configuration(rows(q)[0]), np.array(near))
+    assert one is not None
+    assert found[0, 4] == pytest.approx(one[4], abs=1e-13)
+
+
 @pytest.mark.parametrize("arm", [ARM, SHOULDERED])
 @pytest.mark.parametrize("tool", [IDENTITY, TOOL])
 def test_velocities(arm: RobotArm, tool: Transform) -> None:
@@ -102,6 +158,20 @@ def test_velocities(arm: RobotArm, tool: Transform) -> None:
         else:
             assert qd == pytest.approx(expected, rel=1e-9, abs=1e-9)
     assert 50 < lost < 150
+
+
+@pytest.mark.parametrize("arm", [ARM, SHOULDERED])
+@pytest.mark.parametrize("tool", [IDENTITY, TOOL])
+def test_a_twist_that_is_possible_at_a_singularity_has_its_rates(arm: RobotArm, tool: Transform) -> None:
+    """Singular wrists and stretched arms: what some rates give, is given by the rates that are found."""
+    q = joints(500, 9)
+    rates = np.random.default_rng(10).uniform(-1.0, 1.0, (500, 6))
+    J = arm.jacobian_batch(q, tool)
+    twists = np.einsum("nij,nj->ni", J, rates)
+    found = arm.joint_velocity_batch(q, twists, tool)
+    assert np.abs(np.einsum("nij,nj->ni", J, found) - twists).max() < 1e-7
+    for k in range(0, 500, 5):
+        assert found[k] == pytest.approx(arm.joint_velocity(rows(q)[k], rows(twists)[k], tool), abs=1e-7)  # type: ignore[arg-type]
 
 
 def test_straight_down_from_ready() -> None:

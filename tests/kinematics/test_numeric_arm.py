@@ -145,6 +145,8 @@ def test_small_systems() -> None:
     assert solve(((1.0, 0.0), (2.0, 0.0)), (3.0, 6.0)) == (3.0, 0.0)  # what nothing decides is 0
     assert solve(((1.0, 0.0), (2.0, 0.0)), (3.0, 5.0)) is None
     assert determinant(((1.0, 2.0), (2.0, 4.0))) == 0.0
+    assert solve(((1.0, 0.0), (0.0, 3e-10)), (1.0, 6e-10)) == pytest.approx((1.0, 2.0))  # small, but no rounding
+    assert solve(((1.0, 0.0), (0.0, 3e-11)), (1.0, 6e-11)) == (1.0, 0.0)
 
 
 def test_the_shortest_turn_brings_one_direction_to_another() -> None:

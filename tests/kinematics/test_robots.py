@@ -290,6 +290,32 @@ def test_out_of_reach_is_said_in_millimetres(
         arm.select(from_oat(*place, *np.radians(upright)), arm.model.poses["ready"])
 
 
+@pytest.mark.parametrize(
+    ("bars", "lean", "fold", "pillar", "error", "words"),
+    [
+        (0.6, 1.0, 0.3, 0.0, LocationTooFar, "the arm reaches 817.2 mm .* {nearer:.1f} mm nearer"),
+        (0.6, 1.0, 3.13, 0.0, LocationTooClose, "no nearer than 32.8 mm"),
+        (15.0, -1.35, -0.3, 30.0, LocationTooFar, "the arm reaches 817.2 mm"),
+    ],
+)
+def test_how_far_a_ur_is_from_a_place(
+    bars: float, lean: float, fold: float, pillar: float, error: type[LocationOutOfRange], words: str
+) -> None:
+    """Where another arm is whose two bars [m] have another length; also on a pillar [m], far below its shoulder."""
+    ur = load_robot("ur5e")
+    l1, l2, l3, *others = ur.links
+    short, long = (
+        arm_for(replace(ur, name=name, links=(l1._replace(d=l1.d + pillar), *two, *others)))
+        for name, two in (("short", (l2, l3)), ("long", (l2._replace(a=-bars), l3._replace(a=-bars))))
+    )
+    q = (0.3, lean, fold, -lean - fold, 1.2, 0.4)
+    way = short.configuration(q)
+    far = 2000.0 * bars * abs(np.cos(fold / 2.0))
+    told = f"joint 4 would be {far:.1f} mm from the shoulder.*" + words.format(nearer=far - 817.2)
+    with pytest.raises(error, match=told):
+        short.select(long.forward(q), q, arm=way.arm, elbow=way.elbow, wrist=way.wrist)
+
+
 @pytest.mark.parametrize("name", ["cobra600", "planar2", "planar3"])
 def test_a_refusal_gives_angles_and_coordinates_that_are_right_under_any_tool_and_base(name: str) -> None:
     arm, random = arm_of(name), Random(3)

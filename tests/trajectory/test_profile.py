@@ -91,3 +91,10 @@ def test_near_the_shortest_time(components: list[Component]) -> None:
 def test_a_blend_that_leads_to_the_target_too_fast_to_stop_there_is_none() -> None:
     low, high, _ = scalar_demands([Component(0.05, 1.0, 2.0, 2.0)])(0.1)  # 0.1 s at 1 m/s on average, 2 m/s2 to stop
     assert low > high
+
+
+def test_a_blend_that_ends_on_the_target_too_fast_is_impossible() -> None:
+    """Nothing is left to go, but for the velocity, which the acceleration cannot take away in that time."""
+    for acceleration, possible in ((0.5, False), (2.0, True)):
+        demand = scalar_demands([Component(0.5, 1.0, 4.0, acceleration)])(1.0)
+        assert (demand.low <= demand.high) == possible

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import inf, sqrt
 
 import pytest
 from hypothesis import assume, given, settings
@@ -13,14 +13,19 @@ from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
 from vrs_cli.trajectory.polynomial import derivative, value
 from vrs_cli.trajectory.scurve import (
+    NONE,
     Change,
+    Course,
+    NoTimes,
     Part,
+    _possible,
     _root,
     advanced,
     farthest,
     from_rest,
     ramps,
     stop,
+    turn_bounds,
     turning_back,
     turns,
 )
@@ -190,3 +195,28 @@ def test_ramps_are_on_the_grid_of_times(by_acceleration: float, by_jerk: float) 
     assert all(duration % TICK == 0.0 for duration in change)
     assert change.rise * (change.rise + change.hold) >= by_jerk * (1.0 - 1e-9)
     assert change.rise + change.hold >= by_acceleration
+
+
+def test_a_change_alone_stops_on_the_target() -> None:
+    change = Change(0.1, 0.0, 0.1)
+    assert Course(change, 0.0, NONE).stops_at_once is True
+    assert Course(change, 0.5, NONE).stops_at_once is False
+    assert Course(change, 0.0, change).stops_at_once is False
+
+
+def test_a_spin_that_dies_and_a_turn_share_the_limits() -> None:
+    """In a change of two ramps of t each, the level is w / t: the rest of acceleration and jerk is for the turn."""
+    t, angle, limits = 0.5, 0.8, (9.0, 2.0, 20.0, 4.0, 40.0)  # speed, acceleration, jerk, those of blending
+    for spin in (0.0, 0.6, 1.9):
+        bounds = turn_bounds(angle, Change(t, 0.0, t), (0.0, 0.0, spin), (0.0, 0.0, 0.0), limits)
+        assert bounds.high == pytest.approx((4.0 - spin / t) * t / angle)
+        assert (bounds.low, bounds.by_acceleration, bounds.by_jerk) == pytest.approx((0.0, angle / 2.0, angle / 20.0))
+    beyond = turn_bounds(angle, Change(t, 0.0, t), (0.0, 0.0, 2.1), (0.0, 0.0, 0.0), limits)
+    assert beyond.low > beyond.high
+
+
+def test_a_change_of_hours_is_not_looked_for() -> None:
+    tried = list[float]()
+    with pytest.raises(NoTimes):
+        _possible(lambda change: tried.append(change.hold) or inf, Change(0.1, 1.0, 0.1), 0.0)
+    assert 5_000.0 < max(tried) <= 10_000.0

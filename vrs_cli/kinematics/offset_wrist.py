@@ -241,15 +241,13 @@ class OffsetWristArm(SerialArm):
         )
 
     def _from_shoulder(self, T: Transform, configuration: Configuration) -> float:
-        """Where joint 4 would have to be [m]: the arm is solved with bars so long that they reach."""
-        g = self.offsets
-        length = 10.0 * (g.a2 + g.a3) + hypot(T.px, T.py, T.pz)
-        long = OffsetWristArm(self.model, g._replace(a2=length, a3=length))
-        stretched = long.branch_joints(T, configuration, (0.0,) * 6)
-        if stretched is None:
-            return g.a2 + g.a3
-        bars = long.offsets
-        return sqrt(bars.a2**2 + bars.a3**2 + 2.0 * bars.a2 * bars.a3 * cos(stretched[2]))
+        """Where joint 4 would have to be [m]."""
+        arm, _, wrist = configuration.signs
+        shoulder = self._shoulder(T, arm * self.offsets.right, 0.0)
+        assert shoulder is not None  # `_out_of_reach` has looked
+        _, c1, s1 = shoulder
+        *_, outward, up = self._wrist(T, c1, s1, wrist, 0.0)
+        return hypot(outward, up)
 
     @cached_property
     def _batch(self) -> OffsetWristBatch:

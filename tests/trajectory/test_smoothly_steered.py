@@ -1,0 +1,83 @@
+"""A tick of jerk-limited steering by itself, and the parts that it is made of."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from vrs_cli.trajectory.blend import JointLimits, JointState
+from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
+from vrs_cli.trajectory.scurve import advanced, ramps
+from vrs_cli.trajectory.segment import JointPath, Phase
+from vrs_cli.trajectory.smoothly_steered import KEPT, Joint, _beyond, _constant, _jerk, _phased, smoothly_steered
+from vrs_cli.trajectory.steered import Room, Target
+
+TICK = 1.0 / 64.0  # [s]
+MOTION = Motion(1, Kind.STEERED, Start.AT, profile=Profile.SCURVE)
+LIMITS = JointLimits((1.4, 0.9), (4.8, 3.1), (48.0, 31.0), (1.4, 0.9))
+ROOM = Room((-1.0, -0.5), (1.0, 0.5))
+AT_REST = Joint(q=0.0, v=0.0, a=0.0, p=0.0, w=0.0, v_max=1.4, a_max=4.8, j_max=48.0, peak=1.4, low=-1.0, high=1.0)
+
+
+def some(random: Random) -> Joint:
+    """A joint in any state inside its limits, some next to an end of its range."""
+    q, v, a, p, w = (random.uniform(-most, most) for most in (1.0, 1.4, 4.8, 1.5, 1.4))
+    return AT_REST._replace(q=q, v=v, a=a, p=p, w=w)
+
+
+def mirrored(one: Joint) -> Joint:
+    q, v, a, p, w = (0.0 - x for x in one[:5])
+    return one._replace(q=q, v=v, a=a, p=p, w=w, low=-one.high, high=-one.low)
+
+
+def test_down_is_up_in_a_mirror() -> None:
+    random, met = Random(3), set[int]()
+    for _ in range(2000):
+        one, jerk = some(random), random.uniform(-48.0, 48.0)
+        beyond = _beyond(one, jerk, TICK)
+        assert _beyond(mirrored(one), -jerk, TICK) == -beyond
+        chosen = _jerk(one, TICK)
+        assert _jerk(mirrored(one), TICK) == (None if chosen is None else pytest.approx(-chosen, abs=1e-9))
+        met.add(beyond)
+    assert met == {-1, 0, 1}
+
+
+@pytest.mark.parametrize(("v", "a", "beyond"), [(1.0, 4.0, 0), (1.3, 4.0, 1), (1.39, -4.0, 0), (-1.3, -4.0, -1)])
+def test_too_fast_is_what_is_too_fast_once_the_acceleration_has_gone(v: float, a: float, beyond: int) -> None:
+    """a^2 / (2 KEPT j) = 0.21 rad/s more, or less; the state before has the same acceleration."""
+    one = AT_REST._replace(v=v - a * TICK, a=a, low=-9.0, high=9.0)
+    assert 0.5 * a * a / (KEPT * 48.0) == pytest.approx(0.21, abs=0.01)
+    assert _beyond(one, 0.0, TICK) == beyond
+
+
+@pytest.mark.parametrize("v", [0.7, -0.2, 1e-6, 0.0])
+def test_the_pieces_of_a_change_end_at_rest(v: float) -> None:
+    state = (0.0, v, 0.0)
+    for duration, jerk in _constant(ramps(0.3, 0.04), v):
+        state = advanced(*state, duration, jerk)
+    assert state[1:] == pytest.approx((0.0, 0.0), abs=1e-12)
+
+
+def test_what_begins_in_the_tick_is_no_stop_yet() -> None:
+    path = JointPath(((0.0,),))
+    stretches = [(0.5 * TICK, Phase.DECELERATE, path), (TICK, Phase.DECELERATE, path), (1.0, Phase.DECELERATE, path)]
+    assert [phase for _, phase, _ in _phased(iter(stretches), TICK)] == [Phase.BLEND, Phase.BLEND, Phase.DECELERATE]
+
+
+def test_a_target_that_moves_is_followed_without_a_lag() -> None:
+    state, w = JointState((0.0, 0.0), (0.0, 0.0)), (0.3, -0.15)
+    for k in range(120):
+        target = Target((0.05 + w[0] * k * TICK, w[1] * k * TICK), w)
+        tick, coasting, *stop = smoothly_steered(state, target, LIMITS, ROOM, TICK, k * TICK, MOTION, lambda: None)
+        assert (tick.phase, tick.duration) == (Phase.BLEND, TICK)
+        assert coasting.phase is Phase.CRUISE
+        assert coasting.duration >= TICK
+        end = stop[-1]
+        assert isinstance(end.path, JointPath)
+        assert end.path.velocity(end.duration) == pytest.approx((0.0, 0.0), abs=1e-9)
+        path = tick.path
+        assert isinstance(path, JointPath)
+        state = JointState(path.joints(TICK), path.velocity(TICK), path.acceleration(TICK))
+    assert state.joints == pytest.approx((0.05 + w[0] * 120 * TICK, w[1] * 120 * TICK), abs=1e-4)
+    assert state.velocity == pytest.approx(w, abs=1e-3)

@@ -1,0 +1,64 @@
+"""A tick of steering by itself: it follows what moves, coasts, and brakes; always inside limits and ranges."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from vrs_cli.trajectory.blend import JointLimits, JointState
+from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.trajectory.steered import Room, Target, steered
+
+TICK = 1.0 / 64.0  # [s]
+MOTION = Motion(1, Kind.STEERED, Start.AT)
+LIMITS = JointLimits((1.4, 0.9), (4.8, 3.1))
+ROOM = Room((-1.0, -0.5), (1.0, 0.5))
+ROUNDING = 1e-9
+
+
+def path(segment: Segment) -> JointPath:
+    assert isinstance(segment.path, JointPath)
+    return segment.path
+
+
+def after(segment: Segment) -> JointState:
+    return JointState(path(segment).joints(segment.duration), path(segment).velocity(segment.duration))
+
+
+def test_after_the_tick_it_coasts_for_one_and_brakes_to_rest() -> None:
+    segments = steered(
+        JointState((0.0, 0.0), (0.2, 0.0)), Target((0.5, 0.1), (0.0, 0.0)), LIMITS, ROOM, TICK, 0.0, MOTION
+    )
+    assert [segment.phase for segment in segments[:3]] == [Phase.BLEND, Phase.CRUISE, Phase.DECELERATE]
+    assert [segment.duration for segment in segments[:2]] == [TICK, TICK]
+    assert path(segments[1]).velocity(TICK) == pytest.approx(after(segments[0]).velocity)
+    assert after(segments[-1]).velocity == pytest.approx((0.0, 0.0), abs=ROUNDING)
+
+
+def test_a_target_that_moves_is_followed_without_a_lag() -> None:
+    state, w = JointState((0.0, 0.0), (0.0, 0.0)), (0.3, -0.2)
+    for k in range(90):
+        target = Target((0.05 + w[0] * k * TICK, w[1] * k * TICK), w)
+        state = after(steered(state, target, LIMITS, ROOM, TICK, k * TICK, MOTION)[0])
+    assert state.joints == pytest.approx((0.05 + w[0] * 90 * TICK, w[1] * 90 * TICK), abs=1e-6)
+    assert state.velocity == pytest.approx(w, abs=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_wherever_targets_jump_limits_and_ranges_are_kept(seed: int) -> None:
+    random, state = Random(seed), JointState((0.0, 0.0), (0.0, 0.0))
+    for k in range(80):
+        if k % 10 == 0:
+            p, w = (tuple(random.uniform(-most, most) for _ in range(2)) for most in (1.5, 2.0))
+        segments = steered(state, Target(p, w), LIMITS, ROOM, TICK, k * TICK, MOTION)
+        for segment in segments:
+            for s in (0.0, 0.5 * segment.duration, segment.duration):
+                rows = zip(path(segment).joints(s), path(segment).velocity(s), *ROOM, LIMITS.velocity, strict=True)
+                for q, v, low, high, fastest in rows:
+                    assert low - ROUNDING <= q <= high + ROUNDING
+                    assert abs(v) <= fastest * (1.0 + ROUNDING)
+            for a, most in zip(path(segment).acceleration(0.0), LIMITS.acceleration, strict=True):
+                assert abs(a) <= most * (1.0 + 1e-6)
+        state = after(segments[0])
