@@ -42,3 +42,14 @@ def test_neighbours_differ_by_little_that_their_velocities_do_not_explain(slow: 
                 assert max(abs(c - mean) for c, mean in zip(changes, means, strict=True)) <= 0.002
                 seen += 1
     assert seen > 100
+
+
+def test_an_easy_line_has_no_more_samples_than_it_is_asked_for() -> None:
+    """A centimetre in a second: the joints hardly turn, and almost evenly."""
+    model = load_robot("puma560")
+    arm, start = arm_for(model), (0.2, -0.9, 2.6, 0.3, 0.8, 0.1)
+    x, y, z = position(arm.forward(start))
+    path = CartesianPath(((x, 0.01), (y,), (z,)), arm.forward(start), (), arm.configuration(start), (start,), 1.0)
+    for steps in (SAMPLES, 3):
+        samples = Follower(arm, path.configuration, IDENTITY).samples(path, 1.0, start, steps)
+        assert [sample.s for sample in samples] == pytest.approx([k / steps for k in range(steps + 1)])

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from vrs_cli.engine.following import FEWER_SAMPLES, SAMPLES, Follower
+from vrs_cli.engine.following import FEWER_SAMPLES, SAMPLES, Follower, Sample
 from vrs_cli.engine.load import Load, StretchLoad, _first_peak
 from vrs_cli.engine.planner import Here, plan_motion, state_at
 from vrs_cli.errors import MotionError
@@ -132,3 +132,16 @@ def test_a_joint_near_its_limit_is_looked_at_closely_however_small_that_is(limit
         columns = [(0.0,) * len(load.samples) for _ in MIDDLE]
         columns[3] = (0.0, part * limit, *columns[3][2:])
         assert len(list(load._peaks(columns, 1.0))) == looked_at
+
+
+@pytest.mark.parametrize(("part", "bend", "bent"), [(0.95, 0.003, False), (0.95, 0.03, True), (0.5, 0.03, False)])
+def test_an_acceleration_near_its_limit_is_looked_at_again_where_it_is_bent_by_a_hundredth(
+    part: float, bend: float, *, bent: bool
+) -> None:
+    """The mean of joint 2 between two samples is less than at both, so that a parabola bends by `bend` of it."""
+    path = CartesianPath(((0.0,), (0.0,), (0.0,)), IDENTITY, (), ARM.configuration(MIDDLE), (MIDDLE,), 1.0)
+    load = StretchLoad(Follower(ARM, path.configuration, IDENTITY), path, [])
+    at_both = (0.0, part * MODEL.max_acceleration[1], 0.0, 0.0, 0.0, 0.0)
+    after = tuple(0.1 * a * (1.0 - bend / 1.5) for a in at_both)
+    a, b = Sample(0.0, MIDDLE, STILL), Sample(0.1, MIDDLE, after)
+    assert load._bent(a, b, at_both, at_both) == bent

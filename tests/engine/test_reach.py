@@ -32,6 +32,7 @@ from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import (
     Transform,
+    at_position,
     compose,
     distance,
     from_oat,
@@ -301,3 +302,27 @@ def test_a_line_that_stops_on_its_way_is_told() -> None:
     line = engine.explain(PoseTarget(here._replace(px=here.px + 0.2))).line
     assert line.duration is not None
     assert line.stops == pytest.approx([-here.px], abs=1e-9)
+
+
+def test_the_via_point_is_the_nearest_beside_the_middle_that_leads_there() -> None:
+    """0.2 m aside here: no way goes by a point 0.05 or 0.1 m from the line, above, below or to a side."""
+    engine = Engine(MODEL)
+    engine.perform(Move(ABOVE, straight=False))
+    begin, target = engine.position(), located(-0.5, -0.477, -0.222, -17.0, 80.0, 17.0)
+    (via,) = [out.via for out in engine.explain(target).line.ways_out if out.via is not None]
+    middle = [0.5 * (a + b) for a, b in zip(position(begin.T_world_tool), position(target.T_world_tool), strict=True)]
+    aside = [a - b for a, b in zip(position(via), middle, strict=True)]
+    assert dist(aside, (0.0, 0.0, 0.0)) == pytest.approx(0.2)
+    for part, leads in ((0.25, False), (0.5, False), (1.0, True)):
+        beside = PoseTarget(at_position(via, *(m + part * a for m, a in zip(middle, aside, strict=True))))
+        assert lines_lead(Engine(MODEL, start=begin.joints), beside, target) == leads
+
+
+def lines_lead(engine: Engine, *targets: PoseTarget) -> bool:
+    """Whether straight lines go from target to target."""
+    try:
+        for target in targets:
+            engine.perform(Move(target, straight=True))
+    except MotionError:
+        return False
+    return True

@@ -288,3 +288,23 @@ def test_a_joint_at_the_end_of_its_range_may_not_swing_out_first() -> None:
     with pytest.raises(JointOutOfRange) as caught:
         plan_motion(arm, Here(JointState(q, (0.0,) * 6)), motion, 0.0)
     assert caught.value.joint == 4
+
+
+@pytest.mark.parametrize(("profile", "steps"), [(Profile.LSPB, 8), (Profile.SCURVE, 4)])
+def test_a_smooth_line_has_more_stretches_and_fewer_samples_of_each(
+    profile: Profile, steps: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked, arm = set[object](), arm_for(MODEL)
+    samples = Follower.samples
+
+    def counted(self: Follower, *arguments: object) -> object:
+        asked.add(arguments[3])
+        return samples(self, *arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Follower, "samples", counted)
+    start = (0.2, -0.9, 2.6, 0.3, 0.8, 0.1)
+    x, y, z = position(arm.forward(start))
+    goal = arm.forward(start)._replace(px=x + 0.05, py=y, pz=z + 0.02)
+    motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=goal, profile=profile)
+    plan_motion(arm, Here(JointState(start, (0.0,) * 6)), motion, 0.0)
+    assert asked == {steps}

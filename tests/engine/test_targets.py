@@ -52,6 +52,12 @@ def test_align_turns_the_tool_to_the_nearest_axis(angle: float) -> None:
     assert close(aligned(T), compose(translation(0.1, 0.2, 0.3), rotation_x(radians(90.0 * right_angles))))
 
 
+@pytest.mark.parametrize("angle", [1e-2, 1e-8, 5e-12])
+def test_however_little_the_tool_is_tilted_align_takes_it_away(angle: float) -> None:
+    assert abs(aligned(rotation_x(angle)).sz) < 2e-13 * (1.0 + angle)
+    assert abs(aligned(rotation_x(angle)).ay) < 2e-13 * (1.0 + angle)
+
+
 def test_drive_goes_on_from_where_an_inserted_motion_ends() -> None:
     engine = engine_at_start()
     give(engine, JointOffsetTarget(1, radians(40.0)), at=5.0)

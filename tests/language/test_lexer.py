@@ -78,7 +78,7 @@ def test_columns() -> None:
 
 
 @pytest.mark.parametrize(
-    "line", ['TYPE "abc', '10 TYPE "a", x, "abc ; not a remark', 'TYPE /F6.2,"abc', 'CALL q("abc)']
+    "line", ['"abc', 'TYPE "abc', '10 TYPE "a", x, "abc ; not a remark', 'TYPE /F6.2,"abc', 'CALL q("abc)']
 )
 def test_a_missing_quote_is_placed_from_the_one_that_opens(line: str) -> None:
     with pytest.raises(LineRefused) as caught:
