@@ -160,8 +160,8 @@ def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Tran
     approach = rotate(T_tool_flange, hand.approach)
     rows = path.position if hand.T_axis_base is IDENTITY else _seen(path.position, hand.T_axis_base)
     rates = [derivative(row) for row in rows]
-    vx, vy, vz = [_most(row, lasting) for row in rates]
-    ax, ay, az = [_most(derivative(row), lasting) for row in rates]
+    vx, vy, vz = [most(row, lasting) for row in rates]
+    ax, ay, az = [most(derivative(row), lasting) for row in rates]
     swing, swing_bend = _carried(path.turns, lasting, lever)
     tilt, tilt_bend = _carried(path.turns, lasting, approach)
     return Pace(
@@ -181,7 +181,7 @@ def _seen(position: tuple[Polynomial, ...], T: Transform) -> Sequence[Polynomial
     return list(zip(*(rotate(T, v) for v in zip(x, y, z, strict=True)), strict=True))
 
 
-def _most(a: Polynomial, lasting: float) -> float:
+def most(a: Polynomial, lasting: float) -> float:
     """A bound of |p| from 0 to `lasting`: exact for a line."""
     if len(a) == 1:
         return abs(a[0])
@@ -194,8 +194,8 @@ def _carried(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float,
     """Bounds of the first and the second derivative of a vector of the tool that turns with it."""
     if not turns:
         return 0.0, 0.0
-    rates = [_most(derivative(turn.angle), lasting) for turn in turns]
-    bends = [_most(derivative(derivative(turn.angle)), lasting) for turn in turns]
+    rates = [most(derivative(turn.angle), lasting) for turn in turns]
+    bends = [most(derivative(derivative(turn.angle)), lasting) for turn in turns]
     across = length(cross(turns[0].axis, v)) if len(turns) == 1 else length(v)
     total = sum(rates)  # of several turns the rates of the axes of the later ones add to the second derivative
     return total * across, (sum(bends) + total * total * (1.0 if len(turns) < 2 else 2.0)) * across

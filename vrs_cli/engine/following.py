@@ -238,6 +238,13 @@ class Follower:
         near, hint = self.place(pose)
         return StraightLineSingular(f"near {near} the line goes on along it", hint or PASSED).at(*position(pose))
 
+    def refuse_unproved(self, pose: Transform) -> StraightLineSingular:
+        """The refusal of a path on which it cannot be proved that the joints go on."""
+        near, hint = self.place(pose)
+        return StraightLineSingular(f"near {near} the line is too near to a singularity", hint or PASSED).at(
+            *position(pose)
+        )
+
     def flange(self, pose: Transform) -> Transform:
         """T_robot_flange of T_robot_tool."""
         return pose if self.no_tool else compose(pose, self.T_tool_flange)

@@ -178,20 +178,13 @@ def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
     """`segment_joints` for many times."""
     import numpy as np
 
-    from vrs_cli.kinematics import transform_batch as batch
+    from vrs_cli.trajectory.path_batch import flange_poses
 
     path = segment.path
     assert not isinstance(path, JointPath)
-    position = np.stack([np.polynomial.polynomial.polyval(s, a) for a in path.position], axis=-1)
-    (R,) = batch.stack([path.orientation])[:, :, :3]
-    for turn in path.turns:
-        angle = np.polynomial.polynomial.polyval(s, turn.angle).astype(float)
-        R = R @ batch.rotation_about_batch(np.array(turn.axis), angle)
-    T_robot_tool = np.concatenate((np.broadcast_to(R, (len(s), 3, 3)), position[:, :, None]), axis=2)
-    (T_tool_flange,) = batch.stack([inverse(segment.motion.frames.tool)])
     nearest = np.clip(np.rint(s / path.seed_interval), 0, len(path.seeds) - 1).astype(np.intp)
     seeds = np.array(path.seeds)[nearest]
-    q = arm.inverse_branch_batch(batch.compose_batch(T_robot_tool, T_tool_flange), path.configuration, seeds)
+    q = arm.inverse_branch_batch(flange_poses(path, s, segment.motion.frames.tool), path.configuration, seeds)
     for row in np.flatnonzero(np.isnan(q).any(axis=1)):  # a search of many at once may end sooner than one alone
         q[row] = segment_joints(arm, segment, float(s[row]))
     return q

@@ -13,6 +13,7 @@ from itertools import repeat
 from math import dist, sqrt
 
 from vrs_cli.engine.boundary import Survey, Touch, survey
+from vrs_cli.engine.continuation import Followed, check_continuous
 from vrs_cli.engine.following import FEWER_SAMPLES, PASSED, SAMPLES, Follower, Sample, seeds_of
 from vrs_cli.engine.kinks import Kinks, Stop
 from vrs_cli.engine.load import ROUNDING, Load, StretchLoad
@@ -293,13 +294,14 @@ class _Line:
 
     def _follow(self, stretches: list[ToolStretch], marks: Sequence[Marks] = ()) -> tuple[list[Seeds], list[Load]]:
         """The joints of each stretch, and the greatest load on a joint in each. `marks`: instants that get a sample."""
-        seeds, loads, near = [], [], self.joints.joints
+        seeds, loads, followed, near = [], [], [], self.joints.joints
         started: Joints | None = None
         before: Sample | None = None
         steps = FEWER_SAMPLES if self.smoothly else SAMPLES
         for stretch, instants in zip(stretches, marks or repeat(()), strict=False):
             path = self._path(stretch, (near,))
             samples = self.follower.samples(path, stretch.duration, near, steps, before, instants)
+            followed.append(Followed(path, stretch.duration, samples))
             if started is None:
                 started = self._started(samples[0])
             asked = StretchLoad(self.follower, path, samples, closely=bool(instants))
@@ -307,6 +309,7 @@ class _Line:
             seeds.append(seeds_of(samples, self.arm.seed_step))
             before = samples[-1]
             near = before.joints
+        check_continuous(self.follower, followed)
         return seeds, loads
 
     def _started(self, first: Sample) -> Joints:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from vrs_cli.kinematics.continuation import Continuation
+
     Floats = NDArray[np.float64]
     Flags = NDArray[np.bool_]
 
@@ -122,6 +124,10 @@ class RobotArm(Protocol):
 
     def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:
         """A lower bound of the clearances between two poses that are h apart, on a way of that pace."""
+
+    @property
+    def continuation(self) -> Continuation | None:
+        """What proves that joints go on between samples of a way; None for closed forms, and for too few joints."""
 
     def jacobian(self, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
         """6 rows (vx, vy, vz, wx, wy, wz) of n, base frame [m/rad, 1]: twist of the tool = J qd."""

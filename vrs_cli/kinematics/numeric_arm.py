@@ -31,7 +31,9 @@ from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform
 
 if TYPE_CHECKING:
+    from vrs_cli.kinematics.continuation import Continuation
     from vrs_cli.kinematics.numeric_batch import NumericBatch
+    from vrs_cli.kinematics.serial_batch import Floats
 
 CONVERGED = 1e-10  # [m, rad] an error that is none
 STEPS = 60  # of one search
@@ -151,6 +153,16 @@ class NumericArm(SerialArm):
             refusal.hint = f"{self.model.joint_count} joints cannot turn the tool every way: teach the location by HERE"
         refusal.detail += f"; the search from here comes as near as {1000 * away:.1f} mm and {degrees(turned):.1f} deg"
         return refusal
+
+    @cached_property
+    def continuation(self) -> Continuation | None:  # type: ignore[override] # made when asked for: it brings numpy
+        from vrs_cli.kinematics.continuation import Continuation
+
+        return None if self.short else Continuation(self)
+
+    def missed_batch(self, q: Floats, T: Floats) -> tuple[Floats, Floats]:
+        """`_error` over arrays: (N, n) and (N, 3, 4) -> (N, m, n) and (N, m)."""
+        return self._batch.error(q, T)
 
     @cached_property
     def _batch(self) -> NumericBatch:

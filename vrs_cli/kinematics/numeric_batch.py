@@ -44,7 +44,7 @@ class NumericBatch(SerialBatch):
         for _ in range(STEPS):
             if not len(rows) or (enough is not None and np.count_nonzero(~np.isnan(found[:, 0])) >= enough):
                 break
-            J, error = self._error(q[rows], T[rows])
+            J, error = self.error(q[rows], T[rows])
             done = np.abs(error).max(axis=1) < CONVERGED
             found[rows[done]] = q[rows[done]]
             rows, J, error = rows[~done], J[~done], error[~done]
@@ -85,7 +85,8 @@ class NumericBatch(SerialBatch):
         step: Floats = np.einsum("nij,ni->nj", J, np.linalg.solve(gram, error[..., None])[..., 0])
         return step
 
-    def _error(self, q: Floats, T: Floats) -> tuple[Floats, Floats]:
+    def error(self, q: Floats, T: Floats) -> tuple[Floats, Floats]:
+        """Rows of the Jacobian that count, and what is missing in them."""
         have = self.forward(q)
         if self.arm.model.task is Task.POINTING:
             a, b = have[..., 2], T[..., 2]

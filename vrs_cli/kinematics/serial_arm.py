@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from vrs_cli.kinematics.continuation import Continuation
     from vrs_cli.kinematics.serial_batch import SerialBatch
 
     Floats = NDArray[np.float64]
@@ -327,6 +328,8 @@ class SerialArm:
 
     def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:  # noqa: ARG002
         return Clearance()
+
+    continuation: Continuation | None = None
 
     # --- velocities --------------------------------------------------------------------------------------
 

@@ -1,0 +1,129 @@
+"""Whether a line of an arm without a closed form goes on between its samples: `kinematics.continuation`, on a path."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby, pairwise
+from math import hypot
+from typing import TYPE_CHECKING
+
+from vrs_cli.engine.boundary import most
+from vrs_cli.engine.following import Follower, Sample
+from vrs_cli.kinematics.transform import position
+from vrs_cli.trajectory.polynomial import derivative
+from vrs_cli.trajectory.segment import CartesianPath
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from vrs_cli.kinematics.continuation import Gaps
+
+    Floats = NDArray[np.float64]
+
+PIECES = (6, 30, 150)  # in which the way between two samples is looked at, before there is a sample more
+AT_REST = 2.0**-6  # of a stretch from rest or to it: less than a thousandth of its way
+FINEST = 2.0**-24  # of a stretch, between samples
+MOST_SAMPLES = 2000  # of a line more than it had
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A stretch of a line, and what was sampled of it."""
+
+    path: CartesianPath
+    duration: float
+    samples: list[Sample]
+
+    @cached_property
+    def bend(self) -> tuple[float, float, float]:
+        """The greatest acceleration of the tool, rate of its rotation and of that [m/s2, rad/s, rad/s2]."""
+        rates = [derivative(turn.angle) for turn in self.path.turns]
+        spin = sum(most(rate, self.duration) for rate in rates)
+        spin_rate = sum(most(derivative(rate), self.duration) for rate in rates)
+        places = (most(derivative(derivative(row)), self.duration) for row in self.path.position)
+        return hypot(*places), spin, spin_rate + (spin * spin if len(rates) > 1 else 0.0)
+
+
+@dataclass(frozen=True)
+class Gap:
+    """The way between two neighbouring samples."""
+
+    of: Followed
+    a: Sample
+    b: Sample
+
+    @property
+    def lasting(self) -> float:
+        return self.b.s - self.a.s
+
+    def halves(self, follower: Follower) -> tuple[Gap, Gap]:
+        middle = follower.sample(self.of.path, 0.5 * (self.a.s + self.b.s), self.a.joints)
+        return Gap(self.of, self.a, middle), Gap(self.of, middle, self.b)
+
+
+def check_continuous(follower: Follower, stretches: Sequence[Followed]) -> None:
+    """That the joints lead from each sample to the next. Of an arm with too few joints for its task nothing is known.
+
+    Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
+    """
+    if follower.arm.continuation is None:
+        return
+    gaps, left = [gap for stretch in stretches for gap in _gaps(follower, stretch)], MOST_SAMPLES
+    while gaps := _unproved(follower, gaps):
+        left -= len(gaps)
+        finest = min(gaps, key=lambda gap: gap.lasting / gap.of.duration)
+        if left < 0 or finest.lasting < FINEST * finest.of.duration:
+            raise follower.refuse_unproved(finest.of.path.pose(finest.a.s))
+        gaps = [half for gap in gaps for half in gap.halves(follower)]
+
+
+def _gaps(follower: Follower, stretch: Followed) -> list[Gap]:
+    """All, but those next to a singular pose where the tool rests: the follower's samples are close there."""
+    samples, begin, end = stretch.samples, 0.0, stretch.duration
+    if follower.singular(samples[0]):
+        begin = AT_REST * stretch.duration
+    if follower.singular(samples[-1]):
+        end -= AT_REST * stretch.duration
+    return [Gap(stretch, a, b) for a, b in pairwise(samples) if b.s > a.s and b.s > begin and a.s < end]
+
+
+def _unproved(follower: Follower, gaps: list[Gap]) -> list[Gap]:
+    continuation = follower.arm.continuation
+    assert continuation is not None
+    for pieces in PIECES:
+        if gaps:
+            proved = continuation.proved(_arrays(follower, gaps), _poses(follower, gaps, pieces))
+            gaps = [gap for gap, sure in zip(gaps, proved.tolist(), strict=True) if not sure]
+    return gaps
+
+
+def _arrays(follower: Follower, gaps: list[Gap]) -> Gaps:
+    import numpy as np
+
+    from vrs_cli.kinematics.continuation import Gaps
+
+    h = np.array([gap.lasting for gap in gaps])
+    rows = [(gap.a.joints, gap.b.joints, gap.a.velocity, gap.b.velocity) for gap in gaps]
+    begin, end, begin_rate, end_rate = np.array(rows).transpose(1, 0, 2)
+    place, turn, turn_bend = np.array([gap.of.bend for gap in gaps]).T
+    lever = hypot(*position(follower.T_tool_flange))  # of the flange, which the tool carries
+    turn_bend = turn_bend + turn * turn  # of the rotation, as a matrix
+    bend = (place + lever * turn_bend) * h * h
+    return Gaps(begin, end, begin_rate * h[:, None], end_rate * h[:, None], bend, turn * h, turn_bend * h * h)
+
+
+def _poses(follower: Follower, gaps: list[Gap], pieces: int) -> Floats:
+    """T_robot_flange (k, pieces + 1, 3, 4) at the ends of the pieces of each gap."""
+    import numpy as np
+
+    from vrs_cli.trajectory.path_batch import flange_poses
+
+    x = np.linspace(0.0, 1.0, pieces + 1)
+    poses = []
+    for path, same in groupby(gaps, key=lambda gap: gap.of.path):
+        s = np.concatenate([gap.a.s + x * gap.lasting for gap in same])
+        poses.append(flange_poses(path, s, follower.tool))
+    return np.concatenate(poses).reshape(len(gaps), pieces + 1, 3, 4)

@@ -1,0 +1,128 @@
+"""Whether the joints of an arm without a closed form lead from sample to sample of a way: proved, not sampled.
+
+Between two samples the cubic c(t) through their joints and rates is near the joints that are looked for, where
+F(t, q) = 0: what the flange misses, as the place and the vector of the sines of the turn. The theorem of Kantorovich
+(Ortega and Rheinboldt, "Iterative Solution of Nonlinear Equations in Several Variables", 1970, 12.6.2) at c(t): with
+beta >= |F'(c)^-1|, eta >= beta |F(c)| and |F'(p) - F'(q)| <= L |p - q|, there are such joints within 2 eta of c if
+beta L eta <= 1/2, and no others within 1 / (beta L). As this holds at every t, and c is exact at both samples, one
+continuous branch leads from one to the other.
+
+The cubic is looked at in pieces of g of it each. On one, |F| is at most what it is at the worse end and g2 / 8 of
+|F''|, and F' differs from the Jacobian J at an end by no more than L times the way of c, and |F| times |J|.
+
+Lengths [m], sliding joints among them, are divided by `Continuation.length` [m], so that all is in rad; norms are
+Euclidean, that of the inverse Frobenius's. With n joints that turn, the second derivatives of a rotation by them are at
+most n, the first at most the root of n; those of the place follow from how far the flange is from the axes at most.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from math import dist, hypot, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from vrs_cli.kinematics.axes import along, dot, from_to
+from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
+from vrs_cli.kinematics.numeric_arm import NumericArm
+from vrs_cli.kinematics.serial_batch import Flags, Floats
+from vrs_cli.kinematics.transform import position
+
+LENGTH = 0.4  # of the longest lever: the proof is easiest about there
+MOST = 0.5  # of beta L eta, and of what F' may lose on a piece
+
+
+class Gaps(NamedTuple):
+    """The ways between neighbouring samples, by the part of their time: derivatives are by that."""
+
+    begin: Floats  # joints (k, n) [rad, m]
+    end: Floats
+    begin_rate: Floats
+    end_rate: Floats
+    bend: Floats  # (k,) bounds: of the second derivative of the flange's place [m]
+    turn: Floats  # of the first of its rotation [rad]
+    turn_bend: Floats  # and of the second
+
+    def cubic(self, pieces: int) -> tuple[Floats, Floats, Floats]:
+        """Joints and rates at the ends of pieces (k, pieces + 1, n), and the second derivatives at both ends."""
+        x = np.linspace(0.0, 1.0, pieces + 1)[:, None]
+        p, v, w = self.begin[:, None], self.begin_rate[:, None], self.end_rate[:, None]
+        way = self.end[:, None] - p
+        square, cube = 3.0 * way - 2.0 * v - w, v + w - 2.0 * way
+        q = p + x * (v + x * (square + x * cube))
+        return q, v + x * (2.0 * square + 3.0 * x * cube), np.concatenate((square, square + 3.0 * cube), axis=1) * 2.0
+
+    def only(self, rows: Flags) -> Gaps:
+        return Gaps(*(column[rows] for column in self))
+
+
+class Continuation:
+    """The proof for one arm, whose joints but the held are as many as the parts of its task."""
+
+    def __init__(self, arm: NumericArm) -> None:
+        self.arm, model = arm, arm.model
+        self.free = np.array([i for i in range(model.joint_count) if i not in arm.held])
+        self.turns = np.array(arm.turning)[self.free]
+        levers = _levers(model, arm.turning)
+        self.length = LENGTH * levers[0]
+        sliding = np.cumsum(~np.array(arm.turning)[::-1])[::-1]  # joints beyond their ranges, by a length at most
+        self.levers = np.where(self.turns, (np.array(levers) / self.length + sliding)[self.free], 1.0)
+        self.units = np.where(self.turns, 1.0, self.length)
+        self.places = sum(model.task.counts[:3])
+
+    @cached_property
+    def place_bend(self) -> float:
+        """A bound of the second derivatives of the flange's place: of two joints the later one's lever counts."""
+        n = len(self.free)
+        first, later = np.minimum.outer(range(n), range(n)), np.maximum.outer(range(n), range(n))
+        return float(np.linalg.norm(np.where(self.turns[first], self.levers[later], 0.0), 2))
+
+    def proved(self, gaps: Gaps, T: Floats) -> Flags:
+        """(k,): of each gap; T (k, pieces + 1, 3, 4) are the poses of the flange at the ends of pieces."""
+        k, count = T.shape[:2]
+        g = 1.0 / (count - 1)
+        q, rates, bends = gaps.cubic(count - 1)
+        beta, missed = self._at(q.reshape(k * count, -1), T.reshape(k * count, 3, 4))
+        beta, missed = beta.reshape(k, count)[:, :-1], missed.reshape(k, count)
+        bend = self._size(bends).max(axis=1)[:, None]
+        speed = self._size(rates)[:, :-1] + g * bend
+        n = float(self.turns.sum())
+        lipschitz = hypot(self.place_bend, n)
+        place = gaps.bend[:, None] / self.length + self.place_bend * speed**2 + np.linalg.norm(self.levers) * bend
+        turn = gaps.turn_bend[:, None] + 2.0 * gaps.turn[:, None] * sqrt(n) * speed + n * speed**2 + sqrt(n) * bend
+        missed = np.maximum(missed[:, 1:], missed[:, :-1]) + g * g / 8.0 * np.hypot(place, turn)
+        lost = beta * (lipschitz * g * speed + sqrt(n) * missed)
+        beta = beta / np.where(lost < MOST, 1.0 - lost, np.nan)
+        sure: Flags = (beta * beta * lipschitz * missed <= MOST) & (beta * missed <= MOST)
+        return np.asarray(sure.all(axis=1))
+
+    def _at(self, q: Floats, T: Floats) -> tuple[Floats, Floats]:
+        """Of joints (N, n) for poses (N, 3, 4): |J^-1|, infinite where there is none, and what is missed (N,)."""
+        J, missed = self.arm.missed_batch(q, T)
+        J, missed = J[:, :, self.free] * self.units, missed.copy()
+        J[:, : self.places] /= self.length
+        missed[:, : self.places] /= self.length
+        try:
+            inverse = np.linalg.inv(J)
+        except np.linalg.LinAlgError:  # in one of them at least
+            inverse = np.linalg.pinv(J)
+            inverse[np.linalg.matrix_rank(J) < len(self.free)] = np.inf
+        return np.sqrt((inverse * inverse).sum(axis=(1, 2))), np.linalg.norm(missed, axis=1)
+
+    def _size(self, changes: Floats) -> Floats:
+        """(..., n) -> (...): of a change of the joints."""
+        return np.asarray(np.linalg.norm(changes[..., self.free] / self.units, axis=-1))
+
+
+def _levers(model: RobotModel, turning: tuple[bool, ...]) -> list[float]:
+    """How far the flange ever is from each axis [m]: by its feet on the axes, as in `SerialArm._reach`."""
+    at, far = position(link_frames(model, (0.0,) * model.joint_count)[-1]), 0.0
+    levers = []
+    rows = zip(joint_axes(model), model.lower, model.upper, turning, strict=True)
+    for axis, low, high, turns in reversed(list(rows)):
+        foot = along(axis.point, axis.direction, dot(from_to(axis.point, at), axis.direction))
+        far += dist(foot, at) + (0.0 if turns else max(abs(low), abs(high)))
+        levers.append(far)
+        at = foot
+    return levers[::-1]
