@@ -69,6 +69,10 @@ class NumericArm(SerialArm):
             held += (max(rest, key=lambda i: self._freedom([k for k in rest if k != i])),)
         return held
 
+    @cached_property
+    def _mean_freedom(self) -> float:
+        return self._freedom(self._all) / MEASURED
+
     def _freedom(self, joints: Sequence[int]) -> float:
         """How well these joints alone move the flange: the sum of Yoshikawa's measure over some poses."""
         total = 0.0
@@ -244,7 +248,7 @@ class NumericArm(SerialArm):
         """`elbow`: the freedom of this pose beside the mean of all; there is no telling which joints it is."""
         rows, _ = self._counted(q, self.jacobian(q), (0.0,) * 6)
         gram = [[sum(a * b for a, b in zip(u, v, strict=True)) for v in rows] for u in rows]
-        mean = self._freedom(self._all) / MEASURED
+        mean = self._mean_freedom
         return Singularity(1.0, min(sqrt(max(determinant(gram), 0.0)) / mean, 1.0) if mean else 1.0, 1.0)
 
 
