@@ -21,7 +21,7 @@ import os, sys
 import filelock, vrs_cli.files.continuing, vrs_cli.repl.plain, vrs_cli.repl.recorder
 from vrs_cli.__main__ import main
 print("ready", flush=True)
-while os.read(0, 1) != b"\\n":
+while os.read(0, 1) not in (b"\\n", b""):
     pass
 sys.exit(main(sys.argv[1:]))
 """
