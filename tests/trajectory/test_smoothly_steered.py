@@ -10,7 +10,16 @@ from vrs_cli.trajectory.blend import JointLimits, JointState
 from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
 from vrs_cli.trajectory.scurve import advanced, ramps
 from vrs_cli.trajectory.segment import JointPath, Phase
-from vrs_cli.trajectory.smoothly_steered import KEPT, Joint, _beyond, _constant, _jerk, _phased, smoothly_steered
+from vrs_cli.trajectory.smoothly_steered import (
+    KEPT,
+    Joint,
+    _beyond,
+    _constant,
+    _jerk,
+    _phased,
+    _slowing,
+    smoothly_steered,
+)
 from vrs_cli.trajectory.steered import Room, Target
 
 TICK = 1.0 / 64.0  # [s]
@@ -81,3 +90,15 @@ def test_a_target_that_moves_is_followed_without_a_lag() -> None:
         state = JointState(path.joints(TICK), path.velocity(TICK), path.acceleration(TICK))
     assert state.joints == pytest.approx((0.05 + w[0] * 120 * TICK, w[1] * 120 * TICK), abs=1e-4)
     assert state.velocity == pytest.approx(w, abs=1e-3)
+
+
+def test_joints_that_stop_together_keep_the_limits_of_each() -> None:
+    random = Random(5)
+    for _ in range(200):
+        joints = [AT_REST._replace(a_max=random.uniform(1.0, 9.0), j_max=random.uniform(5.0, 90.0)) for _ in range(3)]
+        velocities = [random.uniform(-1.4, 1.4) for _ in joints]
+        change = _slowing(joints, velocities)
+        for one, v in zip(joints, velocities, strict=True):
+            level = abs(change.level(v, 0.0, 0.0))
+            assert level <= KEPT * one.a_max * (1.0 + 1e-6)
+            assert level <= KEPT * one.j_max * min(change.rise, change.fall) * (1.0 + 1e-6)
