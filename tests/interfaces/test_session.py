@@ -237,7 +237,7 @@ $s "%s"
 """
     found = session.load_text(text % ("x" * 200))
     errors = {one.span.line: (one.code, one.span.column) for one in found if one.severity is Severity.ERROR}
-    assert errors == {3: (-404, 1), 7: (-404, 1), 11: (-402, 1), 14: (-457, 9)}
+    assert errors == {3: (-404, 1), 7: (-404, 1), 11: (-416, 1), 14: (-457, 9)}
     session.perform("LISTL good")
     session.perform("LISTR count")
 

@@ -9,6 +9,7 @@ from vrs_cli.errors import (
     IllegalArrayIndex,
     IllegalSignal,
     IllegalValue,
+    StringOverflow,
     TypeMismatch,
     UndefinedName,
     UndefinedValue,
@@ -127,7 +128,7 @@ def test_clearing_keeps_the_other_kinds() -> None:
 
 
 def test_strings_longer_than_128_characters_are_not_stored() -> None:
-    with pytest.raises(IllegalValue, match="129"):
+    with pytest.raises(StringOverflow, match="129"):
         Environment().reference("$s").assign("x" * 129)
 
 

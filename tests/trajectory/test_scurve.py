@@ -23,6 +23,7 @@ from vrs_cli.trajectory.scurve import (
     advanced,
     farthest,
     from_rest,
+    keeps,
     ramps,
     stop,
     turn_bounds,
@@ -220,3 +221,13 @@ def test_a_change_of_hours_is_not_looked_for() -> None:
     with pytest.raises(NoTimes):
         _possible(lambda change: tried.append(change.hold) or inf, Change(0.1, 1.0, 0.1), 0.0)
     assert 5_000.0 < max(tried) <= 10_000.0
+
+
+@pytest.mark.parametrize(
+    ("velocity", "present", "kept"),
+    [(0.9, 0.0, True), (1.1, 0.0, False), (0.9, -2.0, True), (-0.9, 2.0, True), (0.2, 3.0, False), (0.9, -9.0, False)],
+)
+def test_a_change_to_rest_keeps_acceleration_and_jerk_or_not(velocity: float, present: float, *, kept: bool) -> None:
+    """Two ramps of 0.5 s, at 2 m/s2 and 6 m/s3: the level is twice what is left after half the first ramp."""
+    change = Change(0.5, 0.0, 0.5)
+    assert keeps(change, (velocity, 0.0, 0.0), (present, 0.0, 0.0), 2.0, 6.0) == kept

@@ -120,11 +120,13 @@ def _losing(v: float, a: float, acceleration: float, jerk: float) -> Change:
         v, a = -v, -a
     level = min(sqrt(jerk * v + 0.5 * a * a), acceleration)
     fall, least = level / jerk, MOMENT
-    if fall < MOMENT:  # so little to do that the time grid would show in the jerk
+    if fall < 2.0 * MOMENT:  # so little to do that the time grid would show in the jerk
         fall = least = SHORTEST
         level = 0.5 * jerk * (sqrt(fall * fall + (8.0 * v + 4.0 * a * a / jerk) / jerk) - fall)
     rise = max(abs(a + level) / jerk, least)  # down to the level where ACCEL is lower now
     hold = (v + 0.5 * (a - level) * rise) / level - 0.5 * fall
+    if hold < 0.0 and least == MOMENT:  # the level is nearly that which there is: the rise does a part of the fall
+        fall = 0.5 * (sqrt(rise * rise + 4.0 * (2.0 * v + a * rise) / jerk) - rise)
     return Change(up_to_grid(rise) + ROOM, up_to_grid(max(hold, 0.0)), up_to_grid(fall) + ROOM)
 
 

@@ -48,6 +48,7 @@ STRETCH, STRETCHES = (
 )  # powers of it, by which the likely times of a stop are tried: from short to long
 RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # of a ramp
 
+NEARLY_NOTHING = 1e-6  # [s] of the least time
 NEARLY = 1.005  # of the least time that joints need by themselves: no need to look for times that are better
 WORTH = 1.05  # how much longer common times may take than times of their own
 
@@ -92,6 +93,8 @@ def _common_times(parts: Sequence[Part], least: float) -> Course | Sequence[Cour
     course = None
     with suppress(NoTimes):  # joints near their greatest velocity need different times to lose their accelerations
         course = from_motion(parts, slowest.change, least, NEARLY * max(least, slowest.lasting))
+    if course is not None and course.total < least - NEARLY_NOTHING:  # its change leaves no slower cruise
+        course = None
     if course is not None:
         enough = course.total / WORTH
         if least >= enough or slowest.lasting >= enough or any(fastest(part).lasting >= enough for part in others):

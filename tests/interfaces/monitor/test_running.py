@@ -63,7 +63,10 @@ def test_whoever_watches_sees_progress() -> None:
 
 def test_abort_stops_motion_that_is_scheduled() -> None:
     session = at(RecordingTerminal(), "DRIVE 1, 60 AT 5", "ABORT")
-    assert last(session, replies.Message).text == "The motion is stopped"
+    stopped, _ = session.terminal.replies[-2:]  # type: ignore[attr-defined]
+    assert stopped.text == "The motion is stopped"
+    (dropped,) = last(session, replies.Displaced).displacement.dropped
+    assert dropped.text == "DRIVE 1, 60 AT 5"
     assert session.engine.position(100.0).joints[0] == pytest.approx(0.0)
     session.perform("ABORT")
     assert last(session, replies.Message).text == "Nothing is running"
