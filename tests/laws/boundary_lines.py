@@ -8,7 +8,6 @@ them: poses by the links of the robot's table and numpy, rates by differences.
 from __future__ import annotations
 
 import sys
-import traceback
 from dataclasses import dataclass
 from math import pi
 from random import Random
@@ -16,6 +15,7 @@ from random import Random
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.laws.lines import count_faults
 from vrs_cli.engine.planner import Here, plan_motion
 from vrs_cli.engine.position import joints_over
 from vrs_cli.errors import MotionError
@@ -241,17 +241,8 @@ def _square(T: Transform) -> Floats:
 
 
 def main(seeds: int, first: int, robots: list[str]) -> int:
-    faults = 0
-    for name in robots or robot_names():
-        model, done = load_robot(name), 0
-        for seed in range(first, first + seeds):
-            try:
-                done += check_line(model, seed)
-            except Exception:
-                faults += 1
-                print(f"--- {name}, seed {seed}\n{traceback.format_exc(limit=-3)}", flush=True)
-        print(f"{name}: {done} lines of {seeds}, {faults} faults", flush=True)
-    return 1 if faults else 0
+    names = robots or robot_names()
+    return 1 if sum(count_faults(load_robot(name), check_line, range(first, first + seeds)) for name in names) else 0
 
 
 if __name__ == "__main__":

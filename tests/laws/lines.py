@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 import traceback
+from collections.abc import Callable
 from random import Random
 
 from tests.laws.motion_laws import check_continuous, check_limits
@@ -71,15 +72,20 @@ def _bent(random: Random) -> float:
 
 
 def main(robot: str, seeds: int, first: int = 0) -> int:
-    model, done, faults = load_robot(robot), 0, 0
-    for seed in range(first, first + seeds):
+    return 1 if count_faults(load_robot(robot), check_line, range(first, first + seeds)) else 0
+
+
+def count_faults(model: RobotModel, check: Callable[[RobotModel, int], bool], seeds: range) -> int:
+    """Check a line for each seed, and tell of each fault. `check`: whether the line was possible."""
+    done = faults = 0
+    for seed in seeds:
         try:
-            done += check_line(model, seed)
+            done += check(model, seed)
         except Exception:
             faults += 1
-            print(f"--- seed {seed}\n{traceback.format_exc()}", flush=True)
-    print(f"{robot}: {done} lines of {seeds}, {faults} faults")
-    return 1 if faults else 0
+            print(f"--- {model.name}, seed {seed}\n{traceback.format_exc()}", flush=True)
+    print(f"{model.name}: {done} lines of {len(seeds)}, {faults} faults", flush=True)
+    return faults
 
 
 if __name__ == "__main__":

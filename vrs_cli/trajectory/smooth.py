@@ -42,13 +42,10 @@ from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
 from vrs_cli.trajectory.separate import course_pieces, fastest, together
 from vrs_cli.trajectory.vector import added, dot, length, rotated_back, scaled, subtracted
 
-STRETCH, STRETCHES = (
-    1.02,
-    (-150, 150),
-)  # powers of it, by which the likely times of a stop are tried: from short to long
+STRETCH = 1.02  # powers of it are factors by which the likely times of a stop are tried
+STRETCHES = (-150, 150)  # the powers, from short to long
 RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # of a ramp
-
-NEARLY_NOTHING = 1e-6  # [s] of the least time
+ROUNDING = 1e-6  # [s] of the least time
 NEARLY = 1.005  # of the least time that joints need by themselves: no need to look for times that are better
 WORTH = 1.05  # how much longer common times may take than times of their own
 
@@ -93,7 +90,7 @@ def _common_times(parts: Sequence[Part], least: float) -> Course | Sequence[Cour
     course = None
     with suppress(NoTimes):  # joints near their greatest velocity need different times to lose their accelerations
         course = from_motion(parts, slowest.change, least, NEARLY * max(least, slowest.lasting))
-    if course is not None and course.total < least - NEARLY_NOTHING:  # its change leaves no slower cruise
+    if course is not None and course.total < least - ROUNDING:  # its change leaves no slower cruise
         course = None
     if course is not None:
         enough = course.total / WORTH
