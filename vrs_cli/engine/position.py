@@ -16,7 +16,7 @@ from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
-from vrs_cli.trajectory.block_table import BlockTable, block_table
+from vrs_cli.trajectory.block_table import BlockTable
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.rope import Block
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
@@ -125,7 +125,7 @@ def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
     sorted_times = times if order is None else times[order]
     found = np.empty((len(times), arm.model.joint_count))
     for block, rows in _blocks(timeline, sorted_times):
-        table, part = block_table(block)
+        table, part = block.table()
         places, s = table.locate(sorted_times[rows], block.offset, part)
         _joints(arm, table, places, s, found[rows])
     if order is None:
@@ -225,7 +225,7 @@ def _fill(arm: RobotArm, block: Block, rows: slice, out: Positions) -> None:
     from vrs_cli.kinematics import transform_batch as batch
 
     times = out.times[rows]
-    table, part = block_table(block)
+    table, part = block.table()
     places, s = table.locate(times, block.offset, part)
     moving = (times >= table.starts[places] + block.offset) & (s < table.durations[places]) & ~table.resting[places]
     q, qd, qdd = out.joints[rows], out.velocity[rows], out.acceleration[rows]

@@ -11,7 +11,6 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from vrs_cli.trajectory.motion import Frames
-from vrs_cli.trajectory.rope import BLOCK, Block
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
 
 if TYPE_CHECKING:
@@ -84,18 +83,8 @@ class BlockTable:
         return qd, qdd
 
 
-def block_table(block: Block) -> tuple[BlockTable, slice]:
-    """The table that a block is in, and the part of it that the block is."""
-    number, first = divmod(block.first, BLOCK)
-    part = slice(first, first + block.last - block.first)
-    tables = block.row.tables
-    table = tables.get(number)
-    if table is None or len(table.segments) < part.stop:  # the row has grown since
-        table = tables[number] = _tabulated(block.row.segments[number * BLOCK : (number + 1) * BLOCK])
-    return table, part
-
-
-def _tabulated(segments: list[Segment]) -> BlockTable:
+def tabulated(segments: list[Segment]) -> BlockTable:
+    """The table of segments that follow each other."""
     import numpy as np
 
     paths = [segment.path for segment in segments]

@@ -18,12 +18,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from threading import Lock
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from vrs_cli.trajectory.block_table import BlockTable, tabulated
 from vrs_cli.trajectory.segment import Segment
-
-if TYPE_CHECKING:
-    from vrs_cli.trajectory.block_table import BlockTable
 
 SMALL = 128  # segments: a leaf of no more may be copied
 BLOCK = 128  # segments of a row that are read as arrays at once
@@ -108,6 +106,16 @@ class Block(NamedTuple):
     @property
     def begin(self) -> float:
         return self.offset + self.row.starts[self.first]
+
+    def table(self) -> tuple[BlockTable, slice]:
+        """The table that the block is in, and the part of it that the block is."""
+        number, first = divmod(self.first, BLOCK)
+        part = slice(first, first + self.last - self.first)
+        table = self.row.tables.get(number)
+        if table is None or len(table.segments) < part.stop:  # the row has grown since
+            table = tabulated(self.row.segments[number * BLOCK : (number + 1) * BLOCK])
+            self.row.tables[number] = table
+        return table, part
 
 
 # --- making ------------------------------------------------------------------------------------------------------
