@@ -23,10 +23,11 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import Here, plan, plan_motion
 from vrs_cli.engine.position import joints_at, joints_over, positions_at
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.trajectory.blend import JointState
-from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
+from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath, Segment
+from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
 
 MODEL = load_robot("puma560")

@@ -13,10 +13,11 @@ from ruckig import InputParameter, Result, Ruckig, Trajectory
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import Here, joint_limits, plan_motion, state_at
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.trajectory.blend import JointState
-from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
+from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import Phase
+from vrs_cli.trajectory.state import JointState
 
 MODEL = load_robot("puma560")
 ARM = Engine(MODEL).arm

@@ -14,11 +14,12 @@ from vrs_cli.engine.planner import Here, plan_motion, state_at
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, position
-from vrs_cli.trajectory.blend import JointState
-from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
+from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, Segment
+from vrs_cli.trajectory.state import JointState
 
 MODEL = load_robot("puma560")
 ARM = arm_for(MODEL)

@@ -13,11 +13,12 @@ from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, from_oat
-from vrs_cli.trajectory.blend import JointState
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, Profile, Start
+from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, Segment
+from vrs_cli.trajectory.state import JointState
 
 STEP = 1e-4  # [s] of differences
 POINTING = [FIVE, SEVEN, CLOSED]

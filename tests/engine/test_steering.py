@@ -17,7 +17,7 @@ from vrs_cli.errors import JointOutOfRange, PowerOff, StreamIsOver
 from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.trajectory.steered import Target
+from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline
 
 MODEL = load_robot("puma560")

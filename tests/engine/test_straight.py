@@ -27,6 +27,7 @@ from vrs_cli.engine.position import joints_over
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.model import PROFILES
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import (
     IDENTITY,
@@ -37,9 +38,9 @@ from vrs_cli.kinematics.transform import (
     rotation_z,
     translation,
 )
-from vrs_cli.trajectory.blend import JointState
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, Profile, Start
+from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath, Phase
+from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
 
 MODEL = load_robot("puma560")

@@ -16,20 +16,12 @@ from vrs_cli.files.records import LARGEST, Form
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.configuration import ALL
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, from_oat, translation
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
-from vrs_cli.trajectory.motion import (
-    AlignedTarget,
-    Frames,
-    JointOffsetTarget,
-    Kind,
-    Motion,
-    Profile,
-    Start,
-    ToolOffsetTarget,
-)
+from vrs_cli.trajectory.motion import AlignedTarget, Frames, JointOffsetTarget, Kind, Motion, Start, ToolOffsetTarget
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment, Turn
 from vrs_cli.trajectory.timeline import Timeline
 

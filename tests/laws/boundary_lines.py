@@ -22,6 +22,7 @@ from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import (
     IDENTITY,
@@ -34,9 +35,9 @@ from vrs_cli.kinematics.transform import (
     rotation_about,
     translation,
 )
-from vrs_cli.trajectory.blend import JointState
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, Profile, Start
+from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, Segment
+from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
 
 Floats = NDArray[np.float64]

@@ -24,7 +24,7 @@ from vrs_cli.interfaces.session import Session
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.trajectory.instant import TICK
-from vrs_cli.trajectory.steered import Target
+from vrs_cli.trajectory.state import Target
 
 LOOKS = 6  # instants of the past that are looked at before and after each command
 

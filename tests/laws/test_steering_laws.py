@@ -26,7 +26,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat, translation
-from vrs_cli.trajectory.steered import Target
+from vrs_cli.trajectory.state import Target
 
 TICK = 0.02
 PROFILES = ("LSPB", "SCURVE")

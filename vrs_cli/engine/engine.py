@@ -62,12 +62,13 @@ from vrs_cli.errors import (
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import Transform, compose, inverse
-from vrs_cli.trajectory.blend import rest
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, Profile, RelativeTarget, Start
-from vrs_cli.trajectory.steered import Target
+from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start
+from vrs_cli.trajectory.segment import rest
+from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline
 
 LONGER = 1.0 + 1e-5  # a tick of steering, so that the next target comes before its end
@@ -425,7 +426,7 @@ class Engine:
             self._edit(self._motion_from_now(goal, speed, text), on_grid(self.now), False)
 
     def steer(self, target: Target, tick: float, *, speed: float = 1.0, text: str = "STEER") -> None:
-        """Chase a target from now on, for a tick [s], until the next one comes (`trajectory.steered`); what was
+        """Chase a target from now on, for a tick [s], until the next one comes (`trajectory.laws`); what was
         scheduled is dropped. Without a next one the robot coasts for a while and brakes.
 
         Targets that follow each other are one motion, which UNDO takes back as a whole. Of each the timeline keeps what

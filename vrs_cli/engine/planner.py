@@ -17,23 +17,18 @@ from vrs_cli.engine.targets import aimed
 from vrs_cli.errors import MotionError, PathWithoutJoints, StreamIsOver
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, largest_change
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import Transform, compose, distance, inverse
-from vrs_cli.trajectory import smooth
-from vrs_cli.trajectory.blend import (
-    JointLimits,
-    JointState,
-    ToolState,
-    joint_motion,
-    joint_stop,
-    joint_stop_each,
-    rest,
-)
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.instant import on_grid, up_to_grid
-from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
+from vrs_cli.trajectory.laws import scurve
+from vrs_cli.trajectory.laws.lspb import joint_motion, joint_stop, joint_stop_each
+from vrs_cli.trajectory.laws.scurve_times import turns
+from vrs_cli.trajectory.limits import JointLimits
+from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.polynomial import value
-from vrs_cli.trajectory.scurve import turns
-from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
+from vrs_cli.trajectory.state import JointState, ToolState
 from vrs_cli.trajectory.timeline import Timeline
 
 NEARLY_NOW = 1e-6  # [s] to which the instant is found at which a corner is near
@@ -142,7 +137,7 @@ class NoWay(Exception):
 def _plan_joint(arm: RobotArm, here: Here, motion: Motion, start: float, _slowest: float) -> tuple[Segment, ...]:
     assert motion.goal is not None
     limits = joint_limits(arm, motion)
-    planned = smooth.joint_motion if motion.profile is Profile.SCURVE else joint_motion
+    planned = scurve.joint_motion if motion.profile is Profile.SCURVE else joint_motion
     segments = planned(here.joints, motion.goal, limits, start, motion, motion.duration)
     if here.joints.at_rest or stays_inside(arm, segments):
         return segments or _there_already(here, start, motion)
@@ -234,7 +229,7 @@ def _stops(arm: RobotArm, state: JointState, motion: Motion, start: float) -> It
     smoothly = motion.profile is Profile.SCURVE
     if smoothly:
         ranges = tuple(zip(model.lower, model.upper, strict=True))
-        yield smooth.joint_stop(state, limits, ranges, start, motion)
+        yield scurve.joint_stop(state, limits, ranges, start, motion)
     if not (smoothly and state.acceleration):
         parabolic = replace(motion, profile=Profile.LSPB)
         yield joint_stop(state, limits, start, parabolic)

@@ -27,9 +27,9 @@ from vrs_cli.kinematics.transform import (
     inverse,
     rotation_about,
 )
-from vrs_cli.trajectory.blend import JointState
 from vrs_cli.trajectory.motion import Frames, Motion
 from vrs_cli.trajectory.segment import CartesianPath, Segment, stops_on_the_way
+from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.vector import added, cross, length, scaled, subtracted
 
 STEPS = 200  # in which a line is walked

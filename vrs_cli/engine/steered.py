@@ -6,13 +6,16 @@ from functools import partial
 
 from vrs_cli.engine.planner import Place, braked, joint_limits, place_at, stays_inside
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.blend import JointLimits, JointState, joint_stop_each
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
-from vrs_cli.trajectory.motion import Motion, Profile
-from vrs_cli.trajectory.scurve import Pieces
+from vrs_cli.trajectory.laws.lspb import joint_stop_each
+from vrs_cli.trajectory.laws.lspb_steering import Room, steered
+from vrs_cli.trajectory.laws.scurve_steering import smoothly_steered
+from vrs_cli.trajectory.laws.scurve_times import Pieces
+from vrs_cli.trajectory.limits import JointLimits
+from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import JointPath, Segment
-from vrs_cli.trajectory.smoothly_steered import smoothly_steered
-from vrs_cli.trajectory.steered import Room, Target, steered
+from vrs_cli.trajectory.state import JointState, Target
 from vrs_cli.trajectory.timeline import Timeline
 
 

@@ -21,13 +21,17 @@ from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import Transform, at_position, axis_angle, compose, inverse, position
-from vrs_cli.trajectory import smooth
-from vrs_cli.trajectory.blend import JointState, ToolLimits, ToolState, ToolStretch, straight_motion, straight_stop
-from vrs_cli.trajectory.motion import Motion, Profile
+from vrs_cli.trajectory.laws import scurve
+from vrs_cli.trajectory.laws.lspb import straight_motion, straight_stop
+from vrs_cli.trajectory.laws.scurve_times import NoTimes
+from vrs_cli.trajectory.limits import ToolLimits
+from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import value
-from vrs_cli.trajectory.scurve import NoTimes
 from vrs_cli.trajectory.segment import CartesianPath, Phase, Segment, Turn
+from vrs_cli.trajectory.state import JointState, ToolState
+from vrs_cli.trajectory.stretch import ToolStretch
 from vrs_cli.trajectory.vector import dot, subtracted
 
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
@@ -280,7 +284,7 @@ class _Line:
         if not self.smoothly:
             return straight_motion(self.state, goal, limits, self.least)
         try:
-            return smooth.straight_motion(self.state, goal, limits, self.least)
+            return scurve.straight_motion(self.state, goal, limits, self.least)
         except NoTimes:
             raise StraightLineSingular(
                 "the tool moves too fast to go over to the line within its limits",
@@ -351,7 +355,7 @@ class _Stop(_Line):
         if not self.smoothly:
             return straight_stop(self.state, limits)
         try:
-            return smooth.straight_stop(self.state, limits)
+            return scurve.straight_stop(self.state, limits)
         except NoTimes as no_times:
             raise StraightLineSingular(str(no_times)) from None
 

@@ -20,14 +20,7 @@ from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.joints import Joints, joints_outside
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, inverse, rotation_about
-from vrs_cli.trajectory.motion import (
-    AlignedTarget,
-    Frames,
-    JointOffsetTarget,
-    Kind,
-    Motion,
-    ToolOffsetTarget,
-)
+from vrs_cli.trajectory.motion import AlignedTarget, Frames, JointOffsetTarget, Kind, Motion, ToolOffsetTarget
 from vrs_cli.trajectory.vector import cross, dot, length
 
 FARTHEST = 100.0  # [m] of a location, a tool or a base: beyond, the figures of an arm are lost in rounding

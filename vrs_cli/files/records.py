@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, cast
 import msgspec
 
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Flag, Wrist
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.instant import LATEST, TICKS_PER_SECOND
@@ -23,7 +24,6 @@ from vrs_cli.trajectory.motion import (
     JointOffsetTarget,
     Kind,
     Motion,
-    Profile,
     RelativeTarget,
     Start,
     ToolOffsetTarget,

@@ -13,7 +13,7 @@ from math import sqrt
 from vrs_cli.engine.engine import Engine
 from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.trajectory.steered import Target
+from vrs_cli.trajectory.state import Target
 
 SHORTEST, LONGEST = 0.001, 0.5  # [s] between targets of a stream: a longer time is a gap
 

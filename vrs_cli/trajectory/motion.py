@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 
@@ -31,13 +32,6 @@ class Start(Enum):
     AT = "at"  # at its own time, or as soon as the motion before has ended
     AFTER = "after"  # when the motion before has ended, plus the pause there was
     BLEND = "blend"  # at the start of the deceleration of the motion before (continuous path)
-
-
-class Profile(Enum):
-    """How velocity changes: at constant acceleration (linear with parabolic blends), or at constant jerk (S-curve)."""
-
-    LSPB = "lspb"
-    SCURVE = "scurve"
 
 
 @dataclass(frozen=True, slots=True)

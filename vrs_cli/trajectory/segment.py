@@ -172,6 +172,11 @@ class Segment:
         return replace(self, finish=finish)
 
 
+def rest(joints: Joints, duration: float, start: float, motion: Motion) -> Segment:
+    """Stand still; also for no time at all, when only the hand or the tool changes."""
+    return Segment(start, start + duration, JointPath(tuple((q,) for q in joints)), Phase.REST, motion)
+
+
 def stops_on_the_way(segments: Iterable[Segment]) -> Iterator[Segment]:
     """The segments at whose end a straight line comes to rest, to go on from there."""
     for a, b in pairwise(segments):

@@ -16,21 +16,17 @@ from math import copysign, sqrt
 from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.trajectory.blend import JointLimits, JointState, joint_stop, joint_stop_each, laid
+from vrs_cli.trajectory.laws.lspb import joint_stop, joint_stop_each
+from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import parabola
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+from vrs_cli.trajectory.state import JointState, Target
+from vrs_cli.trajectory.stretch import segments_of
 
 RESPONSE = 2.5  # D in ticks: quick, and steady for targets that are known once a tick
 COASTING = 1.0  # ticks: how late the next target may come without a jolt
 SPARE = 1.0 - 1e-9  # of limits, for rounding
-
-
-class Target(NamedTuple):
-    """Where the joints are to be now [rad], and how fast that place moves [rad/s]."""
-
-    joints: Joints
-    velocity: Joints
 
 
 class Room(NamedTuple):
@@ -50,7 +46,7 @@ def steered(
             state.joints, state.velocity, *target, limits.velocity, limits.acceleration, *room, strict=True
         )
     )
-    chase = laid(start, motion, _chase(state, v1, tick))
+    chase = segments_of(start, motion, _chase(state, v1, tick))
     last = chase[-1]
     assert isinstance(last.path, JointPath)
     after = JointState(last.path.joints(last.duration), v1)

@@ -10,12 +10,13 @@ from tests.laws.motion_laws import check_continuous
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import Here, plan_motion
 from vrs_cli.kinematics.joints import largest_change
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.trajectory.blend import JointState
-from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
-from vrs_cli.trajectory.scurve import Part, advanced
+from vrs_cli.trajectory.laws.scurve_separate import course_pieces, together
+from vrs_cli.trajectory.laws.scurve_times import Part, advanced
+from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath
-from vrs_cli.trajectory.separate import course_pieces, together
+from vrs_cli.trajectory.state import JointState
 
 MODEL = load_robot("puma560")
 

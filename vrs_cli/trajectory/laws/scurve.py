@@ -1,4 +1,4 @@
-"""Segments of one jerk-limited motion: the same as `blend`, with the times of `scurve`.
+"""Segments of one jerk-limited motion: the same as `lspb`, with the times of `scurve_times`.
 
 Position, velocity and acceleration are continuous from the state that the motion begins in to its end at rest.
 """
@@ -12,12 +12,10 @@ from itertools import accumulate, pairwise
 
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
 from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, rotation_about
-from vrs_cli.trajectory.blend import STEADY, JointLimits, JointState, ToolLimits, ToolState, ToolStretch, laid
 from vrs_cli.trajectory.instant import up_to_grid
-from vrs_cli.trajectory.motion import Motion
-from vrs_cli.trajectory.polynomial import Polynomial, value
-from vrs_cli.trajectory.profile import MARGIN, NEGLIGIBLE
-from vrs_cli.trajectory.scurve import (
+from vrs_cli.trajectory.laws.lspb_times import MARGIN
+from vrs_cli.trajectory.laws.scurve_separate import course_pieces, fastest, together
+from vrs_cli.trajectory.laws.scurve_times import (
     NONE,
     Bounds,
     Change,
@@ -38,8 +36,12 @@ from vrs_cli.trajectory.scurve import (
     turning_back,
     vector_bounds,
 )
+from vrs_cli.trajectory.limits import JointLimits, ToolLimits
+from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.polynomial import Polynomial, value
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
-from vrs_cli.trajectory.separate import course_pieces, fastest, together
+from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, JointState, ToolState
+from vrs_cli.trajectory.stretch import ToolStretch, segments_of
 from vrs_cli.trajectory.vector import added, dot, length, rotated_back, scaled, subtracted
 
 STRETCH = 1.02  # powers of it are factors by which the likely times of a stop are tried
@@ -76,11 +78,11 @@ def joint_motion(
     """The joint-interpolated motion to rest at `goal`; `least`: the least duration [s]."""
     parts = _parts(state, goal, limits)
     if state.at_rest:
-        return laid(start, motion, _joint_stretches(state, goal, from_rest(parts, least), Phase.ACCELERATE))
+        return segments_of(start, motion, _joint_stretches(state, goal, from_rest(parts, least), Phase.ACCELERATE))
     course = _common_times(parts, least)
     if isinstance(course, Course):
-        return laid(start, motion, _joint_stretches(state, goal, course, Phase.BLEND))
-    return laid(start, motion, _separate_stretches(state, parts, course))
+        return segments_of(start, motion, _joint_stretches(state, goal, course, Phase.BLEND))
+    return segments_of(start, motion, _separate_stretches(state, parts, course))
 
 
 def _common_times(parts: Sequence[Part], least: float) -> Course | Sequence[Course]:
@@ -175,7 +177,7 @@ def joint_stop(
         state.joints, state.velocity, _accelerations(state), limits.acceleration, limits.jerk, ranges, strict=True
     )
     pieces = [_stopped(q, v, a, a_max, j_max, within) for q, v, a, a_max, j_max, within in rows]
-    return laid(start, motion, joint_pieces(state, pieces, Phase.DECELERATE))
+    return segments_of(start, motion, joint_pieces(state, pieces, Phase.DECELERATE))
 
 
 def _stopped(q: float, v: float, a: float, acceleration: float, jerk: float, within: tuple[float, float]) -> Pieces:

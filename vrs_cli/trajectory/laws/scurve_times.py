@@ -26,7 +26,8 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import Vector
 from vrs_cli.trajectory.instant import up_to_grid
-from vrs_cli.trajectory.profile import MARGIN, NEGLIGIBLE, ROOM, SAME, SLIVER
+from vrs_cli.trajectory.laws.lspb_times import MARGIN, ROOM, SAME, SLIVER
+from vrs_cli.trajectory.state import NEGLIGIBLE
 from vrs_cli.trajectory.vector import added, dot, length, scaled, subtracted
 
 PEAK = 1.0 + 1e-6  # a velocity that is this little above its limit is at it

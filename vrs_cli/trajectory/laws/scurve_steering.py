@@ -1,4 +1,4 @@
-"""One tick of jerk-limited steering: as `steered`, but the acceleration does not jump. Each joint has a constant jerk.
+"""One tick of jerk-limited steering: `lspb_steering` without jumps of the acceleration. Each joint has a constant jerk.
 
 Every joint wants the velocity `w + g(e)`: that of its target, and one that takes away the error e in RESPONSE ticks,
 but no more than it can brake from on the way. It wants the acceleration that brings it there and is gone again just
@@ -16,13 +16,15 @@ from collections.abc import Callable, Iterator, Sequence
 from math import copysign, sqrt
 from typing import NamedTuple
 
-from vrs_cli.trajectory.blend import JointLimits, JointState, laid
 from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.laws.lspb_steering import COASTING, SPARE, Room
+from vrs_cli.trajectory.laws.scurve import changed, joint_pieces
+from vrs_cli.trajectory.laws.scurve_times import MOMENT, Change, Pieces, advanced, farthest, ramps, stop
+from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.motion import Motion
-from vrs_cli.trajectory.scurve import MOMENT, Change, Pieces, advanced, farthest, ramps, stop
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
-from vrs_cli.trajectory.smooth import changed, joint_pieces
-from vrs_cli.trajectory.steered import COASTING, SPARE, Room, Target
+from vrs_cli.trajectory.state import JointState, Target
+from vrs_cli.trajectory.stretch import segments_of
 
 RESPONSE = 4.0  # ticks in which an error goes: the quickest without going beyond
 EASY = 0.25  # of acceleration and jerk, to come near a target with
@@ -67,7 +69,7 @@ def smoothly_steered(
     if len(steady) == len(joints):
         together = _together(steady, tick)
         if together:
-            return laid(start, motion, iter(together))
+            return segments_of(start, motion, iter(together))
     before = coming() if None in jerks else [()] * len(joints)
     if before is None:
         return ()
@@ -75,7 +77,7 @@ def smoothly_steered(
         planned if jerk is None else ((tick, jerk), *_stopped(one, jerk, tick))
         for one, jerk, planned in zip(joints, jerks, before, strict=True)
     ]
-    return laid(start, motion, _phased(joint_pieces(state, pieces, Phase.DECELERATE), tick))
+    return segments_of(start, motion, _phased(joint_pieces(state, pieces, Phase.DECELERATE), tick))
 
 
 def _joints(state: JointState, target: Target, limits: JointLimits, room: Room) -> list[Joint]:

@@ -1,22 +1,18 @@
 """Segments of one motion: blend from the present state, cruise on the line to the target, slow down to rest.
 
 From rest the blend is the acceleration. In joint space all joints, in Cartesian space position and rotation of the
-tool tip start and stop together (`profile`).
+tool tip start and stop together (`lspb_times`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from math import inf
+from dataclasses import replace
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, rotation_about
 from vrs_cli.trajectory.instant import up_to_grid
-from vrs_cli.trajectory.motion import Motion
-from vrs_cli.trajectory.polynomial import Polynomial, parabola, value
-from vrs_cli.trajectory.profile import (
-    NEGLIGIBLE,
+from vrs_cli.trajectory.laws.lspb_times import (
     Component,
     Demand,
     Times,
@@ -26,127 +22,15 @@ from vrs_cli.trajectory.profile import (
     search,
     vector_demands,
 )
+from vrs_cli.trajectory.limits import JointLimits, ToolLimits
+from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.polynomial import Polynomial, parabola, value
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+from vrs_cli.trajectory.state import NEGLIGIBLE, JointState, ToolState
+from vrs_cli.trajectory.stretch import ToolStretch, segments_of
 from vrs_cli.trajectory.vector import length, rotated_back, scaled, subtracted
 
-# A blend of two straight lines has the deceleration of the first and the acceleration of the second at once, as in VAL:
-# so the corner is rounded on its inside. What the joints can follow is checked after.
-CORNER = 2.0
 FIRST_STEPS = 4  # towards the shortest blend of two lines, which is the quickest as a rule
-STEADY = 1e-9  # an acceleration that is none [rad/s2, m/s2]
-
-
-@dataclass(frozen=True, slots=True)
-class JointState:
-    """Joints, their velocities and accelerations [rad, rad/s, rad/s2].
-
-    `acceleration` empty: none, or one that may jump (LSPB).
-    """
-
-    joints: Joints
-    velocity: Joints
-    acceleration: Joints = ()
-
-    @property
-    def at_rest(self) -> bool:
-        return all(abs(v) <= NEGLIGIBLE for v in self.velocity) and not self.accelerating
-
-    @property
-    def accelerating(self) -> bool:
-        """Whether there is an acceleration to carry on with."""
-        return any(abs(a) > STEADY for a in self.acceleration)
-
-
-@dataclass(frozen=True, slots=True)
-class ToolState:
-    """T_robot_tool with the velocity of the tool tip [m/s] and its angular velocity in the robot's frame [rad/s].
-
-    `acceleration` [m/s2] and `spin_rate` [rad/s2] of both: zero where they may jump (LSPB).
-    """
-
-    pose: Transform
-    velocity: Vector
-    spin: Vector
-    acceleration: Vector = (0.0, 0.0, 0.0)
-    spin_rate: Vector = (0.0, 0.0, 0.0)
-
-    @property
-    def at_rest(self) -> bool:
-        return length(self.velocity) <= NEGLIGIBLE and length(self.spin) <= NEGLIGIBLE and not self.accelerating
-
-    @property
-    def accelerating(self) -> bool:
-        """Whether there is an acceleration to carry on with."""
-        return length(self.acceleration) > STEADY or length(self.spin_rate) > STEADY
-
-
-@dataclass(frozen=True, slots=True)
-class JointLimits:
-    """What each joint may do in a motion [rad/s, rad/s2, rad/s3]; `peak`: the velocity it may never exceed."""
-
-    velocity: Joints
-    acceleration: Joints
-    jerk: Joints = ()
-    peak: Joints = ()
-
-
-@dataclass(frozen=True, slots=True)
-class ToolLimits:
-    """What the tool tip may do in a motion [m/s, m/s2, rad/s, rad/s2, m/s3, rad/s3].
-
-    `blending`, `blending_jerk`: how many times these accelerations and jerks a blend out of a motion may have.
-    """
-
-    speed: float
-    acceleration: float
-    spin: float
-    spin_acceleration: float
-    jerk: float = inf
-    spin_jerk: float = inf
-    blending: float = CORNER
-    blending_jerk: float = CORNER
-
-    @property
-    def blend_acceleration(self) -> float:
-        return self.blending * self.acceleration
-
-    @property
-    def blend_spin_acceleration(self) -> float:
-        return self.blending * self.spin_acceleration
-
-    @property
-    def blend_jerk(self) -> float:
-        return self.blending_jerk * self.jerk
-
-    @property
-    def blend_spin_jerk(self) -> float:
-        return self.blending_jerk * self.spin_jerk
-
-    def slowed(self, velocity: float, acceleration: float, jerk: float = 1.0) -> ToolLimits:
-        """Velocities divided by the first factor, accelerations by the second, jerks by the third."""
-        return replace(
-            self,
-            speed=self.speed / velocity,
-            acceleration=self.acceleration / acceleration,
-            spin=self.spin / velocity,
-            spin_acceleration=self.spin_acceleration / acceleration,
-            jerk=self.jerk / jerk,
-            spin_jerk=self.spin_jerk / jerk,
-        )
-
-    def blended(self, acceleration: float, jerk: float) -> ToolLimits:
-        """The acceleration of a blend divided by the first factor, its jerk by the second."""
-        return replace(self, blending=self.blending / acceleration, blending_jerk=self.blending_jerk / jerk)
-
-
-def laid(start: float, motion: Motion, stretches: Iterator[tuple[float, Phase, Path]]) -> tuple[Segment, ...]:
-    """Segments one after the other from `start`; those of no duration are left out."""
-    segments = []
-    for duration, phase, path in stretches:
-        if duration > 0.0:
-            segments.append(Segment(start, start + duration, path, phase, motion))
-            start += duration
-    return tuple(segments)
 
 
 # --- joint space -----------------------------------------------------------------------------------------------
@@ -164,7 +48,7 @@ def joint_motion(
     ]
     resting = state.at_rest
     times = from_rest(components, least) if resting else from_motion(components, least)
-    return laid(start, motion, _joint_stretches(state, goal, times, resting))
+    return segments_of(start, motion, _joint_stretches(state, goal, times, resting))
 
 
 def _joint_stretches(
@@ -197,7 +81,7 @@ def _joint_stretches(
 def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
     """Every joint to rest together, along the present direction."""
     blend = max(map(_stopping_time, state.velocity, limits.acceleration))
-    return laid(start, motion, iter([(blend, Phase.DECELERATE, _stop_path(state, blend))]))
+    return segments_of(start, motion, iter([(blend, Phase.DECELERATE, _stop_path(state, blend))]))
 
 
 def _stopping_time(velocity: float, acceleration: float) -> float:
@@ -231,26 +115,10 @@ def joint_stop_each(state: JointState, limits: JointLimits, start: float, motion
         q = [value(a, lasting) for a in path]
         v = [w + rate * lasting if stop > moment else 0.0 for w, rate, stop in zip(v, rates, stops, strict=True)]
         before = moment
-    return laid(start, motion, iter(stretches))
-
-
-def rest(joints: Joints, duration: float, start: float, motion: Motion) -> Segment:
-    """Stand still; also for no time at all, when only the hand or the tool changes."""
-    return Segment(start, start + duration, JointPath(tuple((q,) for q in joints)), Phase.REST, motion)
+    return segments_of(start, motion, iter(stretches))
 
 
 # --- Cartesian space -------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class ToolStretch:
-    """A stretch of a straight-line motion before its joints are known."""
-
-    duration: float
-    phase: Phase
-    position: tuple[Polynomial, Polynomial, Polynomial]
-    orientation: Transform
-    turns: tuple[tuple[Vector, Polynomial], ...]
 
 
 def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, least: float = 0.0) -> list[ToolStretch]:

@@ -8,11 +8,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from vrs_cli.trajectory.blend import JointLimits, JointState
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.instant import TICK
-from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
-from vrs_cli.trajectory.polynomial import derivative, value
-from vrs_cli.trajectory.scurve import (
+from vrs_cli.trajectory.laws.scurve import joint_motion, joint_stop
+from vrs_cli.trajectory.laws.scurve_times import (
     NONE,
     Change,
     Course,
@@ -30,8 +29,11 @@ from vrs_cli.trajectory.scurve import (
     turning_back,
     turns,
 )
+from vrs_cli.trajectory.limits import JointLimits
+from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.polynomial import derivative, value
 from vrs_cli.trajectory.segment import JointPath, Segment
-from vrs_cli.trajectory.smooth import joint_motion, joint_stop
+from vrs_cli.trajectory.state import JointState
 
 ROUNDING = 1.0 + 1e-5
 MOTION = Motion(1, Kind.JOINT, Start.AT, profile=Profile.SCURVE)

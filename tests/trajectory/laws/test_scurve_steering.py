@@ -6,11 +6,9 @@ from random import Random
 
 import pytest
 
-from vrs_cli.trajectory.blend import JointLimits, JointState
-from vrs_cli.trajectory.motion import Kind, Motion, Profile, Start
-from vrs_cli.trajectory.scurve import advanced, ramps
-from vrs_cli.trajectory.segment import JointPath, Phase
-from vrs_cli.trajectory.smoothly_steered import (
+from vrs_cli.kinematics.profile import Profile
+from vrs_cli.trajectory.laws.lspb_steering import Room
+from vrs_cli.trajectory.laws.scurve_steering import (
     KEPT,
     Joint,
     _beyond,
@@ -20,7 +18,11 @@ from vrs_cli.trajectory.smoothly_steered import (
     _slowing,
     smoothly_steered,
 )
-from vrs_cli.trajectory.steered import Room, Target
+from vrs_cli.trajectory.laws.scurve_times import advanced, ramps
+from vrs_cli.trajectory.limits import JointLimits
+from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.segment import JointPath, Phase
+from vrs_cli.trajectory.state import JointState, Target
 
 TICK = 1.0 / 64.0  # [s]
 MOTION = Motion(1, Kind.STEERED, Start.AT, profile=Profile.SCURVE)

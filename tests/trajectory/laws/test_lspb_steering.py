@@ -6,10 +6,11 @@ from random import Random
 
 import pytest
 
-from vrs_cli.trajectory.blend import JointLimits, JointState
+from vrs_cli.trajectory.laws.lspb_steering import Room, steered
+from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
-from vrs_cli.trajectory.steered import Room, Target, steered
+from vrs_cli.trajectory.state import JointState, Target
 
 TICK = 1.0 / 64.0  # [s]
 MOTION = Motion(1, Kind.STEERED, Start.AT)

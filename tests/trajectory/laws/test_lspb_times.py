@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vrs_cli.trajectory.instant import TICK
-from vrs_cli.trajectory.profile import Component, Times, from_motion, from_rest, scalar_demands
+from vrs_cli.trajectory.laws.lspb_times import Component, Times, from_motion, from_rest, scalar_demands
 
 ROUNDING = 1e-5
 

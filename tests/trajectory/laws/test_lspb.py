@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.kinematics.transform import IDENTITY
-from vrs_cli.trajectory.blend import ToolLimits, ToolState, straight_motion
+from vrs_cli.trajectory.laws.lspb import straight_motion
+from vrs_cli.trajectory.limits import ToolLimits
+from vrs_cli.trajectory.state import ToolState
 
 LIMITS = ToolLimits(speed=1.0, acceleration=4.0, spin=1.0, spin_acceleration=4.0)
 

@@ -18,8 +18,8 @@ from math import inf, sqrt
 from typing import NamedTuple
 
 from vrs_cli.trajectory.instant import TICK, up_to_grid
+from vrs_cli.trajectory.state import NEGLIGIBLE
 
-NEGLIGIBLE = 1e-12  # a displacement or velocity that is none [rad, m, rad/s, m/s]
 MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
 ROOM = 8 * TICK  # [s] by which a blend is longer than it must be: rounding the other times moves the limits a little
 SLIVER = 1e-6  # [s] a cruise that is none

@@ -13,8 +13,9 @@ from math import sqrt
 from typing import NamedTuple
 
 from vrs_cli.trajectory.instant import up_to_grid
-from vrs_cli.trajectory.profile import NEGLIGIBLE, ROOM
-from vrs_cli.trajectory.scurve import CAREFUL, MOMENT, NONE, Change, Course, Part, Pieces
+from vrs_cli.trajectory.laws.lspb_times import ROOM
+from vrs_cli.trajectory.laws.scurve_times import CAREFUL, MOMENT, NONE, Change, Course, Part, Pieces
+from vrs_cli.trajectory.state import NEGLIGIBLE
 
 HALVINGS = 26
 LATER = 1.03  # a whole time in which a part cannot arrive is made so much longer

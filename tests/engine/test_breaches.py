@@ -8,7 +8,7 @@ from math import pi
 import pytest
 
 from tests.files.trajectories import STAND, initial, planned, puma
-from vrs_cli.engine.laws import breaches, on_lines
+from vrs_cli.engine.breaches import breaches, on_lines
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment

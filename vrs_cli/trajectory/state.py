@@ -1,0 +1,64 @@
+"""States that motions begin in: of the joints, and of the tool; and targets that move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform, Vector
+from vrs_cli.trajectory.vector import length
+
+NEGLIGIBLE = 1e-12  # a displacement or velocity that is none [rad, m, rad/s, m/s]
+STEADY = 1e-9  # an acceleration that is none [rad/s2, m/s2]
+
+
+@dataclass(frozen=True, slots=True)
+class JointState:
+    """Joints, their velocities and accelerations [rad, rad/s, rad/s2].
+
+    `acceleration` empty: none, or one that may jump (LSPB).
+    """
+
+    joints: Joints
+    velocity: Joints
+    acceleration: Joints = ()
+
+    @property
+    def at_rest(self) -> bool:
+        return all(abs(v) <= NEGLIGIBLE for v in self.velocity) and not self.accelerating
+
+    @property
+    def accelerating(self) -> bool:
+        """Whether there is an acceleration to carry on with."""
+        return any(abs(a) > STEADY for a in self.acceleration)
+
+
+@dataclass(frozen=True, slots=True)
+class ToolState:
+    """T_robot_tool with the velocity of the tool tip [m/s] and its angular velocity in the robot's frame [rad/s].
+
+    `acceleration` [m/s2] and `spin_rate` [rad/s2] of both: zero where they may jump (LSPB).
+    """
+
+    pose: Transform
+    velocity: Vector
+    spin: Vector
+    acceleration: Vector = (0.0, 0.0, 0.0)
+    spin_rate: Vector = (0.0, 0.0, 0.0)
+
+    @property
+    def at_rest(self) -> bool:
+        return length(self.velocity) <= NEGLIGIBLE and length(self.spin) <= NEGLIGIBLE and not self.accelerating
+
+    @property
+    def accelerating(self) -> bool:
+        """Whether there is an acceleration to carry on with."""
+        return length(self.acceleration) > STEADY or length(self.spin_rate) > STEADY
+
+
+class Target(NamedTuple):
+    """Where the joints are to be now [rad], and how fast that place moves [rad/s]."""
+
+    joints: Joints
+    velocity: Joints
