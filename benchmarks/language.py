@@ -22,14 +22,14 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.interfaces.readings import Readings
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language import ast
-from vrs_cli.language.analyzer import Analysis, analyze
-from vrs_cli.language.compiler import compile_program
-from vrs_cli.language.diagnostics import Severity
-from vrs_cli.language.environment import Environment
-from vrs_cli.language.events import Completed, Failed
-from vrs_cli.language.parser import parse_file
-from vrs_cli.language.runtime import Task
+from vrs_cli.language.analysis.analyzer import Analysis, analyze
+from vrs_cli.language.compile.compiler import compile_program
+from vrs_cli.language.run.environment import Environment
+from vrs_cli.language.run.events import Completed, Failed
+from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.diagnostics import Severity
+from vrs_cli.language.text.parser import parse_file
 
 BAR = 4.0
 REPEATS = 5

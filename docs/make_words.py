@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from vrs_cli.language.functions import FUNCTIONS, Function
-from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
-from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.operators import LINKS, OPERATORS, Operator
-from vrs_cli.language.words import State, Word
+from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
+from vrs_cli.language.words.word import State, Word
 
 Row = Word | Function | Operator
 PAGE = Path(__file__).parent / "words.md"

@@ -28,7 +28,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "__main__",
 )
 LIVES_IN = {
-    "lark": {"language/parser.py"},
+    "lark": {"language/text/parser.py"},
     "prompt_toolkit": {"repl"},
     "rich": {"render"},
     "msgspec": {"files"},

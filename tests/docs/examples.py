@@ -35,7 +35,7 @@ from tests.engine.wall import ManualWall
 from vrs_cli.__main__ import main
 from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.session import Session
-from vrs_cli.language.diagnostics import Severity
+from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.terminal import PlainTerminal
 

@@ -11,11 +11,11 @@ import pytest
 
 from vrs_cli.interfaces.help import overview
 from vrs_cli.interfaces.help import page as help_page
-from vrs_cli.language.functions import FUNCTIONS, Function
-from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, RESERVED
-from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.operators import LINKS, OPERATORS, Operator
-from vrs_cli.language.words import State, Word
+from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RESERVED
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
+from vrs_cli.language.words.word import State, Word
 from vrs_cli.repl.complete import _all_words
 
 DOCS = Path(__file__).parents[2] / "docs"

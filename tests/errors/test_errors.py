@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from vrs_cli.language import ast
-from vrs_cli.language.analyzer import analyze, check_line
-from vrs_cli.language.diagnostics import Diagnostic, LineRefused, show
-from vrs_cli.language.parser import parse_file, parse_prompt, parse_step
+from vrs_cli.language.analysis.analyzer import analyze, check_line
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, show
+from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
 
 HERE = Path(__file__).parent
 MARK = re.compile(r" ;! (fine|-?\d+ \d+(?:, -?\d+ \d+)*)$")

@@ -21,7 +21,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.files.atomic import Beside, create_beside
 from vrs_cli.files.disk import Disk
-from vrs_cli.language.units import DISKS, SUCCESS, Access
+from vrs_cli.language.run.units import DISKS, SUCCESS, Access
 
 MAIN, OTHER = 0, 2
 UNIT = 5

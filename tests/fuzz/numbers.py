@@ -10,10 +10,10 @@ from functools import cache
 from random import Random
 
 from vrs_cli.engine.parameters import PARAMETERS
-from vrs_cli.language.functions import FUNCTIONS
-from vrs_cli.language.instructions import INSTRUCTIONS
-from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.words import GROUPED, Argument, Shape, Word
+from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.instructions import INSTRUCTIONS
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.word import GROUPED, Argument, Shape, Word
 
 EXTREMES = (
     *("0", "-0", "0.0", "1E-320", "-1E-320", "5E-324", "2.3E-308", "1E-100", "1E-38", "1E-12", "1E-9", "1E-4"),

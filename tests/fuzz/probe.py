@@ -13,11 +13,11 @@ from vrs_cli.interfaces.replies import Reply
 from vrs_cli.interfaces.runs import Limits
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.joints import joints_outside
-from vrs_cli.language.analyzer import check_line
-from vrs_cli.language.ast import Program
-from vrs_cli.language.diagnostics import LineRefused, Severity, show
-from vrs_cli.language.parser import parse_file, parse_prompt
-from vrs_cli.language.printer import print_file
+from vrs_cli.language.analysis.analyzer import check_line
+from vrs_cli.language.text.ast import Program
+from vrs_cli.language.text.diagnostics import LineRefused, Severity, show
+from vrs_cli.language.text.parser import parse_file, parse_prompt
+from vrs_cli.language.text.printer import print_file
 
 BOUNDS = Limits(max_time=20.0, max_steps=300)
 

@@ -10,9 +10,9 @@ from functools import cache
 from pathlib import Path
 from random import Random
 
-from vrs_cli.language.functions import FUNCTIONS
-from vrs_cli.language.instructions import CONNECTIVES, CONTROL, INSTRUCTIONS, OPERATOR_WORDS
-from vrs_cli.language.monitor import COMMANDS
+from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.instructions import CONNECTIVES, CONTROL, INSTRUCTIONS, OPERATOR_WORDS
+from vrs_cli.language.words.monitor import COMMANDS
 
 ROOT = Path(__file__).parents[2]
 

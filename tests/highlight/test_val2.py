@@ -8,7 +8,7 @@ import pytest
 from pygments.token import Comment, Keyword, Name, Number, String, Token
 
 from vrs_cli.highlight.val2 import TOKENS, Val2Lexer
-from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.render.roles import Role
 from vrs_cli.render.scan import scan
 

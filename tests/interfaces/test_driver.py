@@ -13,7 +13,7 @@ from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.performing import WAIT_TICK
 from vrs_cli.interfaces.runs import Limits, Outcome
 from vrs_cli.interfaces.session import Session
-from vrs_cli.language.inputs import InputChange
+from vrs_cli.language.run.inputs import InputChange
 
 # --- time ---
 

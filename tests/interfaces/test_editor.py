@@ -11,9 +11,9 @@ from vrs_cli.errors import UsageError, VrsError
 from vrs_cli.interfaces import editor, replies
 from vrs_cli.interfaces.editor import Draft, named_program, rebuilt, subcommand, taken
 from vrs_cli.interfaces.session import Session
-from vrs_cli.language.diagnostics import LineRefused
-from vrs_cli.language.parser import parse_file
-from vrs_cli.language.printer import print_program, step_texts
+from vrs_cli.language.text.diagnostics import LineRefused
+from vrs_cli.language.text.parser import parse_file
+from vrs_cli.language.text.printer import print_program, step_texts
 
 
 def draft(*lines: str) -> Draft:

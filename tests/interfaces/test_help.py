@@ -5,11 +5,11 @@ import pytest
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.help import overview, page
-from vrs_cli.language.functions import FUNCTIONS
-from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
-from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.operators import LINKS, OPERATORS
-from vrs_cli.language.words import State
+from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.operators import LINKS, OPERATORS
+from vrs_cli.language.words.word import State
 
 ROWS = {**FUNCTIONS, **CONTROL, **INSTRUCTIONS, **COMMANDS}
 EVERY_WORD = sorted({*ROWS, *SWITCHES, *PARAMETERS})

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.analyzer import MOST_HINTS
+from vrs_cli.language.analysis.analyzer import MOST_HINTS
 
 PUMA = load_robot("puma560")
 SECTIONS = """\

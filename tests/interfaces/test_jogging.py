@@ -25,7 +25,7 @@ from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
-from vrs_cli.language.diagnostics import LineRefused
+from vrs_cli.language.text.diagnostics import LineRefused
 
 TABLE = "MOVE TRANS(0, 450, -150, 90, 90, 0)"
 FREE = "DO MOVE #PPOINT(0, -45, 180, 20, 45, 0)"

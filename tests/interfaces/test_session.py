@@ -19,7 +19,7 @@ from vrs_cli.errors import (
 from vrs_cli.interfaces.runs import Limits, Outcome
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.diagnostics import LineRefused, Severity
+from vrs_cli.language.text.diagnostics import LineRefused, Severity
 
 PLACES = """
 .LOCATIONS

@@ -11,7 +11,7 @@ from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.replies import ProgramStopped, Reply
 from vrs_cli.interfaces.runs import Outcome
 from vrs_cli.interfaces.session import Session
-from vrs_cli.language.events import TaskState
+from vrs_cli.language.run.events import TaskState
 
 
 def test_a_program_on_the_stack_is_left_alone_until_kill(session: Session) -> None:

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, translation
-from vrs_cli.language.analyzer import analyze
-from vrs_cli.language.ast import Program
-from vrs_cli.language.effects import CycleBegins, Prompt, Type, Wait
-from vrs_cli.language.environment import Environment
-from vrs_cli.language.events import Completed, Event, Failed, Halted, Paused
-from vrs_cli.language.parser import parse_file
-from vrs_cli.language.runtime import Task
+from vrs_cli.language.analysis.analyzer import analyze
+from vrs_cli.language.run.effects import CycleBegins, Prompt, Type, Wait
+from vrs_cli.language.run.environment import Environment
+from vrs_cli.language.run.events import Completed, Event, Failed, Halted, Paused
+from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.text.ast import Program
+from vrs_cli.language.text.parser import parse_file
 
 TICK = 0.028
 POSE = translation(0.5, 0.1, -0.2)

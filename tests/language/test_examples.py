@@ -10,13 +10,13 @@ import pytest
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.interfaces.runs import Limits, Outcome
 from vrs_cli.interfaces.session import Session
-from vrs_cli.language import ast
-from vrs_cli.language.diagnostics import LineRefused, Severity
-from vrs_cli.language.functions import FUNCTIONS, Function
-from vrs_cli.language.instructions import CONTROL, DECLARATIONS, INSTRUCTIONS
-from vrs_cli.language.operators import LINKS, OPERATORS, Operator
-from vrs_cli.language.parser import parse_step
-from vrs_cli.language.words import State, Word
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.diagnostics import LineRefused, Severity
+from vrs_cli.language.text.parser import parse_step
+from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.instructions import CONTROL, DECLARATIONS, INSTRUCTIONS
+from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
+from vrs_cli.language.words.word import State, Word
 
 SURROUNDINGS = """
 .PROGRAM prepare()

@@ -8,11 +8,11 @@ from typing import Any, TypeVar
 
 from hypothesis import strategies as st
 
-from vrs_cli.language import ast
-from vrs_cli.language.functions import FUNCTIONS, WITH_BY
-from vrs_cli.language.instructions import RESERVED
-from vrs_cli.language.meaning import FUNCTION_NAMES
-from vrs_cli.language.precedence import ORDER, RELATIONS
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.meaning import FUNCTION_NAMES
+from vrs_cli.language.text.precedence import ORDER, RELATIONS
+from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
+from vrs_cli.language.words.instructions import RESERVED
 
 T = TypeVar("T")
 

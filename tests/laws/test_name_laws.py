@@ -14,17 +14,24 @@ import pytest
 
 from tests.language.running import run
 from vrs_cli.errors import WordAsName
-from vrs_cli.language.analyzer import analyze, check_line
-from vrs_cli.language.ast import Program
-from vrs_cli.language.diagnostics import LineRefused, Severity
-from vrs_cli.language.functions import FUNCTIONS
-from vrs_cli.language.instructions import CONNECTIVES, CONTROL, INSTRUCTIONS, OPERATOR_WORDS, RELATIONS_OF_VAL, RESERVED
-from vrs_cli.language.meaning import FUNCTION_NAMES
-from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.operators import LINKS
-from vrs_cli.language.parser import parse_file, parse_prompt, parse_step
-from vrs_cli.language.printer import print_file
-from vrs_cli.language.words import SORT_WORDS
+from vrs_cli.language.analysis.analyzer import analyze, check_line
+from vrs_cli.language.text.ast import Program
+from vrs_cli.language.text.diagnostics import LineRefused, Severity
+from vrs_cli.language.text.meaning import FUNCTION_NAMES
+from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
+from vrs_cli.language.text.printer import print_file
+from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.instructions import (
+    CONNECTIVES,
+    CONTROL,
+    INSTRUCTIONS,
+    OPERATOR_WORDS,
+    RELATIONS_OF_VAL,
+    RESERVED,
+)
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.operators import LINKS
+from vrs_cli.language.words.word import SORT_WORDS
 
 TABLES = (COMMANDS, INSTRUCTIONS, CONTROL, FUNCTIONS, LINKS, SORT_WORDS, RELATIONS_OF_VAL, CONNECTIVES, OPERATOR_WORDS)
 WORDS = sorted({name.lstrip("#$") for table in TABLES for name in table if name.lstrip("#$")[0].isalpha()})

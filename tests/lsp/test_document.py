@@ -12,8 +12,8 @@ from vrs_cli.errors import UsageError, VrsError
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.instructions import RESERVED
-from vrs_cli.language.meaning import FUNCTION_NAMES
+from vrs_cli.language.text.meaning import FUNCTION_NAMES
+from vrs_cli.language.words.instructions import RESERVED
 from vrs_cli.lsp.document import Document
 from vrs_cli.lsp.occurrences import SymbolKind
 

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from vrs_cli.interfaces.runs import Limits
 from vrs_cli.interfaces.session import Session
-from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
-from vrs_cli.language.monitor import COMMANDS
+from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.terminal import PlainTerminal
 

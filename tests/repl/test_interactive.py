@@ -19,7 +19,7 @@ from tests.engine.wall import ManualWall
 from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.replies import Message
 from vrs_cli.interfaces.session import Session
-from vrs_cli.language.ast import Kind
+from vrs_cli.language.text.ast import Kind
 from vrs_cli.render.roles import Role, toolkit_style
 from vrs_cli.repl import interactive
 from vrs_cli.repl.interactive import LineValidator, Shell, ValCompleter

@@ -15,7 +15,7 @@ from vrs_cli.interfaces.editor import named_program
 from vrs_cli.interfaces.replies import Message, Reply
 from vrs_cli.interfaces.screen import ScreenDraft
 from vrs_cli.interfaces.session import Session
-from vrs_cli.language.diagnostics import LineRefused
+from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.repl.screen_editor import UNSAVED, ScreenEditor
 
 ENTER, SAVE, QUIT, FIND, UNDO, REDO, CUT = "\r", "\x13", "\x11", "\x06", "\x1a", "\x19", "\x0b"

@@ -14,7 +14,7 @@ from vrs_cli.cli.sources import Source, has_errors, read_source
 from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:
-    from vrs_cli.language.diagnostics import Diagnostic
+    from vrs_cli.language.text.diagnostics import Diagnostic
 
 OK, FAILED = 0, 1
 

@@ -62,7 +62,7 @@ def _parser(prog: str) -> Parser:
 
 def _formatted(source: Source) -> Formatted:
     """The canonical text; what stands in its way is told on standard error."""
-    from vrs_cli.language.formatting import formatted
+    from vrs_cli.language.analysis.formatting import formatted
 
     text = formatted(source.text)
     if isinstance(text, str):

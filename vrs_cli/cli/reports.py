@@ -6,15 +6,15 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from vrs_cli.cli.recordings import position_object
-from vrs_cli.language.diagnostics import Severity
+from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.trajectory.instant import shown
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
     from vrs_cli.engine.history import CommandRecord
     from vrs_cli.interfaces.runs import RunResult
-    from vrs_cli.language.diagnostics import Diagnostic
-    from vrs_cli.language.events import ProgramFault
+    from vrs_cli.language.run.events import ProgramFault
+    from vrs_cli.language.text.diagnostics import Diagnostic
 
 Object = dict[str, Any]
 

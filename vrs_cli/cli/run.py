@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from vrs_cli.cli.reports import Object
     from vrs_cli.interfaces.runs import Beside, Limits, RunResult
     from vrs_cli.interfaces.session import Session
-    from vrs_cli.language.diagnostics import Diagnostic
+    from vrs_cli.language.text.diagnostics import Diagnostic
 
 OK, FAILED = 0, 1
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options and limits
@@ -91,7 +91,7 @@ def _add_limits(parser: Parser) -> None:
 
 def _cycles(text: str) -> int:
     """How often a program is executed."""
-    from vrs_cli.language.runtime import MOST_CYCLES
+    from vrs_cli.language.run.runtime import MOST_CYCLES
 
     value = whole(text)
     if value == 0 or value > MOST_CYCLES:

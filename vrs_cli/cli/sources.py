@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.cli.command_line import STANDARD_STREAM
 
 if TYPE_CHECKING:
-    from vrs_cli.language.diagnostics import Diagnostic
+    from vrs_cli.language.text.diagnostics import Diagnostic
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Source:
         """Diagnostics in the order of their lines, each with its line and a caret; the first `most`, errors before
         warnings, and how many more there are.
         """
-        from vrs_cli.language.diagnostics import show
+        from vrs_cli.language.text.diagnostics import show
 
         everything = ordered(diagnostics)
         chosen = everything if most is None else ordered(sorted(everything, key=_is_warning)[:most])
@@ -59,6 +59,6 @@ def ordered(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
     """Whether a program with these is not executable."""
-    from vrs_cli.language.diagnostics import Severity
+    from vrs_cli.language.text.diagnostics import Severity
 
     return any(diagnostic.severity is Severity.ERROR for diagnostic in diagnostics)

@@ -11,7 +11,7 @@ from vrs_cli.errors import UsageError
 from vrs_cli.files.journal import Course, Journal, Taken
 from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import Recording
-from vrs_cli.language.collector import collector_paused
+from vrs_cli.language.text.collector import collector_paused
 from vrs_cli.trajectory.timeline import Timeline
 
 

@@ -30,7 +30,7 @@ from vrs_cli.files.atomic import AUXILIARY, Beside, create_beside, sync
 from vrs_cli.files.lock import hold
 from vrs_cli.files.naming import wrong_name
 from vrs_cli.files.opening import open_to_read
-from vrs_cli.language.units import DISKS, SUCCESS, Access
+from vrs_cli.language.run.units import DISKS, SUCCESS, Access
 
 _T = TypeVar("_T")
 

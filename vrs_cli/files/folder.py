@@ -14,7 +14,7 @@ from vrs_cli.errors import FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.lock import hold
 from vrs_cli.files.opening import open_to_read, reason, unreadable
-from vrs_cli.language.diagnostics import did_you_mean
+from vrs_cli.language.text.diagnostics import did_you_mean
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 from vrs_cli.files.layout import Layout
 from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.language import ast
-from vrs_cli.language.ast import Entry, File, Kind, Program, Section, Span
-from vrs_cli.language.declarations import own_variables
-from vrs_cli.language.environment import SIGIL_KINDS, Environment, key_of
-from vrs_cli.language.environment import Variable as Stored
-from vrs_cli.language.instructions import INSTRUCTIONS
-from vrs_cli.language.values import numbers_of
-from vrs_cli.language.words import Shape
+from vrs_cli.language.analysis.declarations import own_variables
+from vrs_cli.language.run.environment import SIGIL_KINDS, Environment, key_of
+from vrs_cli.language.run.environment import Variable as Stored
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Entry, File, Kind, Program, Section, Span
+from vrs_cli.language.words.instructions import INSTRUCTIONS
+from vrs_cli.language.words.values import numbers_of
+from vrs_cli.language.words.word import Shape
 
 NO_LAYOUT = Layout()
 NOWHERE = Span(0, 0, 0)  # what is stored was read nowhere
@@ -72,7 +72,7 @@ def chosen(
 
 def text_of(parts: Sequence[Program | Section], layout: Layout = NO_LAYOUT, *, everything: bool) -> str:
     """The text of parts, with the comments of `layout`; those at its end where it is `everything`."""
-    from vrs_cli.language.printer import print_file
+    from vrs_cli.language.text.printer import print_file
 
     tail = layout.tail if parts and everything else ()
     return print_file(File((*layout.laid_out(parts), *tail)))

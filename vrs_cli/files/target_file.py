@@ -17,7 +17,7 @@ from math import inf, isfinite
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.values import precision_point, read_number, transformation
+from vrs_cli.language.words.values import precision_point, read_number, transformation
 from vrs_cli.trajectory.instant import LATEST
 
 BYTE_ORDER_MARK = "\ufeff"  # before the first line, as some systems write it

@@ -41,7 +41,7 @@ from vrs_cli.files.records import (
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict, to_dict
-from vrs_cli.language.collector import collector_paused
+from vrs_cli.language.text.collector import collector_paused
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment

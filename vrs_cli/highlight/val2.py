@@ -16,7 +16,7 @@ from pygments.token import (  # type: ignore[import-untyped]
     Text,
 )
 
-from vrs_cli.language.parser import variables_in
+from vrs_cli.language.text.parser import variables_in
 from vrs_cli.render.roles import Role
 from vrs_cli.render.scan import scan
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import CannotInterpret, UsageError, VrsError
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Farewell, Message, Reply, Tone, is_error
-from vrs_cli.language.source import END, PROGRAM, SECTIONS, lines_of
+from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, lines_of
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session
@@ -85,7 +85,7 @@ def _answers(session: Session, path: Path, lines: tuple[CommandLine, ...]) -> It
 
 
 def _told(error: VrsError, line: CommandLine) -> Reply:
-    from vrs_cli.language.diagnostics import LineRefused
+    from vrs_cli.language.text.diagnostics import LineRefused
 
     if isinstance(error, LineRefused):
         return DiagnosticsReport((Diagnosed(error.diagnostic, line.text),))

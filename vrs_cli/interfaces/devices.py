@@ -8,7 +8,7 @@ from typing import Any
 
 from vrs_cli.errors import EndOfInput, NoDataReceived
 from vrs_cli.files.disk import Disk
-from vrs_cli.language.units import (
+from vrs_cli.language.run.units import (
     SUCCESS,
     TERMINAL,
     AttachUnit,

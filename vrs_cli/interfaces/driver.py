@@ -28,10 +28,10 @@ from vrs_cli.interfaces.tasks import Tasks
 from vrs_cli.interfaces.terminal import Console
 from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Pending, Track
 from vrs_cli.interfaces.transcript import Transcript
-from vrs_cli.language.environment import Environment, Robot
-from vrs_cli.language.events import Budget, Event, Failed
-from vrs_cli.language.inputs import NO_INPUTS, Inputs
-from vrs_cli.language.runtime import BUDGET, Task
+from vrs_cli.language.run.environment import Environment, Robot
+from vrs_cli.language.run.events import Budget, Event, Failed
+from vrs_cli.language.run.inputs import NO_INPUTS, Inputs
+from vrs_cli.language.run.runtime import BUDGET, Task
 
 _P = TypeVar("_P", bound=Pending)
 

@@ -16,11 +16,21 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, UsageError
 from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
-from vrs_cli.language.ast import BadLine, Expression, Kind, Program, ProgramCall, ProgramHeader, Span, Step, Variable
-from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity
-from vrs_cli.language.environment import key_of
-from vrs_cli.language.meaning import as_meant, line_as_meant, variables_for_functions
-from vrs_cli.language.printer import program_header, step_texts
+from vrs_cli.language.run.environment import key_of
+from vrs_cli.language.text.ast import (
+    BadLine,
+    Expression,
+    Kind,
+    Program,
+    ProgramCall,
+    ProgramHeader,
+    Span,
+    Step,
+    Variable,
+)
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity
+from vrs_cli.language.text.meaning import as_meant, line_as_meant, variables_for_functions
+from vrs_cli.language.text.printer import program_header, step_texts
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session
@@ -220,7 +230,7 @@ def taken(draft: Draft, line: str, known: Mapping[str, Kind]) -> Change:
 
 def checked_step(program: Program, line: str, known: Mapping[str, Kind]) -> tuple[Step, tuple[Reply, ...]]:
     """A step of a program, and the warnings about it. Raises LineRefused."""
-    from vrs_cli.language.analyzer import check_line
+    from vrs_cli.language.analysis.analyzer import check_line
 
     step = _step(line)
     if step.statement is None:
@@ -236,7 +246,7 @@ def checked_step(program: Program, line: str, known: Mapping[str, Kind]) -> tupl
 
 
 def _step(text: str, line: int = 1) -> Step:
-    from vrs_cli.language.parser import parse_step
+    from vrs_cli.language.text.parser import parse_step
 
     return parse_step(text, line)
 
@@ -352,7 +362,7 @@ def stored(session: Session, program: Program) -> tuple[Reply, ...]:
 
 def named_program(text: str) -> Program:
     """An empty program by its name and parameters, `pick(part, height)`. Raises LineRefused."""
-    from vrs_cli.language.parser import parse_prompt
+    from vrs_cli.language.text.parser import parse_prompt
 
     header = parse_prompt(f".PROGRAM {text}")
     assert isinstance(header, ProgramHeader)

@@ -10,13 +10,13 @@ from itertools import islice
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.replies import HelpEntry, HelpGroup, HelpOverview, HelpPage
-from vrs_cli.language.ast import Kind
-from vrs_cli.language.functions import FUNCTIONS, Function
-from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
-from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.operators import LINKS, OPERATORS, Operator
-from vrs_cli.language.values import plain
-from vrs_cli.language.words import Route, State, Word, abbreviated
+from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
+from vrs_cli.language.words.values import plain
+from vrs_cli.language.words.word import Route, State, Word, abbreviated
 
 ROUTES: Mapping[Route, str] = {
     Route.MOTION: "Motion",

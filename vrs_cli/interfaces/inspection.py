@@ -13,18 +13,18 @@ from vrs_cli.interfaces.readings import Readings
 from vrs_cli.interfaces.session import defined
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
-from vrs_cli.language import ast
-from vrs_cli.language.analyzer import Analysis, analyze_among
-from vrs_cli.language.ast import Program, Section
-from vrs_cli.language.constants import Constants
-from vrs_cli.language.diagnostics import Diagnostic, Severity, error
-from vrs_cli.language.environment import Context, Environment
-from vrs_cli.language.operations import trans
-from vrs_cli.language.parts import Part, Placed, parts_of, programs_of, repeated
-from vrs_cli.language.reachability import unreachable
-from vrs_cli.language.source import JOINTS_HIGH
-from vrs_cli.language.surroundings import Surroundings, names_given_by
-from vrs_cli.language.values import precision_point
+from vrs_cli.language.analysis.analyzer import Analysis, analyze_among
+from vrs_cli.language.analysis.reachability import unreachable
+from vrs_cli.language.analysis.surroundings import Surroundings, names_given_by
+from vrs_cli.language.run.constants import Constants
+from vrs_cli.language.run.environment import Context, Environment
+from vrs_cli.language.run.operations import trans
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Program, Section
+from vrs_cli.language.text.diagnostics import Diagnostic, Severity, error
+from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of, repeated
+from vrs_cli.language.text.source import JOINTS_HIGH
+from vrs_cli.language.words.values import precision_point
 
 # the motions whose first argument is where they go; those of the second row stop at a distance in front of it
 TO_PLACE = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST"})

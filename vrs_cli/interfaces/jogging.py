@@ -32,8 +32,8 @@ from vrs_cli.interfaces.operands import real
 from vrs_cli.interfaces.replies import Message, Reply, Tone
 from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
-from vrs_cli.language.ast import Instruction, Variable
-from vrs_cli.language.values import plain
+from vrs_cli.language.text.ast import Instruction, Variable
+from vrs_cli.language.words.values import plain
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import Parameters
 from vrs_cli.engine.targets import unmet
-from vrs_cli.language.semantics.settings import MODE_WORDS
-from vrs_cli.language.values import plain
+from vrs_cli.language.run.semantics.settings import MODE_WORDS
+from vrs_cli.language.words.values import plain
 
 
 def said_for_next_motion(engine: Engine) -> tuple[str, ...]:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import NoProgramSpecified, TypeMismatch
 from vrs_cli.interfaces.replies import Reply
-from vrs_cli.language.ast import Call, Expression, Instruction, ProgramCall, Variable, Word
-from vrs_cli.language.environment import Reference
-from vrs_cli.language.values import Value, kind_of_value
+from vrs_cli.language.run.environment import Reference
+from vrs_cli.language.text.ast import Call, Expression, Instruction, ProgramCall, Variable, Word
+from vrs_cli.language.words.values import Value, kind_of_value
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session
@@ -20,7 +20,7 @@ Handler = Callable[["Session", Instruction], Iterable[Reply]]
 
 def value(session: Session, expression: Expression) -> Value:
     """What an expression is now. Raises ProgramError."""
-    from vrs_cli.language.prompt import evaluate
+    from vrs_cli.language.run.prompt import evaluate
 
     return evaluate(session.environment, session.robot, expression)
 
@@ -35,7 +35,7 @@ def real(session: Session, expression: Expression) -> float:
 
 def sight(session: Session, expression: Expression) -> Callable[[], Value]:
     """Looks at an expression as the program that has stopped sees it."""
-    from vrs_cli.language.prompt import Sight
+    from vrs_cli.language.run.prompt import Sight
 
     seen = Sight(session.environment, session.robot, expression)
     return lambda: seen.value(own(session))
@@ -69,6 +69,6 @@ def path_of(it: Instruction) -> Path:
 
 
 def shown(expression: Expression) -> str:
-    from vrs_cli.language.printer import expression_text
+    from vrs_cli.language.text.printer import expression_text
 
     return expression_text(expression)

@@ -18,7 +18,7 @@ from vrs_cli.interfaces.runs import GO_ON, USUAL, Outcome
 from vrs_cli.interfaces.tasks import Tasks
 from vrs_cli.interfaces.track import Aborted, Pending, Track
 from vrs_cli.interfaces.transcript import Transcript
-from vrs_cli.language.effects import (
+from vrs_cli.language.run.effects import (
     AttachRobot,
     Control,
     ControlTask,
@@ -32,10 +32,10 @@ from vrs_cli.language.effects import (
     Wait,
     WaitEvent,
 )
-from vrs_cli.language.environment import Environment, Robot
-from vrs_cli.language.events import Budget, Completed, Failed, Halted, Paused, TaskState
-from vrs_cli.language.runtime import Task
-from vrs_cli.language.units import UnitEffect
+from vrs_cli.language.run.environment import Environment, Robot
+from vrs_cli.language.run.events import Budget, Completed, Failed, Halted, Paused, TaskState
+from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.run.units import UnitEffect
 from vrs_cli.trajectory.instant import on_grid
 
 WAIT_TICK = on_grid(0.028)  # [s] a WAIT is tested, and a busy loop seen to be one, every trajectory tick of VAL-II

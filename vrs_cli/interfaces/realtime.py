@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, WallClock
 from vrs_cli.errors import IllegalValue, UsageError
 from vrs_cli.interfaces.replies import ClockReport, Reply
-from vrs_cli.language.ast import Instruction, Word
-from vrs_cli.language.values import read_number
+from vrs_cli.language.text.ast import Instruction, Word
+from vrs_cli.language.words.values import read_number
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.joints import Joints
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.kinematics.transform import Transform
-    from vrs_cli.language.diagnostics import Diagnostic
+    from vrs_cli.language.text.diagnostics import Diagnostic
     from vrs_cli.trajectory.timeline import Timeline
 
 
@@ -454,7 +454,7 @@ Reply = (
 def is_error(reply: Reply) -> bool:
     """Whether a reply says that something could not be done."""
     if isinstance(reply, DiagnosticsReport):
-        from vrs_cli.language.diagnostics import Severity
+        from vrs_cli.language.text.diagnostics import Severity
 
         return any(item.diagnostic.severity is Severity.ERROR for item in reply.items)
     return getattr(reply, "tone", None) is Tone.ERROR

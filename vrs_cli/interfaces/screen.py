@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 from vrs_cli.errors import CannotInterpret, ProgramExists
 from vrs_cli.interfaces.editor import opened, stored
 from vrs_cli.interfaces.replies import Message, Reply
-from vrs_cli.language.ast import BadLine, Program, ProgramHeader, Span, Step
-from vrs_cli.language.diagnostics import Diagnostic, LineRefused, error
-from vrs_cli.language.environment import key_of
-from vrs_cli.language.meaning import as_meant
-from vrs_cli.language.printer import program_header, step_texts
+from vrs_cli.language.run.environment import key_of
+from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Span, Step
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, error
+from vrs_cli.language.text.meaning import as_meant
+from vrs_cli.language.text.printer import program_header, step_texts
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session
@@ -50,7 +50,7 @@ class ScreenDraft:
 
     def read(self, text: str) -> Reading:
         """The program and all findings, those of its structure too."""
-        from vrs_cli.language.analyzer import analyze
+        from vrs_cli.language.analysis.analyzer import analyze
 
         first, *rest = text.split("\n")
         header = read_header(first)
@@ -110,7 +110,7 @@ def _shown(program: Program, text: str) -> Iterable[str]:
 
 def read_header(line: str) -> ProgramHeader | Diagnostic:
     """The heading, or what is wrong with it."""
-    from vrs_cli.language.parser import parse_prompt
+    from vrs_cli.language.text.parser import parse_prompt
 
     try:
         header = parse_prompt(line)
@@ -124,7 +124,7 @@ def read_header(line: str) -> ProgramHeader | Diagnostic:
 @lru_cache(maxsize=20_000)
 def read_step(text: str, line: int) -> tuple[Step, Diagnostic | None]:
     """A step, or a bad line with what is wrong. Raises nothing. Remembered: a key changes one line of many."""
-    from vrs_cli.language.parser import parse_step
+    from vrs_cli.language.text.parser import parse_step
 
     try:
         return parse_step(text, line), None

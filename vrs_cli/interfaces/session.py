@@ -34,7 +34,11 @@ from vrs_cli.interfaces.unstored import Unstored
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.ast import (
+from vrs_cli.language.run.effects import CYCLE_SETTINGS
+from vrs_cli.language.run.environment import Environment, Reference, StoredProgram
+from vrs_cli.language.run.prompt import statement_task
+from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.text.ast import (
     BadLine,
     DoInstruction,
     File,
@@ -45,13 +49,9 @@ from vrs_cli.language.ast import (
     Show,
     Statement,
 )
-from vrs_cli.language.collector import collector_paused
-from vrs_cli.language.diagnostics import Diagnostic, LineRefused, Severity, error
-from vrs_cli.language.effects import CYCLE_SETTINGS
-from vrs_cli.language.environment import Environment, Reference, StoredProgram
-from vrs_cli.language.prompt import statement_task
-from vrs_cli.language.runtime import Task
-from vrs_cli.language.values import Value
+from vrs_cli.language.text.collector import collector_paused
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity, error
+from vrs_cli.language.words.values import Value
 from vrs_cli.trajectory.timeline import Timeline
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ class Session:
         A program with errors is kept, and not executable. Programs of the same name are replaced. Raises
         ProgramInterlocked where one of these is on the stack of a task.
         """
-        from vrs_cli.language.parser import parse_file
+        from vrs_cli.language.text.parser import parse_file
 
         file, diagnostics = parse_file(text)
         return tuple(diagnostics) + self.put(file, text)
@@ -144,8 +144,8 @@ class Session:
         return self._store(File((program,)), text)
 
     def _store(self, file: File, text: str) -> tuple[Diagnostic, ...]:
-        from vrs_cli.language.analyzer import analyze_among
-        from vrs_cli.language.surroundings import Surroundings
+        from vrs_cli.language.analysis.analyzer import analyze_among
+        from vrs_cli.language.analysis.surroundings import Surroundings
 
         programs = {part.key: part for part in file.parts if isinstance(part, Program)}
         lines = tuple(text.split("\n"))
@@ -348,7 +348,7 @@ class Session:
         if self.editor is not None:
             yield from self._edited(self.editor, line)
             return
-        from vrs_cli.language.parser import parse_prompt
+        from vrs_cli.language.text.parser import parse_prompt
 
         statement = parse_prompt(line, self.names())
         if statement is None:
@@ -396,8 +396,8 @@ class Session:
 
     def _check(self, statement: Statement, line: str) -> Iterator[Reply]:
         """Raises LineRefused for the first error; warnings are answered."""
-        from vrs_cli.language.analyzer import check_line
-        from vrs_cli.language.lineage import beyond_val2
+        from vrs_cli.language.analysis.analyzer import check_line
+        from vrs_cli.language.analysis.lineage import beyond_val2
 
         found = check_line(statement, self.environment.kinds())
         found += () if self.robot.switch("VPLUS") else tuple(beyond_val2(statement, at_prompt=True))

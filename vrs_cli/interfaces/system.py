@@ -8,9 +8,9 @@ from vrs_cli import __version__
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.devices import Devices
 from vrs_cli.interfaces.tasks import Tasks
-from vrs_cli.language.environment import Environment, key_of
-from vrs_cli.language.events import TaskState
-from vrs_cli.language.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
+from vrs_cli.language.run.environment import Environment, key_of
+from vrs_cli.language.run.events import TaskState
+from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
 
 RUN_STATES = {
     TaskState.RUNNING: EXECUTING,

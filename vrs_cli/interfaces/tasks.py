@@ -13,11 +13,11 @@ from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.runs import Beside, Outcome
 from vrs_cli.interfaces.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Track
-from vrs_cli.language.effects import AttachRobot, Wait
-from vrs_cli.language.environment import Environment
-from vrs_cli.language.events import TaskState
-from vrs_cli.language.runtime import Task
-from vrs_cli.language.semantics.tasks import LAST_TASK
+from vrs_cli.language.run.effects import AttachRobot, Wait
+from vrs_cli.language.run.environment import Environment
+from vrs_cli.language.run.events import TaskState
+from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.run.semantics.tasks import LAST_TASK
 
 
 class Tasks:

@@ -8,9 +8,9 @@ from vrs_cli.engine.commands import Request
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.debugging import Onward, Stepping, Stopped
 from vrs_cli.interfaces.runs import Outcome
-from vrs_cli.language.effects import Wait, WaitEvent
-from vrs_cli.language.events import Event, ProgramFault
-from vrs_cli.language.runtime import Task
+from vrs_cli.language.run.effects import Wait, WaitEvent
+from vrs_cli.language.run.events import Event, ProgramFault
+from vrs_cli.language.run.runtime import Task
 
 ROBOT_PROGRAM = 0
 PROMPT_LINE = -1  # the number of the task that a line of the prompt is

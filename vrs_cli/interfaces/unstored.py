@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
-from vrs_cli.language.ast import Entry, Number, Program, Section
-from vrs_cli.language.environment import Environment, Index, Item, StoredProgram
-from vrs_cli.language.values import Value, whole
+from vrs_cli.language.run.environment import Environment, Index, Item, StoredProgram
+from vrs_cli.language.text.ast import Entry, Number, Program, Section
+from vrs_cli.language.words.values import Value, whole
 
 Memory = tuple[Mapping[str, Program], Mapping[Item, Value]]
 
@@ -70,7 +70,7 @@ class Unstored:
 
 def _same(program: Program | None, stored: StoredProgram) -> bool:
     """Whether a program is in memory as it is in a file."""
-    from vrs_cli.language.printer import print_program
+    from vrs_cli.language.text.printer import print_program
 
     if program is None or program is stored.program:
         return program is not None

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 
-from vrs_cli.language import ast
-from vrs_cli.language.ast import NAME_LENGTH, Program, Section, Span
-from vrs_cli.language.instructions import INSTRUCTIONS
-from vrs_cli.language.parts import Part
-from vrs_cli.language.source import PROGRAM
-from vrs_cli.language.words import Shape
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import NAME_LENGTH, Program, Section, Span
+from vrs_cli.language.text.parts import Part
+from vrs_cli.language.text.source import PROGRAM
+from vrs_cli.language.words.instructions import INSTRUCTIONS
+from vrs_cli.language.words.word import Shape
 
 LOCALS = frozenset({"AUTO", "LOCAL"})  # instructions whose variables are their program's own
 

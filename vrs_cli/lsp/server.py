@@ -20,8 +20,8 @@ from vrs_cli import __version__
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.language.ast import Span
-from vrs_cli.language.diagnostics import Diagnostic, Severity
+from vrs_cli.language.text.ast import Span
+from vrs_cli.language.text.diagnostics import Diagnostic, Severity
 from vrs_cli.lsp.document import Document, Symbol
 from vrs_cli.lsp.occurrences import SymbolKind
 from vrs_cli.repl.complete import Suggestion

@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from vrs_cli.language.ast import Program
-from vrs_cli.language.functions import FUNCTIONS
-from vrs_cli.language.instructions import INSTRUCTIONS
+from vrs_cli.language.text.ast import Program
+from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.lsp.occurrences import blanked, key_of_name
 
 _FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Za-z][\w.]*)\s")

@@ -18,7 +18,7 @@ from vrs_cli.interfaces.replies import Reply, Tone
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.values import default_form, numbers_of
+from vrs_cli.language.words.values import default_form, numbers_of
 from vrs_cli.render.blocks import Block, Column, Grid, Line, Page, line, number_column
 from vrs_cli.render.chart import chart
 from vrs_cli.render.displaced import sentences
@@ -53,7 +53,7 @@ def _message(reply: replies.Message, _page: Page) -> Iterator[Block]:
 
 
 def _diagnostics(reply: replies.DiagnosticsReport, _page: Page) -> Iterator[Block]:
-    from vrs_cli.language.diagnostics import Severity, show
+    from vrs_cli.language.text.diagnostics import Severity, show
 
     for item in reply.items:
         role = Role.ERROR if item.diagnostic.severity is Severity.ERROR else Role.WARNING
@@ -232,7 +232,7 @@ def _program_part(reply: replies.ProgramPart, _page: Page) -> Iterator[Block]:
 
 
 def _listed_steps(listed: replies.ProgramText | replies.ProgramPart) -> Iterator[Line]:
-    from vrs_cli.language.parser import variables_in
+    from vrs_cli.language.text.parser import variables_in
 
     variables = variables_in((listed.header, *(step.text for step in listed.steps)))
     for step in listed.steps:

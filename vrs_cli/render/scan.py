@@ -34,9 +34,9 @@ _ROLES: Mapping[str, Role] = {
 @cache
 def _first_role(word: str) -> Role | None:
     """The role of a first word, also one that is cut short; None where it begins no statement."""
-    from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS
-    from vrs_cli.language.monitor import COMMANDS
-    from vrs_cli.language.words import abbreviated
+    from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
+    from vrs_cli.language.words.monitor import COMMANDS
+    from vrs_cli.language.words.word import abbreviated
 
     tables = {Role.COMMAND: COMMANDS, Role.INSTRUCTION: INSTRUCTIONS, Role.CONTROL: CONTROL}
     rows = abbreviated(word, *tables.values())
@@ -48,9 +48,9 @@ def _first_role(word: str) -> Role | None:
 @cache
 def _inner_words() -> Mapping[str, Role]:
     """The role of every word that stands inside a statement, where it is itself."""
-    from vrs_cli.language.functions import FUNCTIONS
-    from vrs_cli.language.instructions import CONNECTIVES, OPERATOR_WORDS
-    from vrs_cli.language.monitor import COMMANDS
+    from vrs_cli.language.words.functions import FUNCTIONS
+    from vrs_cli.language.words.instructions import CONNECTIVES, OPERATOR_WORDS
+    from vrs_cli.language.words.monitor import COMMANDS
 
     leads = {lead for word in COMMANDS.values() for lead in word.leads}
     links = CONNECTIVES | leads | {"AT", "IN", "DO", "GOTO", "MONITOR"}
@@ -61,8 +61,8 @@ def _inner_words() -> Mapping[str, Role]:
 @cache
 def _with_links() -> frozenset[str]:
     """The words that another may follow at once: READY AT 5, WHERE FROM 1."""
-    from vrs_cli.language.instructions import INSTRUCTIONS
-    from vrs_cli.language.monitor import COMMANDS
+    from vrs_cli.language.words.instructions import INSTRUCTIONS
+    from vrs_cli.language.words.monitor import COMMANDS
 
     rows = (*COMMANDS.values(), *INSTRUCTIONS.values())
     return frozenset(row.name for row in rows if (row.modifiers or row.leads) and not row.required)
@@ -70,9 +70,9 @@ def _with_links() -> frozenset[str]:
 
 def _words_of(line: str) -> frozenset[str]:
     """The words that link in such a line alone: the relations in an IF of VAL, the sort of what is declared."""
-    from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
-    from vrs_cli.language.lexer import SORT, VAL_IF
-    from vrs_cli.language.words import abbreviated
+    from vrs_cli.language.text.lexer import SORT, VAL_IF
+    from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
+    from vrs_cli.language.words.word import abbreviated
 
     first = _FIRST.match(line)
     rows = abbreviated(first[1], INSTRUCTIONS, CONTROL) if first is not None else ()
@@ -111,7 +111,7 @@ def scan(line: str, variables: Container[str] = ()) -> Iterator[tuple[str, Role]
 
 def _role(text: str, rest: str, ended: bool, variables: Container[str]) -> Role:
     """The role of a word that does not start a statement."""
-    from vrs_cli.language.functions import FUNCTIONS
+    from vrs_cli.language.words.functions import FUNCTIONS
 
     word = text.upper()
     if word.startswith("."):

@@ -15,11 +15,11 @@ from functools import cache
 from vrs_cli.interfaces.jogging import AXIS_WORDS
 from vrs_cli.interfaces.plotting import QUANTITIES
 from vrs_cli.interfaces.realtime import CLOCK_WORDS
-from vrs_cli.language.ast import Kind
-from vrs_cli.language.functions import FUNCTIONS, Function
-from vrs_cli.language.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
-from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.words import SORT_WORDS, Argument, Shape, State, Word, abbreviated
+from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.word import SORT_WORDS, Argument, Shape, State, Word, abbreviated
 
 
 @dataclass(frozen=True, slots=True)

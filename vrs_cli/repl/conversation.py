@@ -142,7 +142,7 @@ class Conversation:
     @property
     def unfinished(self) -> str:
         """The program that is being typed or edited, as a file would hold it."""
-        from vrs_cli.language.printer import print_program
+        from vrs_cli.language.text.printer import print_program
 
         if self.session.editor is not None:
             return print_program(self.session.editor.draft.program)
@@ -176,7 +176,7 @@ def _named(header: str) -> str:
 
 def refusal(error: VrsError, line: str) -> Reply:
     """The reply for a line that cannot be carried out, with its place where that is known."""
-    from vrs_cli.language.diagnostics import LineRefused
+    from vrs_cli.language.text.diagnostics import LineRefused
 
     if isinstance(error, LineRefused):
         return DiagnosticsReport((Diagnosed(error.diagnostic, line),))

@@ -9,7 +9,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from vrs_cli.language.source import END, PROGRAM, SECTIONS, lines_of
+from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, lines_of
 
 INDENT = "    "  # a block (val2 section 7)
 

@@ -37,7 +37,7 @@ from vrs_cli.repl.toolbar import GAP, toolbar
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import Clock
     from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.language.diagnostics import Diagnostic
+    from vrs_cli.language.text.diagnostics import Diagnostic
     from vrs_cli.render.console import TerminalRenderer
     from vrs_cli.repl.conversation import Conversation
     from vrs_cli.repl.recorder import Recorder
@@ -61,7 +61,7 @@ class Workplace:
     ) -> None:
         from vrs_cli.interfaces.session import Session
         from vrs_cli.kinematics.robot_file import load_robot
-        from vrs_cli.language import parser
+        from vrs_cli.language.text import parser
         from vrs_cli.render.console import TerminalRenderer
         from vrs_cli.repl import names, validate  # noqa: F401 (the first key must not wait for them)
         from vrs_cli.repl.conversation import Conversation
@@ -319,7 +319,7 @@ class Shell:
 
     def _names(self) -> Container[str]:
         """The keys of the variables that a line may name: of the program that is typed, or those that have a value."""
-        from vrs_cli.language.parser import variables_in
+        from vrs_cli.language.text.parser import variables_in
 
         work = self.backstage.ready
         if work is None:

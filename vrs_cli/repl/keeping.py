@@ -75,8 +75,8 @@ def _moment(when: datetime) -> str:
 def _held(text: str) -> str:
     """`programs pick, place, 2 locations`."""
     from vrs_cli.interfaces.monitor.consent import listed
-    from vrs_cli.language.ast import Program, Section
-    from vrs_cli.language.parser import parse_file
+    from vrs_cli.language.text.ast import Program, Section
+    from vrs_cli.language.text.parser import parse_file
 
     parts = parse_file(text)[0].parts
     programs = list(dict.fromkeys(part.name for part in parts if isinstance(part, Program)))

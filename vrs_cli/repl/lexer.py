@@ -26,7 +26,7 @@ class ValLexer(Lexer):
     def lex_document(self, document: Document) -> Callable[[int], StyleAndTextTuples]:
         if not self._ready():
             return lambda number: [("", document.lines[number])]
-        from vrs_cli.language.parser import variables_in
+        from vrs_cli.language.text.parser import variables_in
         from vrs_cli.render.scan import scan
 
         variables = variables_in(document.lines) if len(document.lines) > 1 else self._names()

@@ -30,7 +30,7 @@ from prompt_toolkit.widgets import SearchToolbar
 
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.screen import ScreenDraft
-from vrs_cli.language.diagnostics import Diagnostic, Severity
+from vrs_cli.language.text.diagnostics import Diagnostic, Severity
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.entry import INDENT, depth
 from vrs_cli.repl.lexer import ValLexer

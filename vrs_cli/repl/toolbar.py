@@ -47,7 +47,7 @@ def _pace(engine: Engine) -> tuple[str, ...]:
 
 
 def _state(session: Session) -> tuple[str, ...]:
-    from vrs_cli.language.values import numbers_of
+    from vrs_cli.language.words.values import numbers_of
     from vrs_cli.render.numbers import fixed
 
     engine = session.engine

@@ -6,8 +6,8 @@ from typing import Any, TypeVar
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.interfaces.session import Session
-from vrs_cli.language.ast import Kind
-from vrs_cli.language.values import numbers_of
+from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.words.values import numbers_of
 
 R = TypeVar("R")
 PART = "POINT part = TRANS(500,150,-100,90,90,0)"

@@ -12,8 +12,8 @@ from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedVal
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.monitor.locations import changed
 from vrs_cli.kinematics.transform import IDENTITY
-from vrs_cli.language.ast import Kind
-from vrs_cli.language.values import numbers_of
+from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.words.values import numbers_of
 
 
 def test_where_is_g() -> None:

@@ -8,8 +8,8 @@ from tests.interfaces.monitor.people import at, last
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.monitor.table import MONITOR
-from vrs_cli.language.monitor import COMMANDS
-from vrs_cli.language.words import State
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.word import State
 
 
 def test_every_supported_command_has_a_handler_and_no_other_has() -> None:

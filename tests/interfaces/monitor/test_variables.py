@@ -12,10 +12,10 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces import replies
 from vrs_cli.interfaces.session import Session
-from vrs_cli.language.ast import Kind
-from vrs_cli.language.diagnostics import LineRefused
-from vrs_cli.language.instructions import PROGRAM_WORDS, RESERVED
-from vrs_cli.language.monitor import COMMANDS
+from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.text.diagnostics import LineRefused
+from vrs_cli.language.words.instructions import PROGRAM_WORDS, RESERVED
+from vrs_cli.language.words.monitor import COMMANDS
 
 
 def test_elements_and_whole_arrays() -> None:

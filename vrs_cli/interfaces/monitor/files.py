@@ -15,9 +15,9 @@ from vrs_cli.interfaces.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.replies import FileRow, FileTable, FileText, Message, Replay, Reply, Tone, report
 from vrs_cli.interfaces.terminal import Dialogue, Watched
 from vrs_cli.interfaces.unstored import item_of
-from vrs_cli.language.ast import Instruction, Section
-from vrs_cli.language.environment import Item, StoredProgram
-from vrs_cli.language.values import Value
+from vrs_cli.language.run.environment import Item, StoredProgram
+from vrs_cli.language.text.ast import Instruction, Section
+from vrs_cli.language.words.values import Value
 
 if TYPE_CHECKING:
     from vrs_cli.files.store import Part
@@ -45,7 +45,7 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
     if path.suffix.lower() == EXTENSION:
         yield from _load_trajectory(session, path)
         return
-    from vrs_cli.language.parser import parse_file
+    from vrs_cli.language.text.parser import parse_file
 
     text = read_program_file(path)
     programs = session.environment.programs

@@ -22,9 +22,9 @@ from vrs_cli.interfaces.replies import (
 from vrs_cli.interfaces.terminal import Dialogue
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
-from vrs_cli.language.ast import NAME_LENGTH, Instruction, Kind, Number, Variable
-from vrs_cli.language.environment import Reference
-from vrs_cli.language.values import (
+from vrs_cli.language.run.environment import Reference
+from vrs_cli.language.text.ast import NAME_LENGTH, Instruction, Kind, Number, Variable
+from vrs_cli.language.words.values import (
     kind_of_value,
     numbers_of,
     plain,
@@ -105,7 +105,7 @@ def next_in_series(session: Session, first: Variable) -> Variable:
 
     Raises InvalidName for a name that cannot be counted up.
     """
-    from vrs_cli.language.prompt import definable
+    from vrs_cli.language.run.prompt import definable
 
     environment, name = session.environment, first
     while definable(environment, session.robot, name).reference.defined():
@@ -152,7 +152,7 @@ def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
 
 
 def _defined_by(session: Session, it: Instruction) -> Reference:
-    from vrs_cli.language.prompt import definable
+    from vrs_cli.language.run.prompt import definable
 
     expression = operand(it, 0)
     assert expression is not None

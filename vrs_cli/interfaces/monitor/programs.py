@@ -12,10 +12,10 @@ from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.monitor.consent import refusal
 from vrs_cli.interfaces.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.replies import ListedStep, ProgramName, ProgramNames, ProgramText, Reply
-from vrs_cli.language.ast import BadLine, Instruction, Program
-from vrs_cli.language.diagnostics import Severity
-from vrs_cli.language.environment import StoredProgram, key_of
-from vrs_cli.language.values import whole
+from vrs_cli.language.run.environment import StoredProgram, key_of
+from vrs_cli.language.text.ast import BadLine, Instruction, Program
+from vrs_cli.language.text.diagnostics import Severity
+from vrs_cli.language.words.values import whole
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session
@@ -33,7 +33,7 @@ def _listp(session: Session, it: Instruction) -> Iterator[Reply]:
 
 def listing(stored: StoredProgram) -> ProgramText:
     """The canonical text of a program, its steps numbered, and those marked that have a mistake."""
-    from vrs_cli.language.printer import program_header, step_texts
+    from vrs_cli.language.text.printer import program_header, step_texts
 
     program = stored.program
     wrong = {one.span.line for one in stored.analysis.diagnostics if one.severity is Severity.ERROR}

@@ -9,10 +9,10 @@ from vrs_cli.errors import NoProgramSpecified
 from vrs_cli.interfaces.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.replies import Message, ProgramStopped, Reply, Tone
 from vrs_cli.interfaces.runs import Outcome, RunResult
-from vrs_cli.language.ast import Instruction, ProgramCall
-from vrs_cli.language.environment import Reference
-from vrs_cli.language.semantics.tasks import PROCESS_CONTROL, checked_task
-from vrs_cli.language.values import whole
+from vrs_cli.language.run.environment import Reference
+from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL, checked_task
+from vrs_cli.language.text.ast import Instruction, ProgramCall
+from vrs_cli.language.words.values import whole
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session
@@ -29,7 +29,7 @@ def _execute(session: Session, it: Instruction) -> Iterator[Reply]:
 
 def asked_program(session: Session, it: Instruction) -> tuple[str | None, tuple[Reference | None, ...], int, int]:
     """Program, arguments, cycles and first step of EXECUTE and its like."""
-    from vrs_cli.language.prompt import arguments_of
+    from vrs_cli.language.run.prompt import arguments_of
 
     asked = operand(it, 0)
     name = None if asked is None else word(asked)

@@ -9,8 +9,8 @@ from vrs_cli.engine.commands import SetMonitorSpeed
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, row_of
 from vrs_cli.interfaces.operands import Handler, operand, real, word
 from vrs_cli.interfaces.replies import Message, Reply, SettingRow, SettingTable
-from vrs_cli.language.ast import Instruction
-from vrs_cli.language.values import plain
+from vrs_cli.language.text.ast import Instruction
+from vrs_cli.language.words.values import plain
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session

@@ -22,9 +22,9 @@ from vrs_cli.interfaces.replies import (
     SignalTable,
     StatusReport,
 )
-from vrs_cli.language.ast import Instruction, Kind
-from vrs_cli.language.environment import INPUTS, INTERNAL, OUTPUTS
-from vrs_cli.language.values import plain, whole
+from vrs_cli.language.run.environment import INPUTS, INTERNAL, OUTPUTS
+from vrs_cli.language.text.ast import Instruction, Kind
+from vrs_cli.language.words.values import plain, whole
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session

@@ -10,9 +10,9 @@ from vrs_cli.interfaces.monitor.running import asked_program, run
 from vrs_cli.interfaces.operands import Handler, operand, real_or, shown, sight, word
 from vrs_cli.interfaces.replies import Message, ProgramStopped, Reply
 from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.language.ast import Instruction
-from vrs_cli.language.environment import StoredProgram
-from vrs_cli.language.values import Value, numbers_of, plain, whole
+from vrs_cli.language.run.environment import StoredProgram
+from vrs_cli.language.text.ast import Instruction
+from vrs_cli.language.words.values import Value, numbers_of, plain, whole
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session

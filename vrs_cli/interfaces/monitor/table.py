@@ -22,7 +22,7 @@ from vrs_cli.interfaces.monitor.variables import VARIABLES
 from vrs_cli.interfaces.operands import Handler
 from vrs_cli.interfaces.realtime import clock
 from vrs_cli.interfaces.replies import Reply
-from vrs_cli.language.ast import Instruction
+from vrs_cli.language.text.ast import Instruction
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session

@@ -12,8 +12,8 @@ from vrs_cli.interfaces.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.plotting import plotted, selected
 from vrs_cli.interfaces.replies import BranchRow, BranchTable, ComparisonTable, Message, Reply, TimelineTable
 from vrs_cli.interfaces.track import ROBOT_PROGRAM
-from vrs_cli.language.ast import Instruction
-from vrs_cli.language.values import whole
+from vrs_cli.language.text.ast import Instruction
+from vrs_cli.language.words.values import whole
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session

@@ -12,10 +12,10 @@ from vrs_cli.interfaces.operands import Handler, own, real, shown, sight
 from vrs_cli.interfaces.replies import LocationTable, Message, NamedLocation, RealTable, Reply, StringTable
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.ast import Binary, Expression, Instruction, Kind, Unary, Variable
-from vrs_cli.language.environment import Index, Reference, key_of, subscript
-from vrs_cli.language.precedence import LOGICAL, RELATIONS
-from vrs_cli.language.values import Value, kind_of_value, whole
+from vrs_cli.language.run.environment import Index, Reference, key_of, subscript
+from vrs_cli.language.text.ast import Binary, Expression, Instruction, Kind, Unary, Variable
+from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
+from vrs_cli.language.words.values import Value, kind_of_value, whole
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session import Session

@@ -1,0 +1,48 @@
+"""Blocks as jumps: where each step is entered, and that no jump leads out of the program."""
+
+from __future__ import annotations
+
+from hypothesis import given, settings
+
+from tests.language.running import environment_with, program
+from tests.language.spaghetti import spaghetti
+from vrs_cli.language.compile.lowering import CaseBegin, CaseTest, Finish, Jump, Lowered, Mark, Perform, lower
+
+
+def lowered(*lines: str) -> Lowered:
+    return lower(environment_with(program(*lines)).program("main").analysis)
+
+
+@given(spaghetti())
+@settings(max_examples=100, deadline=None)
+def test_every_step_has_an_entry_and_every_jump_a_target(lines: list[str]) -> None:
+    result = lowered(*lines)
+    assert len(result.entries) == len(lines) + 1
+    assert list(result.entries) == sorted(set(result.entries))
+    assert [result.ops[op].step for op in result.entries[:-1]] == list(range(len(lines)))
+    assert isinstance(result.ops[-1], Finish)
+    for op in result.ops:
+        assert isinstance(op, Perform | Mark | Finish) or 0 <= op.target < len(result.ops)
+
+
+def test_the_parts_of_a_case_end_it_when_they_are_reached_from_above() -> None:
+    result = lowered("x = 1", "CASE x OF", "VALUE 1:", "x = 2", "ANY", "x = 3", "END")
+    end = result.entries[6]
+    begin = result.ops[result.entries[1]]
+    assert isinstance(begin, CaseBegin)
+    test = result.ops[begin.target]
+    assert isinstance(test, CaseTest)
+    assert (test.step, result.ops[test.target].step) == (2, 4)
+    assert [result.ops[result.entries[step]] for step in (2, 4)] == [
+        Jump(2, end, counted=False),
+        Jump(4, end, counted=False),
+    ]
+
+
+def test_an_empty_program_is_its_end() -> None:
+    assert lowered() == Lowered((Finish(0),), (0,), 0)
+
+
+def test_marks_and_blank_lines_do_nothing() -> None:
+    kinds = [type(op) for op in lowered("", "; only words", "DO", "UNTIL 1 == 1").ops]
+    assert kinds[:3] == [Mark, Mark, Mark]

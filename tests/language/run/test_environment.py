@@ -1,0 +1,244 @@
+"""Variables, signals and timers as programs share them."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.language.running import environment_with, program, run
+from vrs_cli.errors import (
+    IllegalArrayIndex,
+    IllegalSignal,
+    IllegalValue,
+    StringOverflow,
+    TypeMismatch,
+    UndefinedName,
+    UndefinedValue,
+)
+from vrs_cli.kinematics.transform import IDENTITY, translation
+from vrs_cli.language.run.environment import INPUTS, INTERNAL, OUTPUTS, Environment, Signals, Timers
+from vrs_cli.language.text.ast import Entry, Kind, Number, Span, Variable
+from vrs_cli.language.words.values import Value
+
+NOWHERE = Span(1, 1, 1)
+
+
+def names(environment: Environment, kind: Kind) -> list[str]:
+    return [variable.name for variable in environment.variables(kind)]
+
+
+# --- variables ---
+
+
+def test_the_four_kinds_are_apart() -> None:
+    environment = Environment()
+    values: dict[str, Value] = {"count": 3.0, "part": translation(1, 2, 3), "#safe": (0.0, 1.0), "$name": "x"}
+    for name, value in values.items():
+        environment.reference(name).assign(value)
+    for (name, value), kind in zip(
+        values.items(), (Kind.REAL, Kind.LOCATION, Kind.PRECISION, Kind.STRING), strict=True
+    ):
+        assert environment.kind_of(name) is kind
+        assert list(environment.variables(kind)) == [(name, value)]
+    assert environment.kind_of("missing") is None
+
+
+def test_a_hash_or_dollar_name_is_not_the_bare_name() -> None:
+    environment = Environment()
+    environment.reference("x").assign(1.0)
+    environment.reference("#x").assign((0.0,))
+    environment.reference("$x").assign("x")
+    assert environment.kinds() == {"x": Kind.REAL, "#x": Kind.PRECISION, "$x": Kind.STRING}
+
+
+def test_a_bare_name_is_a_real_or_a_transformation() -> None:
+    environment = Environment()
+    environment.reference("a").assign(1.0)
+    with pytest.raises(TypeMismatch, match="a is a real"):
+        environment.reference("a").assign(IDENTITY)
+    environment.delete("a")
+    environment.reference("a").assign(IDENTITY)
+    with pytest.raises(TypeMismatch, match="a is a transformation"):
+        environment.reference("A").assign(2.0)
+
+
+def test_a_name_holds_its_own_kind_only() -> None:
+    with pytest.raises(TypeMismatch, match="string"):
+        Environment().reference("$s").assign(1.0)
+    with pytest.raises(TypeMismatch, match="precision point"):
+        Environment().reference("#p").assign(IDENTITY)
+
+
+def test_names_are_the_same_in_any_case_up_to_15_characters() -> None:
+    environment = Environment()
+    environment.reference("Distance.to.part.33").assign(5.0)
+    assert environment.reference("DISTANCE.TO.PART.34").value() == 5.0
+    assert names(environment, Kind.REAL) == ["Distance.to.part.33"]
+
+
+def test_reading_what_is_not_there_names_it_and_what_is_near() -> None:
+    environment = Environment()
+    environment.reference("Counter").assign(1.0)
+    with pytest.raises(UndefinedValue) as caught:
+        environment.reference("countr").value()
+    assert str(caught.value) == "*Undefined value* countr (did you mean Counter?)"
+
+
+def test_arrays_are_listed_element_by_element_in_order() -> None:
+    environment = Environment()
+    for index in (10, 2, 0):
+        environment.reference("row", index).assign(float(index))
+    environment.reference("grid", (1, 2)).assign(5.0)
+    environment.reference("a").assign(1.0)
+    assert names(environment, Kind.REAL) == ["a", "grid[1,2]", "row[0]", "row[2]", "row[10]"]
+
+
+def test_an_element_that_is_not_there_is_named() -> None:
+    environment = Environment()
+    environment.reference("row", 1).assign(1.0)
+    with pytest.raises(UndefinedValue, match=r"row\[2\]"):
+        environment.reference("row", 2).value()
+    with pytest.raises(IllegalArrayIndex, match=r"row\[-1\]"):
+        environment.reference("row", -1).value()
+    with pytest.raises(IllegalArrayIndex, match=r"row\[-1\]"):
+        environment.reference("row", -1).assign(1.0)
+    with pytest.raises(IllegalArrayIndex, match=r"row\[\]"):
+        environment.reference("row", array=True).assign(1.0)
+
+
+def test_variables_can_be_deleted() -> None:
+    environment = Environment()
+    for index in (1, 2):
+        environment.reference("row", index).assign(1.0)
+    assert environment.delete("row", 1)
+    assert not environment.delete("row", 1)
+    assert names(environment, Kind.REAL) == ["row[2]"]
+    assert environment.delete("ROW")
+    assert environment.kind_of("row") is None
+    assert not environment.delete("row")
+
+
+def test_clearing_keeps_the_other_kinds() -> None:
+    environment = Environment()
+    environment.reference("x").assign(1.0)
+    environment.reference("$x", 1).assign("x")
+    environment.clear_variables(Kind.STRING)
+    assert environment.kinds() == {"x": Kind.REAL}
+    environment.clear_variables()
+    assert environment.kinds() == {}
+
+
+def test_strings_longer_than_128_characters_are_not_stored() -> None:
+    with pytest.raises(StringOverflow, match="129"):
+        Environment().reference("$s").assign("x" * 129)
+
+
+@pytest.mark.parametrize(
+    ("name", "sigil", "numbers", "text", "kind"),
+    [
+        ("count", "", (12.0,), None, Kind.REAL),
+        ("a", "", (500.0, 0.0, 0.0, 90.0, -90.0, 0.0), None, Kind.LOCATION),
+        ("safe", "#", (0.0, -90.0), None, Kind.PRECISION),
+        ("part", "$", (), "A-17", Kind.STRING),
+    ],
+)
+def test_entries_of_a_file_replace_what_was_there(
+    name: str, sigil: str, numbers: tuple[float, ...], text: str | None, kind: Kind
+) -> None:
+    environment = Environment()
+    if not sigil:
+        environment.reference(name).assign(IDENTITY if kind is Kind.REAL else 1.0)
+    environment.define(Entry(Variable(name, sigil, None, NOWHERE), numbers, text, NOWHERE))
+    assert environment.kind_of(sigil + name) is kind
+
+
+def test_an_entry_may_be_an_element() -> None:
+    environment = Environment()
+    row = Variable("row", "", (Number(3.0, "3", NOWHERE),), NOWHERE)
+    environment.define(Entry(row, (7.0,), None, NOWHERE))
+    assert environment.reference("row", 3).value() == 7.0
+
+
+# --- programs ---
+
+
+def test_a_program_that_is_not_there_has_a_near_name() -> None:
+    environment = environment_with(program(name="Pick.place"))
+    assert environment.program("PICK.PLACE").name == "Pick.place"
+    with pytest.raises(UndefinedName, match=r"did you mean Pick\.place\?"):
+        environment.program("pick.plase")
+
+
+def test_the_source_of_a_step_is_as_it_was_written() -> None:
+    stored = environment_with(program("  x   =1 ; one", "", "y = 2")).program("main")
+    assert [stored.source(step) for step in range(3)] == ["x   =1 ; one", "", "y = 2"]
+
+
+# --- signals ---
+
+
+def test_signals_are_on_off_and_inverted() -> None:
+    signals = Signals()
+    assert not signals.read(5)
+    assert signals.read(-5)
+    signals.write(5)
+    assert signals.read(5)
+    assert not signals.read(-5)
+    signals.write(-5)
+    assert not signals.read(5)
+
+
+def test_reset_leaves_internal_signals() -> None:
+    signals = Signals()
+    signals.write(1)
+    signals.write(2001)
+    signals.reset()
+    assert not signals.read(1)
+    assert signals.read(2001)
+
+
+def test_only_the_world_outside_sets_inputs() -> None:
+    signals = Signals()
+    with pytest.raises(IllegalSignal, match="1001"):
+        signals.write(1001)
+    signals.write(1001, inputs=True)
+    assert signals.read(1001)
+    assert [sum(signals.state(bank)) for bank in (OUTPUTS, INPUTS, INTERNAL)] == [0, 1, 0]
+
+
+@pytest.mark.parametrize("number", [0, 513, -513, 1000, 1513, 2000, 2513, 1e20])
+def test_signals_that_do_not_exist(number: float) -> None:
+    with pytest.raises(IllegalSignal, match="1-512, 1001-1512, 2001-2512"):
+        Signals().read(number)
+
+
+def test_bits_are_signals_from_the_lowest() -> None:
+    signals = Signals()
+    signals.write_bits(3, 4, 0b1010)
+    assert [signals.read(number) for number in range(3, 7)] == [False, True, False, True]
+    assert signals.read_bits(3, 4) == 10
+    assert signals.read_bits(4) == 1
+
+
+# --- timers ---
+
+
+def test_timers_count_from_what_they_were_set_to() -> None:
+    timers = Timers()
+    timers.set(1, -2.0, now=10.0)
+    assert timers.read(1, now=13.0) == 1.0
+    assert timers.read(2, now=13.0) == 13.0
+    with pytest.raises(IllegalValue, match="timer 16"):
+        timers.set(16, 0.0, now=0.0)
+
+
+# --- what programs see of it ---
+
+
+def test_a_program_may_not_turn_a_location_into_a_real() -> None:
+    text = program("SET p = NULL", "CALL other") + program("p = 1", name="other")
+    assert str(run(text).error) == "*Variable type mismatch* p is a transformation (a real is wanted here)"
+
+
+def test_a_program_may_not_read_a_real_as_a_location() -> None:
+    text = program("p = 1", "CALL other") + program("MOVE p", name="other")
+    assert str(run(text).error) == "*Variable type mismatch* p is a real (a transformation is wanted here)"

@@ -1,0 +1,73 @@
+"""The usual lines of a section of variables, read without the grammar: as the grammar reads them."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vrs_cli.language.text.ast import Entry
+from vrs_cli.language.text.diagnostics import LineRefused
+from vrs_cli.language.text.entries import usual_entry
+from vrs_cli.language.text.parser import LineParser
+
+names = st.sampled_from(
+    ["x", "a.b_2", "#p", "$s", "%b", "and", "COM", "pi", "here", "time", "Move", "sin", "a1", "_x", "é"]
+)
+indexes = st.sampled_from(["", "", "[3]", "[ 3]", "[1,2]", "[]", "[i]", "[1.5]", "[007]"])
+numbers = st.sampled_from(
+    [
+        "1",
+        "-2.5",
+        "+.5",
+        "5.",
+        "1e3",
+        "-1E-3",
+        "1e999",
+        "^HFF",
+        "'A",
+        "1x",
+        "--1",
+        '"text"',
+        ";",
+        "1;2",
+        "=1",
+        "0",
+        "-0",
+    ]
+)
+blanks = st.sampled_from([" ", "  ", "\t", "", "\xa0"])
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.tuples(blanks, names, indexes), st.lists(st.tuples(blanks, numbers), max_size=4), blanks)
+def test_a_usual_entry_is_what_the_grammar_reads(head: tuple[str, ...], tail: list[tuple[str, str]], end: str) -> None:
+    text = "".join([*head, *(part for pair in tail for part in pair), end])
+    usual = usual_entry(text, 7)
+    if usual is not None:
+        assert repr(usual) == repr(by_grammar(text))
+
+
+def by_grammar(text: str) -> Entry | str | None:
+    """Raises LineRefused."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vrs_cli.language.text.parser.usual_entry", lambda _text, _line: None)
+        return _PARSER.entry(text, 7)
+
+
+_PARSER = LineParser()
+
+
+@pytest.mark.parametrize("text", ["x 1", "\tx  -1.5e3 ", "#p 1 2 3 4 5 6", "row[3] 7", "pi 3", "p 1 2 3 90 -0 .5"])
+def test_these_are_usual(text: str) -> None:
+    assert repr(usual_entry(text, 7)) == repr(by_grammar(text))
+    assert usual_entry(text, 7) is not None
+
+
+@pytest.mark.parametrize("text", ["x", "x ^HFF", "$s 1", "and 1", "x 1e999", "x 1 ; one", "x[1,2] 3", "", "; x 1"])
+def test_the_grammar_reads_all_others(text: str) -> None:
+    assert usual_entry(text, 7) is None
+    try:
+        by_grammar(text)
+    except LineRefused:
+        return

@@ -1,0 +1,105 @@
+"""Tokens: what the start of a statement and the tables decide."""
+
+from __future__ import annotations
+
+import pytest
+
+from vrs_cli.errors import CannotInterpret
+from vrs_cli.language.text.diagnostics import LineRefused
+from vrs_cli.language.text.lexer import LONGEST
+from vrs_cli.language.text.parser import LineParser
+
+LEXER = LineParser()._lexer
+
+
+def types(text: str) -> list[str]:
+    return [token.type for token in LEXER.step(text, 1)]
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("MOVE to", ["WORD", "NAME"]),
+        ("FOR i = 1 TO 5", ["FOR", "NAME", "EQUAL", "NUMBER", "TO", "NUMBER"]),
+        ("FOR to = to TO to", ["FOR", "NAME", "EQUAL", "NAME", "TO", "NAME"]),
+        ("MOVE at AT at", ["WORD", "NAME", "AT", "NAME"]),
+        ("READY AT 5", ["WORD", "AT", "NUMBER"]),
+        ("WAIT in > 5", ["WORD", "NAME", "INFIX", "NUMBER"]),
+        ("COARSE ALWAYS", ["WORD", "ALWAYS"]),
+        ("COARSE 50 ALWAYS", ["WORD", "NUMBER", "ALWAYS"]),
+        ("SPEED monitor MONITOR ALWAYS", ["WORD", "NAME", "UNIT", "ALWAYS"]),
+        ("x = -a - -b", ["NAME", "EQUAL", "PREFIX", "NAME", "INFIX", "PREFIX", "NAME"]),
+        ("x = NOT a AND COM b", ["NAME", "EQUAL", "PREFIX", "NAME", "INFIX", "PREFIX", "NAME"]),
+        ("TYPE /F6.2, a/F6", ["WORD", "FORMAT", "COMMA", "NAME", "INFIX", "NAME"]),
+        ("VALUE 1, 2 :", ["VALUE", "NUMBER", "COMMA", "NUMBER", "COLON"]),
+        ("VALUE 1: ;x", ["VALUE", "NUMBER", "COLON", "COMMENT"]),
+        ("MOVE a:b", ["WORD", "NAME", "INFIX", "NAME"]),
+        ("10 MOVE a", ["LABEL", "WORD", "NAME"]),
+        ("move = 5", ["NAME", "EQUAL", "NUMBER"]),
+        ("move[1] = 5", ["NAME", "LSQB", "NUMBER", "RSQB", "EQUAL", "NUMBER"]),
+        ("MOVE#p", ["WORD", "NAME"]),
+        ("IF(x)THEN", ["IF", "LPAR", "NAME", "RPAR", "THEN"]),
+        ("DEFBELT 1001, pick ; soon", ["WORD", "REST", "COMMENT"]),
+        ('MC TYPE "a;b" ;c', ["WORD", "REST", "COMMENT"]),
+        ("REMARK any words: +-*", ["COMMENT"]),
+        ("", []),
+        ("   ", []),
+    ],
+)
+def test_types(text: str, wanted: list[str]) -> None:
+    assert types(text) == wanted
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("DO MOVE a", ["DO_COMMAND", "WORD", "NAME"]),
+        ("DO x = 1", ["DO_COMMAND", "NAME", "EQUAL", "NUMBER"]),
+        ("LOAD C:\\cells\\pick.v2 ;x", ["WORD", "RAW", "COMMENT"]),
+        ('STORE "a b.v2" = pick,place', ["WORD", "RAW", "EQUAL", "RAW", "COMMA", "RAW"]),
+        ("WHERE FROM 1 TO to STEP .5", ["WORD", "LEAD", "NUMBER", "LEAD", "NAME", "LEAD", "NUMBER"]),
+        ("WHERE AT 5", ["WORD", "AT", "NUMBER"]),
+        ("HELP THEN", ["WORD", "RAW"]),
+    ],
+)
+def test_types_at_the_prompt(text: str, wanted: list[str]) -> None:
+    assert [token.type for token in LEXER.prompt(text)] == wanted
+
+
+def test_numbers_of_a_section_have_their_signs() -> None:
+    tokens = LEXER.entry("p[1] 5 -2.5,+3 ;x", 7)
+    assert [token.text for token in tokens] == ["p", "[", "1", "]", "5", "-2.5", ",", "+3", ";x"]
+    assert {token.line for token in tokens} == {7}
+
+
+def test_columns() -> None:
+    tokens = LEXER.step("  10 MOVE  part ;x", 3)
+    assert [(token.column, token.end) for token in tokens] == [(3, 5), (6, 10), (12, 16), (17, 19)]
+
+
+@pytest.mark.parametrize(
+    "line", ['"abc', 'TYPE "abc', '10 TYPE "a", x, "abc ; not a remark', 'TYPE /F6.2,"abc', 'CALL q("abc)']
+)
+def test_a_missing_quote_is_placed_from_the_one_that_opens(line: str) -> None:
+    with pytest.raises(LineRefused) as caught:
+        LEXER.step(line, 1)
+    span = caught.value.diagnostic.span
+    assert (span.column, span.end) == (line.rindex('"') + 1, len(line) + 1)
+
+
+def test_words_in_full_and_signs_in_one_spelling() -> None:
+    tokens = LEXER.step("calib", 1)
+    assert (tokens[0].value, tokens[0].text) == ("CALIBRATE", "calib")
+    assert [token.value for token in LEXER.step("x = a =< b => c", 1)][3::2] == ["<=", ">="]
+
+
+def test_a_line_without_end_is_refused() -> None:
+    text = "x = 1" + "+1" * LONGEST
+    with pytest.raises(LineRefused) as caught:
+        LEXER.step(text, 1)
+    assert caught.value.diagnostic.code == CannotInterpret.code
+
+
+def test_by_is_a_comma_of_shift_but_not_of_a_function_in_it() -> None:
+    tokens = LEXER.step("SHIFT a BY DX(SCALE(b BY 2)), 1", 1)
+    assert [token.type for token in tokens if token.text == "BY"] == ["COMMA", "BY"]

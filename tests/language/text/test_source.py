@@ -1,0 +1,151 @@
+"""Files: line ends, step numbers, sections, and going on after mistakes."""
+
+from __future__ import annotations
+
+import pytest
+
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Program, Section
+from vrs_cli.language.text.diagnostics import Severity
+from vrs_cli.language.text.parser import parse_file
+from vrs_cli.language.text.printer import print_file
+
+SMALL = ".PROGRAM a()\nMOVE x\n.END\n"
+
+
+def program(text: str) -> Program:
+    file, diagnostics = parse_file(text)
+    assert diagnostics == ()
+    found = [part for part in file.parts if isinstance(part, Program)]
+    assert len(found) == 1
+    return found[0]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        SMALL,
+        SMALL.replace("\n", "\r\n"),
+        SMALL.replace("\n", "\r"),
+        SMALL.rstrip("\n"),
+        "\ufeff" + SMALL,
+        SMALL + "\x1a\x1a",
+        SMALL.lower(),
+        " .PROGRAM   a ( )\n\tMOVE\tx  \n  .END ;that is all\n",
+    ],
+)
+def test_texts_of_all_systems(text: str) -> None:
+    steps = program(text).steps
+    assert len(steps) == 1
+    assert isinstance(steps[0].statement, ast.Instruction)
+
+
+def test_lines_count_from_one() -> None:
+    found = program("\r\n;x\r\n.PROGRAM a()\r\n\r\n  MOVE x\r\n.END\r\n")
+    assert found.span.line == 3
+    assert [step.span.line for step in found.steps] == [4, 5]
+    assert found.steps[1].span.column == 3
+
+
+def test_a_listing_with_step_numbers() -> None:
+    found = program(".PROGRAM a()\n 1 x = 1\n 2 10 MOVE p\n 3\n 4 ;four\n 5 GOTO 10\n.END\n")
+    assert [step.label for step in found.steps] == [None, 10, None, None, None]
+    assert found.steps[3].comment == "four"
+    assert isinstance(found.steps[4].statement, ast.Goto)
+
+
+@pytest.mark.parametrize("mark", [".", ".?", ". ?", "?", " ?"])
+def test_step_numbers_as_the_editor_prints_them(mark: str) -> None:
+    text = "".join(f" {i}{mark} {step}\n" for i, step in enumerate(("x = 1", "10 MOVE p", "", "GOTO 10"), 1))
+    found = program(f".PROGRAM demo.1\n{text}.END\n")
+    assert [step.label for step in found.steps] == [None, 10, None, None]
+    assert isinstance(found.steps[3].statement, ast.Goto)
+
+
+@pytest.mark.parametrize(
+    "lines", ["1 MOVE p\n2 GOTO 1", "1 MOVE p", "1 MOVE p\n3 MOVE q", "1 MOVE p\nMOVE q", "1 x = 1\n2 IF x EQ 1 THEN 1"]
+)
+def test_labels_are_not_step_numbers(lines: str) -> None:
+    assert program(f".PROGRAM a()\n{lines}\n.END\n").steps[0].label == 1
+
+
+def test_sections() -> None:
+    file, diagnostics = parse_file(
+        ".LOCATIONS\np 1 2 3 4 5 6\nq[2] = 1,2,3,-4,.5,6e1\n#r 10 -20 ;two joints\n\n;end\n.END\n"
+        '.reals\ncount 12\nrow[1,2] = -3\n.end\n.STRINGS\n$s "a b"\n$t[1] = ""\n.END\n'
+    )
+    assert diagnostics == ()
+    locations, reals, strings = (part for part in file.parts if isinstance(part, Section))
+    assert [entry.numbers for entry in locations.entries][1:] == [(1, 2, 3, -4, 0.5, 60), (10, -20)]
+    assert locations.entries[2].comment == "two joints"
+    assert locations.remarks == ((3, None), (3, "end"))
+    assert [entry.variable.key for entry in reals.entries] == ["count", "row"]
+    assert [entry.numbers for entry in reals.entries] == [(12,), (-3,)]
+    assert [entry.text for entry in strings.entries] == ["a b", ""]
+
+
+@pytest.mark.parametrize(
+    ("section", "line", "code"),
+    [
+        (".LOCATIONS", "p 1 2 3", -465),
+        (".LOCATIONS", "$p 1 2 3 4 5 6", -465),
+        (".LOCATIONS", 'p "x"', -465),
+        (".LOCATIONS", "#p", -450),
+        (".LOCATIONS", "p[i] 1 2 3 4 5 6", -465),
+        (".LOCATIONS", "p[] 1 2 3 4 5 6", -465),
+        (".REALS", "x 1 2", -465),
+        (".REALS", "#x 1", -465),
+        (".REALS", "x 1,", -450),
+        (".REALS", "x = y", -450),
+        (".REALS", "5", -450),
+        (".REALS", "x 3y", -456),
+        (".STRINGS", 's "x"', -465),
+        (".STRINGS", "$s 5", -465),
+        (".STRINGS", '$s "x', -460),
+    ],
+)
+def test_mistakes_in_sections(section: str, line: str, code: int) -> None:
+    file, diagnostics = parse_file(f"{section}\n{line}\n.END\n")
+    assert [(one.code, one.span.line) for one in diagnostics] == [(code, 2)]
+    assert isinstance(file.parts[0], Section)
+    assert file.parts[0].entries == ()
+
+
+def test_everything_that_is_wrong_is_told_at_once() -> None:
+    text = "stray\nlines\n\nMOVE x\n.PROGRAM a()\nMOVEE x\nx = (1\n.PROGRAM a()\n.END\n.END\n.FOO\n.PROGRAM 3d\nx = )\n"
+    file, diagnostics = parse_file(text)
+    found = [(one.span.line, one.code) for one in diagnostics]
+    assert found == [
+        (1, -450),
+        (4, -450),
+        (5, -473),
+        (6, -452),
+        (7, -457),
+        (8, -309),
+        (10, -473),
+        (11, -450),
+        (12, -473),
+        (12, -455),
+        (13, -458),
+    ]
+    assert [one.severity for one in diagnostics].count(Severity.WARNING) == 2
+    assert isinstance(file.parts[4], Program)
+    assert [type(step.statement) for step in file.parts[4].steps] == [ast.BadLine, ast.BadLine]
+    assert print_file(file).splitlines()[0] == "stray"
+
+
+@pytest.mark.parametrize("text", ["a\nb\x00c", "\x01\x02", "PK\x03\x04rest"])
+def test_what_is_no_text_is_told_once(text: str) -> None:
+    file, diagnostics = parse_file(text)
+    assert file.parts == ()
+    assert [one.code for one in diagnostics] == [-503]
+
+
+def test_other_letters_are_fine_in_comments_and_texts() -> None:
+    found = program('.PROGRAM a() ;größer\nTYPE "Öl" ;é\n.END\n')
+    assert found.comment == "größer"
+    assert found.steps[0].comment == "é"
+
+
+def test_an_empty_file() -> None:
+    assert parse_file("") == (ast.File(()), ())

@@ -1,0 +1,387 @@
+"""The command analyzer: is a program, or a line, one that can be carried out? All findings at once, none raised.
+
+It decides from its use whether a bare name is a real or a transformation, and checks every instruction against its row
+of the tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from vrs_cli.errors import (
+    ArgumentMismatch,
+    CannotInterpret,
+    IllegalAssignment,
+    InvalidName,
+    NotAvailable,
+    OldMeaning,
+    TypeMismatch,
+    UndefinedName,
+    UndefinedValue,
+)
+from vrs_cli.language.analysis.channels import channel
+from vrs_cli.language.analysis.confusions import Confusions, typed
+from vrs_cli.language.analysis.declarations import Declarations, Own, own_variables
+from vrs_cli.language.analysis.kinds import Expressions
+from vrs_cli.language.analysis.names import (
+    ANY_KIND,
+    BARE,
+    PLACE,
+    REAL,
+    SIGIL_KINDS,
+    STRING,
+    Findings,
+    Names,
+    with_article,
+)
+from vrs_cli.language.analysis.structure import Block, BlockKind, structure_of
+from vrs_cli.language.analysis.surroundings import Candidates, Surroundings
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Expression, Kind, Program, ProgramHeader, Span, Statement
+from vrs_cli.language.text.diagnostics import Diagnostic, Severity, counted
+from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.word import Argument, Shape, State, Word, argument_at
+
+# names of a program that are compared with others: one without its locations has hundreds that it lacks
+MOST_HINTS = 10
+
+__all__ = ["Analysis", "Block", "BlockKind", "analyze", "analyze_among", "check_line"]
+
+
+# instructions that make no sense at the prompt, whose program is over when they are done
+_IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS | {"REACT", "REACTI", "REACTE", "RETURNE", "IGNORE", "LOCK", "RUNSIG"}
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """A program with what its text decides.
+
+    `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included.
+    `labels`: step index of each label. `needs`: the keys of names that other programs must give a value, `calls`: those
+    of the programs that are called, `functions`: those of variables that other programs could have, and that are
+    functions here: what else in memory the findings depend on. `own`: the variables of AUTO and LOCAL.
+    """
+
+    program: Program
+    kinds: Mapping[str, Kind]
+    blocks: tuple[Block, ...]
+    labels: Mapping[int, int]
+    diagnostics: tuple[Diagnostic, ...]
+    needs: frozenset[str] = frozenset()
+    calls: frozenset[str] = frozenset()
+    functions: frozenset[str] = frozenset()
+    own: tuple[Own, ...] = ()
+
+    @property
+    def executable(self) -> bool:
+        return not any(diagnostic.severity is Severity.ERROR for diagnostic in self.diagnostics) and not any(
+            isinstance(step.statement, ast.BadLine) for step in self.program.steps
+        )
+
+
+def analyze(
+    program: Program, known: Mapping[str, Kind] | None = None, programs: Mapping[str, Program] | None = None
+) -> Analysis:
+    """A whole program. `known`: the kinds of the variables that have a value; `programs`: those in memory, by key."""
+    return analyze_among(Surroundings(known or {}, programs or {}), program)
+
+
+def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
+    """A whole program, one of many in the same surroundings.
+
+    Lines that the parser could not read are its findings; they are not told again, but keep the program from running.
+    """
+    structure = structure_of(program)
+    findings = Findings()
+    steps = _Steps(findings, surroundings.known, program, surroundings)
+    steps.header(program)
+    for index, step in enumerate(program.steps):
+        if step.statement is not None:
+            steps.statement(index + 1, step.statement)
+    steps.finish()
+    found = (*structure.diagnostics, *findings.diagnostics)
+    ordered = sorted(found, key=lambda one: (one.span.line, one.span.column))
+    kinds, needs = steps.names.decided(), frozenset(one.key for one in steps.names.without_value())
+    called, functions = frozenset(steps.called), frozenset(steps.confusions.functions)
+    own = own_variables(program)
+    return Analysis(program, kinds, structure.blocks, structure.labels, tuple(ordered), needs, called, functions, own)
+
+
+def check_line(
+    line: Statement | ProgramHeader, known: Mapping[str, Kind] | None = None, *, in_program: bool = False
+) -> tuple[Diagnostic, ...]:
+    """A line of the prompt, or (`in_program`) a step by itself, whose block and labels cannot be seen."""
+    findings = Findings()
+    steps = _Steps(findings, known or {})
+    if isinstance(line, ProgramHeader):
+        steps.header(line)
+    elif in_program:
+        steps.statement(1, line)
+    else:
+        steps.command(line)
+    return tuple(findings.diagnostics)
+
+
+class _Steps:
+    """One pass over the steps. `program` and `surroundings` are None for a line of the prompt."""
+
+    def __init__(
+        self,
+        findings: Findings,
+        known: Mapping[str, Kind],
+        program: Program | None = None,
+        surroundings: Surroundings | None = None,
+    ) -> None:
+        parameters = {variable.key for variable in program.parameters} if program is not None else set()
+        self.names = Names(findings, known, parameters, at_prompt=program is None)
+        self.called: set[str] = set()
+        self._findings = findings
+        self._known = known
+        self.confusions = Confusions()
+        self._expressions = Expressions(self.names, findings, self.confusions)
+        self._declarations = Declarations(self.names, findings, program)
+        self._program = program
+        self._surroundings = surroundings
+
+    # --- lines ---
+
+    def header(self, heading: Program | ProgramHeader) -> None:
+        """The parameters of a program."""
+        parameters = heading.parameters
+        keys = [parameter.key for parameter in parameters]
+        for place, parameter in enumerate(parameters):
+            self.names.check(parameter)
+            if parameter.indexes:
+                self._findings.fault(
+                    CannotInterpret, parameter.span, "a parameter has no index", "write name, or name[]"
+                )
+            if parameter.key in keys[:place]:
+                self._findings.fault(ArgumentMismatch, parameter.span, f"{parameter.name} is there twice")
+
+    def statement(self, step: int, statement: Statement) -> None:
+        """A step of a program."""
+        self.names.step = step
+        if isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS:
+            self._count(statement, INSTRUCTIONS[statement.word])
+            self._declarations.check(statement)
+            return
+        self._declarations.other()
+        check = _STATEMENTS.get(type(statement))
+        if check is not None:
+            check(self, statement)
+
+    def command(self, statement: Statement) -> None:
+        """A line of the prompt."""
+        inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
+        if isinstance(inner, ast.Instruction) and not (inner is not statement and inner.word in _IN_PROGRAMS):
+            table = COMMANDS if inner is statement and inner.word in COMMANDS else INSTRUCTIONS
+            self._instruction(inner, table)
+        elif isinstance(inner, ast.Assignment):
+            self._assignment(inner)
+            if inner.target.key not in self._known:
+                self._findings.diagnostics += typed(inner.target)
+        elif isinstance(inner, ast.Show):
+            self._expressions.value(inner.expression, ANY_KIND)
+        elif inner is not None:
+            detail, hint = "this works in programs only", ".PROGRAM name begins one"
+            self._findings.fault(CannotInterpret, statement.span, detail, hint)
+
+    def finish(self) -> None:
+        """What only the end of the program shows: names that are given a value nowhere."""
+        nowhere = [one for one in self.names.without_value() if not self._given_elsewhere(one)]
+        own = Candidates(self.names.own_keys())
+        for number, variable in enumerate(nowhere):
+            detail = f"{variable.sigil}{variable.name} is given a value nowhere"
+            hint = ""
+            if self._surroundings is not None and number < MOST_HINTS:
+                hint = self._surroundings.name_meant(variable, own)
+            self._findings.warn(UndefinedValue, variable.span, detail, hint)
+        if self._program is not None and self._surroundings is not None:
+            self._findings.diagnostics += self.confusions.found(self._program, self.names, self._surroundings)
+
+    def _given_elsewhere(self, variable: ast.Variable) -> bool:
+        """Whether another program gives it a value; nobody else does to one of AUTO and LOCAL."""
+        if self._surroundings is None or self._program is None or self.names.is_own(variable):
+            return False
+        return self._surroundings.given_elsewhere(variable.key, self._program)
+
+    # --- statements ---
+
+    def _assignment(self, statement: ast.Assignment) -> None:
+        target, value = statement.target, statement.value
+        self._expressions.reference(target)
+        self.confusions.assigned(target)
+        name = target.sigil + target.name
+        if target.many:
+            self._findings.fault(IllegalAssignment, target.span, f"{name}[] is an array", "assign its elements")
+        if target.sigil == "#" or (not target.sigil and self._expressions.kind_of(value) in PLACE):
+            self._findings.fault(
+                IllegalAssignment, target.span, "a location is assigned by SET", f"SET {name.lower()} = ..."
+            )
+            self._expressions.value(value, PLACE)
+            self.names.given.add(target.key)
+            return
+        wanted = STRING if target.sigil else REAL
+        self._expressions.value(value, wanted)
+        self.names.define(target, wanted)
+
+    def _condition(self, statement: ast.If | ast.IfGoto | ast.While | ast.Until) -> None:
+        self._expressions.value(statement.condition, REAL)
+
+    def _for(self, statement: ast.For) -> None:
+        self._expressions.reference(statement.variable)
+        for limit in (statement.first, statement.last, statement.step):
+            if limit is not None:
+                self._expressions.value(limit, REAL)
+        self.names.define(statement.variable, REAL)
+
+    def _case(self, statement: ast.Case) -> None:
+        self._expressions.value(statement.subject, REAL)
+
+    def _value(self, statement: ast.Value) -> None:
+        for test in statement.tests:
+            self._expressions.value(test, REAL)
+
+    def _program_instruction(self, statement: ast.Instruction) -> None:
+        self._instruction(statement, INSTRUCTIONS)
+
+    def _wait(self, statement: ast.Instruction) -> None:
+        """WAIT 3 waits for a signal, as in VAL: as a condition a number would make no sense."""
+        asked = statement.arguments[0] if statement.arguments else None
+        number = None if asked is None else channel(asked)
+        if asked is not None and number is not None:
+            hint = "DELAY n lets n seconds pass"
+            self._findings.warn(OldMeaning, asked.span, f"it is taken as WAIT SIG({number})", hint)
+
+    def _set(self, statement: ast.Instruction) -> None:
+        """A precision point takes joints, any other name a transformation."""
+        target = statement.arguments[0] if statement.arguments else None
+        kind = self._expressions.kind_of(statement.value) if statement.value is not None else None
+        if not isinstance(target, ast.Variable) or kind not in PLACE or target.sigil == "$":
+            return
+        wanted = SIGIL_KINDS.get(target.sigil, Kind.LOCATION)
+        if kind is not wanted:
+            detail = f"{target.sigil}{target.name} cannot hold {with_article({kind})}"
+            self._findings.fault(TypeMismatch, target.span, detail, f"{with_article({wanted})} is wanted")
+
+    # --- instructions and monitor commands ---
+
+    def _instruction(self, statement: ast.Instruction, table: Mapping[str, Word]) -> None:
+        row = table.get(statement.word)
+        if row is None:
+            self._findings.fault(CannotInterpret, statement.span, f"{statement.word} is no instruction")
+        elif row.state is State.REFUSED:
+            self._findings.fault(NotAvailable, statement.span, f"{row.name}: {row.summary}", row.note)
+        else:
+            self._count(statement, row)
+            self._operands(statement, row)
+            if row.name == "WAIT":
+                self._wait(statement)
+            elif row.name == "SET":
+                self._set(statement)
+
+    def _count(self, statement: ast.Instruction, row: Word) -> None:
+        """Whether every argument that is needed is there, and none too many."""
+        hint = f"the form is {row.form}"
+        given = statement.arguments
+        end = Span(statement.span.line, statement.span.end, statement.span.end + 1)
+        for place, argument in enumerate(row.arguments):
+            if not argument.optional and (place >= len(given) or given[place] is None):
+                self._findings.fault(CannotInterpret, end, f"{row.name}: {argument.name} is missing", hint)
+                break
+        if len(given) > len(row.arguments) and argument_at(row, len(given) - 1) is None:
+            extra = given[len(row.arguments)]
+            span = extra.span if extra is not None else end
+            self._findings.fault(CannotInterpret, span, f"{row.name}: too many arguments", hint)
+        if row.value is not None and not row.value.optional and statement.value is None:
+            self._findings.fault(CannotInterpret, end, f"{row.name}: = {row.value.name} is missing", hint)
+
+    def _operands(self, statement: ast.Instruction, row: Word) -> None:
+        """The value is read before what it defines."""
+        if statement.value is not None and row.value is not None:
+            self._argument(statement.value, row.value)
+        for stamp in (statement.modifiers.at, statement.modifiers.within):
+            if stamp is not None:
+                self._expressions.value(stamp, REAL)
+        for place, expression in enumerate(statement.arguments):
+            argument = argument_at(row, place)
+            if expression is not None and argument is not None:
+                self._argument(expression, argument)
+
+    def _argument(self, expression: Expression, argument: Argument) -> None:
+        if argument.shape is Shape.PROGRAM:
+            self._called(expression)
+        elif argument.shape is Shape.PROGRAM_TEXT:
+            self._called_by_text(expression)
+        else:
+            self._expressions.argument(expression, argument.shape)
+
+    # --- programs as arguments ---
+
+    def _called(self, expression: Expression) -> None:
+        """A program with its arguments; variables go by reference, so that the program may give them a value."""
+        if isinstance(expression, ast.Word):
+            return
+        if not isinstance(expression, ast.ProgramCall):
+            self._findings.fault(InvalidName, expression.span, "a program name is wanted here")
+            return
+        self._passed(expression.arguments)
+        self._check_call(expression)
+
+    def _called_by_text(self, expression: Expression) -> None:
+        """The program that a string names, of which nothing is known."""
+        text = expression.text if isinstance(expression, ast.Applied) else expression
+        self._expressions.value(text, STRING)
+        if isinstance(expression, ast.Applied):
+            self._passed(expression.arguments)
+
+    def _passed(self, arguments: Iterable[Expression | None]) -> None:
+        for argument in arguments:
+            if isinstance(argument, ast.Variable) and not argument.grouped:
+                self._expressions.reference(argument)
+                self.names.given.add(argument.key)
+                self.confusions.passed(argument)
+            elif argument is not None:
+                self._expressions.value(argument, ANY_KIND)
+
+    def _check_call(self, call: ast.ProgramCall) -> None:
+        """The number and sorts of the arguments, where the program is known."""
+        if self._program is None or self._surroundings is None:
+            return
+        self.called.add(call.key)
+        target = self._program if call.key == self._program.key else self._surroundings.programs.get(call.key)
+        if target is None:
+            hint = self._surroundings.program_meant(call.name) if len(self.called) <= MOST_HINTS else ""
+            self._findings.warn(UndefinedName, call.span, f"{call.name} is not in memory", hint)
+            return
+        if len(call.arguments) > len(target.parameters):
+            detail = f"{target.name} is given {counted(len(call.arguments), 'argument')}"
+            hint = f"it has {counted(len(target.parameters), 'parameter')}"
+            self._findings.fault(ArgumentMismatch, call.span, detail, hint)
+        for argument, parameter in zip(call.arguments, target.parameters, strict=False):
+            if argument is not None:
+                self._check_argument(argument, parameter)
+
+    def _check_argument(self, argument: Expression, parameter: ast.Variable) -> None:
+        kind = self._expressions.kind_of(argument)
+        wanted = frozenset({SIGIL_KINDS[parameter.sigil]}) if parameter.sigil else BARE
+        if kind is not None and kind not in wanted:
+            name = parameter.sigil + parameter.name
+            detail = f"{with_article({kind})} for the parameter {name}"
+            self._findings.fault(ArgumentMismatch, argument.span, detail)
+
+
+_STATEMENTS: Mapping[type, Callable[[_Steps, Any], None]] = {
+    ast.Assignment: _Steps._assignment,
+    ast.Instruction: _Steps._program_instruction,
+    ast.If: _Steps._condition,
+    ast.IfGoto: _Steps._condition,
+    ast.While: _Steps._condition,
+    ast.Until: _Steps._condition,
+    ast.For: _Steps._for,
+    ast.Case: _Steps._case,
+    ast.Value: _Steps._value,
+}

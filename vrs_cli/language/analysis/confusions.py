@@ -1,0 +1,86 @@
+"""Names that a reader could take for something else: a variable that is called as a function or an instruction is.
+
+One warning a name. A function that needs arguments is no such case: `dx` and `DX(part)` are told apart at a glance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from vrs_cli.errors import WordAsName
+from vrs_cli.language.analysis.names import Names
+from vrs_cli.language.analysis.surroundings import Surroundings
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Program
+from vrs_cli.language.text.diagnostics import Diagnostic, warning
+from vrs_cli.language.text.meaning import FUNCTION_NAMES
+from vrs_cli.language.words.instructions import INSTRUCTIONS
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.word import State
+
+
+class Confusions:
+    """What of a program may give rise to one, as it is met: `functions` that could be variables, by key."""
+
+    def __init__(self) -> None:
+        self.functions: dict[str, ast.Call] = {}
+        self._passed: set[str] = set()
+        self._assigned: dict[str, ast.Variable] = {}
+
+    def function(self, call: ast.Call) -> None:
+        """A function is called."""
+        if not call.parenthesised and call.name.lower() in FUNCTION_NAMES:
+            self.functions.setdefault(call.name.lower(), call)
+
+    def assigned(self, target: ast.Variable) -> None:
+        """A value is given, in the form of an assignment."""
+        if target.indexes is None and target.name.upper() in INSTRUCTIONS and not target.sigil:
+            self._assigned.setdefault(target.key, target)
+
+    def passed(self, argument: ast.Variable) -> None:
+        """A program is given a variable, and may read it."""
+        self._passed.add(argument.key)
+
+    def found(self, program: Program, names: Names, surroundings: Surroundings) -> Iterator[Diagnostic]:
+        """All of a program that has been met as a whole."""
+        for variable in _variables_like_functions(program, names):
+            name = variable.sigil + variable.name.lower()
+            function = FUNCTION_NAMES[variable.key]
+            yield _warning(variable, f"{name} is a variable in this program", f"{function}() is the function")
+        for key, call in self.functions.items():
+            if surroundings.given_elsewhere(key, program):
+                detail = f"{call.name} is the function here, and a variable in another program"
+                yield _warning(call, detail, f"GLOBAL {key} makes it the variable")
+        for key, target in self._assigned.items():
+            if not (names.is_read(key) or names.is_declared(key) or key in self._passed):
+                yield from _unread(target)
+
+
+def _variables_like_functions(program: Program, names: Names) -> Iterator[ast.Variable]:
+    """The first of each name."""
+    keys = FUNCTION_NAMES.keys() & names.met()
+    for node in ast.nodes((program.parameters, program.steps)) if keys else ():
+        if isinstance(node, ast.Variable) and node.key in keys:
+            keys.discard(node.key)
+            yield node
+
+
+def typed(target: ast.Variable) -> Iterator[Diagnostic]:
+    """Of a variable that is assigned at the prompt for the first time."""
+    name, word = target.sigil + target.name.lower(), target.name.upper()
+    row = COMMANDS.get(word) or INSTRUCTIONS.get(word)
+    if target.key in FUNCTION_NAMES:
+        yield _warning(target, f"{name} is a variable from now on", f"{FUNCTION_NAMES[target.key]}() is the function")
+    elif row is not None and not target.sigil and target.indexes is None and row.required:
+        yield _warning(target, f"{name} is a variable from now on", f"the form of the command is {row.form}")
+
+
+def _unread(target: ast.Variable) -> Iterator[Diagnostic]:
+    row = INSTRUCTIONS[target.name.upper()]
+    if row.arguments and row.state is State.SUPPORTED:
+        detail = f"{target.name.lower()} is a variable here, and nothing reads it"
+        yield _warning(target, detail, f"the form of the instruction is {row.form}")
+
+
+def _warning(node: ast.Variable | ast.Call, detail: str, hint: str) -> Diagnostic:
+    return warning(WordAsName, node.span, detail, hint)

@@ -1,0 +1,103 @@
+"""AUTO, LOCAL and GLOBAL: which variables a program has for itself (V+ Language User's Guide p.36; val2 section 1).
+
+AUTO makes a set of variables for each activation of a program, LOCAL one for the program, which keeps its values
+between calls. All other variables are global, and GLOBAL says so. Declarations stand before the first other step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from vrs_cli.errors import ArgumentMismatch, CannotInterpret, InvalidName, MisplacedDeclaration, TypeMismatch
+from vrs_cli.language.analysis.names import SIGIL_KINDS, Findings, Names
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Expression, Kind, Program
+from vrs_cli.language.words.instructions import DECLARATIONS
+
+SORTS: Mapping[str, Kind] = {"REAL": Kind.REAL, "DOUBLE": Kind.REAL, "LOC": Kind.LOCATION}
+
+
+@dataclass(frozen=True)
+class Own:
+    """A variable of a program's own; `automatic`: of AUTO."""
+
+    variable: ast.Variable
+    automatic: bool
+
+    @cached_property
+    def key(self) -> str:
+        return self.variable.key
+
+    @property
+    def array(self) -> bool:
+        return self.variable.indexes is not None
+
+
+def own_variables(program: Program) -> tuple[Own, ...]:
+    """What AUTO and LOCAL declare, each name once, in the order of the program."""
+    found: dict[str, Own] = {}
+    for statement in _declarations(program):
+        for argument in statement.arguments:
+            if isinstance(argument, ast.Variable) and statement.word != "GLOBAL":
+                found.setdefault(argument.key, Own(argument, statement.word == "AUTO"))
+    parameters = {parameter.key for parameter in program.parameters}
+    return tuple(own for key, own in found.items() if key not in parameters)
+
+
+def _declarations(program: Program) -> Iterator[ast.Instruction]:
+    for step in program.steps:
+        statement = step.statement
+        if isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS:
+            yield statement
+        elif statement is not None and not isinstance(statement, ast.BadLine):
+            return
+
+
+class Declarations:
+    """Checks them as they come. `parameters`: those of the program, by key."""
+
+    def __init__(self, names: Names, findings: Findings, program: Program | None) -> None:
+        self._names = names
+        self._findings = findings
+        self._parameters = {variable.key for variable in program.parameters} if program is not None else set()
+        self._declared: dict[str, str] = {}
+        self._over = False
+
+    def other(self) -> None:
+        """A step that is none: no declaration may follow."""
+        self._over = True
+
+    def check(self, statement: ast.Instruction) -> None:
+        """One of them."""
+        if self._over:
+            detail = f"{statement.word} stands after a step that does something"
+            self._findings.fault(MisplacedDeclaration, statement.span, detail, "declarations begin a program")
+        for argument in statement.arguments:
+            if argument is not None:
+                self._check_name(argument, statement)
+
+    def _check_name(self, argument: Expression, statement: ast.Instruction) -> None:
+        if not isinstance(argument, ast.Variable):
+            self._findings.fault(InvalidName, argument.span, "a variable is wanted here")
+            return
+        name, key = argument.sigil + argument.name, argument.key
+        if key in self._parameters:
+            self._findings.fault(ArgumentMismatch, argument.span, f"{name} is a parameter of the program")
+        elif key in self._declared:
+            self._findings.fault(InvalidName, argument.span, f"{name} is in {self._declared[key]} too")
+        elif not all(isinstance(index, ast.Number) for index in argument.indexes or ()):
+            hint = f"{statement.word} {name}[]"
+            self._findings.fault(CannotInterpret, argument.span, "the size of an array is a number, or left out", hint)
+        else:
+            self._declare(argument, statement)
+        self._declared.setdefault(key, statement.word)
+
+    def _declare(self, variable: ast.Variable, statement: ast.Instruction) -> None:
+        sort = statement.modifiers.sort
+        kind = SORTS[sort] if sort is not None else None
+        if variable.sigil and kind is not None and not (variable.sigil == "#" and kind is Kind.LOCATION):
+            detail = f"{variable.sigil}{variable.name} is a {SIGIL_KINDS[variable.sigil].value}, not {sort}"
+            self._findings.fault(TypeMismatch, variable.span, detail)
+        self._names.declare(variable, None if variable.sigil else kind, own=statement.word != "GLOBAL")

@@ -1,0 +1,312 @@
+"""Expressions: of what kind they are, and whether they can be what is wanted where they stand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from vrs_cli.errors import (
+    AmbiguousGrouping,
+    CannotInterpret,
+    IllegalAssignment,
+    IllegalExpression,
+    NotAvailable,
+    UnknownKeyword,
+)
+from vrs_cli.language.analysis.confusions import Confusions
+from vrs_cli.language.analysis.grouping import val_grouping
+from vrs_cli.language.analysis.names import (
+    ANY_KIND,
+    LOCATION,
+    PLACE,
+    PRINTED,
+    REAL,
+    STRING,
+    Findings,
+    Kinds,
+    Names,
+)
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Expression, Kind, Span
+from vrs_cli.language.text.diagnostics import did_you_mean
+from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
+from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.word import Argument, Shape, State
+
+FORMAT_CODES = "BCDEFGHIOSUX"
+
+# The arguments that are simply values.
+VALUES: Mapping[Shape, Kinds] = {
+    Shape.REAL: REAL,
+    Shape.SIGNALS: REAL,
+    Shape.GROUP: REAL,
+    Shape.TASK: REAL,
+    Shape.STRING: STRING,
+    Shape.LOCATION: LOCATION,
+    Shape.TRANSFORMATION: LOCATION,
+    Shape.PLACE: PLACE,
+}
+
+
+class Expressions:
+    """Checks expressions, each by itself."""
+
+    def __init__(self, names: Names, findings: Findings, confusions: Confusions) -> None:
+        self._names = names
+        self._confusions = confusions
+        self._findings = findings
+        self._logical = False  # whether NOT, AND, OR or XOR has been met in the expression
+
+    # --- arguments, by their shape ---
+
+    def argument(self, expression: Expression, shape: Shape) -> None:
+        """What stands where the table wants an argument of a shape."""
+        if shape in VALUES:
+            self.value(expression, VALUES[shape])
+        else:
+            _SHAPES[shape](self, expression)
+
+    def _item(self, expression: Expression) -> None:
+        if isinstance(expression, ast.Format):
+            self._check_format(expression)
+        else:
+            self.value(expression, ANY_KIND)
+
+    def _check_format(self, format_code: ast.Format) -> None:
+        if format_code.code not in FORMAT_CODES:
+            hint = "the format codes are /" + " /".join(FORMAT_CODES)
+            self._findings.fault(IllegalExpression, format_code.span, f"/{format_code.code}", hint)
+
+    def _read_into(self, expression: Expression) -> None:
+        self._define(expression, PRINTED)
+
+    def _real_variable(self, expression: Expression) -> None:
+        self._define(expression, REAL)
+
+    def _unit(self, expression: Expression) -> None:
+        """A number; ATTACH may choose one, and put it in a variable."""
+        if isinstance(expression, ast.Variable):
+            self._define(expression, REAL)
+        else:
+            self.value(expression, REAL)
+
+    def _string_variable(self, expression: Expression) -> None:
+        self._define(expression, STRING)
+
+    def _location_variable(self, expression: Expression) -> None:
+        """The last name of a compound is defined, the others are read."""
+        if isinstance(expression, ast.Binary) and expression.operator == ":":
+            self.value(expression.left, LOCATION)
+            self._define(expression.right, LOCATION)
+        else:
+            self._define(expression, PLACE)
+
+    def _define(self, expression: Expression, wanted: Kinds) -> None:
+        if self.is_variable(expression):
+            assert isinstance(expression, ast.Variable)
+            self._names.define(expression, wanted)
+
+    def is_variable(self, expression: Expression) -> bool:
+        """Whether this can be given a value."""
+        if isinstance(expression, ast.Variable):
+            self.reference(expression)
+            return True
+        self._findings.fault(IllegalAssignment, expression.span, "a variable is wanted here")
+        return False
+
+    def reference(self, variable: ast.Variable) -> None:
+        """A variable that is only named: its name and indexes."""
+        self._names.check(variable)
+        for index in variable.indexes or ():
+            self.value(index, REAL)
+
+    def _label(self, expression: Expression) -> None:
+        if not isinstance(expression, ast.Number):
+            self._findings.fault(CannotInterpret, expression.span, "a label is a number")
+
+    def _word(self, expression: Expression) -> None:
+        if not isinstance(expression, ast.Word):
+            self._findings.fault(CannotInterpret, expression.span, "a name is wanted here")
+
+    def _setting(self, expression: Expression) -> None:
+        """A bare name may be a word of the parameter (SCURVE)."""
+        bare = isinstance(expression, ast.Variable) and expression.indexes is None and not expression.sigil
+        if not bare and not isinstance(expression, ast.Word):
+            self.value(expression, PRINTED)
+
+    # --- values ---
+
+    def value(self, expression: Expression, wanted: Kinds) -> None:
+        """A whole expression: its kind, and whether VAL-II would group it otherwise."""
+        outer, self._logical = self._logical, False
+        self._checked(expression, wanted)
+        if self._logical:
+            for other in val_grouping(expression):
+                detail = f"it is taken as {other.ours}, VAL-II takes {other.theirs}"
+                self._findings.warn(AmbiguousGrouping, other.span, detail, "add parentheses")
+        self._logical = outer
+
+    def _checked(self, expression: Expression, wanted: Kinds) -> Kind | None:
+        if isinstance(expression, ast.Variable):
+            return self._variable(expression, wanted)
+        kind = _KINDS[type(expression)](self, expression)
+        if kind is not None and kind not in wanted:
+            self._names.mismatch(expression, kind, wanted)
+        return kind
+
+    def _variable(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
+        self._names.check(variable)
+        for index in variable.indexes or ():
+            self._checked(index, REAL)
+        if variable.many:
+            detail = f"{variable.name}[] is an array"
+            self._findings.fault(IllegalExpression, variable.span, detail, "give an index")
+        return self._names.read(variable, wanted)
+
+    def _number(self, _expression: ast.Number) -> Kind:
+        return Kind.REAL
+
+    def _text(self, _expression: ast.Text) -> Kind:
+        return Kind.STRING
+
+    def _format(self, expression: ast.Format) -> None:
+        hint = "format codes are items of TYPE and $ENCODE"
+        self._findings.fault(IllegalExpression, expression.span, f"/{expression.code} is no value", hint)
+
+    def _applied(self, expression: ast.Applied) -> None:
+        self._findings.fault(IllegalExpression, expression.span, "a value with arguments", "CALLS $name(a, b) has them")
+
+    def _raw(self, expression: ast.Word) -> None:
+        self._findings.fault(IllegalExpression, expression.span, f"{expression.text} is no value")
+
+    def _unary(self, expression: ast.Unary) -> Kind:
+        self._logical |= expression.operator in LOGICAL
+        self._checked(expression.operand, REAL)
+        return Kind.REAL
+
+    def _binary(self, expression: ast.Binary) -> Kind | None:
+        operator = expression.operator
+        self._logical |= operator in LOGICAL
+        if operator == ":":
+            return self._operands(expression, LOCATION, Kind.LOCATION)
+        if operator in RELATIONS:
+            return self._operands(expression, self._of_both(expression), Kind.REAL)
+        if operator == "+":
+            wanted = self._of_both(expression)
+            return self._operands(expression, wanted, next(iter(wanted)))
+        if operator == "**":
+            self._check_power(expression)
+        return self._operands(expression, REAL, Kind.REAL)
+
+    def _operands(self, expression: ast.Binary, wanted: Kinds, result: Kind) -> Kind | None:
+        """The result; None, for nothing more to say, where an operand is of the wrong kind."""
+        found = len(self._findings.diagnostics)
+        self._checked(expression.left, wanted)
+        self._checked(expression.right, wanted)
+        return result if len(self._findings.diagnostics) == found else None
+
+    def _of_both(self, expression: ast.Binary) -> Kinds:
+        """+ and the relations take two reals or two strings."""
+        return STRING if Kind.STRING in (self.kind_of(expression.left), self.kind_of(expression.right)) else REAL
+
+    def _check_power(self, expression: ast.Binary) -> None:
+        left = expression.left
+        if isinstance(left, ast.Unary) and left.operator == "-" and not left.grouped:
+            detail = "the sign binds before **"
+            self._findings.warn(AmbiguousGrouping, expression.span, detail, "add parentheses")
+
+    # --- functions ---
+
+    def _call(self, call: ast.Call) -> Kind | None:
+        function = FUNCTIONS.get(call.name)
+        if function is None:
+            self._unknown_function(call)
+            return None
+        if function.state is not State.SUPPORTED:
+            detail = f"{function.name}: {function.summary}"
+            self._findings.fault(NotAvailable, call.span, detail, function.note)
+            return function.result
+        self._confusions.function(call)
+        self._count(call, function.arguments, f"the form is {function.form}")
+        for place, expression in enumerate(call.arguments):
+            if expression is not None and function.arguments:
+                self._argument_of_call(expression, function.arguments[min(place, len(function.arguments) - 1)].shape)
+        return function.result
+
+    def _unknown_function(self, call: ast.Call) -> None:
+        usable = (name for name, row in FUNCTIONS.items() if row.state is State.SUPPORTED)
+        hint = did_you_mean(call.name, usable)
+        if not hint and len(call.arguments) == 1:
+            hint = f"an element of an array is {call.name}[index]"
+        self._findings.fault(UnknownKeyword, call.span, f"there is no function {call.name}", hint)
+
+    def _count(self, call: ast.Call, arguments: Sequence[Argument], hint: str) -> None:
+        """Whether every argument that is needed is there, and none too many."""
+        given = call.arguments
+        for place, argument in enumerate(arguments):
+            if not argument.optional and (place >= len(given) or given[place] is None):
+                end = Span(call.span.line, call.span.end - 1, call.span.end)
+                self._findings.fault(IllegalExpression, end, f"{call.name}: {argument.name} is missing", hint)
+                return
+        if len(given) > len(arguments) and not (arguments and arguments[-1].repeated):
+            extra = given[len(arguments)]
+            span = extra.span if extra is not None else call.span
+            self._findings.fault(IllegalExpression, span, f"{call.name}: too many arguments", hint)
+
+    def _argument_of_call(self, expression: Expression, shape: Shape) -> None:
+        """As an argument of an instruction; but a variable of any kind is only looked at (DEFINED, LAST)."""
+        if shape is Shape.VARIABLE:
+            if isinstance(expression, ast.Variable):
+                self._names.given.add(expression.key)
+            self.is_variable(expression)
+        else:
+            self.argument(expression, shape)
+
+    # --- kinds that are certain ---
+
+    def kind_of(self, expression: Expression) -> Kind | None:
+        """The kind of an expression as far as it is certain, with nothing decided and nothing said."""
+        if isinstance(expression, ast.Variable):
+            return self._names.kind_now(expression)
+        if isinstance(expression, ast.Call):
+            function = FUNCTIONS.get(expression.name)
+            return function.result if function is not None else None
+        if isinstance(expression, ast.Binary):
+            return self._kind_of_binary(expression)
+        return _CERTAIN.get(type(expression))
+
+    def _kind_of_binary(self, expression: ast.Binary) -> Kind:
+        if expression.operator == ":":
+            return Kind.LOCATION
+        return Kind.STRING if expression.operator == "+" and self._of_both(expression) is STRING else Kind.REAL
+
+
+_CERTAIN: Mapping[type, Kind] = {ast.Number: Kind.REAL, ast.Text: Kind.STRING, ast.Unary: Kind.REAL}
+
+_KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {
+    ast.Number: Expressions._number,
+    ast.Text: Expressions._text,
+    ast.Unary: Expressions._unary,
+    ast.Binary: Expressions._binary,
+    ast.Call: Expressions._call,
+    ast.Applied: Expressions._applied,
+    ast.Format: Expressions._format,
+    ast.Word: Expressions._raw,
+}
+
+_SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
+    Shape.ITEM: Expressions._item,
+    Shape.UNIT: Expressions._unit,
+    Shape.VARIABLE: Expressions._read_into,
+    Shape.REAL_VARIABLE: Expressions._real_variable,
+    Shape.STRING_VARIABLE: Expressions._string_variable,
+    Shape.LOCATION_VARIABLE: Expressions._location_variable,
+    Shape.LABEL: Expressions._label,
+    Shape.FILE: Expressions._word,
+    Shape.WORD: Expressions._word,
+    Shape.BRANCH: Expressions._word,
+    Shape.SWITCH: Expressions._word,
+    Shape.PARAMETER_NAME: Expressions._word,
+    Shape.SETTING: Expressions._setting,
+    Shape.INSTRUCTION: Expressions._word,
+}

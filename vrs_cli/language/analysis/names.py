@@ -1,0 +1,216 @@
+"""The names of a program: which are reals and which transformations, which are read and which are given a value."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import NamedTuple
+
+from vrs_cli.errors import IllegalArrayIndex, InvalidName, TypeMismatch, VrsError
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import NAME_LENGTH, Expression, Kind, Span
+from vrs_cli.language.text.diagnostics import Diagnostic, error, warning
+from vrs_cli.language.words.instructions import RESERVED, reserved
+
+Kinds = frozenset[Kind]
+
+ANY_KIND: Kinds = frozenset(Kind)
+REAL: Kinds = frozenset({Kind.REAL})
+STRING: Kinds = frozenset({Kind.STRING})
+LOCATION: Kinds = frozenset({Kind.LOCATION})
+PLACE: Kinds = frozenset({Kind.LOCATION, Kind.PRECISION})
+PRINTED: Kinds = frozenset({Kind.REAL, Kind.STRING})
+BARE: Kinds = frozenset({Kind.REAL, Kind.LOCATION})  # what a name without a sigil can be
+
+SIGIL_KINDS: Mapping[str, Kind] = {"#": Kind.PRECISION, "$": Kind.STRING}
+
+LONGEST_SHOWN = 40  # characters of an expression in a message
+
+_ARTICLES = {
+    Kind.REAL: "a real",
+    Kind.STRING: "a string",
+    Kind.LOCATION: "a transformation",
+    Kind.PRECISION: "a precision point",
+}
+
+
+def with_article(kinds: Collection[Kind]) -> str:
+    """`a transformation or a precision point`."""
+    return " or ".join(_ARTICLES[kind] for kind in Kind if kind in kinds)
+
+
+class Findings:
+    """Diagnostics as they are found."""
+
+    def __init__(self) -> None:
+        self.diagnostics: list[Diagnostic] = []
+
+    def fault(self, kind: type[VrsError], span: Span, detail: str, hint: str = "") -> None:
+        """An error."""
+        self.diagnostics.append(error(kind, span, detail, hint))
+
+    def warn(self, kind: type[VrsError], span: Span, detail: str, hint: str = "") -> None:
+        """A warning."""
+        self.diagnostics.append(warning(kind, span, detail, hint))
+
+
+class _Decided(NamedTuple):
+    """The kind of a bare name, and the step that decides it (None: it has a value of that kind)."""
+
+    kind: Kind
+    step: int | None
+
+
+class Names:
+    """The names met so far. `step` is where we are.
+
+    `known`: the kinds of the variables that have a value. At the prompt they decide; a program may run when they have
+    others, so there they only give rise to warnings.
+    """
+
+    def __init__(self, findings: Findings, known: Mapping[str, Kind], parameters: Collection[str], at_prompt: bool):
+        self.step = 0
+        self.given: set[str] = set()
+        self._findings = findings
+        self._known = known
+        self._parameters = parameters
+        self._at_prompt = at_prompt
+        self._kinds: dict[str, _Decided] = {}
+        self._spellings: dict[str, str] = {}
+        self._declared: dict[str, ast.Variable] = {}
+        self._own: set[str] = set()
+        self._read: dict[str, ast.Variable] = {}
+
+    def decided(self) -> Mapping[str, Kind]:
+        """REAL or LOCATION by key, of the bare names whose use decides it."""
+        return {key: decided.kind for key, decided in self._kinds.items()}
+
+    def without_value(self) -> list[ast.Variable]:
+        """The first reading of each name that is given a value nowhere here."""
+        return [
+            variable
+            for key, variable in self._read.items()
+            if key not in self.given and (key not in self._known or key in self._own) and key not in self._parameters
+        ]
+
+    def is_own(self, variable: ast.Variable) -> bool:
+        """Whether AUTO or LOCAL has declared it."""
+        return variable.key in self._own
+
+    def declare(self, variable: ast.Variable, kind: Kind | None, *, own: bool) -> None:
+        """AUTO, LOCAL (`own`) or GLOBAL; `kind`: of a bare name whose sort is said."""
+        if own:
+            self._own.add(variable.key)
+        self._declared[variable.key] = variable
+        self.check(variable)
+        if kind is not None:
+            self._kinds[variable.key] = _Decided(kind, self.step)
+
+    def is_read(self, key: str) -> bool:
+        """Whether a name has been read."""
+        return key in self._read
+
+    def is_declared(self, key: str) -> bool:
+        """Whether a name is a parameter, or stands in a declaration."""
+        return key in self._declared or key in self._parameters
+
+    def met(self) -> set[str]:
+        """The keys of all names."""
+        return {*self.given, *self._read, *self._declared, *self._parameters}
+
+    def own_keys(self) -> set[str]:
+        """The keys of all names that the program gives a value, or is given."""
+        return {*self.given, *self._parameters}
+
+    def check(self, variable: ast.Variable) -> None:
+        """Whether a name can be used as one."""
+        word = variable.name.upper()
+        if word in RESERVED and not variable.sigil:
+            self._findings.fault(InvalidName, variable.span, *reserved(word))
+        if len(variable.name) > NAME_LENGTH:
+            self._check_length(variable)
+        if variable.key in self._own:
+            self._check_declared(variable)
+
+    def _check_declared(self, variable: ast.Variable) -> None:
+        """An array that AUTO or LOCAL declares is used as one, anything else is not."""
+        declared = self._declared[variable.key]
+        if (declared.indexes is None) is not (variable.indexes is None):
+            name = variable.sigil + variable.name
+            detail, hint = f"{name} is declared as an array", f"give an index: {name}[1]"
+            if declared.indexes is None:
+                detail, hint = f"{name} is not declared as an array", f"declare {name}[]"
+            self._findings.fault(IllegalArrayIndex, variable.span, detail, hint)
+
+    def _check_length(self, variable: ast.Variable) -> None:
+        name = variable.name.lower()
+        before = self._spellings.setdefault(variable.key, name)
+        if before != name:
+            hint = f"the first {NAME_LENGTH} characters count"
+            self._findings.warn(InvalidName, variable.span, f"{variable.name} and {before} are the same name", hint)
+            self._spellings[variable.key] = name
+
+    def read(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
+        """A variable is read as one of the kinds; what it is, as far as that is decided."""
+        self._read.setdefault(variable.key, variable)
+        kind = SIGIL_KINDS.get(variable.sigil)
+        if kind is None:
+            return self._decide(variable, wanted)
+        if kind not in wanted:
+            self.mismatch(variable, kind, wanted)
+        return kind
+
+    def define(self, variable: ast.Variable, wanted: Kinds) -> None:
+        """A variable is given a value of one of the kinds."""
+        self.given.add(variable.key)
+        kind = SIGIL_KINDS.get(variable.sigil)
+        if kind is None:
+            self._decide(variable, wanted)
+        elif kind not in wanted:
+            self.mismatch(variable, kind, wanted)
+
+    def _decide(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
+        """The kind of a bare name; where nothing has decided it, its use here does if it leaves one choice."""
+        decided = self._kinds.get(variable.key) or self._held(variable.key)
+        if decided is None:
+            choice = wanted & BARE
+            if not choice:
+                detail = f"{variable.name} is not {with_article(wanted)}"
+                self._findings.fault(TypeMismatch, variable.span, detail, _with_sigil(variable.name, wanted))
+            if len(choice) != 1:
+                return None
+            decided = self._kinds[variable.key] = _Decided(next(iter(choice)), self.step)
+            self._compare(variable, decided.kind)
+        if decided.kind not in wanted:
+            self.mismatch(variable, decided.kind, wanted, decided.step)
+        return decided.kind
+
+    def _held(self, key: str) -> _Decided | None:
+        """What the present value of a variable decides."""
+        return _Decided(self._known[key], None) if self._at_prompt and key in self._known else None
+
+    def _compare(self, variable: ast.Variable, kind: Kind) -> None:
+        """Whether a variable of that name, but of the other kind, has a value now."""
+        now = self._known.get(variable.key, kind)
+        if now is not kind and variable.key not in self._parameters and variable.key not in self._own:
+            detail = f"{variable.name} is used as {_ARTICLES[kind]}, and has the value of {_ARTICLES[now]} now"
+            self._findings.warn(TypeMismatch, variable.span, detail)
+
+    def kind_now(self, variable: ast.Variable) -> Kind | None:
+        """The kind of a variable as far as it is certain."""
+        decided = self._kinds.get(variable.key) or self._held(variable.key)
+        return SIGIL_KINDS.get(variable.sigil) or (decided.kind if decided is not None else None)
+
+    def mismatch(self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None) -> None:
+        """An expression is of a kind that is not wanted; `step`: what decided it."""
+        from vrs_cli.language.text.printer import expression_text
+
+        text = expression_text(expression)
+        shown = text if len(text) <= LONGEST_SHOWN else "this"
+        since = f" since step {step}" if step not in (None, self.step) else ""
+        detail = f"{shown} is {_ARTICLES[kind]}{since}"
+        self._findings.fault(TypeMismatch, expression.span, detail, f"{with_article(wanted)} is wanted")
+
+
+def _with_sigil(name: str, wanted: Kinds) -> str:
+    sigil = next((sigil for sigil, kind in SIGIL_KINDS.items() if kind in wanted), "")
+    return f"{sigil}{name} is one"

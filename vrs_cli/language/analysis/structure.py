@@ -1,0 +1,225 @@
+"""The blocks and labels of a program: which step belongs to which, and what does not fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+from vrs_cli.errors import ControlStructure, DuplicateLabel, UndefinedLabel
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Program, Span, Statement
+from vrs_cli.language.text.diagnostics import Diagnostic, error, warning
+from vrs_cli.language.words.instructions import INSTRUCTIONS, LOOP_JUMPS
+from vrs_cli.language.words.word import Shape
+
+
+class BlockKind(Enum):
+    IF = "IF"
+    WHILE = "WHILE"
+    DO = "DO"
+    FOR = "FOR"
+    CASE = "CASE"
+
+
+LABELLED: Mapping[str, int] = {
+    row.name: len(row.arguments)
+    for row in INSTRUCTIONS.values()
+    if row.arguments and row.arguments[-1].shape is Shape.LABEL
+}  # instructions that may go to the label which is their last argument, and how many they have
+LOOPS = frozenset({BlockKind.WHILE, BlockKind.DO, BlockKind.FOR})
+
+
+def loops_of(statement: ast.Instruction) -> int:
+    """The count of EXIT and NEXT: 1 where it is left out, 0 where it is not a whole number from 1 on."""
+    given = statement.arguments[0] if statement.arguments else None
+    if given is None:
+        return 1
+    whole = isinstance(given, ast.Number) and given.value >= 1 and given.value == int(given.value)
+    return int(given.value) if whole and isinstance(given, ast.Number) else 0
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A control structure, as step indexes from 0. `middles`: ELSE, or VALUE and ANY; `closer`: END or UNTIL."""
+
+    kind: BlockKind
+    opener: int
+    middles: tuple[int, ...]
+    closer: int
+
+
+@dataclass(frozen=True)
+class Structure:
+    """`blocks` in the order in which they end; `labels`: the step index of each label."""
+
+    blocks: tuple[Block, ...]
+    labels: Mapping[int, int]
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def structure_of(program: Program) -> Structure:
+    """Pair the steps of the blocks, and find the labels."""
+    pairing = _Pairing()
+    labels: dict[int, int] = {}
+    repeated: list[Diagnostic] = []
+    for index, step in enumerate(program.steps):
+        if step.label is not None:
+            if step.label in labels:
+                detail = f"{step.label} is the label of step {labels[step.label] + 1} too"
+                repeated.append(error(DuplicateLabel, step.span, detail))
+            labels.setdefault(step.label, index)
+        if step.statement is not None:
+            pairing.step(index, step.statement)
+    pairing.end()
+    missing = _missing_labels(program, labels)
+    return Structure(tuple(pairing.blocks), labels, (*repeated, *pairing.diagnostics, *missing))
+
+
+def _missing_labels(program: Program, labels: Mapping[int, int]) -> tuple[Diagnostic, ...]:
+    unread = set(_first_words(program))
+    known = ", ".join(str(label) for label in sorted(labels)[:8])
+    hint = f"the labels are {known}" if known else "a label is a number before a statement"
+    return tuple(
+        error(UndefinedLabel, step.statement.span, str(label), hint)
+        for step in program.steps
+        if step.statement is not None and (label := label_of(step.statement)) is not None and label not in labels
+        if str(label) not in unread
+    )
+
+
+def _first_words(program: Program) -> Iterator[str]:
+    """Of the lines that could not be read: a label may be among them."""
+    for step in program.steps:
+        if isinstance(step.statement, ast.BadLine):
+            yield from step.statement.text.split(maxsplit=1)[:1]
+
+
+def label_of(statement: Statement) -> int | None:
+    """The label that a statement may go to: GOTO, IF ... GOTO, and the instructions with one (IFSIG, GRASP)."""
+    if isinstance(statement, ast.Goto | ast.IfGoto):
+        return statement.label
+    if not isinstance(statement, ast.Instruction) or statement.word not in LABELLED:
+        return None
+    last = statement.arguments[-1] if len(statement.arguments) >= LABELLED[statement.word] else None
+    return int(last.value) if isinstance(last, ast.Number) else None
+
+
+@dataclass
+class _Open:
+    """A block whose end has not come yet."""
+
+    kind: BlockKind
+    opener: int
+    span: Span
+    middles: list[int] = field(default_factory=list)
+    complete: bool = False  # ELSE or ANY has been: nothing but END may follow
+
+    @property
+    def closing(self) -> str:
+        return "UNTIL" if self.kind is BlockKind.DO else "END"
+
+    @property
+    def name(self) -> str:
+        return f"{self.kind.value} at step {self.opener + 1}"
+
+
+class _Pairing:
+    """The stack of open blocks."""
+
+    def __init__(self) -> None:
+        self.blocks: list[Block] = []
+        self.diagnostics: list[Diagnostic] = []
+        self._open: list[_Open] = []
+
+    def step(self, index: int, statement: Statement) -> None:
+        if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
+            self._leaves(statement)
+        action = _ACTIONS.get(type(statement))
+        if action is not None:
+            action(self, index, statement)
+        elif self._open and self._open[-1].kind is BlockKind.CASE and not self._open[-1].middles:
+            self._unreached(statement)
+
+    def end(self) -> None:
+        """The program ends: every open block lacks its end."""
+        for block in self._open:
+            self._fault(block.span, f"{block.name} has no {block.closing}")
+
+    def _fault(self, span: Span, detail: str, hint: str = "") -> None:
+        self.diagnostics.append(error(ControlStructure, span, detail, hint))
+
+    def _leaves(self, statement: ast.Instruction) -> None:
+        """EXIT and NEXT: are there so many loops around them?"""
+        wanted, around = loops_of(statement), sum(block.kind in LOOPS for block in self._open)
+        if not wanted:
+            self._fault(statement.span, f"{statement.word} takes a whole number of loops", f"{statement.word} 2")
+        elif wanted > around:
+            loops = "no loop" if not around else "1 loop" if around == 1 else f"{around} loops"
+            detail = f"{statement.word} {wanted} with {loops} around it"
+            self._fault(statement.span, detail, "the loops are FOR, WHILE and DO")
+
+    def _unreached(self, statement: Statement) -> None:
+        detail = f"between CASE at step {self._open[-1].opener + 1} and its first VALUE nothing is carried out"
+        self.diagnostics.append(warning(ControlStructure, statement.span, detail))
+
+    def _begin(self, index: int, statement: Statement) -> None:
+        self._open.append(_Open(_OPENERS[type(statement)], index, statement.span))
+
+    def _else(self, index: int, statement: Statement) -> None:
+        self._middle(index, statement, "ELSE", BlockKind.IF, completes=True)
+
+    def _value(self, index: int, statement: Statement) -> None:
+        self._middle(index, statement, "VALUE", BlockKind.CASE, completes=False)
+
+    def _any(self, index: int, statement: Statement) -> None:
+        self._middle(index, statement, "ANY", BlockKind.CASE, completes=True)
+
+    def _middle(self, index: int, statement: Statement, word: str, kind: BlockKind, completes: bool) -> None:
+        block = self._open[-1] if self._open else None
+        if block is None or block.kind is not kind:
+            inside = f", inside {block.name}" if block else ""
+            self._fault(statement.span, f"{word} without {kind.value}{inside}")
+        elif block.complete:
+            last = "ELSE" if kind is BlockKind.IF else "ANY"
+            self._fault(statement.span, f"{word} after {last} of {block.name}")
+        else:
+            block.middles.append(index)
+            block.complete = completes
+
+    def _end(self, index: int, statement: Statement) -> None:
+        self._close(index, statement, "END", "IF, WHILE, FOR or CASE")
+
+    def _until(self, index: int, statement: Statement) -> None:
+        self._close(index, statement, "UNTIL", "DO")
+
+    def _close(self, index: int, statement: Statement, word: str, openers: str) -> None:
+        """The innermost block of that sort ends; those inside it lack their own end."""
+        if not any(block.closing == word for block in self._open):
+            inside = f", inside {self._open[-1].name}" if self._open else ""
+            self._fault(statement.span, f"{word} without {openers}{inside}")
+            return
+        while self._open[-1].closing != word:
+            block = self._open.pop()
+            self._fault(block.span, f"{block.name} has no {block.closing} before {word} at step {index + 1}")
+        block = self._open.pop()
+        self.blocks.append(Block(block.kind, block.opener, tuple(block.middles), index))
+
+
+_OPENERS: Mapping[type, BlockKind] = {
+    ast.If: BlockKind.IF,
+    ast.While: BlockKind.WHILE,
+    ast.Do: BlockKind.DO,
+    ast.For: BlockKind.FOR,
+    ast.Case: BlockKind.CASE,
+}
+
+_ACTIONS: Mapping[type, Callable[[_Pairing, int, Any], None]] = {
+    **dict.fromkeys(_OPENERS, _Pairing._begin),
+    ast.Else: _Pairing._else,
+    ast.Value: _Pairing._value,
+    ast.Any: _Pairing._any,
+    ast.End: _Pairing._end,
+    ast.Until: _Pairing._until,
+}

@@ -1,0 +1,121 @@
+"""What a program finds in memory: variables that have a value, other programs, and the names that these give one.
+
+Made once for all programs of a file: whatever is asked of it about one program costs no walk through the others.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Mapping
+from functools import cached_property, lru_cache
+
+from vrs_cli.language.analysis.declarations import own_variables
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import NAME_LENGTH, Kind, Program
+from vrs_cli.language.text.diagnostics import did_you_mean
+from vrs_cli.language.text.meaning import named_by
+from vrs_cli.language.words.instructions import DECLARATIONS
+
+FEW = 200  # names: a word is compared with each of them; of more, with those one slip of the fingers away
+
+
+class Surroundings:
+    """`known`: the kinds of the variables that have a value. `programs`: those in memory, by key."""
+
+    def __init__(self, known: Mapping[str, Kind], programs: Mapping[str, Program]) -> None:
+        self.known, self.programs = known, programs
+
+    @cached_property
+    def program_keys(self) -> tuple[str, ...]:
+        return tuple(self.programs)
+
+    @cached_property
+    def given(self) -> frozenset[str]:
+        """The keys of all names that programs give a value."""
+        return frozenset(self._givers)
+
+    @cached_property
+    def _givers(self) -> Counter[str]:
+        """How many programs give each name a value."""
+        return Counter(key for program in self.programs.values() for key in names_given_by(program))
+
+    def given_elsewhere(self, key: str, program: Program) -> bool:
+        """Whether another program gives a name a value."""
+        here = self.programs.get(program.key)
+        return self._givers[key] > (here is not None and key in names_given_by(here))
+
+    # --- what a word may have been meant for ---
+
+    def name_meant(self, variable: ast.Variable, own: Candidates) -> str:
+        """`did you mean name?`, or "": one of the program's own names or of memory, and of its kind."""
+        near = (*own.of(variable.key), *self._names_alike.of(variable.key))
+        alike = (key for key in near if key[0] == variable.key[0] or not (variable.sigil or key[0] in "#$"))
+        return did_you_mean(variable.key, alike)
+
+    def program_meant(self, name: str) -> str:
+        """`did you mean name?`, or ""."""
+        near = self._programs_alike.of(name.lower()[:NAME_LENGTH])
+        return did_you_mean(name, [self.programs[key].name for key in near])
+
+    @cached_property
+    def _names_alike(self) -> Candidates:
+        return Candidates(self.given | self.known.keys())
+
+    @cached_property
+    def _programs_alike(self) -> Candidates:
+        return Candidates(self.program_keys)
+
+
+class Candidates:
+    """Names that another one may have been meant for: all of them where they are few."""
+
+    def __init__(self, names: Collection[str]) -> None:
+        self._names = names
+
+    def of(self, name: str) -> Collection[str]:
+        """Those to compare a name with."""
+        if len(self._names) <= FEW:
+            return self._names
+        return dict.fromkeys(near for rest in _rests(name) for near in self._by_rest.get(rest, ()))
+
+    @cached_property
+    def _by_rest(self) -> Mapping[str, list[str]]:
+        found: dict[str, list[str]] = {}
+        for name in sorted(self._names):
+            for rest in _rests(name):
+                found.setdefault(rest, []).append(name)
+        return found
+
+
+def _rests(name: str) -> list[str]:
+    """A name, and what is left of it without one letter: names that share one are a slip of the fingers apart."""
+    return list(dict.fromkeys((name, *(name[:i] + name[i + 1 :] for i in range(len(name))))))
+
+
+# --- the names that a program gives a value to -------------------------------------------------------------------
+
+
+class _Same:
+    """A program by its identity: comparing trees would cost more than walking one."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and other.program is self.program
+
+    def __hash__(self) -> int:
+        return id(self.program)
+
+
+def names_given_by(program: Program) -> frozenset[str]:
+    """The keys of all variables that a program gives a value to, by itself or through a CALL."""
+    return _given_in(_Same(program))
+
+
+@lru_cache(maxsize=1024)
+def _given_in(same: _Same) -> frozenset[str]:
+    own = {own.key for own in own_variables(same.program)} | {one.key for one in same.program.parameters}
+    statements = (step.statement for step in same.program.steps)
+    doing = (one for one in statements if not (isinstance(one, ast.Instruction) and one.word in DECLARATIONS))
+    return frozenset(key for statement in doing for key in named_by(statement)) - own

@@ -1,0 +1,515 @@
+"""From a checked program to a Python generator function, built as a tree of Python's own `ast`.
+
+The operations of `lowering` become basic blocks; the blocks are dispatched by a binary tree of `if pc < k` inside
+`while True`, so GOTO in and out of blocks is a number. Each counted operation yields its number before it is done, each
+request or effect is yielded as it is; Python suspends the program there, at no other cost.
+
+    def program(X, R, L, S, P, F, pc, ...):      context; cells of reals, locations, strings, precision points;
+        l0, s0 = F                               frame: limits of FOR and subjects of CASE; ... arrays and arguments
+        try:
+            while True:
+                if pc < 4:
+                    ...
+        finally:
+            F[:] = (l0, s0)
+
+A block that jumps to itself is a `while True` of its own, so a straight loop never meets the tree. With `everywhere`
+each operation begins a block: that variant, made on demand, can be entered at any step.
+
+A long program becomes several functions, so that its tree is never in memory as a whole: each takes the
+arguments above and returns the number of the block where another goes on, or None at the end.
+"""
+
+from __future__ import annotations
+
+import ast as py
+from bisect import bisect_right
+from collections.abc import Callable, Generator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any, cast
+
+from vrs_cli.errors import ProgramNotExecutable
+from vrs_cli.language.analysis.analyzer import Analysis
+from vrs_cli.language.analysis.channels import channel, signals_on
+from vrs_cli.language.compile import python_tree as tree
+from vrs_cli.language.compile.expressions import CELLS, Array, Expressions, Place
+from vrs_cli.language.compile.lowering import (
+    Branch,
+    CaseBegin,
+    CaseTest,
+    Finish,
+    ForBegin,
+    ForNext,
+    Jump,
+    Lowered,
+    Mark,
+    Op,
+    Perform,
+    lower,
+)
+from vrs_cli.language.run.effects import Yielded
+from vrs_cli.language.run.environment import Context, Reference
+from vrs_cli.language.run.operands import Definable
+from vrs_cli.language.run.semantics.table import HANDLERS
+from vrs_cli.language.run.support import UNSET, overflow
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.text.collector import collector_paused
+from vrs_cli.language.text.printer import statement_text
+from vrs_cli.language.words.instructions import INSTRUCTIONS
+from vrs_cli.language.words.values import LIMIT, Value
+from vrs_cli.language.words.word import Argument, Shape
+
+Steps = Generator[int | Yielded, str | None, int | None]
+
+PART = 2048  # operations in one function
+
+
+# --- programs ----------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class _Jumps:
+    """How to get from one block to another: with `inner`, the block `number` is a `while True` of its own. `here`: the
+    blocks of the function; to get to others it returns."""
+
+    numbers: Mapping[int, int]
+    here: range = range(0)
+    number: int = 0
+    inner: bool = False
+
+    def to(self, op: int) -> list[py.stmt]:
+        target = self.numbers[op]
+        if target not in self.here:
+            return [py.Return(tree.constant(target))]
+        if self.inner and target == self.number:
+            return [py.Continue()]
+        away = py.Break() if self.inner else py.Continue()
+        return [tree.assign("pc", tree.constant(target)), away]
+
+
+class _ProgramCompiler(Expressions):
+    """The operations of one program as the body of its Python function."""
+
+    def __init__(self, analysis: Analysis, lowered: Lowered) -> None:
+        declared = (*analysis.program.parameters, *(own.variable for own in analysis.own))
+        super().__init__(analysis.kinds, {variable.key: number for number, variable in enumerate(declared)})
+        self.array_parameters.update(variable.key for variable in declared if variable.indexes is not None)
+        self._lowered = lowered
+        self._jumps = _Jumps({})
+
+    def variant(self, everywhere: bool) -> _Variant:
+        leaders = self._leaders(everywhere)
+        numbers = {op: number for number, op in enumerate(leaders)}
+        cuts = [numbers[op] for op in range(0, len(self._lowered.ops), PART)]
+        parts = [self._part(range(*cut), leaders, numbers) for cut in pairwise([*cuts, len(leaders)])]
+        return _Variant(parts[0] if len(parts) == 1 else _joined(parts, cuts), tuple(self.arrays), numbers)
+
+    def _part(self, here: range, leaders: list[int], numbers: Mapping[int, int]) -> Callable[..., Steps]:
+        """The function of some of the blocks. What it knows of arrays, the parts after it know too."""
+        self._jumps = _Jumps(numbers, here)
+        blocks = [self._block(number, leaders) for number in here]
+        loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
+        body = self._kept(loop) if self._lowered.slots else loop
+        bound = [f"{letter}{number}" for number in range(len(self.parameters)) for letter in "pqk"]
+        names = ["X", *CELLS.values(), "F", "pc", *bound, *self.arrays.values()]
+        body = [*body, tree.yield_(tree.constant(None))]  # never come to: a generator, also where nothing is a step
+        rest = py.arg("_rest")  # the arrays of later parts
+        return tree.made(py.FunctionDef("program", tree.parameters(names, rest=rest), body, [], None), self.namespace)
+
+    def _leaders(self, everywhere: bool) -> list[int]:
+        ops = self._lowered.ops
+        if everywhere:
+            return list(range(len(ops)))
+        targets = (op.target for op in ops if not isinstance(op, Perform | Mark | Finish))
+        return sorted({0, *targets, *range(0, len(ops), PART)})
+
+    def _tree(self, blocks: list[list[py.stmt]], first: int) -> list[py.stmt]:
+        if len(blocks) == 1:
+            return blocks[0]
+        half = len(blocks) // 2
+        test = tree.compare(tree.name("pc"), py.Lt(), tree.constant(first + half))
+        return [py.If(test, self._tree(blocks[:half], first), self._tree(blocks[half:], first + half))]
+
+    def _kept(self, loop: list[py.stmt]) -> list[py.stmt]:
+        """Take the slots from the frame, and put them back when the program is left in any way."""
+        slots = [f"{letter}{number}" for number in range(self._lowered.slots) for letter in "ls"]
+        taken = py.Tuple([py.Name(slot, py.Store()) for slot in slots], py.Store())
+        frame = py.Subscript(tree.name("F"), py.Slice(), py.Store())
+        kept = py.Assign([frame], tree.tuple_of(map(tree.name, slots)))
+        return [py.Assign([taken], tree.name("F")), py.Try(loop, [], [], [kept])]
+
+    # blocks
+
+    def _block(self, number: int, leaders: list[int]) -> list[py.stmt]:
+        first = leaders[number]
+        end = leaders[number + 1] if number + 1 < len(leaders) else len(self._lowered.ops)
+        ops = self._lowered.ops[first:end]
+        inner = any(getattr(op, "target", None) == first for op in ops)
+        self._jumps = _Jumps(self._jumps.numbers, self._jumps.here, number, inner)
+        statements: list[py.stmt] = []
+        for place, op in enumerate(ops, first):
+            statements += self._operation(place, op)
+            if isinstance(op, Jump | CaseBegin):
+                break
+        else:
+            if end < len(self._lowered.ops):
+                statements += self._jumps.to(end)
+        return [py.While(tree.constant(True), statements, [])] if inner else statements
+
+    def _operation(self, place: int, op: Op) -> list[py.stmt]:
+        statements = _OPERATIONS[type(op)](self, op)
+        return statements if _silent(op) else [tree.yield_(tree.constant(place)), *statements]
+
+    def _mark(self, _op: Mark) -> list[py.stmt]:
+        return [py.Pass()]
+
+    def _finish(self, _op: Finish) -> list[py.stmt]:
+        return [tree.yield_(tree.name("RETURN")), py.Return(None)]
+
+    def _jump(self, op: Jump) -> list[py.stmt]:
+        return self._jumps.to(op.target)
+
+    def _branch(self, op: Branch) -> list[py.stmt]:
+        truth = self.truth(op.condition)
+        test = truth if op.when else py.UnaryOp(py.Not(), truth)
+        first = [] if op.first is None else self._done(op.first)
+        return [*first, py.If(test, self._jumps.to(op.target), [])]
+
+    # loops and cases
+
+    def _for_begin(self, op: ForBegin) -> list[py.stmt]:
+        statement = op.statement
+        limit, step = f"l{op.slot}", f"s{op.slot}"
+        taken: list[py.stmt] = [
+            tree.assign("v", self.checked(statement.first)),
+            tree.assign(limit, self.checked(statement.last)),
+        ]
+        if _constant_step(statement) is None:
+            assert statement.step is not None
+            taken.append(tree.assign(step, tree.call("for_step", self.checked(statement.step))))
+        past = py.UnaryOp(py.Not(), self._another_pass(statement, limit, step))
+        return [
+            *taken,
+            *self._store(statement.variable, tree.name("v")),
+            py.If(past, self._jumps.to(op.target), []),
+        ]
+
+    def _for_next(self, op: ForNext) -> list[py.stmt]:
+        statement = op.statement
+        limit, step = f"l{op.slot}", f"s{op.slot}"
+        known = _constant_step(statement)
+        addend = tree.name(step) if known is None else tree.constant(known)
+        sum_ = py.BinOp(self.value(statement.variable), py.Add(), addend)
+        place = self.place(statement.variable, Kind.REAL)
+        assert place.key is not None
+        target = py.Subscript(tree.name(place.cells), place.key, py.Store())
+        return [
+            py.Assign([py.Name("v", py.Store()), target], sum_),
+            py.If(self._another_pass(statement, limit, step), self._jumps.to(op.target), []),
+        ]
+
+    def _another_pass(self, statement: ast.For, limit: str, step: str) -> py.expr:
+        up = tree.compare(tree.name("v"), py.LtE(), tree.name(limit))
+        down = tree.compare(tree.name("v"), py.GtE(), tree.name(limit))
+        known = _constant_step(statement)
+        if known is None:
+            return py.IfExp(tree.compare(tree.name(step), py.Gt(), tree.constant(0.0)), up, down)
+        return up if known > 0.0 else down
+
+    def _case_begin(self, op: CaseBegin) -> list[py.stmt]:
+        return [tree.assign(f"l{op.slot}", self.value(op.subject)), *self._jumps.to(op.target)]
+
+    def _case_test(self, op: CaseTest) -> list[py.stmt]:
+        kind = self.kind_of(op.subject)
+        subject = tree.name(f"l{op.slot}")
+        tests = [self.related(subject, "==", self.value(value), kind) for value in op.values]
+        matched = tests[0] if len(tests) == 1 else py.BoolOp(py.Or(), tests)
+        return [py.If(py.UnaryOp(py.Not(), matched), self._jumps.to(op.target), [])]
+
+    # statements
+
+    def _perform(self, op: Perform) -> list[py.stmt]:
+        if isinstance(op.statement, ast.Assignment):
+            return self._assignment(op.statement)
+        return self._done(op.statement)
+
+    def _done(self, statement: ast.Instruction) -> list[py.stmt]:
+        """An instruction, with the BREAK that the table says of it."""
+        special = _SPECIAL.get(statement.word)
+        statements = special(self, statement) if special else self._instruction(statement)
+        if INSTRUCTIONS[statement.word].breaks:
+            statements.insert(0, tree.yield_(tree.name("BREAK")))
+        return statements
+
+    def _assignment(self, statement: ast.Assignment) -> list[py.stmt]:
+        target, value = statement.target, statement.value
+        if target.sigil == "$":
+            return self._store(target, tree.call("storable", self.value(value, Kind.STRING)))
+        if not self.may_overflow(value):
+            return self._store(target, self.value(value))
+        inside = py.Compare(tree.constant(-LIMIT), [py.LtE(), py.LtE()], [tree.name("v"), tree.constant(LIMIT)])
+        check = py.If(py.UnaryOp(py.Not(), inside), [py.Expr(tree.call("within_range", tree.name("v")))], [])
+        return [tree.assign("v", self.value(value)), check, *self._store(target, tree.name("v"))]
+
+    def _store(self, variable: ast.Variable, value: py.expr) -> list[py.stmt]:
+        """Assign, unless the bare name exists as a location."""
+        place = self.place(variable, Kind.REAL)
+        if variable.indexes:
+            return self._store_element(place, variable.indexes, value)
+        assert place.key is not None
+        stored: list[py.stmt] = [py.Assign([py.Subscript(tree.name(place.cells), place.key, py.Store())], value)]
+        return self._denied(place, place.key) + stored
+
+    def _store_element(self, place: Place, indexes: tuple[ast.Expression, ...], value: py.expr) -> list[py.stmt]:
+        at = tree.method(tree.name(place.cells), "at", *map(self.value, indexes))
+        target = py.Subscript(tree.name(place.cells), tree.name("i"), py.Store())
+        return [tree.assign("i", at), *self._denied(place, tree.name("i")), py.Assign([target], value)]
+
+    def _denied(self, place: Place, key: py.expr) -> list[py.stmt]:
+        if place.other is None:
+            return []
+        clash = py.Expr(tree.method(tree.name(place.cells), "deny", key))
+        return [py.If(tree.compare(key, py.In(), tree.name(place.other)), [clash], [])]
+
+    def _instruction(self, statement: ast.Instruction) -> list[py.stmt]:
+        word = INSTRUCTIONS[statement.word]
+        rows = list(word.arguments)
+        if rows and rows[-1].repeated:
+            rows += [rows[-1]] * (len(statement.arguments) - len(rows))
+        arguments = [
+            self._operand(statement.word, expression, row)
+            for expression, row in zip(statement.arguments, rows, strict=False)
+        ]
+        value: py.expr = tree.constant(None)
+        if statement.value is not None and word.value is not None:
+            value = self.operand(statement.value, word.value)
+        given: list[py.expr] = [tree.constant(statement_text(statement)), tree.tuple_of(arguments)]
+        if statement.value is not None or statement.modifiers != ast.NO_MODIFIERS:
+            given += (
+                value,
+                self._stamp(statement.modifiers),
+                tree.constant(statement.modifiers.always),
+                tree.constant(statement.modifiers.unit),
+            )
+        operands = tree.call("Operands", *given)
+        return [py.Expr(py.YieldFrom(tree.call(self._handler(statement.word), tree.name("X"), operands)))]
+
+    def _handler(self, word: str) -> str:
+        if word not in HANDLERS:
+            raise ProgramNotExecutable(f"{word} is not available in a program")
+        name = f"h_{word.replace('.', '__')}"
+        self.namespace[name] = HANDLERS[word]
+        return name
+
+    def _operand(self, word: str, expression: ast.Expression | None, row: Argument) -> py.expr:
+        if isinstance(expression, ast.Variable) and (word == "PROMPT" or row.shape is Shape.UNIT):
+            return self.reference(expression)
+        if row.shape is Shape.PROGRAM and expression is not None:
+            return self._program_called(expression)
+        return self.operand(expression, row)
+
+    def _stamp(self, modifiers: ast.Modifiers) -> py.expr:
+        if modifiers.at is None and modifiers.within is None:
+            return tree.constant(None)
+        times = (modifiers.at, modifiers.within)
+        return tree.call("stamp_of", *(tree.constant(None) if time is None else self.checked(time) for time in times))
+
+    def _wait(self, statement: ast.Instruction) -> list[py.stmt]:
+        if not statement.arguments or statement.arguments[0] is None:
+            return [tree.yield_(tree.call("Wait", tree.name("at_once"), tree.constant(1)))]
+        asked = statement.arguments[0]
+        condition = self._closed(self.truth(asked if channel(asked) is None else signals_on((asked,), asked.span)))
+        return [tree.yield_(tree.call("Wait", tree.call("guarded", condition)))]
+
+    def _closed(self, expression: py.expr) -> py.Lambda:
+        """A function of no arguments. It takes the program's variables as defaults: cells of a closure are slower for
+        the whole program."""
+        names = {node.id for node in py.walk(expression) if isinstance(node, py.Name)}
+        local = sorted(names - self.namespace.keys())
+        return py.Lambda(tree.parameters(local, defaults=True), expression)
+
+    def _call_program(self, statement: ast.Instruction) -> list[py.stmt]:
+        program = statement.arguments[0]
+        assert program is not None
+        return [tree.yield_(self._program_called(program))]
+
+    def _call_by_text(self, statement: ast.Instruction) -> list[py.stmt]:
+        """The program that a string names."""
+        called = statement.arguments[0]
+        assert called is not None
+        text, given = (called.text, called.arguments) if isinstance(called, ast.Applied) else (called, ())
+        name = tree.method(self.checked(text, Kind.STRING), "strip")
+        arguments = tree.tuple_of(map(self.argument_of_call, given))
+        return [tree.yield_(tree.call("CallProgram", name, arguments))]
+
+    def _program_called(self, program: ast.Expression) -> py.expr:
+        given = program.arguments if isinstance(program, ast.ProgramCall) else ()
+        name = program.text if isinstance(program, ast.Word) else str(getattr(program, "name", ""))
+        arguments = tree.tuple_of(map(self.argument_of_call, given))
+        return tree.call("CallProgram", tree.constant(name), arguments)
+
+
+def _constant_step(statement: ast.For) -> float | None:
+    """The STEP of a FOR where it is a number that is known and not 0; 1 where there is none."""
+    return 1.0 if statement.step is None else ast.plain_number(statement.step) or None
+
+
+_OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {
+    Perform: _ProgramCompiler._perform,
+    Jump: _ProgramCompiler._jump,
+    Branch: _ProgramCompiler._branch,
+    ForBegin: _ProgramCompiler._for_begin,
+    ForNext: _ProgramCompiler._for_next,
+    CaseBegin: _ProgramCompiler._case_begin,
+    CaseTest: _ProgramCompiler._case_test,
+    Mark: _ProgramCompiler._mark,
+    Finish: _ProgramCompiler._finish,
+}
+
+_SPECIAL: dict[str, Callable[[_ProgramCompiler, ast.Instruction], list[py.stmt]]] = {
+    "BREAK": lambda _compiler, _statement: [],  # the table says that it breaks
+    "WAIT": _ProgramCompiler._wait,
+    "CALL": _ProgramCompiler._call_program,
+    "GOSUB": _ProgramCompiler._call_program,
+    "CALLS": _ProgramCompiler._call_by_text,
+}
+
+
+def _joined(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Callable[..., Steps]:
+    """One function of several; `firsts`: the first block of each. `at`: the place of `pc` among the arguments."""
+    at = 2 + len(CELLS)
+
+    def program(*arguments: object) -> Steps:
+        pc = arguments[at]
+        while pc is not None:
+            part = parts[bisect_right(firsts, cast(int, pc)) - 1]
+            pc = yield from part(*arguments[:at], pc, *arguments[at + 1 :])
+        return None
+
+    return program
+
+
+# --- the result --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Variant:
+    """The Python function, the arrays it takes after its fixed arguments, and the block that begins at an operation."""
+
+    function: Callable[..., Steps]
+    arrays: tuple[Array, ...]
+    numbers: Mapping[int, int]
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """A program ready to run. `spelling`: the names it uses, as it first spells them, by key. `array_parameters`: the
+    keys of those that stand for whole arrays."""
+
+    analysis: Analysis
+    lowered: Lowered
+    spelling: Mapping[str, str]
+    array_parameters: frozenset[str]
+    ordinary: _Variant
+
+    @cached_property
+    def everywhere(self) -> _Variant:
+        """The variant that can be entered at every operation."""
+        with collector_paused():
+            return _ProgramCompiler(self.analysis, self.lowered).variant(everywhere=True)
+
+    def start(self, context: Context, arguments: Sequence[Reference], slots: list[object], op: int = 0) -> Steps:
+        """An activation, from an operation on; one argument for each parameter, and the variables of the program's own.
+
+        `slots`: `fresh_slots()` to begin with; when the activation has ended in any way they hold what it kept.
+        """
+        variant = self.ordinary if op in self.ordinary.numbers else self.everywhere
+        environment = context.environment
+        cells = (environment.cells(kind) for kind in CELLS)
+        bound = (part for reference in arguments for part in reference)
+        arrays = (environment.cells(array.kind, array.key) for array in variant.arrays)
+        return variant.function(context, *cells, slots, variant.numbers[op], *bound, *arrays)
+
+    def fresh_slots(self) -> list[object]:
+        return [UNSET] * (2 * self.lowered.slots)
+
+    def step_of(self, op: int) -> int:
+        """The step (from 0) that an operation belongs to."""
+        return self.lowered.ops[op].step
+
+    def entry(self, step: int) -> int:
+        """The operation at which a step (from 0; one more for the end) is entered."""
+        return self.lowered.entries[step]
+
+    def stand(self, step: int) -> int | None:
+        """The first step from `step` on (from 0) before which the program can stand: one at which something is done."""
+        steps = (op.step for op in self.lowered.ops if op.step >= step and not _silent(op))
+        return min(steps, default=None)
+
+
+def _silent(op: Op) -> bool:
+    """Whether an operation is no step to the driver."""
+    return isinstance(op, Mark | Finish) or (isinstance(op, Jump) and not op.counted)
+
+
+def compile_program(analysis: Analysis) -> Compiled:
+    """Raises ProgramNotExecutable for a program with errors."""
+    if not analysis.executable:
+        raise ProgramNotExecutable(analysis.program.name, "mend its errors first")
+    try:
+        lowered = lower(analysis)
+        compiler = _ProgramCompiler(analysis, lowered)
+        with collector_paused():
+            variant = compiler.variant(everywhere=False)
+    except RecursionError:
+        raise ProgramNotExecutable(analysis.program.name, "an expression is nested too deeply") from None
+    return Compiled(analysis, lowered, compiler.spelling, frozenset(compiler.array_parameters), variant)
+
+
+def _with_context(compiler: Expressions, value: py.expr) -> Callable[..., Any]:
+    """A function of the context, and of a reference for each of the compiler's parameters."""
+    bound = [f"{letter}{number}" for number in range(len(compiler.parameters)) for letter in "pqk"]
+    names = ["X", *CELLS.values(), *bound, *compiler.arrays.values()]
+    function = tree.made(
+        py.FunctionDef("value", tree.parameters(names), [py.Return(value)], [], None), compiler.namespace
+    )
+    arrays = tuple(compiler.arrays)
+
+    def evaluate(context: Context, *references: Reference) -> Any:
+        cells = context.environment.cells
+        given = (part for reference in references for part in reference)
+        simple, elements = (cells(kind) for kind in CELLS), (cells(array.kind, array.key) for array in arrays)
+        try:
+            return function(context, *simple, *given, *elements)
+        except ArithmeticError as error:
+            raise overflow(error) from None
+
+    return evaluate
+
+
+def compile_expression(
+    expression: ast.Expression, kinds: Mapping[str, Kind], own: Sequence[str] = ()
+) -> Callable[..., Value]:
+    """One expression at the prompt. `kinds`: those of the bare names that have a value. `own`: the keys of variables
+    for which the function takes references."""
+    compiler = Expressions(kinds, {key: number for number, key in enumerate(own)})
+    if isinstance(expression, ast.Variable):
+        return _with_context(compiler, compiler.read(expression))
+    return _with_context(compiler, compiler.checked(expression))
+
+
+def compile_argument(
+    expression: ast.Expression | None, kinds: Mapping[str, Kind]
+) -> Callable[[Context], Reference | None]:
+    """One argument of EXECUTE at the prompt, as CALL passes it."""
+    compiler = Expressions(kinds)
+    return _with_context(compiler, compiler.argument_of_call(expression))
+
+
+def compile_definable(expression: ast.Expression, kinds: Mapping[str, Kind]) -> Callable[[Context], Definable]:
+    """What HERE, POINT and TEACH define at the prompt: `a`, `#p`, `a:b`, `row[3]`."""
+    compiler = Expressions(kinds)
+    return _with_context(compiler, compiler.operand(expression, Argument("location", Shape.LOCATION_VARIABLE)))

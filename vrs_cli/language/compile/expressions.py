@@ -1,0 +1,328 @@
+"""Expressions as Python expressions: half of the compiler (`compiler` is the other, statements and flow).
+
+A variable is a subscript of the cells that hold it, under a constant key where it is a simple one. A truth value is
+Python's own as long as it is only tested; it becomes -1 or 0 where it is used as a number.
+"""
+
+from __future__ import annotations
+
+import ast as py
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from vrs_cli.errors import ProgramNotExecutable
+from vrs_cli.language.compile import python_tree as tree
+from vrs_cli.language.run.environment import SIGIL_KINDS
+from vrs_cli.language.run.support import NAMES
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.values import whole
+from vrs_cli.language.words.word import Argument, Shape
+
+_ARITHMETIC: dict[str, type[py.operator]] = {"+": py.Add, "-": py.Sub, "*": py.Mult, "/": py.Div}
+_FUNCTIONS = {
+    "MOD": "modulo",
+    "**": "power",
+    "BAND": "bit_and",
+    "BOR": "bit_or",
+    "BXOR": "bit_xor",
+    ":": "compose",
+}
+_RELATIONS: dict[str, type[py.cmpop]] = {
+    "==": py.Eq,
+    "<>": py.NotEq,
+    "<": py.Lt,
+    ">": py.Gt,
+    "<=": py.LtE,
+    ">=": py.GtE,
+}
+_LOGICAL: dict[str, type[py.operator]] = {"AND": py.BitAnd, "OR": py.BitOr, "XOR": py.BitXor}  # both sides, always
+CELLS = {Kind.REAL: "R", Kind.LOCATION: "L", Kind.STRING: "S", Kind.PRECISION: "P"}
+
+
+# --- expressions -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a variable is: the names of the Python variables with its cells, and those of the other kind a bare name
+    can have; its key in both, None for a whole array."""
+
+    cells: str
+    other: str | None
+    key: py.expr | None
+
+
+@dataclass(frozen=True, slots=True)
+class Array:
+    """A Python variable that holds the cells of an array of the environment."""
+
+    key: str
+    kind: Kind
+
+
+@dataclass
+class Expressions:
+    """Expressions as Python's. Remembers what else the Python function has to be given: `arrays` of the environment,
+    with the names of their Python variables, and `namespace`, its globals. `parameters`: their numbers, by key."""
+
+    kinds: Mapping[str, Kind]
+    parameters: Mapping[str, int] = field(default_factory=dict)
+    arrays: dict[Array, str] = field(default_factory=dict)
+    namespace: dict[str, object] = field(default_factory=lambda: dict(NAMES))
+    spelling: dict[str, str] = field(default_factory=dict)
+    array_parameters: set[str] = field(default_factory=set)
+
+    def bound(self, prefix: str, value: object) -> py.expr:
+        """A value of the compiler as a global of the program."""
+        name = f"{prefix}_{len(self.namespace)}"
+        self.namespace[name] = value
+        return tree.name(name)
+
+    # kinds
+
+    def kind_of(self, expression: ast.Expression) -> Kind | None:
+        """None: a bare name of which nothing is known."""
+        if isinstance(expression, ast.Variable):
+            return SIGIL_KINDS.get(expression.sigil) or self.kinds.get(expression.key)
+        if isinstance(expression, ast.Text):
+            return Kind.STRING
+        if isinstance(expression, ast.Call):
+            return FUNCTIONS[expression.name].result
+        if isinstance(expression, ast.Binary):
+            return self._kind_of_binary(expression)
+        return Kind.REAL
+
+    def _kind_of_binary(self, expression: ast.Binary) -> Kind:
+        if expression.operator == ":":
+            return Kind.LOCATION
+        if expression.operator == "+" and self.kind_of(expression.left) is Kind.STRING:
+            return Kind.STRING
+        return Kind.REAL
+
+    # variables
+
+    def place(self, variable: ast.Variable, kind: Kind | None = None) -> Place:
+        """The cells for the kind given, or that the program has decided; reals for a bare name otherwise."""
+        self.spelling.setdefault(variable.key, variable.sigil + variable.name)
+        wanted = SIGIL_KINDS.get(variable.sigil) or self.kinds.get(variable.key) or kind or Kind.REAL
+        real, location = self._cells(variable, Kind.REAL), self._cells(variable, Kind.LOCATION)
+        key = self._key(variable)
+        if wanted is Kind.REAL:
+            return Place(real, location, key)
+        if wanted is Kind.LOCATION:
+            return Place(location, real, key)
+        return Place(self._cells(variable, wanted), None, key)
+
+    def _cells(self, variable: ast.Variable, kind: Kind) -> str:
+        if variable.key in self.parameters:
+            if variable.indexes is not None:
+                self.array_parameters.add(variable.key)
+            return f"{'q' if kind is Kind.LOCATION else 'p'}{self.parameters[variable.key]}"
+        if variable.indexes is None or SIGIL_KINDS.get(variable.sigil, kind) is not kind:
+            return CELLS[kind]
+        return self.arrays.setdefault(Array(variable.key, kind), f"{CELLS[kind]}{len(self.arrays)}")
+
+    def _key(self, variable: ast.Variable) -> py.expr | None:
+        if variable.indexes is None:
+            number = self.parameters.get(variable.key)
+            return tree.constant(variable.key) if number is None else tree.name(f"k{number}")
+        if variable.many:
+            return None
+        indexes = [self._index(index) for index in variable.indexes]
+        return indexes[0] if len(indexes) == 1 else tree.tuple_of(indexes)
+
+    def _index(self, index: ast.Expression) -> py.expr:
+        if isinstance(index, ast.Number):
+            return tree.constant(whole(index.value))
+        return tree.call("whole", self.value(index))
+
+    def read(self, variable: ast.Variable, kind: Kind | None = None) -> py.expr:
+        """Its value; for a bare name of which nothing is known and nothing wanted, of the kind that it has."""
+        if kind is None and self.kind_of(variable) is None:
+            return tree.method(self.reference(variable), "value")
+        place = self.place(variable, kind)
+        if place.key is None:
+            return tree.method(self.reference(variable), "value")
+        return tree.item(place.cells, place.key)
+
+    def reference(self, variable: ast.Variable) -> py.expr:
+        """The variable itself."""
+        self.spelling.setdefault(variable.key, variable.sigil + variable.name)
+        kind = SIGIL_KINDS.get(variable.sigil)
+        cells = self._cells(variable, kind or Kind.REAL)
+        locations = "NO_CELLS" if kind else self._cells(variable, Kind.LOCATION)
+        key = self._key(variable) or tree.constant(None)
+        reference = tree.call("Reference", tree.name(cells), tree.name(locations), key)
+        if variable.many and variable.indexes:
+            return tree.method(reference, "row", *map(self.value, variable.indexes))
+        return reference
+
+    # values
+
+    def value(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
+        """An expression that gives the value: a float, a str, a Transform or a tuple of joints."""
+        if isinstance(expression, ast.Number | ast.Text):
+            return tree.constant(expression.value)
+        if isinstance(expression, ast.Variable):
+            return self.read(expression, wanted)
+        if isinstance(expression, ast.Unary):
+            return self._unary(expression)
+        if isinstance(expression, ast.Binary):
+            return self._binary(expression)
+        if isinstance(expression, ast.Call):
+            return self._function(expression)
+        raise ProgramNotExecutable(f"{expression} has no value")
+
+    def truth(self, expression: ast.Expression) -> py.expr:
+        """An expression that Python takes for true where the value is not 0."""
+        if isinstance(expression, ast.Unary) and expression.operator == "NOT":
+            return py.UnaryOp(py.Not(), self.truth(expression.operand))
+        if isinstance(expression, ast.Binary) and expression.operator in _LOGICAL:
+            operator = _LOGICAL[expression.operator]()
+            return py.BinOp(self.truth(expression.left), operator, self.truth(expression.right))
+        if isinstance(expression, ast.Binary) and expression.operator in _RELATIONS:
+            return self._relation(expression)
+        return tree.compare(self.value(expression), py.NotEq(), tree.constant(0.0))
+
+    def _unary(self, expression: ast.Unary) -> py.expr:
+        if expression.operator == "NOT":
+            return self._as_value(self.truth(expression))
+        operand = self.value(expression.operand)
+        if expression.operator == "COM":
+            return tree.call("complement", operand)
+        return py.UnaryOp(py.USub(), operand) if expression.operator == "-" else operand
+
+    def _binary(self, expression: ast.Binary) -> py.expr:
+        operator = expression.operator
+        if operator in _RELATIONS or operator in _LOGICAL:
+            return self._as_value(self.truth(expression))
+        kind = self.kind_of(expression) or Kind.REAL
+        left, right = self.value(expression.left, kind), self.value(expression.right, kind)
+        if operator in _ARITHMETIC:
+            return py.BinOp(left, _ARITHMETIC[operator](), right)
+        return tree.call(_FUNCTIONS[operator], left, right)
+
+    def _as_value(self, truth: py.expr) -> py.expr:
+        return py.IfExp(truth, tree.constant(-1.0), tree.constant(0.0))
+
+    def _relation(self, expression: ast.Binary) -> py.expr:
+        left, right = self.value(expression.left), self.value(expression.right)
+        return self.related(left, expression.operator, right, self.kind_of(expression.left))
+
+    def related(self, left: py.expr, operator: str, right: py.expr, kind: Kind | None) -> py.expr:
+        """Strings are compared as the switch UPPER says."""
+        if kind is Kind.STRING:
+            left, right = (tree.method(tree.name("X"), "folded", side) for side in (left, right))
+        return tree.compare(left, _RELATIONS[operator](), right)
+
+    # functions
+
+    def _function(self, call: ast.Call) -> py.expr:
+        function = FUNCTIONS[call.name]
+        if function.evaluate is None:
+            raise ProgramNotExecutable(f"{function.name} is not available")
+        if not function.arguments and not function.contextual:
+            constant = function.evaluate()
+            return tree.constant(constant) if isinstance(constant, float) else self.bound("k", constant)
+        arguments = self._arguments(function, call.arguments)
+        if function.contextual:
+            arguments.insert(0, tree.name("X"))
+        self.namespace[_python_name(function)] = function.evaluate
+        return tree.call(_python_name(function), *arguments)
+
+    def _arguments(self, function: Function, given: Sequence[ast.Expression | None]) -> list[py.expr]:
+        """One for each argument of the table, None for what is left out; as many as given where the last repeats."""
+        rows = function.arguments
+        if rows and rows[-1].repeated:
+            rows = (*rows[: len(given)], *(rows[-1],) * (len(given) - len(rows)))
+        padded = (*given, *(None,) * (len(rows) - len(given)))
+        return [self.operand(item, row) for item, row in zip(padded, rows, strict=False)]
+
+    # operands
+
+    def operand(self, expression: ast.Expression | None, argument: Argument) -> py.expr:
+        """What an argument is given as: a value, the variable itself, or a word."""
+        if expression is None:
+            return tree.constant(None)
+        if argument.shape in WORDS:
+            return tree.constant(word_of(expression))
+        if argument.shape is Shape.LOCATION_VARIABLE:
+            return self._definable(expression)
+        if argument.shape in VARIABLES and isinstance(expression, ast.Variable):
+            return self.reference(expression)
+        if argument.shape is Shape.ITEM:
+            return self._item_of_list(expression)
+        if argument.shape is Shape.SETTING:
+            return self._word_or_value(expression)
+        return self.checked(expression, _WANTED.get(argument.shape, Kind.REAL))
+
+    def checked(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
+        """A value that is within the range of reals."""
+        value = self.value(expression, wanted)
+        return tree.call("within_range", value) if self.may_overflow(expression) else value
+
+    def may_overflow(self, expression: ast.Expression) -> bool:
+        if isinstance(expression, ast.Unary):
+            return expression.operator in "+-" and self.may_overflow(expression.operand)
+        if isinstance(expression, ast.Call):
+            return expression.name == "SQR"
+        if not isinstance(expression, ast.Binary) or expression.operator not in (*_ARITHMETIC, "**"):
+            return False
+        return self.kind_of(expression) is Kind.REAL
+
+    def _item_of_list(self, expression: ast.Expression) -> py.expr:
+        if isinstance(expression, ast.Format):
+            return self.bound("k", expression)
+        if isinstance(expression, ast.Variable):
+            return self.read(expression)
+        return self.checked(expression)
+
+    def _word_or_value(self, expression: ast.Expression) -> py.expr:
+        """The value of a parameter: a real, or a word (a name that has no value)."""
+        if isinstance(expression, ast.Word):
+            return tree.constant(expression.text.upper())
+        if isinstance(expression, ast.Variable):
+            return tree.call("setting", tree.constant(expression.name), self.reference(expression))
+        return self.checked(expression)
+
+    def _definable(self, expression: ast.Expression) -> py.expr:
+        """`a:b:c`: the variable c, and the product a:b."""
+        if isinstance(expression, ast.Binary):
+            variable, before = expression.right, self.value(expression.left, Kind.LOCATION)
+        else:
+            variable, before = expression, tree.constant(None)
+        if not isinstance(variable, ast.Variable):
+            raise ProgramNotExecutable("the last name of a compound must be a variable")
+        return tree.call("Definable", self.reference(variable), before)
+
+    def argument_of_call(self, expression: ast.Expression | None) -> py.expr:
+        """By reference a variable, by value any other expression, and a variable in parentheses."""
+        if expression is None:
+            return tree.constant(None)
+        if not isinstance(expression, ast.Variable):
+            return tree.call("by_value", tree.name("X"), self.checked(expression))
+        if expression.grouped:
+            return tree.call("by_value", tree.name("X"), self.read(expression))
+        return self.reference(expression)
+
+
+VARIABLES = {Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE}
+WORDS = {Shape.SWITCH, Shape.PARAMETER_NAME, Shape.WORD, Shape.BRANCH, Shape.FILE}
+_WANTED = {
+    Shape.STRING: Kind.STRING,
+    Shape.LOCATION: Kind.LOCATION,
+    Shape.TRANSFORMATION: Kind.LOCATION,
+    Shape.PLACE: Kind.LOCATION,
+}
+
+
+def word_of(expression: ast.Expression) -> str:
+    """A bare word where the table asks for one, in upper case: a switch, a parameter."""
+    text = expression.text if isinstance(expression, ast.Word) else getattr(expression, "name", "")
+    return str(text).upper()
+
+
+def _python_name(function: Function) -> str:
+    return f"f_{function.name.replace('$', 's_').replace('#', 'p_').replace('.', '__')}"

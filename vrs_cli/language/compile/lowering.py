@@ -1,0 +1,266 @@
+"""A program's steps as a flat list of operations with jumps: blocks are gone, every target is a number.
+
+Each step has one operation at which it is entered (by GOTO, by EXECUTE p,,step, from the step before). A VALUE, ANY or
+ELSE reached from above ends its block, so the tests of a CASE are operations of their own, entered from the CASE alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from vrs_cli.language.analysis.analyzer import Analysis, Block, BlockKind
+from vrs_cli.language.analysis.channels import signals_on
+from vrs_cli.language.analysis.structure import LOOPS, label_of, loops_of
+from vrs_cli.language.text import ast
+from vrs_cli.language.words.instructions import DECLARATIONS, LOOP_JUMPS
+
+
+@dataclass(frozen=True, slots=True)
+class Perform:
+    """An assignment or an instruction."""
+
+    step: int
+    statement: ast.Assignment | ast.Instruction
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """`counted`: it is a step of its own (GOTO), not a mark that is passed over (ELSE, the END of WHILE)."""
+
+    step: int
+    target: int
+    counted: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """Go to the target where the condition is `when`; otherwise on. `first`: what is done before."""
+
+    step: int
+    condition: ast.Expression
+    when: bool
+    target: int
+    first: ast.Instruction | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ForBegin:
+    """Set the variable, keep limit and step in `slot`; to the target where there is no first pass."""
+
+    step: int
+    statement: ast.For
+    slot: int
+    target: int
+
+
+@dataclass(frozen=True, slots=True)
+class ForNext:
+    """The END of a FOR: add the step, and to the target (the first step inside) for another pass."""
+
+    step: int
+    statement: ast.For
+    slot: int
+    target: int
+
+
+@dataclass(frozen=True, slots=True)
+class CaseBegin:
+    """Keep the subject in `slot` and go to the first test."""
+
+    step: int
+    subject: ast.Expression
+    slot: int
+    target: int
+
+
+@dataclass(frozen=True, slots=True)
+class CaseTest:
+    """Go to the target where the subject equals none of the values."""
+
+    step: int
+    subject: ast.Expression
+    values: tuple[ast.Expression, ...]
+    slot: int
+    target: int
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A place, with nothing to do: DO, END of IF and CASE, a blank line."""
+
+    step: int
+
+
+@dataclass(frozen=True, slots=True)
+class Finish:
+    """The end of the program."""
+
+    step: int
+
+
+Op = Perform | Jump | Branch | ForBegin | ForNext | CaseBegin | CaseTest | Mark | Finish
+
+
+@dataclass(frozen=True)
+class Lowered:
+    """`entries[step]` is the operation at which a step is entered; one more for the end. `slots`: values that are kept
+    as long as the program is active (limits and steps of FOR, subjects of CASE)."""
+
+    ops: tuple[Op, ...]
+    entries: tuple[int, ...]
+    slots: int
+
+
+def lower(analysis: Analysis) -> Lowered:
+    return _Lowering(analysis).result()
+
+
+_TESTS = 1_000_000_000  # added to a step while targets are steps: "the test of this VALUE", not its place
+
+
+class _Lowering:
+    """While it works, targets are step numbers, and `_TESTS` plus a step number; `result` makes them operations."""
+
+    def __init__(self, analysis: Analysis) -> None:
+        self._steps = analysis.program.steps
+        self._labels = analysis.labels
+        self._openers = {block.opener: block for block in analysis.blocks}
+        self._middles = {step: block for block in analysis.blocks for step in block.middles}
+        self._closers = {block.closer: block for block in analysis.blocks}
+        self._slots = {block.opener: number for number, block in enumerate(analysis.blocks)}
+        self._ops: list[Op] = []
+        self._places: dict[int, int] = {}
+
+    def result(self) -> Lowered:
+        for number, step in enumerate(self._steps):
+            self._places[number] = len(self._ops)
+            self._lower(number, step.statement)
+        end = len(self._steps)
+        self._places[end] = len(self._ops)
+        self._ops.append(Finish(max(end - 1, 0)))
+        ops = tuple(self._resolved(op) for op in self._ops)
+        return Lowered(ops, tuple(self._places[step] for step in range(end + 1)), len(self._slots))
+
+    def _resolved(self, op: Op) -> Op:
+        if isinstance(op, Perform | Mark | Finish):
+            return op
+        return replace(op, target=self._places[op.target])
+
+    def _lower(self, number: int, statement: ast.Statement | None) -> None:
+        lowering = _LOWERINGS.get(type(statement))
+        if lowering is not None:
+            lowering(self, number, statement)
+        elif isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
+            self._leave_loop(number, statement)
+        elif isinstance(statement, ast.Instruction) and statement.word in _BRANCHES:
+            self._branch(number, statement)
+        elif isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS:
+            self._ops.append(Mark(number))
+        elif isinstance(statement, ast.Assignment | ast.Instruction):
+            self._ops.append(Perform(number, statement))
+        else:
+            self._ops.append(Mark(number))
+
+    def _goto(self, number: int, statement: ast.Goto) -> None:
+        self._ops.append(Jump(number, self._labels[statement.label], counted=True))
+
+    def _leave_loop(self, number: int, statement: ast.Instruction) -> None:
+        """EXIT goes past the end of the loop, NEXT to that end, which tests for another pass."""
+        around = [b for b in self._openers.values() if b.kind in LOOPS and b.opener < number < b.closer]
+        around.sort(key=lambda block: block.opener, reverse=True)
+        closer = around[loops_of(statement) - 1].closer
+        self._ops.append(Jump(number, closer + (statement.word == "EXIT"), counted=True))
+
+    def _if_goto(self, number: int, statement: ast.IfGoto) -> None:
+        self._ops.append(Branch(number, statement.condition, True, self._labels[statement.label]))
+
+    def _branch(self, number: int, statement: ast.Instruction) -> None:
+        label = label_of(statement)
+        assert label is not None
+        condition, first = _BRANCHES[statement.word](statement)
+        self._ops.append(Branch(number, condition, True, self._labels[label], first))
+
+    def _if(self, number: int, statement: ast.If) -> None:
+        block = self._openers[number]
+        target = block.middles[0] + 1 if block.middles else block.closer
+        self._ops.append(Branch(number, statement.condition, False, target))
+
+    def _while(self, number: int, statement: ast.While) -> None:
+        self._ops.append(Branch(number, statement.condition, False, self._openers[number].closer + 1))
+
+    def _until(self, number: int, statement: ast.Until) -> None:
+        self._ops.append(Branch(number, statement.condition, False, self._closers[number].opener))
+
+    def _for(self, number: int, statement: ast.For) -> None:
+        target = self._openers[number].closer + 1
+        self._ops.append(ForBegin(number, statement, self._slots[number], target))
+
+    def _case(self, number: int, statement: ast.Case) -> None:
+        block = self._openers[number]
+        target = block.middles[0] + _TESTS if block.middles else block.closer
+        self._ops.append(CaseBegin(number, statement.subject, self._slots[number], target))
+
+    def _leave(self, number: int, _statement: ast.Else) -> None:
+        self._ops.append(Jump(number, self._middles[number].closer, counted=False))
+
+    def _value(self, number: int, statement: ast.Value) -> None:
+        block = self._middles[number]
+        case = self._steps[block.opener].statement
+        assert isinstance(case, ast.Case)
+        later = [step for step in block.middles if step > number]
+        target = later[0] + _TESTS if later else block.closer
+        self._ops.append(Jump(number, block.closer, counted=False))
+        self._places[number + _TESTS] = len(self._ops)
+        self._ops.append(CaseTest(number, case.subject, statement.tests, self._slots[block.opener], target))
+
+    def _any(self, number: int, _statement: ast.Any) -> None:
+        self._ops.append(Jump(number, self._middles[number].closer, counted=False))
+        self._places[number + _TESTS] = len(self._ops)
+        self._ops.append(Mark(number))
+
+    def _end(self, number: int, _statement: ast.End) -> None:
+        block = self._closers[number]
+        self._ops.append(self._closing(number, block))
+
+    def _closing(self, number: int, block: Block) -> Op:
+        if block.kind is BlockKind.WHILE:
+            return Jump(number, block.opener, counted=False)
+        if block.kind is BlockKind.FOR:
+            opener = self._steps[block.opener].statement
+            assert isinstance(opener, ast.For)
+            return ForNext(number, opener, self._slots[block.opener], block.opener + 1)
+        return Mark(number)
+
+
+def _if_signals(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction | None]:
+    """IFSIG: all of these signals are on."""
+    return signals_on(statement.arguments[:-1], statement.span), None
+
+
+def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction | None]:
+    """GRASP: the hand closes, and its fingers are nearer than the width."""
+    width, span = statement.arguments[0], statement.span
+    assert width is not None
+    gap = ast.Call("PARAMETER", (ast.Word("GRASP.WIDTH", span),), span, True)
+    return ast.Binary("<", gap, width, span), statement
+
+
+_BRANCHES: dict[str, Callable[[ast.Instruction], tuple[ast.Expression, ast.Instruction | None]]] = {
+    "IFSIG": _if_signals,
+    "GRASP": _grasp,
+}
+
+_LOWERINGS: dict[type, Callable[..., None]] = {
+    ast.Goto: _Lowering._goto,
+    ast.IfGoto: _Lowering._if_goto,
+    ast.If: _Lowering._if,
+    ast.Else: _Lowering._leave,
+    ast.While: _Lowering._while,
+    ast.Until: _Lowering._until,
+    ast.For: _Lowering._for,
+    ast.Case: _Lowering._case,
+    ast.Value: _Lowering._value,
+    ast.Any: _Lowering._any,
+    ast.End: _Lowering._end,
+}

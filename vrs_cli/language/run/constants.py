@@ -1,0 +1,266 @@
+"""What constants show by themselves: steps that can never be done, found without running the program.
+
+Operands are evaluated and instructions carried out as in a running program, in an environment of their own. So the
+texts are those of the runtime, and no rule is written twice.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from enum import Enum
+from typing import get_args
+
+from vrs_cli.engine.commands import (
+    Request,
+    SetAcceleration,
+    SetConfiguration,
+    SetDuration,
+    SetMonitorSpeed,
+    SetParameter,
+    SetSpeed,
+)
+from vrs_cli.errors import (
+    ArithmeticOverflow,
+    IllegalJoint,
+    IllegalSignal,
+    IllegalValue,
+    NegativeSquareRoot,
+    NotAvailable,
+    UsageError,
+    VrsError,
+)
+from vrs_cli.language.analysis.channels import channel, signals_on
+from vrs_cli.language.compile.compiler import compile_expression
+from vrs_cli.language.compile.expressions import VARIABLES, WORDS, word_of
+from vrs_cli.language.run.effects import CallProgram
+from vrs_cli.language.run.environment import Context
+from vrs_cli.language.run.operands import Operand, Operands, stamp_of
+from vrs_cli.language.run.semantics.table import HANDLERS
+from vrs_cli.language.run.support import for_step
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Expression, Kind, Program, Span, Statement
+from vrs_cli.language.text.diagnostics import Diagnostic, warning
+from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.instructions import INSTRUCTIONS
+from vrs_cli.language.words.values import Value
+from vrs_cli.language.words.word import Argument, Shape, argument_at
+
+NEVER_RIGHT = (IllegalValue, IllegalSignal, IllegalJoint, ArithmeticOverflow, NegativeSquareRoot)
+CHECKED_BY_THE_ROBOT = (SetSpeed, SetMonitorSpeed, SetAcceleration, SetDuration, SetParameter, SetConfiguration)
+STAND_INS = (1.0, 8.0, 32.0)  # for a real that is not known: what each of them meets with in the same words, all do
+TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # a plain number is a signal to them
+NAMED = frozenset({Shape.UNIT, Shape.SETTING})  # where a variable stands for more than its value
+REALS = NAMED | {Shape.REAL, Shape.GROUP, Shape.SIGNALS, Shape.TASK}
+
+
+class Gap(Enum):
+    """What stands for an operand that only a run can tell."""
+
+    REAL = "any real"
+    OTHER = "anything else"
+
+
+Given = Operand | Gap
+
+
+@dataclass(frozen=True, slots=True)
+class Wrong:
+    """A place, and what the runtime says of it."""
+
+    place: Span
+    error: VrsError
+
+
+@dataclass(frozen=True, slots=True)
+class Constants:
+    """`context` is nobody else's, nor is the robot that may be asked to `perform`, which raises VrsError."""
+
+    context: Context
+    perform: Callable[[Request], None]
+
+    def findings(self, program: Program) -> Iterator[Diagnostic]:
+        """A warning, not more, at each constant that no run could take: it may stand in a step that none comes to."""
+        for step in program.steps:
+            if step.statement is not None:
+                for wrong in self._statement(step.statement):
+                    yield warning(type(wrong.error), wrong.place, wrong.error.detail, wrong.error.hint)
+
+    def _statement(self, statement: Statement) -> list[Wrong]:
+        try:
+            in_expressions = [one for expression in _expressions(statement) for one in self._expression(expression)]
+            return in_expressions or list(self._whole(statement))
+        except RecursionError:  # so deep an expression is what the compiler refuses
+            return []
+
+    # --- expressions ---
+
+    def _expression(self, expression: Expression) -> Iterator[Wrong]:
+        """The smallest parts that have no value."""
+        if not _evaluable(expression):
+            yield from self._parts(expression)
+        elif (error := self._error(expression)) is not None:
+            yield from list(self._parts(expression)) or [Wrong(_named(expression).span, error)]
+
+    def _parts(self, expression: Expression) -> Iterator[Wrong]:
+        return (wrong for part in _children(expression) for wrong in self._expression(part))
+
+    def _error(self, expression: Expression) -> VrsError | None:
+        try:
+            compile_expression(expression, {})(self.context)
+        except (*NEVER_RIGHT, UsageError) as error:
+            return error
+        except VrsError:  # what only a run can tell: a unit, a program
+            return None
+        return None
+
+    def _value(self, expression: Expression) -> Value | Gap:
+        """Of an expression that has one, if it is constant."""
+        if isinstance(expression, ast.Text):
+            return expression.value
+        if (number := ast.plain_number(expression)) is not None:
+            return number
+        if not _constant(expression):
+            return Gap.REAL
+        return compile_expression(expression, {})(self.context)
+
+    # --- statements ---
+
+    def _whole(self, statement: Statement) -> Iterator[Wrong]:
+        """What is wrong with a statement whose expressions have values."""
+        if isinstance(statement, ast.For):
+            yield from self._refused(statement.step, for_step)
+        elif isinstance(statement, ast.Instruction):
+            yield from self._refused(statement.modifiers.at, lambda seconds: stamp_of(seconds, None))
+            yield from self._refused(statement.modifiers.within, lambda seconds: stamp_of(None, seconds))
+            yield from self._instruction(statement)
+
+    def _refused(self, expression: Expression | None, check: Callable[[float], object]) -> Iterator[Wrong]:
+        value = None if expression is None else self._value(expression)
+        if expression is not None and isinstance(value, float):
+            try:
+                check(value)
+            except NEVER_RIGHT as error:
+                yield Wrong(expression.span, error)
+
+    def _instruction(self, statement: ast.Instruction) -> Iterator[Wrong]:
+        if statement.word not in HANDLERS:
+            return
+        row = INSTRUCTIONS[statement.word]
+        places = [*statement.arguments, statement.value]
+        rows = [*(argument_at(row, place) for place in range(len(statement.arguments))), row.value]
+        given = [self._operand(expression, argument) for expression, argument in zip(places, rows, strict=True)]
+        if Gap.OTHER not in given and (error := self._refusal(statement, given)) is not None:
+            yield Wrong(self._culprit(statement, given, error), error)
+
+    def _operand(self, expression: Expression | None, argument: Argument | None) -> Given:
+        if expression is None:
+            return None
+        if argument is None:
+            return Gap.OTHER
+        if argument.shape is Shape.PROGRAM:
+            return CallProgram("", ())
+        if argument.shape in WORDS or isinstance(expression, ast.Word):
+            return word_of(expression)
+        if argument.shape in REALS and not (argument.shape in NAMED and isinstance(expression, ast.Variable)):
+            return self._value(expression)
+        return expression.value if isinstance(expression, ast.Text) else Gap.OTHER
+
+    def _refusal(self, statement: ast.Instruction, given: Sequence[Given]) -> VrsError | None:
+        """Why the instruction cannot be carried out, whatever stands in the gaps."""
+        first, *others = self._outcomes(statement, given)
+        return first if all(str(error) == str(first) for error in others) else None
+
+    def _outcomes(self, statement: ast.Instruction, given: Sequence[Given]) -> list[VrsError | None]:
+        """How each number in the gaps is answered."""
+        stand_ins = STAND_INS if Gap.REAL in given else STAND_INS[:1]
+        filled = ([x if isinstance(one, Gap) else one for one in given] for x in stand_ins)
+        return [self._carried_out(statement, operands) for operands in filled]
+
+    def _carried_out(self, statement: ast.Instruction, operands: Sequence[Operand]) -> VrsError | None:
+        *arguments, value = operands
+        modifiers = statement.modifiers
+        it = Operands("", tuple(arguments), value, None, modifiers.always, modifiers.unit)
+        try:
+            for request in HANDLERS[statement.word](self.context, it):
+                if isinstance(request, CHECKED_BY_THE_ROBOT):
+                    self.perform(request)
+        except (*NEVER_RIGHT, NotAvailable) as error:
+            return error
+        except VrsError:  # what only a run can tell: a unit, a program
+            return None
+        return None
+
+    def _culprit(self, statement: ast.Instruction, given: Sequence[Given], error: VrsError) -> Span:
+        """The operand without which nothing is refused like this."""
+        places = list(enumerate((*statement.arguments, statement.value)))
+        for place, expression in reversed(places):
+            if expression is not None and isinstance(given[place], float):
+                without = [*given[:place], Gap.REAL, *given[place + 1 :]]
+                if all(str(other) != str(error) for other in self._outcomes(statement, without)):
+                    return expression.span
+        return statement.span
+
+
+# --- trees -------------------------------------------------------------------------------------------------------
+
+
+def _expressions(statement: Statement) -> Iterator[Expression]:
+    if isinstance(statement, ast.Instruction) and statement.word in TAKE_CHANNELS:
+        yield from (signals_on((one,), one.span) for one in statement.arguments if one is not None and _plain(one))
+        yield from (one for one in statement.arguments if one is not None and not _plain(one))
+    else:
+        yield from _children(statement)
+
+
+def _plain(expression: Expression) -> bool:
+    return channel(expression) is not None
+
+
+def _children(tree: object) -> Iterator[Expression]:
+    """The expressions right under a statement or an expression."""
+    for name in _BRANCHES[type(tree)]:
+        child = getattr(tree, name)
+        if isinstance(child, tuple):
+            yield from (one for one in child if one is not None)
+        elif isinstance(child, ast.Modifiers):
+            yield from _children(child)
+        elif child is not None:
+            yield child
+
+
+_BRANCHES: Mapping[type, tuple[str, ...]] = {
+    kind: tuple(one.name for one in fields(kind) if re.search("Expression|Variable|Modifiers", str(one.type)))
+    for kind in (*get_args(Expression), *get_args(Statement), ast.Modifiers)
+}
+
+
+def _constant(expression: Expression) -> bool:
+    """Whether it has the same value in every run, if it has one."""
+    if isinstance(expression, ast.Call):
+        function = FUNCTIONS.get(expression.name)
+        if function is None or function.contextual or not _by_value(function):
+            return False
+    elif not isinstance(expression, ast.Number | ast.Text | ast.Unary | ast.Binary):
+        return False
+    return all(map(_constant, _children(expression)))
+
+
+def _evaluable(expression: Expression) -> bool:
+    """Whether it can be evaluated without a run, and may be refused then. Any numbers make a transformation."""
+    if isinstance(expression, ast.Unary | ast.Binary):
+        return ast.plain_number(expression) is None and _constant(expression)
+    function = FUNCTIONS.get(expression.name) if isinstance(expression, ast.Call) else None
+    if function is None or function.result is Kind.LOCATION or not function.arguments:
+        return False
+    return _by_value(function) and all(isinstance(one, ast.Word) or _constant(one) for one in _children(expression))
+
+
+def _by_value(function: Function) -> bool:
+    return function.evaluate is not None and not any(row.shape in VARIABLES for row in function.arguments)
+
+
+def _named(expression: Expression) -> Expression:
+    """The name that a function was given, otherwise the expression itself."""
+    return next((one for one in _children(expression) if isinstance(one, ast.Word)), expression)

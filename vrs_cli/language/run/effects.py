@@ -1,0 +1,215 @@
+"""What a running program asks of its driver.
+
+A request of `engine.commands` goes to the robot. The effects below are for the terminal and the clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from enum import Enum
+
+from vrs_cli.engine.commands import Mode, Request, SetDuration, SetMode, SetSpeed, SpeedUnit
+from vrs_cli.language.run.environment import Reference
+from vrs_cli.language.run.reactions import Reaction
+from vrs_cli.language.run.units import UnitEffect
+
+
+@dataclass(frozen=True, slots=True)
+class Type:
+    """Text for the terminal; `newline`: a line ends after it."""
+
+    text: str
+    newline: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Prompt:
+    """Show the text and read one line, the answer to `resume`. `count`: how many values are wanted."""
+
+    text: str
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """Hold the program until `condition()` is true: asked at once, or after `ticks`, then every tick.
+
+    The condition raises VrsError where it cannot be evaluated: the driver hands that to `Task.throw`.
+    """
+
+    condition: Callable[[], bool]
+    ticks: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class WaitEvent:
+    """WAIT.EVENT: hold the program until another sets its event, or for so many `seconds` where that is not None.
+
+    `event`: whether an event ends it at all.
+    """
+
+    event: bool
+    seconds: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SetEvent:
+    """SET.EVENT: the event of a task."""
+
+    task: int
+
+
+@dataclass(frozen=True, slots=True)
+class CycleBegins:
+    """A cycle of the main program begins: the driver performs `settings` (val2 section 9.1). Cycles count from 1."""
+
+    cycle: int
+    settings: tuple[Request, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CallProgram:
+    """CALL; the task does it by itself."""
+
+    name: str
+    arguments: tuple[Reference | None, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Return:
+    """RETURN, or the end of a program; the task does it by itself. `steps`: how many after the call are left out."""
+
+    steps: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """STOP: the end of this cycle; the task does it by itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """PAUSE: the task says `Paused`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Halt:
+    """HALT: the task says `Halted`."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReturnFromError:
+    """RETURNE: RETURN, but from a REACTE routine to the step after the one that failed."""
+
+
+@dataclass(frozen=True, slots=True)
+class SignalsSet:
+    """SIGNAL and its like: a reaction of the program itself may be due; the task looks by itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ignore:
+    """IGNORE: no more reaction to a signal; the task does it by itself."""
+
+    signal: int
+
+
+@dataclass(frozen=True, slots=True)
+class Lock:
+    """LOCK: the priority of the program; the task does it by itself."""
+
+    priority: int
+
+
+@dataclass(frozen=True, slots=True)
+class ReactToErrors:
+    """REACTE: call a program when a step fails, none any more where it is None; the task does it by itself."""
+
+    program: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class RunSignal:
+    """RUNSIG: the signal has this state while the program runs, and the other one whenever it does not."""
+
+    signal: int
+
+
+@dataclass(frozen=True, slots=True)
+class StartTask:
+    """EXECUTE in a program, PCEXECUTE: `number` is None for the first task that is free."""
+
+    number: int | None
+    call: CallProgram
+    cycles: int = 1
+    step: int = 1
+
+
+class Control(Enum):
+    """What a program may do with a task."""
+
+    ABORT = "ABORT"
+    KILL = "KILL"
+    CYCLE_END = "CYCLE.END"
+    PROCEED = "PROCEED"
+    RETRY = "RETRY"
+
+
+@dataclass(frozen=True, slots=True)
+class ControlTask:
+    control: Control
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class AttachRobot:
+    """ATTACH: take the robot, as soon as no other task has it."""
+
+
+@dataclass(frozen=True, slots=True)
+class DetachRobot:
+    """DETACH: let the robot go, once it is at rest."""
+
+
+Effect = (
+    Type
+    | Prompt
+    | Wait
+    | WaitEvent
+    | SetEvent
+    | CycleBegins
+    | CallProgram
+    | Return
+    | ReturnFromError
+    | Stop
+    | Pause
+    | Halt
+    | Reaction
+    | SignalsSet
+    | Ignore
+    | Lock
+    | ReactToErrors
+    | RunSignal
+    | StartTask
+    | ControlTask
+    | AttachRobot
+    | DetachRobot
+    | UnitEffect
+)
+
+
+Yielded = Request | Effect
+Answers = Generator[Yielded, str | None, None]
+
+
+CYCLE_SETTINGS: tuple[Request, ...] = (
+    SetSpeed(100.0, 100.0, SpeedUnit.PERCENT, always=True),
+    SetDuration(0.0, always=True),
+    SetMode(Mode.COARSE, on=False, always=True, tolerance=100.0),
+    SetMode(Mode.NULLING, on=True, always=True),
+    SetMode(Mode.CONTINUOUS_PATH, on=True, always=True),
+    SetMode(Mode.SINGLE, on=False, always=True),
+    SetMode(Mode.OVERLAP, on=True, always=True),
+    SetMode(Mode.INTEGRAL, on=False, always=True),
+)

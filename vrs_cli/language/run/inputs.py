@@ -1,0 +1,48 @@
+"""Input signals that change at times that are known before: the world outside, written down. Data, nothing runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import inf
+
+from vrs_cli.language.run.environment import Signals
+
+
+@dataclass(frozen=True, slots=True)
+class InputChange:
+    """At `time` [s] of the robot's clock a signal goes on or off."""
+
+    time: float
+    signal: int
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """Changes to come, the earliest first."""
+
+    changes: tuple[InputChange, ...] = ()
+    done: int = 0
+
+    @classmethod
+    def of(cls, changes: Iterable[InputChange]) -> Inputs:
+        """In the order of their times; of equal times in the order given."""
+        return cls(tuple(sorted(changes, key=lambda change: change.time)))
+
+    @property
+    def next_time(self) -> float:
+        """When the next one comes [s]; infinity when none does."""
+        return self.changes[self.done].time if self.done < len(self.changes) else inf
+
+    def applied(self, now: float, signals: Signals) -> Inputs:
+        """Make all changes up to `now`; what is left."""
+        done = self.done
+        while done < len(self.changes) and self.changes[done].time <= now:
+            change = self.changes[done]
+            signals.write(change.signal if change.on else -change.signal, inputs=True)
+            done += 1
+        return Inputs(self.changes, done)
+
+
+NO_INPUTS = Inputs()

@@ -1,0 +1,418 @@
+"""What the functions of the language do, as plain functions: `functions` is the table that names them.
+
+Millimetres and degrees outside, metres and radians inside. An omitted argument is None. Sources: V+ Language Reference;
+val2 section 5.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable
+from functools import reduce
+from math import cos, radians, sin, sqrt
+from operator import or_
+
+from vrs_cli import errors
+from vrs_cli.errors import ArithmeticOverflow, IllegalValue, NegativeSquareRoot, TypeMismatch, VrsError
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform, Vector, at_position, from_oat, position, translation
+from vrs_cli.kinematics.transform import distance as metres_between
+from vrs_cli.language.run.environment import Context, Reference
+from vrs_cli.language.run.units import NO_WAIT, checked_unit
+from vrs_cli.language.words.values import (
+    FALSE,
+    INTEGER_HIGH,
+    TRUE,
+    TypeItem,
+    encode,
+    in_degrees,
+    integer,
+    integer_between,
+    leading_number,
+    millimetres,
+    plain,
+    quadrant,
+    whole,
+)
+
+# --- arithmetic --------------------------------------------------------------------------------------------------
+
+
+def truth(condition: bool) -> float:
+    """-1 or 0."""
+    return TRUE if condition else FALSE
+
+
+def sign(x: float) -> float:
+    return -1.0 if x < 0.0 else 1.0
+
+
+def square(x: float) -> float:
+    return x * x
+
+
+def square_root(x: float) -> float:
+    if x < 0.0:
+        raise NegativeSquareRoot(f"SQRT({plain(x)})", "the argument must not be negative")
+    return sqrt(x)
+
+
+def integer_part(x: float) -> float:
+    return float(math.trunc(x))
+
+
+def fraction(x: float) -> float:
+    return x - math.trunc(x)
+
+
+_SINES: tuple[Callable[[float], float], ...] = (sin, cos, lambda x: -sin(x), lambda x: -cos(x))
+
+
+def sine(angle: float) -> float:
+    right_angles, rest = quadrant(angle)
+    return _SINES[right_angles](rest) + 0.0
+
+
+def cosine(angle: float) -> float:
+    right_angles, rest = quadrant(angle)
+    return _SINES[(right_angles + 1) % 4](rest) + 0.0
+
+
+def tangent(angle: float) -> float:
+    adjacent = cosine(angle)
+    if adjacent == 0.0:
+        raise ArithmeticOverflow(f"TAN({plain(angle)})", "the tangent of a right angle is infinite")
+    return sine(angle) / adjacent
+
+
+def arc_tangent(y: float, x: float) -> float:
+    return in_degrees(math.atan2(y, x))
+
+
+def outside(low: float, value: float, high: float) -> float:
+    return truth(value < low or value > high)
+
+
+def modulo(a: float, b: float) -> float:
+    """`a MOD b`: both rounded to integers; the sign is that of a. Raises ArithmeticOverflow for b = 0."""
+    dividend, divisor = integer(a), integer(b)
+    if divisor == 0:
+        raise ArithmeticOverflow(f"{plain(a)} MOD {plain(b)}", "the divisor is 0")
+    return float(math.fmod(dividend, divisor)) + 0.0
+
+
+def power(a: float, b: float) -> float:
+    """`a ** b`. Raises ArithmeticOverflow, and IllegalValue for the root of a negative number."""
+    if a < 0.0 and b != math.trunc(b):
+        raise IllegalValue(f"{plain(a)} ** {plain(b)}", "a negative number has whole powers only")
+    try:
+        return float(a**b)
+    except (OverflowError, ZeroDivisionError):
+        raise ArithmeticOverflow(f"{plain(a)} ** {plain(b)}") from None
+
+
+# --- bits --------------------------------------------------------------------------------------------------------
+
+_BCD_DIGITS = 6  # four bits each fill 24
+
+
+def to_bcd(x: float) -> float:
+    digits = integer_between(x, 0, 10**_BCD_DIGITS - 1, "BCD of")
+    return float(int(str(digits), 16))
+
+
+def from_bcd(x: float) -> float:
+    text = format(integer_between(x, 0, INTEGER_HIGH, "DCB of"), "x")
+    if not text.isdecimal():
+        raise IllegalValue(f"DCB({plain(x)})", "every four bits must be a digit from 0 to 9")
+    return float(int(text))
+
+
+def bit_mask(*bits: float) -> float:
+    masks = (1 << (integer_between(bit, 1, 24, "bit") - 1) for bit in bits)
+    return float(reduce(or_, masks, 0))
+
+
+def signals_on(context: Context, *numbers: float) -> float:
+    states = [context.environment.signals.read(number) for number in numbers]
+    return truth(all(states))
+
+
+def signal_installed(context: Context, number: float) -> float:
+    return truth(context.environment.signals.exists(number))
+
+
+def bits_of(context: Context, first: float, count: float | None) -> float:
+    return float(context.environment.signals.read_bits(first, 1.0 if count is None else count))
+
+
+# --- locations ---------------------------------------------------------------------------------------------------
+
+
+NULL_ANGLES = (90.0, -90.0, 0.0)  # O, A, T of the identity (val2 section 6.2)
+
+
+def distance(a: Transform, b: Transform) -> float:
+    return millimetres(metres_between(a, b))
+
+
+def _or(number: float | None, default: float) -> float:
+    return default if number is None else number
+
+
+def trans(*numbers: float | None) -> Transform:
+    x, y, z = (_or(number, 0.0) / 1000.0 for number in numbers[:3])
+    angles = numbers[3:]
+    if all(angle is None for angle in angles):
+        return translation(x, y, z)  # exactly, without the rounding of two right angles
+    o, a, t = map(_or, angles, NULL_ANGLES)
+    return from_oat(x, y, z, radians(o), radians(a), radians(t))
+
+
+def precision_point(context: Context, *joints: float | None) -> Joints:
+    dof = context.robot.dof
+    if any(joint is not None for joint in joints[dof:]):
+        raise IllegalValue(f"{len(joints)} joint values", f"the robot has {dof} joints")
+    return context.environment.units.read(_or(joint, 0.0) for joint in (*joints, *(None,) * dof)[:dof])
+
+
+def shift(T: Transform, dx: float | None, dy: float | None = None, dz: float | None = None) -> Transform:
+    x, y, z = position(T)
+    return at_position(T, x + _or(dx, 0.0) / 1000.0, y + _or(dy, 0.0) / 1000.0, z + _or(dz, 0.0) / 1000.0)
+
+
+def scale(T: Transform, factor: float) -> Transform:
+    x, y, z = position(T)
+    return at_position(T, x * factor, y * factor, z * factor)
+
+
+def _difference(a: Vector, b: Vector) -> Vector:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _direction(v: Vector, problem: str) -> Vector:
+    length = math.hypot(*v)
+    if length < 1e-9:
+        raise IllegalValue(f"FRAME: {problem}", "give three positions that are not on one line")
+    return v[0] / length, v[1] / length, v[2] / length
+
+
+def frame(a: Transform, b: Transform, c: Transform, d: Transform | None) -> Transform:
+    x = _direction(_difference(position(b), position(a)), "the first two positions are the same")
+    to_c = _difference(position(c), position(a))
+    z = _direction(_cross(x, to_c), "the third position is on the line of the first two")
+    y = _cross(z, x)
+    origin = position(a if d is None else d)
+    return Transform(
+        x[0], y[0], z[0], origin[0], x[1], y[1], z[1], origin[1], x[2], y[2], z[2], origin[2]
+    )  # fmt: skip
+
+
+# --- strings -----------------------------------------------------------------------------------------------------
+
+
+def code_of(text: str, index: float | None) -> float:
+    place = whole(_or(index, 1.0))
+    if place < 1:
+        raise IllegalValue(f"character {place} of a string", "characters count from 1")
+    return float(ord(text[place - 1])) if place <= len(text) else -1.0
+
+
+def value_of(text: str) -> float:
+    found = leading_number(text.strip())
+    return 0.0 if found is None else found[0]
+
+
+def position_of(text: str, part: str, start: float | None) -> float:
+    first = max(whole(_or(start, 1.0)), 1)
+    return float(text.find(part, first - 1) + 1) if part else 0.0
+
+
+def string_order(a: str, b: str) -> float:
+    return float((a > b) - (a < b))
+
+
+def character(code: float) -> str:
+    return chr(integer_between(code, 0, 255, "character"))
+
+
+def middle(text: str, first: float, count: float | None) -> str:
+    start = whole(first)
+    if start < 1:
+        raise IllegalValue(f"character {start} of a string", "characters count from 1")
+    size = len(text) if count is None else max(whole(count), 0)
+    return text[start - 1 : start - 1 + size]
+
+
+def encoded(context: Context, *items: TypeItem) -> str:
+    return encode(items, context.environment.units)[0]
+
+
+def decoded(source: Reference, separators: str, mode: float | None) -> str:
+    """The head of the string up to a separator, or of separators alone; the string keeps the rest."""
+    text = source.value()
+    assert isinstance(text, str)
+    wanted = whole(_or(mode, 0.0)) > 0
+    size = next((i for i, c in enumerate(text) if (c in separators) is not wanted), len(text))
+    source.assign(text[size:])
+    return text[:size]
+
+
+def truncate(text: str) -> str:
+    return text.split("\0", 1)[0]
+
+
+def packer(code: str, low: float, high: float) -> Callable[[float], str]:
+    """A number as the bytes of a big-endian binary form, a character a byte."""
+
+    def pack(x: float) -> str:
+        if not low <= x <= high:
+            raise IllegalValue(plain(x), f"{plain(low)} to {plain(high)} can be packed")
+        return struct.pack(f">{code}", x if code in "fd" else whole(x)).decode("latin-1")
+
+    return pack
+
+
+def unpacker(code: str) -> Callable[[str, float | None], float]:
+    def unpack(text: str, first: float | None) -> float:
+        start = whole(_or(first, 1.0)) - 1
+        size = struct.calcsize(code)
+        piece = text[start : start + size] if start >= 0 else ""
+        if len(piece) < size:
+            raise IllegalValue(f"{len(piece)} characters", f"{size} are wanted from there on")
+        return float(struct.unpack(f">{code}", piece.encode("latin-1", "replace"))[0])
+
+    return unpack
+
+
+PIECE = 128  # characters of an element of an array that PACK and $UNPACK take for one long string
+
+
+def unpacked(array: Reference, first: float, count: float) -> str:
+    """So many characters from the first one on (counted from 1 in the element named), over elements of 128 each."""
+    start, size = whole(first) - 1, integer_between(count, 0, PIECE, "a number of characters of")
+    if start < 0:
+        raise IllegalValue(f"character {whole(first)} of an array", "characters count from 1")
+    pieces = [element(array, start // PIECE + k) for k in (0, 1)]
+    text = "".join(str(piece.value()).ljust(PIECE, "\0") if piece.defined() else "" for piece in pieces)
+    return text[start % PIECE : start % PIECE + size].rstrip("\0")
+
+
+def pack(array: Reference, first: float, count: float, text: str) -> None:
+    """Put so many characters of a text (zero characters where it is shorter) where `unpacked` finds them."""
+    start, size = whole(first) - 1, integer_between(count, 0, PIECE, "a number of characters of")
+    if start < 0:
+        raise IllegalValue(f"character {whole(first)} of an array", "characters count from 1")
+    pieces = [element(array, start // PIECE + k) for k in (0, 1)]
+    old = "".join((str(piece.value()) if piece.defined() else "").ljust(PIECE, "\0") for piece in pieces)
+    at = start % PIECE
+    new = old[:at] + text[:size].ljust(size, "\0") + old[at + size :]
+    for piece, part in zip(pieces, (new[:PIECE], new[PIECE:]), strict=True):
+        if piece.defined() or part.rstrip("\0"):
+            piece.assign(part.rstrip("\0"))
+
+
+def element(first: Reference, offset: int) -> Reference:
+    """The element of an array so many places behind one. Raises TypeMismatch for a simple variable."""
+    if not isinstance(first.key, int):
+        raise TypeMismatch(first.name, "an element of an array with one index is wanted: $a[1]")
+    return first._replace(key=first.key + offset)
+
+
+# --- the system --------------------------------------------------------------------------------------------------
+
+# What TASK(1, n) says a task does (V+ Language Reference names these states; the numbers are ours but for 0 and 1).
+IDLE, COMPLETED, FAILED, ABORTED, EXECUTING, PAUSED = range(6)
+
+
+def about_task(context: Context, select: float | None, task: float | None) -> float:
+    """TASK: 0 the number of this task, 1 what a task does."""
+    which = whole(_or(select, 0.0))
+    own = context.environment.system.task()
+    if which == 0:
+        return float(own)
+    if which == 1:
+        return float(context.environment.system.run_state(own if task is None else whole(task)))
+    raise IllegalValue(f"TASK({which})", "0 the number of this task, 1 what a task does")
+
+
+def free(which: float) -> float:
+    """The memory of a virtual controller does not run out."""
+    if whole(which) == 0:
+        return 100.0
+    raise IllegalValue(f"FREE({plain(which)})", "0 the percentage of memory that is free")
+
+
+def io_status(context: Context, unit: float, mode: float | None) -> float:
+    """IOSTAT: 0, 1 and 3 the status of the last operation, which is complete; 2 the length of the last record."""
+    system, which = context.environment.system, integer_between(_or(mode, 0.0), 0, 3, "IOSTAT mode")
+    number = checked_unit(unit)
+    return float(system.record_length(number) if which == RECORD_LENGTH else system.unit_status(number))
+
+
+RECORD_LENGTH = 2  # mode of IOSTAT
+
+
+def next_character(context: Context, unit: float, mode: float | None) -> float:
+    """GETC."""
+    wait = not whole(_or(mode, 0.0)) & NO_WAIT
+    return float(context.environment.system.character(checked_unit(unit), wait))
+
+
+# --- the system-----------------------------------------------------------------------------------------------
+
+# Messages that are no errors (V+ Language Reference, system messages).
+MESSAGES = {1: "Success", 3: "Program completed", 8: "(HALTED)", 9: "(PAUSED)"}
+
+
+def _subclasses(cls: type[VrsError]) -> list[type[VrsError]]:
+    return [cls, *(found for child in cls.__subclasses__() for found in _subclasses(child))]
+
+
+def message(code: int) -> str:
+    """The text of a message code, `Unknown error code n` for one that is not used."""
+    if code in MESSAGES:
+        return MESSAGES[code]
+    if code == errors.JointOutOfRange.code:
+        return "Joint out of range"
+    texts = {cls.code: cls.text for cls in reversed(_subclasses(VrsError))}
+    return texts.get(code, f"Unknown error code {code}")
+
+
+_MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
+_FIRST_DAY = 1984  # the robot clock is counted from the first day of VAL-II's year: the same text every run
+
+
+def clock_text(context: Context) -> str:
+    from datetime import datetime, timedelta
+
+    moment = datetime(_FIRST_DAY, 1, 1) + timedelta(seconds=math.floor(context.robot.time()))
+    return f"{moment.day:02d}-{_MONTHS[moment.month - 1]}-{moment.year % 100:02d} {moment:%H:%M:%S}"
+
+
+def numeric(value: float | str) -> float:
+    if isinstance(value, str):
+        raise IllegalValue(f"the parameter is the word {value}", "a number is wanted here")
+    return value
+
+
+def last_index(array: Reference) -> float:
+    """Of an array with several dimensions, the highest first index."""
+    indexes = [i for cells in (array.cells, array.locations) for i in cells if not isinstance(i, str)]
+    return float(max((i[0] if isinstance(i, tuple) else i for i in indexes), default=-1))
+
+
+def test_and_set(variable: Reference, new: float) -> float:
+    old = variable.value()
+    assert isinstance(old, float)
+    variable.assign(new)
+    return old
+
+
+def identical(a: Transform, b: Transform) -> float:
+    return truth(a == b)

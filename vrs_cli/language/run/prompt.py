@@ -1,0 +1,105 @@
+"""Lines of the prompt: instructions as tasks of one step, and the values of expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable, Mapping
+
+from vrs_cli.errors import ProgramNotExecutable
+from vrs_cli.language.compile.compiler import compile_argument, compile_definable, compile_expression
+from vrs_cli.language.run.environment import Context, Environment, Reference, Robot, StoredProgram
+from vrs_cli.language.run.events import Completed, Event, Failed, Halted, TaskState
+from vrs_cli.language.run.operands import Definable
+from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Kind, Program, Step, Variable
+from vrs_cli.language.words.values import Value, kind_of_value
+
+
+class _LineTask(Task):
+    """One instruction of the prompt: a program of one step, with no cycle around it."""
+
+    def _cycles(self) -> Generator[Event, None, Completed | Halted]:
+        self._begin()
+        halted = yield from self._cycle()
+        self.state = TaskState.COMPLETED
+        return halted or Completed(0)
+
+
+def statement_task(environment: Environment, robot: Robot, statement: ast.Statement) -> Task:
+    """An instruction of the prompt as a task of one step; its program has no name.
+
+    Raises ProgramNotExecutable with the first fault that the analyzer finds.
+    """
+    from vrs_cli.language.analysis.analyzer import analyze
+
+    program = Program("", (), (Step(None, statement, None, statement.span),), None, statement.span)
+    programs = {key: stored.program for key, stored in environment.programs.items()}
+    analysis = analyze(program, environment.kinds(), programs)
+    if not analysis.executable:
+        raise ProgramNotExecutable(analysis.diagnostics[0].message)
+    return _LineTask(environment, robot, StoredProgram(environment, analysis))
+
+
+def execute_statement(
+    environment: Environment, robot: Robot, statement: ast.Statement
+) -> Generator[Event, str | None, None]:
+    """The events of one instruction at the prompt (DO), in the order a program of that one step gives them.
+
+    `send` the answer to Prompt. An error of the instruction itself is raised; one of a program that it calls is
+    `Failed`, the last event.
+    """
+    task = statement_task(environment, robot, statement)
+    answer: str | None = None
+    while True:
+        event = task.resume(answer)
+        if isinstance(event, Completed):
+            return
+        if isinstance(event, Failed) and not event.fault.program:
+            raise event.error
+        answer = yield event
+        if isinstance(event, Failed | Halted):
+            return
+
+
+class Sight:
+    """An expression at the prompt that is looked at again and again, compiled once for each kind its names have."""
+
+    def __init__(self, environment: Environment, robot: Robot, expression: ast.Expression) -> None:
+        self._context = Context(environment, robot)
+        self._expression = expression
+        variables = (node for node in ast.nodes(expression) if isinstance(node, Variable))
+        self._keys = tuple(dict.fromkeys(variable.key for variable in variables))
+        self._compiled: dict[tuple[object, ...], Callable[..., Value]] = {}
+
+    def value(self, own: Mapping[str, Reference]) -> Value:
+        """Its value now, of whichever kind it is. `own`: variables that a program has for itself, which come before
+        those of the same names that belong to all. Raises VrsError."""
+        used = {key: own[key] for key in self._keys if key in own}
+        kinds = {key: kind for key in self._keys if (kind := self._kind(key, used.get(key))) is not None}
+        sorts = (*used, None, *kinds.items())
+        if sorts not in self._compiled:
+            self._compiled[sorts] = compile_expression(self._expression, kinds, tuple(used))
+        return self._compiled[sorts](self._context, *used.values())
+
+    def _kind(self, key: str, own: Reference | None) -> Kind | None:
+        if own is None:
+            return self._context.environment.kind_of(key)
+        return kind_of_value(own.value()) if own.key is not None and own.defined() else None
+
+
+def evaluate(environment: Environment, robot: Robot, expression: ast.Expression) -> Value:
+    """The value of an expression at the prompt, of whichever kind it is. Raises VrsError."""
+    return Sight(environment, robot, expression).value({})
+
+
+def arguments_of(
+    environment: Environment, robot: Robot, arguments: Iterable[ast.Expression | None]
+) -> tuple[Reference | None, ...]:
+    """The arguments of EXECUTE at the prompt: variables by reference, as CALL passes them. Raises VrsError."""
+    context, kinds = Context(environment, robot), environment.kinds()
+    return tuple(compile_argument(argument, kinds)(context) for argument in arguments)
+
+
+def definable(environment: Environment, robot: Robot, expression: ast.Expression) -> Definable:
+    """What HERE and POINT at the prompt define: `a`, `#p`, `row[3]`, or the last name of `a:b`. Raises VrsError."""
+    return compile_definable(expression, environment.kinds())(Context(environment, robot))

@@ -1,0 +1,80 @@
+"""What a task does of itself when a signal changes or a step fails: REACT, REACTI, REACTE, IGNORE, LOCK (val2 9.12-13).
+
+A reaction is called when its signal *changes* to the wanted state, between two steps, if its priority is above that of
+the program. Until then it waits. While it runs the program has the priority of the reaction; RETURN restores it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vrs_cli.errors import IllegalValue
+from vrs_cli.language.words.values import integer_between
+
+HIGHEST = 127  # of a reaction to a signal, and of LOCK (V+ User's Guide p.46)
+OF_ERRORS = 254  # the priority of a REACTE routine (V+ User's Guide p.47)
+DEFAULT = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Reaction:
+    """REACT, or REACTI (`immediate`): call `program` when `signal` goes on, or off where it is negative."""
+
+    signal: int
+    program: str
+    priority: int = DEFAULT
+    immediate: bool = False
+
+
+class Reactions:
+    """Those of one task, from the start of a cycle to its end."""
+
+    def __init__(self) -> None:
+        self.priority = 0
+        self.on_error: str | None = None
+        self._set: dict[int, Reaction] = {}
+        self._waiting: list[Reaction] = []
+
+    def set(self, reaction: Reaction) -> None:
+        """From now on; in place of another to the same signal."""
+        self.ignore(reaction.signal)
+        self._set[abs(reaction.signal)] = reaction
+
+    def ignore(self, signal: int) -> None:
+        """No more; also one that waits is dropped."""
+        gone = self._set.pop(abs(signal), None)
+        if gone in self._waiting:
+            self._waiting.remove(gone)
+
+    def lock(self, priority: int) -> None:
+        self.priority = priority
+
+    def changed(self, signal: int, on: bool) -> None:
+        """A signal has changed to a state. A reaction that waits already is not called twice."""
+        reaction = self._set.get(signal)
+        if reaction is not None and (reaction.signal > 0) is on and reaction not in self._waiting:
+            self._waiting.append(reaction)
+
+    @property
+    def due(self) -> Reaction | None:
+        """The one to call next: the highest priority, of equal ones the first whose signal changed."""
+        if not self._waiting:
+            return None
+        first = max(self._waiting, key=lambda reaction: reaction.priority)
+        return first if first.priority > self.priority else None
+
+    def take(self, reaction: Reaction) -> None:
+        """It is called now."""
+        self._waiting.remove(reaction)
+
+
+def checked_priority(priority: float, lowest: int) -> int:
+    """A priority of REACT (from 1) or LOCK (from 0). Raises IllegalValue."""
+    return integer_between(priority, lowest, HIGHEST, "a priority of")
+
+
+def checked_signal(number: float) -> int:
+    """The signal of a reaction. Raises IllegalValue for 0."""
+    if not round(number):
+        raise IllegalValue("signal 0", "a signal number; negative: when it goes off")
+    return round(number)

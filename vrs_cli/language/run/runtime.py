@@ -1,0 +1,435 @@
+"""A program while it runs: one task, its stack of programs, its cycles, and what it says to its driver.
+
+A driver calls `resume` until an event says that the program has ended, and does what each event asks for:
+
+    a request of engine.commands   give it to the robot            Wait      resume when its condition is true
+    Type, Prompt                   the terminal                    Budget    nothing: look up, then resume
+    CycleBegins                    perform its settings            Paused, Failed, Halted, Completed: it has stopped
+    StartTask and the like         other tasks, and the robot
+
+A task reads no clock and moves nothing, so the same program gives the same events at any speed. After `Paused`, and
+after `Failed`, `resume` goes on with the next step (PROCEED); `retry` before it repeats the step (RETRY).
+
+Reactions are the task's own affair: `signal_changed` tells it of the signals, and it calls what is due between two
+steps. A driver that sees one `due` while the task waits may call `react`: the same wait is asked for again after it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Mapping, Sequence
+from inspect import GEN_CLOSED, getgeneratorstate
+from itertools import islice
+from typing import Any, cast
+
+from vrs_cli.engine.commands import Brake, Break
+from vrs_cli.errors import IllegalValue, LimitReached, StackOverflow, VrsError
+from vrs_cli.language.run.activation import Activation, Interruption
+from vrs_cli.language.run.arguments import bind
+from vrs_cli.language.run.effects import (
+    CYCLE_SETTINGS,
+    CallProgram,
+    CycleBegins,
+    Halt,
+    Ignore,
+    Lock,
+    Pause,
+    ReactToErrors,
+    Return,
+    ReturnFromError,
+    SignalsSet,
+    Stop,
+    Wait,
+    Yielded,
+)
+from vrs_cli.language.run.environment import Context, Environment, Reference, Robot, StoredProgram, key_of, sizes
+from vrs_cli.language.run.events import Budget, Completed, Event, Failed, Halted, Paused, ProgramFault, TaskState
+from vrs_cli.language.run.reactions import OF_ERRORS, Reaction, Reactions
+from vrs_cli.language.run.support import at_once, by_value, overflow
+from vrs_cli.language.words.values import Value
+
+STACK_LIMIT = 10_000  # programs that have called one another
+MOST_CYCLES = 32767
+BUDGET = 10_000  # steps between two looks at the rest of the world
+_BUDGET = Budget()
+
+
+class _Between:
+    """Between two steps, where a reaction can be called: the driver need not know."""
+
+
+_BETWEEN = _Between()
+
+
+class Task:
+    """A program under way: `cycles` times from the top (for ever if negative), the first time from `step` (from 1).
+
+    Arguments are values, or references to variables. Raises UndefinedName for a program that is not there,
+    ProgramNotExecutable, ArgumentMismatch, IllegalValue.
+    """
+
+    def __init__(
+        self,
+        environment: Environment,
+        robot: Robot,
+        program: str | StoredProgram,
+        arguments: Sequence[Reference | Value | None] = (),
+        cycles: int = 1,
+        step: int = 1,
+    ) -> None:
+        self._context = Context(environment, robot)
+        self._main = environment.program(program) if isinstance(program, str) else program
+        self._arguments = tuple(self._referred(argument) for argument in arguments)
+        self._first_step = self._checked_step(step) - 1
+        if cycles == 0 or cycles > MOST_CYCLES:
+            raise IllegalValue(f"{cycles} cycles", f"1 to {MOST_CYCLES}, or -1 for ever")
+        bind(environment, self._main, self._arguments)
+        self.cycles = cycles
+        self.cycles_done = 0
+        self.steps_done = 0
+        self.state = TaskState.RUNNING
+        self.fault: ProgramFault | None = None
+        self.reactions = Reactions()
+        self._activations: list[Activation] = []
+        self._held: Event | None = None
+        self._budget = BUDGET
+        self._answer: str | None = None
+        self._thrown: VrsError | None = None
+        self._again = False
+        self._tried: tuple[Activation, int, float] | None = None
+        self._life = self._live()
+
+    # for the driver
+
+    def resume(self, answer: str | None = None, budget: int = BUDGET) -> Event:
+        """Go on until something is to be done, or `budget` steps have begun. `answer`: the line that Prompt asked for.
+
+        With a budget of 1 the program goes on by single steps: each `Budget` stands before the step `step`.
+        After the end the last event is given again.
+        """
+        self._answer, self._budget = answer, budget
+        if not self.ended:
+            self.state, self.fault = TaskState.RUNNING, None
+        return next(self._life)
+
+    def throw(self, error: VrsError) -> Event:
+        """The driver could not do what the last event asked for: the present step fails with that error."""
+        self._thrown, self._budget = error, BUDGET
+        return next(self._life)
+
+    def signal_changed(self, signal: int, on: bool) -> None:
+        """A signal (its number, and its new state) has changed."""
+        self.reactions.changed(signal, on)
+
+    def react(self, waiting: Event, budget: int = BUDGET) -> Event:
+        """Call the reaction that is `due` now, although the driver has not done yet what the last event, `waiting`,
+        asks for: that is asked for again when the reaction has returned."""
+        self._held = waiting
+        return self.resume(budget=budget)
+
+    def end_cycles(self) -> None:
+        """CYCLE.END: the present cycle is the last."""
+        self.cycles = self.cycles_done + 1
+
+    def retry(self) -> None:
+        """Let `resume` repeat the step that failed or was interrupted."""
+        self._again = True
+
+    def abort(self) -> None:
+        """The driver stops here. `resume` goes on where it was left."""
+        if self.state is TaskState.RUNNING:
+            self.state = TaskState.ABORTED
+
+    # for STATUS and messages
+
+    @property
+    def ended(self) -> bool:
+        """Whether it cannot go on."""
+        return self.broken or self.state in (TaskState.COMPLETED, TaskState.HALTED)
+
+    @property
+    def broken(self) -> bool:
+        """Whether an exception from outside (Ctrl-C) ended it in the middle of a step."""
+        return getgeneratorstate(self._life) == GEN_CLOSED
+
+    @property
+    def between(self) -> bool:
+        """Whether it stands before the step `step`, nothing of which has been done."""
+        return bool(self._activations) and self._activations[-1].reached
+
+    @property
+    def program(self) -> str:
+        """The name of the program that is running: the main one, or one it has called."""
+        return self._activations[-1].program.name if self._activations else self._main.name
+
+    @property
+    def step(self) -> int:
+        """The present step of that program, from 1."""
+        return (self._activations[-1].step if self._activations else self._first_step) + 1
+
+    @property
+    def stack(self) -> tuple[tuple[str, int], ...]:
+        """Programs and their steps (from 1), the main program first."""
+        return tuple((activation.program.name, activation.step + 1) for activation in self._activations)
+
+    @property
+    def own(self) -> Mapping[str, Reference]:
+        """What the program on top has for itself, by key: its arguments, and the variables of AUTO and LOCAL."""
+        return self._activations[-1].own if self._activations else {}
+
+    def held(self) -> int:
+        """Elements of arrays and characters of strings that its programs have for themselves until they return."""
+        return sum(sizes(activation.automatic) for activation in self._activations)
+
+    def uses(self, program: str) -> bool:
+        """Whether a program is on the stack, so that it cannot be changed."""
+        programs = [self._main, *(activation.program for activation in self._activations)]
+        return any(one.program.key == key_of(program) for one in programs)
+
+    @property
+    def source(self) -> str:
+        """The text of the present step."""
+        activation = self._activations[-1] if self._activations else None
+        return (
+            activation.program.source(activation.step)
+            if activation is not None and activation.program.program.steps
+            else ""
+        )
+
+    # cycles
+
+    def _live(self) -> Generator[Event, None, None]:
+        last = yield from self._cycles()
+        while True:
+            yield last
+
+    def _cycles(self) -> Generator[Event, None, Completed | Halted]:
+        while self.cycles < 0 or self.cycles_done < self.cycles:
+            self._begin()
+            yield from self._say(CycleBegins(self.cycles_done + 1, CYCLE_SETTINGS))
+            halted = yield from self._whole_cycle()
+            if halted is not None:
+                return halted
+            self.cycles_done += 1
+            self._activations.clear()
+        self.state = TaskState.COMPLETED
+        return Completed(self.cycles_done)
+
+    def _whole_cycle(self) -> Generator[Event, None, Halted | None]:
+        """To the end of the main program, where the robot comes to rest; what is to be reacted to by then is."""
+        while True:
+            halted = yield from self._cycle()
+            if halted is not None:
+                return halted
+            self._leave_called()
+            if self.reactions.due is None:
+                yield from self._say(Break())
+            if self.reactions.due is None:
+                return None
+            main = self._activations[0]
+            main.enter(main.program.compiled.entry(len(main.program.program.steps)))
+
+    def _leave_called(self) -> None:
+        """After a STOP in a program that was called, or in a reaction."""
+        interruptions = (activation.interruption for activation in self._activations[1:])
+        outermost = next((one for one in interruptions if one is not None), None)
+        if outermost is not None:
+            self.reactions.priority = outermost.priority
+        del self._activations[1:]
+
+    def _begin(self) -> None:
+        arguments = bind(self._context.environment, self._main, self._arguments)
+        self._activations = [Activation(self._context, self._main, arguments, self._first_step)]
+        self._first_step = 0
+        self._tried = None
+        self.reactions = Reactions()
+
+    def _say(self, event: Event) -> Generator[Event, None, None]:
+        """Tell the driver, and again that the step has failed when the driver could not do it."""
+        yield event
+        failed = isinstance(event, Failed)
+        if self._thrown is not None:
+            error, self._thrown = self._thrown, None
+            if self._reacts_to(error):
+                return
+            failed = True
+            yield self._failed(error)
+        if self._held is not None:
+            return
+        if self._again:
+            self._activations[-1].enter(self._activations[-1].op)
+        elif failed:
+            self._activations[-1].skip()
+        self._again = False
+
+    # steps
+
+    def _cycle(self) -> Generator[Event, None, Halted | None]:
+        """Until the main program returns or a STOP; the last event where it was a HALT."""
+        while True:
+            try:
+                event = self._advance()
+                if isinstance(event, CallProgram):
+                    self._call(event)
+                    continue
+            except VrsError as error:
+                if not self._reacts_to(error):
+                    yield from self._say(self._failed(error))
+                continue
+            returns = isinstance(event, Return | ReturnFromError)
+            if isinstance(event, Stop) or (returns and len(self._activations) == 1):
+                return None
+            own = _OWN.get(type(event))
+            if returns:
+                yield from self._return(cast("Return | ReturnFromError", event))
+            elif own is not None:
+                own(self.reactions, event)
+            elif isinstance(event, Halt):
+                self.state = TaskState.HALTED
+                return Halted(self.program, self.step)
+            elif isinstance(event, Pause):
+                self.state = TaskState.PAUSED
+                yield from self._say(Paused(self.program, self.step))
+            elif not isinstance(event, _Between):
+                yield from self._say(cast(Event, event))
+
+    def _return(self, event: Return | ReturnFromError) -> Generator[Event, None, None]:
+        """The program on top returns; after a reaction what it interrupted goes on."""
+        interruption = self._activations.pop().interruption
+        below = self._activations[-1]
+        skips = isinstance(event, ReturnFromError)
+        if interruption is None:
+            if isinstance(event, Return) and event.steps:
+                below.skip(event.steps)
+            return
+        self.reactions.priority = interruption.priority
+        if interruption.failed:
+            below.enter(below.op)
+            if skips:
+                below.skip()
+            else:
+                yield from self._try_again(below)
+        elif interruption.waiting is not None:
+            yield from self._say(interruption.waiting)
+
+    def _try_again(self, activation: Activation) -> Generator[Event, None, None]:
+        """The step that failed comes again. Where it has come at this instant already, a tick goes by before: a routine
+        of REACTE that mends nothing must not go on for ever now.
+        """
+        tried = (activation, activation.op, self._context.robot.time())
+        if tried == self._tried:
+            yield from self._say(Wait(at_once, 1))
+        self._tried = (activation, activation.op, self._context.robot.time())
+
+    def _reaction(self, reaction: Reaction) -> Brake | _Between:
+        """Call it. Raises UndefinedName for a program that is there no more."""
+        self.reactions.take(reaction)
+        waiting, self._held = self._held, None
+        self._interrupt(reaction.program, reaction.priority, Interruption(self.reactions.priority, waiting))
+        return Brake() if reaction.immediate else _BETWEEN
+
+    def _reacts_to(self, error: VrsError) -> bool:
+        """Call the routine of REACTE, if there is one that may be called and this error is not the end in any case."""
+        program = self.reactions.on_error
+        if program is None or self.reactions.priority >= OF_ERRORS or isinstance(error, LimitReached):
+            return False
+        self._context.environment.last_error = error.code
+        try:
+            self._interrupt(program, OF_ERRORS, Interruption(self.reactions.priority, failed=True))
+        except VrsError:
+            return False
+        return True
+
+    def _interrupt(self, program: str, priority: int, interruption: Interruption) -> None:
+        self._call(CallProgram(program, ()))
+        self._activations[-1].interruption = interruption
+        self.reactions.priority = priority
+
+    def _advance(self) -> Yielded | Budget | _Between:
+        """Steps of the program on top until it yields something else than the number of its next operation.
+
+        With a reaction due, up to the next step only.
+        """
+        activation, due = self._activations[-1], self.reactions.due
+        if due is not None and (activation.between or self._held is not None):
+            return self._reaction(due)
+        self._held = None
+        budget = self._budget if due is None else min(self._budget, 1)
+        op, left = activation.op, budget
+        try:
+            if self._answer is not None:
+                answered = self._answered(activation)
+                if not isinstance(answered, int):
+                    activation.between = activation.reached = False
+                    return answered
+                op, left = answered, left - 1
+            for event in islice(activation.steps, max(left, 0)):
+                if event.__class__ is not int:
+                    activation.between = activation.reached = False
+                    return cast(Yielded, event)
+                op = event
+                left -= 1
+            activation.reached = activation.reached or budget > 0
+            activation.between = activation.between or budget > 0
+            return _BUDGET if self._budget == budget else _BETWEEN
+        except ArithmeticError as error:
+            raise overflow(error) from None
+        finally:
+            activation.op = op
+            self.steps_done += budget - left
+            self._budget -= budget - left
+
+    def _answered(self, activation: Activation) -> int | Yielded:
+        """What the program says to the answer of a PROMPT."""
+        answer, self._answer = self._answer, None
+        return activation.steps.send(answer)
+
+    def _call(self, call: CallProgram) -> None:
+        if len(self._activations) > STACK_LIMIT:
+            raise StackOverflow(f"{STACK_LIMIT} calls deep", f"does {call.name} call itself for ever?")
+        environment = self._context.environment
+        program = environment.program(call.name)
+        self._activations.append(Activation(self._context, program, bind(environment, program, call.arguments)))
+
+    def broken_by(self, error: VrsError) -> ProgramFault:
+        """The fault of a task that something from outside broke off in the present step."""
+        return self._failed(error).fault
+
+    def _failed(self, error: VrsError) -> Failed:
+        activation = self._activations[-1]
+        program = activation.program.program
+        span = program.steps[activation.step].span if program.steps else program.span
+        message = str(error)
+        self._context.environment.last_error = error.code
+        self.state = TaskState.FAILED
+        self.fault = ProgramFault(
+            error.code,
+            message.split("*")[1],
+            message,
+            program.name,
+            activation.step + 1,
+            span.line,
+            activation.program.source(activation.step),
+        )
+        return Failed(self.fault, error)
+
+    # arguments
+
+    def _referred(self, argument: Reference | Value | None) -> Reference | None:
+        if argument is None or isinstance(argument, Reference):
+            return argument
+        return by_value(self._context, argument)
+
+    def _checked_step(self, step: int) -> int:
+        steps = len(self._main.program.steps)
+        if not 1 <= step <= max(steps, 1):
+            raise IllegalValue(f"step {step}", f"{self._main.name} has the steps 1 to {steps}")
+        return step
+
+
+_OWN: dict[type, Callable[[Reactions, Any], None]] = {
+    Reaction: Reactions.set,
+    SignalsSet: lambda _reactions, _event: None,
+    Ignore: lambda reactions, event: reactions.ignore(event.signal),
+    Lock: lambda reactions, event: reactions.lock(event.priority),
+    ReactToErrors: lambda reactions, event: setattr(reactions, "on_error", event.program),
+}

@@ -1,0 +1,193 @@
+"""What programs write and read: the terminal (TYPE, PROMPT), and units (ATTACH, FOPEN, READ, WRITE)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import cast
+
+from vrs_cli.engine.commands import Break
+from vrs_cli.errors import IllegalValue, InvalidNumber, TypeMismatch, UnitNotAttached, VrsError
+from vrs_cli.language.run.effects import Answers, AttachRobot, DetachRobot, Prompt, Type, Yielded
+from vrs_cli.language.run.environment import Context, Reference
+from vrs_cli.language.run.operands import Handler, Operand, Operands
+from vrs_cli.language.run.units import (
+    CHOOSE,
+    ROBOT,
+    Access,
+    AttachUnit,
+    CloseFile,
+    DeleteFile,
+    DetachUnit,
+    OpenFile,
+    ReadRecord,
+    RecordRefused,
+    WriteRecord,
+    checked_device,
+    checked_disk,
+    checked_mode,
+    checked_unit,
+)
+from vrs_cli.language.text.ast import Format, Kind, Span
+from vrs_cli.language.words.values import TypeItem, Value, encode, kind_of_value, read_number, storable, whole
+
+NOWHERE = Span(0, 0, 0)
+
+
+def _type(context: Context, it: Operands) -> Iterable[Yielded]:
+    items = [cast(TypeItem, item) for item in it.arguments if item is not None]
+    return (Type(*encode(items, context.environment.units)),)
+
+
+def _type_integer(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (Type(*encode([Format("I", 0, None, NOWHERE), it.real(0)])),)
+
+
+_BETWEEN = re.compile(r"\s*,\s*|\s+")
+
+
+def _fields(line: str, count: int) -> list[str]:
+    """The values of a line, with commas or blanks between; one alone is the whole line."""
+    return [line] if count == 1 else _BETWEEN.split(line.strip())
+
+
+def _entered(field: str, kind: Kind) -> Value | None:
+    """A field as the value of a variable; nothing at all is 0; None where it is no number."""
+    if kind is Kind.STRING:
+        return field
+    return read_number(field) if field.strip() else 0.0
+
+
+def _entries(line: str, kinds: list[Kind]) -> list[Value] | str:
+    """The values that a line gives to variables of these kinds, or what is wrong with it."""
+    fields = _fields(line, len(kinds))
+    if len(fields) > len(kinds):
+        return f"*Illegal value* {len(fields)} values where {len(kinds)} are wanted"
+    fields += [""] * (len(kinds) - len(fields))
+    values = [_entered(field, kind) for field, kind in zip(fields, kinds, strict=True)]
+    for field, value in zip(fields, values, strict=True):
+        if value is None:
+            return f"*Invalid number format* {field.strip()} (a number is wanted, such as -12.5)"
+    return [value for value in values if value is not None]
+
+
+def _prompt(_context: Context, it: Operands) -> Answers:
+    """Asks until the line can be read. The answer None stands for an empty line."""
+    text = "".join(item for item in it.arguments if isinstance(item, str))
+    targets = [item for item in it.arguments if isinstance(item, Reference)]
+    values: list[Value] | str = []
+    while True:
+        answer = yield Prompt(text, len(targets))
+        values = _entries(answer or "", [target.cells.kind for target in targets]) if targets else []
+        if not isinstance(values, str):
+            break
+        yield Type(values)
+    for target, value in zip(targets, values, strict=True):
+        if kind_of_value(value) is not target.cells.kind:
+            raise TypeMismatch(target.name, "PROMPT reads reals and strings")
+        target.assign(value)
+
+
+def _attach(_context: Context, it: Operands) -> Answers:
+    """The robot where no unit is named. Mode 4: the system chooses one, and tells its number in the variable."""
+    asked, device = it.get(0), cast("str | None", it.get(2))
+    if checked_mode(it.real_or(1, 0.0)) & CHOOSE:
+        yield from _attach_any(asked, device)
+        return
+    unit = whole(_number_of(asked))
+    if device is not None:
+        checked_device(device, unit)
+    yield AttachRobot() if unit == ROBOT else AttachUnit(checked_unit(unit))
+
+
+def _attach_any(asked: Operand, device: str | None) -> Answers:
+    checked_device(device or "DISK", None)
+    if not isinstance(asked, Reference):
+        raise IllegalValue("ATTACH mode 4", "it wants a variable for the number: ATTACH (lun, 4)")
+    answer = yield AttachUnit(None)
+    if answer is None:
+        raise UnitNotAttached("no unit is free", "DETACH one")
+    asked.assign(float(answer))
+
+
+def _number_of(unit: Operand) -> float:
+    """A unit that is a number, a variable, or left out (the robot)."""
+    value = unit.value() if isinstance(unit, Reference) else unit
+    return float(ROBOT) if value is None else cast(float, value)
+
+
+def _detach(_context: Context, it: Operands) -> Iterable[Yielded]:
+    unit = whole(it.real_or(0, float(ROBOT)))
+    return (Break(), DetachRobot()) if unit == ROBOT else (DetachUnit(checked_unit(unit)),)
+
+
+def _open(access: Access) -> Handler:
+    def open_file(_context: Context, it: Operands) -> Iterable[Yielded]:
+        return (OpenFile(checked_disk(it.real(0), access.value), cast(str, it.get(1)), access),)
+
+    return open_file
+
+
+def _close(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (CloseFile(checked_disk(it.real(0), "FCLOSE")),)
+
+
+def _delete_file(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (DeleteFile(checked_disk(it.real(0), "FDELETE"), cast(str, it.get(1))),)
+
+
+def _write(context: Context, it: Operands) -> Iterable[Yielded]:
+    items = [cast(TypeItem, item) for item in it.arguments[1:] if item is not None]
+    return (WriteRecord(checked_unit(it.real(0)), *encode(items, context.environment.units)),)
+
+
+def _read(_context: Context, it: Operands) -> Answers:
+    """One record, whose values go to the variables: all of them, or none and the unit says why."""
+    unit = checked_unit(it.real(0))
+    line = yield ReadRecord(unit)
+    if line is None:
+        return
+    targets = [item for item in it.arguments[1:] if isinstance(item, Reference)]
+    try:
+        values = _record(line, [target.cells.kind for target in targets])
+    except VrsError as refused:
+        yield RecordRefused(unit, refused.code)
+        return
+    for target, value in zip(targets, values, strict=True):
+        target.assign(value)
+
+
+def _record(line: str, kinds: list[Kind]) -> list[Value]:
+    """A value for each variable; what is left of the line is passed over, but a string that comes last takes it all.
+
+    Raises InvalidNumber where a number is missing or is none, IllegalValue for a string that cannot be stored.
+    """
+    if kinds == [Kind.STRING]:
+        return [storable(line)]
+    takes_rest = bool(kinds) and kinds[-1] is Kind.STRING
+    fields = _BETWEEN.split(line.strip(), maxsplit=len(kinds) - 1 if takes_rest else 0)
+    fields += [""] * (len(kinds) - len(fields))
+    return [_field(field, kind) for field, kind in zip(fields, kinds, strict=False)]
+
+
+def _field(text: str, kind: Kind) -> Value:
+    if kind is Kind.STRING:
+        return storable(text)
+    number = read_number(text)
+    if number is None:
+        raise InvalidNumber(repr(text))
+    return number
+
+
+INPUT_OUTPUT: Mapping[str, Handler] = {
+    "TYPE": _type,
+    "TYPEI": _type_integer,
+    "PROMPT": _prompt,
+    "ATTACH": _attach,
+    "DETACH": _detach,
+    **{access.value: _open(access) for access in Access},
+    "FCLOSE": _close,
+    "FDELETE": _delete_file,
+    "READ": _read,
+    "WRITE": _write,
+}

@@ -1,0 +1,127 @@
+"""MOVE, APPRO, DRIVE and the other motions, and what waits for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from vrs_cli.engine.commands import (
+    AlignedTarget,
+    Brake,
+    Break,
+    Delay,
+    JointOffsetTarget,
+    JointTarget,
+    Move,
+    NamedTarget,
+    PoseTarget,
+    Target,
+    ToolOffsetTarget,
+)
+from vrs_cli.engine.parameters import FULL_SPEED, JOINT_SPEED
+from vrs_cli.errors import IllegalJoint, IllegalValue
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform, compose, translation
+from vrs_cli.language.run.effects import Yielded
+from vrs_cli.language.run.environment import Context
+from vrs_cli.language.run.operands import Handler, Operands
+from vrs_cli.language.run.operations import shift
+from vrs_cli.language.words.values import plain, whole
+
+
+def _target(place: Transform | Joints) -> Target:
+    return PoseTarget(place) if isinstance(place, Transform) else JointTarget(place)
+
+
+def _hand_of(opening: float | None) -> float | None:
+    """An air hand opens for anything above 0, and for TRUE; otherwise it closes."""
+    return None if opening is None else 1.0 if opening > 0.0 or opening == -1.0 else 0.0
+
+
+def _move(straight: bool) -> Handler:
+    def move(_context: Context, it: Operands) -> Iterable[Yielded]:
+        hand = _hand_of(it.optional(1))
+        return (Move(_target(it.place(0)), straight, hand=hand, stamp=it.stamp, text=it.text),)
+
+    return move
+
+
+def _back_off(distance: float) -> Transform:
+    """So many mm along the tool's -Z."""
+    return translation(0.0, 0.0, -distance / 1000.0)
+
+
+def _approach(straight: bool) -> Handler:
+    def approach(_context: Context, it: Operands) -> Iterable[Yielded]:
+        pose = compose(it.transform(0), _back_off(it.real(1)))
+        return (Move(PoseTarget(pose), straight, stamp=it.stamp, text=it.text),)
+
+    return approach
+
+
+def _depart(straight: bool) -> Handler:
+    def depart(_context: Context, it: Operands) -> Iterable[Yielded]:
+        target = ToolOffsetTarget(_back_off(it.real(0)))
+        return (Move(target, straight, stamp=it.stamp, text=it.text),)
+
+    return depart
+
+
+def _drive(context: Context, it: Operands) -> Iterable[Yielded]:
+    joint, change, speed = it.real(0), it.real(1), it.optional(2)
+    if not 0.5 <= joint < context.robot.dof + 0.5:
+        raise IllegalJoint(plain(joint), f"joints are 1 to {context.robot.dof}")
+    target = JointOffsetTarget(whole(joint), context.environment.units.one_read(whole(joint), change))
+    fraction = None if speed is None else JOINT_SPEED.checked(speed) / FULL_SPEED
+    return (Move(target, False, speed=fraction, stamp=it.stamp, text=it.text),)
+
+
+def _named(name: str) -> Handler:
+    def named(_context: Context, it: Operands) -> Iterable[Yielded]:
+        return (Move(NamedTarget(name), False, stamp=it.stamp, text=it.text),)
+
+    return named
+
+
+def _align(_context: Context, it: Operands) -> Iterable[Yielded]:
+    return (Move(AlignedTarget(), True, stamp=it.stamp, text=it.text),)
+
+
+def _draw(context: Context, it: Operands) -> Iterable[Yielded]:
+    target = shift(context.robot.destination(), *(it.real_or(index, 0.0) for index in range(3)))
+    return (Move(PoseTarget(target), True, stamp=it.stamp, text=it.text),)
+
+
+def _delay(_context: Context, it: Operands) -> Iterable[Yielded]:
+    seconds = it.real(0)
+    if seconds < 0.0:
+        raise IllegalValue(f"a delay of {plain(seconds)} seconds", "it must not be negative")
+    return (Delay(seconds, it.text),)
+
+
+def _break(_context: Context, _it: Operands) -> Iterable[Yielded]:
+    return (Break(),)
+
+
+def _brake(_context: Context, _it: Operands) -> Iterable[Yielded]:
+    return (Brake(),)
+
+
+MOTIONS: Mapping[str, Handler] = {
+    "MOVE": _move(straight=False),
+    "MOVES": _move(straight=True),
+    "MOVET": _move(straight=False),
+    "MOVEST": _move(straight=True),
+    "GO": _move(straight=False),
+    "APPRO": _approach(straight=False),
+    "APPROS": _approach(straight=True),
+    "DEPART": _depart(straight=False),
+    "DEPARTS": _depart(straight=True),
+    "DRAW": _draw,
+    "DRIVE": _drive,
+    "READY": _named("ready"),
+    "NEST": _named("nest"),
+    "ALIGN": _align,
+    "DELAY": _delay,
+    "BREAK": _break,
+    "BRAKE": _brake,
+}

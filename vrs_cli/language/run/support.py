@@ -1,0 +1,116 @@
+"""What compiled programs call, besides functions and instructions: the names they find as globals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NoReturn
+
+from vrs_cli.engine.commands import Break
+from vrs_cli.errors import ArithmeticOverflow, IllegalValue, UndefinedValue
+from vrs_cli.kinematics.transform import compose
+from vrs_cli.language.run.effects import CallProgram, Return, Wait
+from vrs_cli.language.run.environment import NO_CELLS, Cells, Context, Reference
+from vrs_cli.language.run.operands import Definable, Operands, stamp_of
+from vrs_cli.language.run.operations import modulo, power
+from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.words.values import Value, integer, kind_of_value, storable, whole, within_range, wrapped
+
+
+def complement(x: float) -> float:
+    return wrapped(~integer(x))
+
+
+def bit_and(a: float, b: float) -> float:
+    return wrapped(integer(a) & integer(b))
+
+
+def bit_or(a: float, b: float) -> float:
+    return wrapped(integer(a) | integer(b))
+
+
+def bit_xor(a: float, b: float) -> float:
+    return wrapped(integer(a) ^ integer(b))
+
+
+def for_step(step: float) -> float:
+    if step == 0.0:
+        raise IllegalValue("a STEP of 0", "the loop would never end")
+    return step
+
+
+def setting(name: str, variable: Reference) -> Value:
+    """`PARAMETER p = word`: the variable of that name if it has a value, otherwise the word itself."""
+    return variable.value() if variable.defined() else name.upper()
+
+
+def by_value(context: Context, value: Value) -> Reference:
+    """An expression as the argument of a CALL: a variable that nobody else can see."""
+    kind = kind_of_value(value)
+    environment = context.environment
+    cells = Cells(environment, Kind.REAL if kind is Kind.LOCATION else kind)
+    locations = Cells(environment, Kind.LOCATION) if kind in (Kind.REAL, Kind.LOCATION) else NO_CELLS
+    reference = Reference(cells, locations, "the argument")
+    (locations if kind is Kind.LOCATION else cells)["the argument"] = value
+    return reference
+
+
+def overflow(error: ArithmeticError) -> ArithmeticOverflow:
+    """What Python says of a calculation, as the language says it."""
+    if isinstance(error, ZeroDivisionError):
+        return ArithmeticOverflow("division by zero")
+    return ArithmeticOverflow("the result is too large for a real")
+
+
+def guarded(condition: Callable[[], float | bool]) -> Callable[[], bool]:
+    """The condition of a WAIT, asked by the driver: raises nothing but VrsError."""
+
+    def ask() -> bool:
+        try:
+            return bool(condition())
+        except ArithmeticError as error:
+            raise overflow(error) from None
+
+    return ask
+
+
+def at_once() -> bool:
+    return True
+
+
+class Unset:
+    """The limit of a FOR that was entered without its FOR: comparing with it, or adding it, says so."""
+
+    def _say(self, _other: object) -> NoReturn:
+        raise UndefinedValue("the limit of FOR", "the loop was entered by a jump past its FOR")
+
+    __lt__ = __le__ = __gt__ = __ge__ = __radd__ = _say
+
+
+UNSET = Unset()
+
+NAMES: dict[str, object] = {
+    "compose": compose,
+    "modulo": modulo,
+    "power": power,
+    "complement": complement,
+    "bit_and": bit_and,
+    "bit_or": bit_or,
+    "bit_xor": bit_xor,
+    "for_step": for_step,
+    "setting": setting,
+    "by_value": by_value,
+    "guarded": guarded,
+    "at_once": at_once,
+    "stamp_of": stamp_of,
+    "storable": storable,
+    "whole": whole,
+    "within_range": within_range,
+    "CallProgram": CallProgram,
+    "Definable": Definable,
+    "Operands": Operands,
+    "Reference": Reference,
+    "Wait": Wait,
+    "NO_CELLS": NO_CELLS,
+    "BREAK": Break(),
+    "RETURN": Return(),
+}

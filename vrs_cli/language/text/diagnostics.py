@@ -1,0 +1,122 @@
+"""What is wrong with a line: VAL-II's text and code, our detail, what would be right, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+
+from vrs_cli.errors import ProgramError, VrsError
+from vrs_cli.language.text.ast import Span
+
+# characters that are shown of a source line (no line of an old program is longer) and of a detail
+SHOWN, SHOWN_OF_DETAIL = 160, 400
+
+
+class Severity(Enum):
+    """An error keeps a program from running; a warning does not."""
+
+    ERROR = "error"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """A finding in the source. `detail` says what, `hint` what would be right."""
+
+    severity: Severity
+    code: int
+    text: str
+    detail: str
+    hint: str
+    span: Span
+
+    @property
+    def message(self) -> str:
+        """`*Unknown instruction* MOVEE (did you mean MOVE?)`. A very long detail is shortened."""
+        tail = f" {_shortened(self.detail)}" if self.detail else ""
+        hint = f" ({self.hint})" if self.hint else ""
+        return f"*{self.text}*{tail}{hint}"
+
+
+class LineRefused(ProgramError):
+    """A line that cannot be read; `diagnostic` says why and where."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.detail, diagnostic.hint)
+        self.diagnostic = diagnostic
+
+    def __str__(self) -> str:
+        return self.diagnostic.message
+
+
+def error(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") -> Diagnostic:
+    """An error with the text and code of its class."""
+    return Diagnostic(Severity.ERROR, kind.code, kind.text, detail, hint, span)
+
+
+def warning(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") -> Diagnostic:
+    """A warning with the text and code of a class of errors."""
+    return Diagnostic(Severity.WARNING, kind.code, kind.text, detail, hint, span)
+
+
+def counted(number: int, noun: str) -> str:
+    """`1 argument`, `2 arguments`."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> str:
+    """`file:line:column: *Text* detail (hint)`, the line, and a line of carets under the place. Plain text.
+
+    Of a very long line the stretch round the place is shown.
+    """
+    span = diagnostic.span
+    place = f"{path}:{span.line}:{span.column}: " if path is not None else ""
+    kind = "warning: " if diagnostic.severity is Severity.WARNING else ""
+    lines = [f"{place}{kind}{diagnostic.message}"]
+    if source_line.strip():
+        stretch, place_in_it = _stretch(source_line.rstrip(), span)
+        lines += [_plain(stretch), _pointer(stretch, place_in_it)]
+    return "\n".join(lines)
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= SHOWN_OF_DETAIL else f"{text[:SHOWN_OF_DETAIL]}..."
+
+
+def _stretch(line: str, span: Span) -> tuple[str, Span]:
+    """The line, or what stands round the place in a longer one, and the place in it."""
+    if len(line) <= SHOWN:
+        return line, span
+    begin = max(0, min(span.column - 1 - SHOWN // 2, len(line) - SHOWN))
+    before, after = "..." if begin else "", "..." if begin + SHOWN < len(line) else ""
+    moved = begin - len(before)
+    end = min(span.end, begin + SHOWN + 1)
+    return f"{before}{line[begin : begin + SHOWN]}{after}", Span(span.line, span.column - moved, end - moved)
+
+
+def _plain(line: str) -> str:
+    """The line without what would move the cursor; a tab stays, the pointer follows it."""
+    return "".join(c if c.isprintable() or c == "\t" else "\N{REPLACEMENT CHARACTER}" for c in line.rstrip())
+
+
+def _pointer(line: str, span: Span) -> str:
+    before = line[: span.column - 1].ljust(span.column - 1)
+    indent = "".join("\t" if c == "\t" else " " for c in before)
+    width = min(span.end, len(line.rstrip()) + 1) - span.column
+    return indent + "^" * max(1, width)
+
+
+def closest(word: str, known: Iterable[str]) -> str:
+    """The known word most like the one typed, or "" when none is near."""
+    import difflib
+
+    choices = {name.lower(): name for name in known}
+    found = difflib.get_close_matches(word.lower(), choices, n=1, cutoff=0.6)
+    return choices[found[0]] if found else ""
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """`did you mean MOVES?`, or ""."""
+    near = closest(word, known)
+    return f"did you mean {near}?" if near else ""

@@ -1,0 +1,45 @@
+"""The usual line of a section of variables, `name 12.5` or `name[3] 1 2 3 90 0 0`, read at a glance.
+
+A file may hold a hundred thousand of them; the grammar reads all others, and says what is wrong. A law in the tests has
+both read the same.
+"""
+
+from __future__ import annotations
+
+import re
+
+from vrs_cli.language.text.ast import Entry, Expression, Number, Span, Variable
+from vrs_cli.language.text.builder import number_value
+from vrs_cli.language.words.instructions import OPERATOR_WORDS
+
+_NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?(?![^ \t])"
+_USUAL = re.compile(
+    rf"[ \t]*(?P<sigil>#?)(?P<name>[A-Za-z][A-Za-z0-9._]*)(?:\[(?P<index>[0-9]{{1,9}})\])?"
+    rf"[ \t]+(?P<numbers>{_NUMBER}(?:[ \t]+{_NUMBER})*)[ \t]*"
+)
+
+
+def usual_entry(text: str, line: int) -> Entry | None:
+    """What the line says; None where the grammar has to read it."""
+    match = _USUAL.fullmatch(text)
+    if match is None or match["name"].upper() in OPERATOR_WORDS:
+        return None
+    numbers = [_signed(number) for number in match["numbers"].split()]
+    if None in numbers:
+        return None
+    first, last = match.start("sigil") + 1, match.end("numbers") + 1
+    named = match.end("name") + 1 if match["index"] is None else match.end("index") + 2
+    variable = Variable(match["name"], match["sigil"], _index(match, line), Span(line, first, named))
+    return Entry(variable, tuple(number for number in numbers if number is not None), None, Span(line, first, last))
+
+
+def _index(match: re.Match[str], line: int) -> tuple[Expression, ...] | None:
+    digits = match["index"]
+    if digits is None:
+        return None
+    return (Number(float(digits), digits, Span(line, match.start("index") + 1, match.end("index") + 1)),)
+
+
+def _signed(text: str) -> float | None:
+    value = number_value(text.lstrip("+-"))
+    return -value if value is not None and text[0] == "-" else value

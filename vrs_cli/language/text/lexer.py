@@ -1,0 +1,552 @@
+"""One line of VAL-II as tokens, with the decisions that only the start of the statement and the tables allow.
+
+The patterns of the terminals stand in grammar/val2.lark and come in as an argument; its head names the decisions.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Container, Mapping
+from typing import NamedTuple
+
+from vrs_cli.errors import (
+    CannotInterpret,
+    InvalidName,
+    InvalidNumber,
+    MissingQuote,
+    UnknownInstruction,
+    UsageError,
+    VrsError,
+)
+from vrs_cli.language.text.ast import NAME_LENGTH, Span
+from vrs_cli.language.text.diagnostics import LineRefused, did_you_mean, error
+from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.instructions import (
+    CONTROL,
+    INSTRUCTIONS,
+    OPERATOR_WORDS,
+    PROGRAM_WORDS,
+    RELATIONS_OF_VAL,
+    reserved,
+)
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.word import SORT_WORDS, Shape, State, Word, abbreviated, argument_at, usable
+
+LABEL_HIGH = 65535
+LONGEST = 400  # tokens of a line; a VAL-II line holds far fewer
+
+
+class Token:
+    """A terminal: `value` is the word in full or the sign in its one spelling; `text` is as typed.
+
+    `row`: what the tables say of a WORD.
+    """
+
+    __slots__ = ("column", "end", "line", "row", "text", "type", "value")
+
+    # what the parser's library asks of a token beside its type
+    start_pos = end_line = end_column = end_pos = None
+
+    def __init__(
+        self, type: str, value: str, text: str, line: int, column: int, end: int, row: Word | None = None
+    ) -> None:
+        self.type = type
+        self.value = value
+        self.text = text
+        self.line = line
+        self.column = column
+        self.end = end
+        self.row = row
+
+    @property
+    def span(self) -> Span:
+        return Span(self.line, self.column, self.end)
+
+    def __repr__(self) -> str:
+        return f"{self.type}({self.text})"
+
+
+# Words that link, where an expression has just ended.
+_LINKS = {
+    **{word: word for word in ("THEN", "GOTO", "TO", "STEP", "DO", "OF", "BY", "AT", "IN", "ALWAYS")},
+    **dict.fromkeys(("MMPS", "IPS", "MONITOR"), "UNIT"),
+}
+_MODIFIERS = {"AT": "AT", "IN": "AT", "ALWAYS": "ALWAYS", "UNIT": "UNIT"}  # what a row allows, by type of token
+_SPELLINGS = {"=<": "<=", "=>": ">="}
+_PREFIXES = frozenset({"NOT", "COM"})
+_INFIXES = OPERATOR_WORDS - _PREFIXES
+_SYMBOLS = ("COMMA", "LPAR", "RPAR", "LSQB", "RSQB", "EQUAL")
+_CLOSING = frozenset({"RPAR", "RSQB"})
+_DEPTH = {"LPAR": 1, "LGROUP": 1, "LSQB": 1, "RPAR": -1, "RSQB": -1}
+_BEFORE_ARGUMENT = frozenset({"WORD", "COMMA", "RPAR"})  # RPAR: of the number of a task
+
+_BLANKS = re.compile(r"[ \t]*")
+_WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
+_GLUED = re.compile(r"[\w.^']+")
+VAL_IF = re.compile(rf"\b({'|'.join(RELATIONS_OF_VAL)})\b.*\bTHEN[ \t]+\d+[ \t]*$", re.IGNORECASE)
+_TASK = re.compile(r"\s*(\d+)(?=\s*[A-Za-z])")
+_LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
+SORT = re.compile(rf"[ \t]*({'|'.join(SORT_WORDS)})(?=[ \t]+[#$A-Z])", re.IGNORECASE)
+_ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
+_COLON_EQUAL = re.compile(r"[ \t]*(?:\[.*\][ \t]*)?(:=)")
+_VALUE = re.compile(r"[-+]?[ \t]*(?:\.?[0-9]|[\"('^#$]|[A-Za-z])")  # what begins an expression, where no word stands
+_OPERATED = re.compile(r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))")  # a sign after a name that begins no argument
+_NO_ARGUMENT = re.compile(rf"[ \t]*(?:$|;|[-+*/:<>=)]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)", re.IGNORECASE)
+_ELEMENT = re.compile(r"\(.*\)[ \t]*=(?!=)")
+_RAW = re.compile(r'"[^"]*"|[^\s;,="]+')
+_RELATION = re.compile(r"[=<>]{1,2}")
+_ENTRY_NUMBER = re.compile(r"[ \t]*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?)(?![\w.])")
+
+
+class Lexer:
+    """`terminals`: the pattern of each terminal that has one, by name. Its methods raise LineRefused."""
+
+    def __init__(self, terminals: Mapping[str, str]) -> None:
+        names = ("COMMENT", "STRING", "NUMBER", "NAME", "INFIX", *_SYMBOLS)
+        choices = "|".join(f"(?P<{name}>{terminals[name]})" for name in names)
+        self._patterns = Patterns(re.compile(f"[ \t]*(?:{choices})").match, re.compile(terminals["FORMAT"]).match)
+
+    def step(self, text: str, line: int) -> list[Token]:
+        """A program line: `[label] [statement] [;comment]`."""
+        scan = _Scan(self._patterns, text, line)
+        scan.label()
+        scan.statement()
+        return scan.tokens
+
+    def prompt(self, text: str, names: Container[str] = ()) -> list[Token]:
+        """A line of the prompt. `names`: the keys of what is defined."""
+        scan = _Scan(self._patterns, text, 1)
+        scan.command(names)
+        return scan.tokens
+
+    def header(self, text: str, line: int, at: int) -> list[Token]:
+        """What follows `.PROGRAM`, which ends at index `at`."""
+        scan = _Scan(self._patterns, text, line, at)
+        scan.heading()
+        return scan.tokens
+
+    def entry(self, text: str, line: int) -> list[Token]:
+        """A line of a section of variables: numbers have their signs."""
+        scan = _Scan(self._patterns, text, line)
+        scan.entry()
+        return scan.tokens
+
+
+Match = Callable[[str, int], re.Match[str] | None]
+
+
+class Patterns(NamedTuple):
+    """`next`: blanks and a token; `format`: a format code."""
+
+    next: Match
+    format: Match
+
+
+class _Scan:
+    """The tokens of one line, found from left to right. `at`: the index of what is not yet read."""
+
+    def __init__(self, patterns: Patterns, text: str, line: int, at: int = 0) -> None:
+        self.tokens: list[Token] = []
+        self._patterns = patterns
+        self._text = text.rstrip()
+        self._line = line
+        self._at = at
+        self._val_if = False  # IF a EQ b THEN label
+
+    # --- the parts of a line ---
+
+    def label(self) -> None:
+        """The number before a statement, if there is one."""
+        match = _LABEL.match(self._text)
+        if match is None:
+            return
+        start, end = match.span(1)
+        if int(match[1][:9]) > LABEL_HIGH:
+            raise self._refused(InvalidNumber, start, end, match[1], f"labels are 0 to {LABEL_HIGH}")
+        self._add("LABEL", match[1], start, end)
+        self._at = end
+
+    def statement(self) -> None:
+        """An assignment, or an instruction with what belongs to it."""
+        if not self._over():
+            self._statement((PROGRAM_WORDS,), UnknownInstruction)
+
+    def command(self, names: Container[str]) -> None:
+        """A monitor command, a statement, or an expression whose value is shown."""
+        if self._over():
+            return
+        if self._shows(names):
+            self._rest(None)
+        else:
+            self._statement((COMMANDS, PROGRAM_WORDS), UsageError)
+
+    def heading(self) -> None:
+        """A program's name and parameters."""
+        if not self._over():
+            name = self._first_word(InvalidName, "a program name begins with a letter", ".PROGRAM pick.place(part)")
+            self._add("PROGRAM", name[0], *name.span())
+            self._at = name.end()
+        self._rest(None)
+
+    def entry(self) -> None:
+        """A variable and its value."""
+        while not self._over():
+            number = _ENTRY_NUMBER.match(self._text, self._at)
+            if number is not None:
+                self._add("NUMBER", number[1], *number.span(1))
+                self._at = number.end()
+            else:
+                self._token(None)
+
+    # --- the start of a statement ---
+
+    def _shows(self, names: Container[str]) -> bool:
+        """Whether a line of the prompt is an expression. A full word of a command or an instruction comes before a name
+        that is defined, and that before a word cut short.
+        """
+        word = _WORD.match(self._text, self._at)
+        if word is None:
+            label = _LABEL.match(self._text, self._at)
+            return (_NO_ARGUMENT if label else _VALUE).match(self._text, label.end() if label else self._at) is not None
+        name, at = word[0].upper(), word.end()
+        if _COLON_EQUAL.match(self._text, at):
+            return False
+        if name[0] in "#$" or name in _PREFIXES:
+            return True
+        defined, function = word[0].lower()[:NAME_LENGTH] in names, FUNCTIONS.get(name)
+        operated, constant = _OPERATED.match(self._text, at) is not None, function is not None and function.constant
+        if name in COMMANDS or name in PROGRAM_WORDS:
+            return operated and (defined or constant)
+        if constant or (function is not None and self._text[at : at + 1] == "("):
+            return True
+        if defined:
+            return _NO_ARGUMENT.match(self._text, at) is not None
+        return operated and not abbreviated(name, COMMANDS, PROGRAM_WORDS)
+
+    def _statement(self, tables: tuple[Mapping[str, Word], ...], unknown: type[VrsError]) -> None:
+        hint = "LISTR 5+3 shows a value, HELP the commands" if unknown is UsageError else ""
+        kind = UsageError if unknown is UsageError else CannotInterpret
+        word = self._first_word(kind, "a line begins with a word or the variable that is assigned", hint)
+        colon_equal = _COLON_EQUAL.match(self._text, word.end())
+        if colon_equal:
+            hint = f"{word[0]} = 5 assigns, {word[0]} == 5 compares"
+            raise self._refused(CannotInterpret, *colon_equal.span(1), ":= is no sign of VAL-II", hint)
+        if self._assigned(word.end()):
+            self._refuse_operator(word)
+            self._rest(None)
+        elif word[0][0] in "#$%":
+            raise self._refused(CannotInterpret, *word.span(), word[0], "a variable is followed by = and its value")
+        else:
+            self._at = word.end()
+            self._operation(self._row(word, tables, unknown), word, tables)
+
+    def _first_word(self, kind: type[VrsError], detail: str, hint: str) -> re.Match[str]:
+        self._skip_blanks()
+        match = _WORD.match(self._text, self._at)
+        if match is None:
+            if kind is not UsageError and self._patterns.next(self._text, self._at) is None:
+                raise self._unreadable()
+            glued = _GLUED.match(self._text, self._at)
+            raise self._refused(kind, self._at, glued.end() if glued else self._at + 1, detail, hint)
+        self._refuse_other_letters(match)
+        return match
+
+    def _refuse_other_letters(self, word: re.Match[str]) -> None:
+        """A letter of another alphabet does not end a word: it is a mistake in it."""
+        if self._text[word.end() : word.end() + 1].isalnum():
+            glued = _GLUED.match(self._text, word.end())
+            end = glued.end() if glued else word.end() + 1
+            hint = "letters a to z, digits, . and _"
+            raise self._refused(InvalidName, word.start(), end, self._text[word.start() : end], hint)
+
+    def _refuse_operator(self, word: re.Match[str]) -> None:
+        """AND = 5: what follows would be read as its operand."""
+        name = word[0].upper()
+        if name in OPERATOR_WORDS:
+            raise self._refused(InvalidName, *word.span(), *reserved(name))
+
+    def _assigned(self, at: int) -> bool:
+        """Whether `=` or an index follows a name that ends at an index of the text."""
+        return _ASSIGNS.match(self._text, at) is not None
+
+    def _row(self, word: re.Match[str], tables: tuple[Mapping[str, Word], ...], unknown: type[VrsError]) -> Word:
+        found = abbreviated(word[0], *tables)
+        if len(found) == 1:
+            return found[0]
+        if found:
+            choices = ", ".join(row.name for row in found[:8])
+            raise self._refused(unknown, *word.span(), f"{word[0]} is short for several words", choices)
+        raise self._refused(unknown, *word.span(), word[0], self._other_form(word[0], word.end(), tables))
+
+    def _other_form(self, word: str, end: int, tables: tuple[Mapping[str, Word], ...]) -> str:
+        """What an unknown first word may have been meant as."""
+        rest = _before_comment(self._text[end:]).strip()
+        if word.upper() in COMMANDS:
+            return "a monitor command, typed at the prompt"
+        if rest.startswith("=="):
+            return "= assigns; == compares, in IF, WHILE and the like"
+        if _ELEMENT.match(rest):
+            return f"an element of an array is {word}[index]"
+        at_prompt = COMMANDS in tables
+        near = did_you_mean(word, usable(COMMANDS, INSTRUCTIONS) if at_prompt else usable(PROGRAM_WORDS))
+        if near:
+            return near
+        if rest and rest[0] != "(":
+            return "an abbreviation has two letters at least" if len(word) == 1 else ""
+        if not at_prompt:
+            return f"CALL {word} runs a program"
+        return f"EXECUTE {word} runs a program, {word} = 5 makes a variable"
+
+    def _operation(self, row: Word, word: re.Match[str], tables: tuple[Mapping[str, Word], ...]) -> None:
+        if row.name == "REMARK":
+            self._add("COMMENT", f";{self._text[self._at :]}", word.start(), len(self._text))
+            self._at = len(self._text)
+        elif row is COMMANDS["DO"] and COMMANDS in tables:
+            self._add("DO_COMMAND", "DO", *word.span())
+            self.statement()
+        elif row is CONTROL.get(row.name):
+            self._add(row.name, row.name, *word.span())
+            self._val_if = row.name == "IF" and VAL_IF.search(_before_comment(self._text[self._at :])) is not None
+            self._rest(None)
+            self._mark_colon(row)
+        else:
+            self._add("WORD", row.name, *word.span(), row)
+            self._arguments(row)
+
+    def _arguments(self, row: Word) -> None:
+        if row.state is not State.SUPPORTED:
+            self._refused_rest()
+        elif row.raw:
+            self._raw_words(row)
+        else:
+            self._rest(row)
+
+    def _mark_colon(self, row: Word) -> None:
+        """The colon that ends VALUE 1, 2: is no operator."""
+        last = len(self.tokens) - 1
+        if self.tokens[last].type == "COMMENT":
+            last -= 1
+        if row.name in ("VALUE", "ANY") and self.tokens[last].text == ":":
+            self.tokens[last].type = "COLON"
+
+    def _refused_rest(self) -> None:
+        self._skip_blanks()
+        rest = self._text[self._at :]
+        end = self._at + len(_before_comment(rest).rstrip())
+        if end > self._at:
+            self._add("REST", self._text[self._at : end], self._at, end)
+            self._at = end
+        self._rest(None)
+
+    def _raw_words(self, row: Word) -> None:
+        """Words as they stand; where no value follows, a relation is one too (HELP ==)."""
+        while not self._over():
+            relation = _RELATION.match(self._text, self._at) if row.value is None else None
+            raw = relation or _RAW.match(self._text, self._at)
+            if raw is None:
+                self._token(None)
+            else:
+                self._add("RAW", raw[0].strip('"'), *raw.span())
+                self._at = raw.end()
+
+    # --- what follows ---
+
+    def _rest(self, row: Word | None) -> None:
+        """Everything up to the end of the line."""
+        if row is not None and row.grouped:
+            self._group(row)
+        if row is not None and row.tasked:
+            self._task()
+        if row is not None and "SORT" in row.modifiers:
+            self._sort()
+        operand = False
+        while self._at < len(self._text):
+            operand = self._token(row, operand)
+        if len(self.tokens) > LONGEST:
+            beyond = self.tokens[LONGEST]
+            raise self._refused(CannotInterpret, beyond.column - 1, len(self._text), "the line is too long")
+
+    def _task(self) -> None:
+        """The number in EXECUTE 2 pick: a group without its parentheses."""
+        match = _TASK.match(self._text, self._at)
+        if match is not None:
+            start, end = match.span(1)
+            self._add("LGROUP", "(", start, start)
+            self._add("NUMBER", match[1], start, end)
+            self._add("RPAR", ")", end, end)
+            self._at = end
+
+    def _sort(self) -> None:
+        """The sort of variables in AUTO REAL x: a word with a name after it."""
+        match = SORT.match(self._text, self._at)
+        if match is not None:
+            self._add("SORT", match[1].upper(), *match.span(1))
+            self._at = match.end()
+
+    def _group(self, row: Word) -> None:
+        """The parenthesis of READ (lun) $s, after which a value may begin."""
+        operand, depth = False, 0
+        while self._at < len(self._text):
+            operand = self._token(row, operand)
+            depth += {"LGROUP": 1, "LPAR": 1, "RPAR": -1}.get(self.tokens[-1].type, 0)
+            if depth <= 0:
+                return
+
+    def _token(self, row: Word | None, operand: bool = False) -> bool:
+        """Read one token; `operand`: an expression has just ended. Returns the same for what comes then."""
+        match = self._patterns.next(self._text, self._at)
+        if match is None:
+            raise self._unreadable()
+        kind = match.lastgroup
+        assert kind is not None
+        start, end = match.span(kind)
+        self._at = end
+        return _READERS[kind](self, row, operand, match[kind], start, end)
+
+    def _name(self, row: Word | None, operand: bool, text: str, start: int, end: int) -> bool:
+        if row is not None and row.programs and not operand and self._names_program(row, text, end):
+            self._add("PROGRAM", text, start, end)
+            return True
+        word = text.upper()
+        if word in _INFIXES or word in _PREFIXES:
+            self._add("INFIX" if word in _INFIXES else "PREFIX", word, start, end)
+            return False
+        if self._val_if and operand and word in RELATIONS_OF_VAL:
+            self._add("INFIX", RELATIONS_OF_VAL[word], start, end)
+            return False
+        link = self._link(row, operand, word)
+        self._add(link or "NAME", word if link else text, start, end)
+        return link is None or link in ("ALWAYS", "UNIT")
+
+    def _link(self, row: Word | None, operand: bool, word: str) -> str | None:
+        """The type of a word that links, where it does."""
+        if not operand:
+            if row is not None and word in row.leads and self.tokens[-1].type == "COMMA":
+                return "LEAD"  # what stood before it is left out: IFSIG 1,,, THEN 10
+            at_once = row is not None and not row.required and self.tokens[-1].type == "WORD"
+            if row is None or not at_once:
+                return None
+            link = _LINKS.get(word, "")
+            return "LEAD" if word in row.leads else link if _MODIFIERS.get(link) in row.modifiers else None
+        if row is not None and (word in row.leads or (word == row.comma and self._place() is not None)):
+            return "LEAD" if word in row.leads else "COMMA"
+        return "THEN_LABEL" if self._val_if and word == "THEN" else _LINKS.get(word)
+
+    def _names_program(self, row: Word, text: str, end: int) -> bool:
+        """Whether a word, where a value is wanted, is the name of a program by the table."""
+        if text[0] in "#$%" or self._text[end : end + 1] == "[":
+            return False
+        before, place = self.tokens[-1].type, self._place()
+        if before == "EQUAL":
+            return row.value is not None and row.value.shape is Shape.PROGRAM
+        argument = argument_at(row, place) if place is not None and before in _BEFORE_ARGUMENT else None
+        return argument is not None and argument.shape is Shape.PROGRAM
+
+    def _place(self) -> int | None:
+        """How many commas stand before; None inside parentheses or brackets."""
+        depth = commas = 0
+        for token in self.tokens:
+            depth += _DEPTH.get(token.type, 0)
+            commas += token.type == "COMMA" and not depth
+        return None if depth else commas
+
+    def _number(self, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
+        glued = _GLUED.match(self._text, end)
+        if glued is not None:
+            raise self._refused(InvalidNumber, start, glued.end(), self._text[start : glued.end()])
+        self._add("NUMBER", text, start, end)
+        return True
+
+    def _string(self, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
+        self._add("STRING", text[1:-1], start, end)
+        return True
+
+    def _infix(self, _row: Word | None, operand: bool, text: str, start: int, end: int) -> bool:
+        format_code = None if operand or text != "/" else self._patterns.format(self._text, start)
+        if format_code is not None:
+            self._at = format_code.end()
+            self._add("FORMAT", format_code[0], start, self._at)
+            return True
+        sign = not operand and text in "+-"
+        self._add("PREFIX" if sign else "INFIX", _SPELLINGS.get(text, text), start, end)
+        return False
+
+    def _parenthesis(self, row: Word | None, _operand: bool, _text: str, start: int, end: int) -> bool:
+        group = row is not None and row.grouped > 0 and self.tokens[-1].type == "WORD"
+        self._add("LGROUP" if group else "LPAR", "(", start, end)
+        return False
+
+    def _comment(self, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
+        self._add("COMMENT", text, start, end)
+        return False
+
+    # --- characters ---
+
+    def _add(self, type: str, value: str, start: int, end: int, row: Word | None = None) -> None:
+        self.tokens.append(Token(type, value, self._text[start:end], self._line, start + 1, end + 1, row))
+
+    def _skip_blanks(self) -> None:
+        self._at = _end(_BLANKS, self._text, self._at)
+
+    def _over(self) -> bool:
+        """Whether only a comment is left; it is read."""
+        self._skip_blanks()
+        if self._text.startswith(";", self._at):
+            self._token(None)
+        return self._at >= len(self._text)
+
+    def _refused(self, kind: type[VrsError], start: int, end: int, detail: str, hint: str = "") -> LineRefused:
+        return LineRefused(error(kind, Span(self._line, start + 1, end + 1), detail, hint))
+
+    def _unreadable(self) -> LineRefused:
+        """What is wrong where no token begins."""
+        self._skip_blanks()
+        at, character = self._at, self._text[self._at]
+        glued = _GLUED.match(self._text, at)
+        if character == '"':
+            return self._refused(MissingQuote, at, len(self._text), "the text is not closed", 'a text ends in "')
+        if character in "^'" and glued is not None:
+            hint = "write ^HFF, ^B101, ^17 or 'A"
+            return self._refused(InvalidNumber, at, glued.end(), glued[0], hint)
+        if character in "_#$%" or character.isalpha():
+            end = glued.end() if glued else at + 1
+            return self._refused(InvalidName, at, end, self._text[at:end], "a name begins with a letter a to z")
+        shown = character if character.isprintable() else f"character {ord(character)}"
+        return self._refused(CannotInterpret, at, at + 1, f"{shown} has no meaning here")
+
+
+def _symbol(kind: str) -> Callable[[_Scan, Word | None, bool, str, int, int], bool]:
+    closes = kind in _CLOSING
+
+    def read(scan: _Scan, row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
+        comma = row is not None and row.comma == text
+        scan._add("COMMA" if comma else kind, text, start, end)
+        return closes
+
+    return read
+
+
+_READERS: Mapping[str, Callable[[_Scan, Word | None, bool, str, int, int], bool]] = {
+    **{kind: _symbol(kind) for kind in _SYMBOLS},
+    "NAME": _Scan._name,
+    "NUMBER": _Scan._number,
+    "STRING": _Scan._string,
+    "INFIX": _Scan._infix,
+    "LPAR": _Scan._parenthesis,
+    "COMMENT": _Scan._comment,
+}
+
+
+def _end(pattern: re.Pattern[str], text: str, at: int) -> int:
+    match = pattern.match(text, at)
+    return match.end() if match else at
+
+
+def _before_comment(text: str) -> str:
+    """What stands before a `;` outside quotes."""
+    quoted = False
+    for index, character in enumerate(text):
+        quoted ^= character == '"'
+        if character == ";" and not quoted:
+            return text[:index]
+    return text

@@ -1,0 +1,94 @@
+"""What a bare name means that a function without arguments has too (HERE, TOOL, HAND): that function, or a variable.
+
+It is the variable in a program that gives it a value or declares it, and on a line of the prompt while it has a value.
+The parser reads one line and takes it for the function; here the whole decides. `HAND()` is the function everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Container, Iterable, Iterator
+from dataclasses import fields, is_dataclass, replace
+from typing import Any, TypeVar, cast
+
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Expression, Program, Statement
+from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED
+from vrs_cli.language.words.word import Shape, argument_at
+
+Tree = TypeVar("Tree")
+
+# the key of the variable of that name
+FUNCTION_NAMES = {name.lower(): name for name, row in FUNCTIONS.items() if row.constant and name not in RESERVED}
+DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE, Shape.UNIT})
+_CALLED = frozenset({Shape.PROGRAM, Shape.PROGRAM_TEXT})
+_NAMING = frozenset(
+    name for name, row in INSTRUCTIONS.items() if any(one.shape in DEFINING | _CALLED for one in row.arguments)
+)
+
+
+def as_meant(program: Program) -> Program:
+    """The program with variables where a function's name is one of its own variables."""
+    names = variables_for_functions(program.parameters, (step.statement for step in program.steps))
+    return replace(program, steps=_replaced(program.steps, names)) if names else program
+
+
+def line_as_meant(statement: Statement, known: Container[str]) -> Statement:
+    """A line by itself, where `known` are the keys of variables: at the prompt those that have a value."""
+    inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
+    names = variables_for_functions((), (inner,)) | {key for key in FUNCTION_NAMES if key in known}
+    return _replaced(statement, names) if names else statement
+
+
+def variables_for_functions(parameters: Iterable[ast.Variable], statements: Iterable[Statement | None]) -> set[str]:
+    """The keys of the variables that bear the name of a function, among those that a program has by these."""
+    named = {parameter.key for parameter in parameters}
+    for statement in statements:
+        named.update(named_by(statement))
+    return named & FUNCTION_NAMES.keys()
+
+
+def named_by(statement: Statement | None) -> Iterator[str]:
+    """The keys of the variables that a statement declares or gives a value to, by itself or through a CALL."""
+    if isinstance(statement, ast.Assignment):
+        yield statement.target.key
+    elif isinstance(statement, ast.Instruction) and statement.word in _NAMING:
+        row = INSTRUCTIONS[statement.word]
+        for place, expression in enumerate(statement.arguments):
+            argument = argument_at(row, place)
+            if argument is not None and expression is not None:
+                yield from _named_at(expression, argument.shape)
+    elif isinstance(statement, ast.For):
+        yield statement.variable.key
+
+
+def _named_at(expression: Expression, shape: Shape) -> Iterator[str]:
+    if shape in _CALLED and isinstance(expression, ast.ProgramCall | ast.Applied):
+        yield from (argument.key for argument in expression.arguments if isinstance(argument, ast.Variable))
+    elif shape in DEFINING:
+        if isinstance(expression, ast.Binary):
+            expression = expression.right
+        if isinstance(expression, ast.Variable):
+            yield expression.key
+
+
+def _replaced(tree: Tree, names: Collection[str]) -> Tree:
+    """A tree with variables for the functions of these names that stand without parentheses."""
+    if isinstance(tree, ast.Call) and not tree.parenthesised and tree.name.lower() in names:
+        return cast(Tree, tree.variable)
+    if isinstance(tree, tuple):
+        children = tuple(_replaced(child, names) for child in tree)
+        return cast(Tree, tree if all(map(_same, children, tree)) else children)
+    if not is_dataclass(tree) or isinstance(tree, ast.Span):
+        return tree
+    changed: dict[str, Any] = {}
+    for field in fields(tree):
+        before = getattr(tree, field.name)
+        after = _replaced(before, names)
+        if after is not before:
+            changed[field.name] = after
+    return cast(Tree, replace(cast(Any, tree), **changed)) if changed else tree
+
+
+def _same(one: object, other: object) -> bool:
+    return one is other

@@ -1,0 +1,102 @@
+"""The parts of a program file by themselves, each read once: an editor changes one line, and few parts of a file.
+
+Lines count from 1 within a part, so that a part stays what it is when lines come or go above it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+from vrs_cli.errors import ProgramExists
+from vrs_cli.language.text.ast import File, Program, Section, Span
+from vrs_cli.language.text.diagnostics import Diagnostic, error
+from vrs_cli.language.text.parser import parse_part, parse_prompt
+from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, Line, lines_of
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A program or a section with all lines up to the next heading; or the lines before the first heading.
+
+    `last`: its `.END`, or the last line where that is missing.
+    """
+
+    lines: tuple[str, ...]
+    last: int
+
+    @cached_property
+    def _read(self) -> tuple[File, tuple[Diagnostic, ...]]:
+        return parse_part("\n".join(self.lines))
+
+    @property
+    def file(self) -> File:
+        return self._read[0]
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """What cannot be read."""
+        return self._read[1]
+
+    @cached_property
+    def node(self) -> Program | Section | None:
+        """None where there is no heading, or one that cannot be read."""
+        return next((part for part in self.file.parts if isinstance(part, Program | Section)), None)
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A part in a file, below so many lines (`above`)."""
+
+    part: Part
+    above: int
+
+    def span(self, span: Span) -> Span:
+        """A span of the part as one of the file."""
+        return Span(span.line + self.above, span.column, span.end)
+
+    def found(self, diagnostics: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+        """Findings in the part as findings in the file."""
+        return (replace(one, span=self.span(one.span)) for one in diagnostics)
+
+
+Known = Mapping[tuple[str, ...], Part]
+
+
+def parts_of(text: str, known: Known) -> tuple[Placed, ...]:
+    """A file as its parts; those that are `known`, by their lines, are taken from there."""
+    lines = lines_of(text)
+    begins = [0, *(i for i, line in enumerate(lines) if i and _is_heading(line)), len(lines)]
+    return tuple(_placed(lines[begin:end], begin, known) for begin, end in pairwise(begins))
+
+
+def _is_heading(line: Line) -> bool:
+    return line.directive == PROGRAM or line.directive in SECTIONS
+
+
+def _placed(lines: list[Line], above: int, known: Known) -> Placed:
+    texts = tuple(line.text for line in lines)
+    part = known.get(texts)
+    if part is None:
+        ends = (i for i, line in enumerate(lines, 1) if line.directive == END)
+        part = Part(texts, next(ends, len(lines)))
+    return Placed(part, above)
+
+
+def programs_of(parts: Iterable[Placed]) -> Iterator[tuple[Placed, Program]]:
+    """The programs with their places."""
+    return ((placed, placed.part.node) for placed in parts if isinstance(placed.part.node, Program))
+
+
+def repeated(parts: Iterable[Placed]) -> Iterator[Diagnostic]:
+    """Programs of a name that the file has already."""
+    names: set[str] = set()
+    for placed, program in programs_of(parts):
+        if program.key in names:
+            header = parse_prompt(placed.part.lines[0])
+            assert header is not None
+            detail = f"{program.name} is there twice in this file"
+            yield error(ProgramExists, placed.span(header.span), detail)
+        names.add(program.key)

@@ -1,0 +1,419 @@
+"""Syntax trees to canonical VAL-II text: keywords in upper case, names in lower case, four blanks a block.
+
+Printing what was parsed and parsing what was printed give the same tree; formatting twice changes nothing.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import groupby
+from typing import Any
+
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Expression, File, Program, Section, Statement, Step
+from vrs_cli.language.text.builder import text_omitted
+from vrs_cli.language.text.precedence import ORDER
+from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
+from vrs_cli.language.words.instructions import INSTRUCTIONS, RELATIONS_OF_VAL
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.word import Shape, State, Word
+
+INDENT = 4
+NAME_WIDTH = 16  # of a variable in a section
+ATOM = 100  # binds tighter than every operator
+
+
+def print_file(file: File) -> str:
+    """A file, with its comments, in the order of its parts."""
+    return "".join(f"{line}\n" for part in file.parts for line in _PARTS[type(part)](part))
+
+
+def print_program(program: Program) -> str:
+    """A program from `.PROGRAM` to `.END`."""
+    return "".join(f"{line}\n" for line in _program_lines(program))
+
+
+def program_header(program: Program | ast.ProgramHeader) -> str:
+    """`.PROGRAM name(parameters) ;comment`."""
+    parameters = ", ".join(expression_text(parameter) for parameter in program.parameters)
+    return _with_comment(f".PROGRAM {program.name.lower()}({parameters})", program.comment)
+
+
+def step_texts(program: Program) -> tuple[str, ...]:
+    """The lines of a program between `.PROGRAM` and `.END`, one a step, indented."""
+    return tuple(_step_lines(program.steps))
+
+
+# --- files -------------------------------------------------------------------------------------------------------
+
+
+def _program_lines(program: Program) -> Iterator[str]:
+    yield program_header(program)
+    yield from _step_lines(program.steps)
+    yield ".END"
+
+
+def _section_lines(section: Section) -> Iterator[str]:
+    yield section.name.upper()
+    remarks = list(section.remarks)
+    for number, entry in enumerate(section.entries):
+        while remarks and remarks[0][0] <= number:
+            yield _comment(remarks.pop(0)[1])
+        yield _with_comment(_entry_text(entry), entry.comment)
+    for _, text in remarks:
+        yield _comment(text)
+    yield ".END"
+
+
+def _entry_text(entry: ast.Entry) -> str:
+    name = expression_text(entry.variable)
+    if entry.text is not None:
+        return f"{name:<{NAME_WIDTH}} {_quoted(entry.text)}"
+    if len(entry.numbers) == 1 and not entry.variable.sigil:
+        return f"{name:<{NAME_WIDTH}} {_number_text(entry.numbers[0])}"
+    return f"{name:<{NAME_WIDTH}}" + "".join(f" {_column_text(number):>12}" for number in entry.numbers)
+
+
+# what ends a string or a line, and what no program file may hold
+_UNQUOTABLE = re.compile(r'(["\x00-\x08\x0a-\x1f])')
+
+
+def _quoted(text: str) -> str:
+    """`"a"+$CHR(34)+"b"` where a character cannot stand in quotes."""
+    pieces = _UNQUOTABLE.split(text)
+    shown = (f"$CHR({ord(piece)})" if at % 2 else f'"{piece}"' for at, piece in enumerate(pieces) if piece)
+    return "+".join(shown) or '""'
+
+
+def _column_text(value: float) -> str:
+    """Six decimals, or as many digits as the value needs: formatting a file never changes a number."""
+    short = f"{value + 0.0:.6f}"
+    return short if float(short) == value else repr(value).upper()
+
+
+def _number_text(value: float) -> str:
+    return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value).upper()
+
+
+def _remark_lines(comment: ast.Comment) -> Iterator[str]:
+    yield _comment(comment.text)
+
+
+def _bad_lines(line: ast.BadLine) -> Iterator[str]:
+    yield line.text
+
+
+def _comment(text: str | None) -> str:
+    return "" if text is None else f";{text.rstrip()}"
+
+
+def _with_comment(text: str, comment: str | None) -> str:
+    return text if comment is None else f"{text} ;{comment.rstrip()}"
+
+
+_PARTS: Mapping[type, Callable[[Any], Iterable[str]]] = {
+    Program: _program_lines,
+    Section: _section_lines,
+    ast.Comment: _remark_lines,
+    ast.BadLine: _bad_lines,
+}
+
+# --- steps -------------------------------------------------------------------------------------------------------
+
+_OPENERS = (ast.If, ast.While, ast.Do, ast.For, ast.Case)
+_MIDDLES = (ast.Else, ast.Value, ast.Any)
+_CLOSERS = (ast.End, ast.Until)
+
+
+def _step_lines(steps: Sequence[Step]) -> Iterator[str]:
+    """The steps with their indents; the comments beside consecutive steps begin in one column."""
+    bodies = list(zip(steps, _bodies(steps), strict=True))
+    for beside, run in groupby(bodies, key=lambda one: one[0].comment is not None and one[1].strip() != ""):
+        lines = list(run)
+        width = max(len(body) for _, body in lines)
+        for step, body in lines:
+            if beside:
+                yield f"{body:<{width}} ;{(step.comment or '').rstrip()}"
+            else:
+                yield f"{body}{_comment(step.comment)}".rstrip()
+
+
+def _bodies(steps: Sequence[Step]) -> Iterator[str]:
+    """Label, indent and statement of each step."""
+    depth = 1
+    for step in steps:
+        statement = step.statement
+        if isinstance(statement, _CLOSERS):
+            depth = max(depth - 1, 1)
+        shown = depth - 1 if isinstance(statement, _MIDDLES) else depth
+        indent = " " * (INDENT * max(shown, 1))
+        label = "" if step.label is None else f"{step.label} "
+        text = "" if statement is None else statement_text(statement)
+        yield f"{label:<{len(indent)}}{text}".rstrip() if label else f"{indent}{text}"
+        if isinstance(statement, _OPENERS):
+            depth += 1
+
+
+# --- statements --------------------------------------------------------------------------------------------------
+
+
+def statement_text(statement: Statement) -> str:
+    """A statement in one line, without label and comment."""
+    return _STATEMENTS[type(statement)](statement)
+
+
+def _assignment(statement: ast.Assignment) -> str:
+    return f"{expression_text(statement.target)} = {expression_text(statement.value)}"
+
+
+def _do_instruction(statement: ast.DoInstruction) -> str:
+    return "DO" if statement.statement is None else f"DO {statement_text(statement.statement)}"
+
+
+def _if_goto(statement: ast.IfGoto) -> str:
+    condition = statement.condition
+    if not statement.then or not isinstance(condition, ast.Binary):
+        return f"IF {expression_text(condition)} GOTO {statement.label}"
+    rank = ORDER.infix[condition.operator]
+    left, right = _operand(condition.left, rank, left=True), _operand(condition.right, rank, left=False)
+    return f"IF {left} {_WORDS_OF_VAL[condition.operator]} {right} THEN {statement.label}"
+
+
+_WORDS_OF_VAL = {sign: word for word, sign in RELATIONS_OF_VAL.items()}
+
+
+def _for(statement: ast.For) -> str:
+    variable, first, last = map(expression_text, (statement.variable, statement.first, statement.last))
+    step = "" if statement.step is None else f" STEP {expression_text(statement.step)}"
+    return f"FOR {variable} = {first} TO {last}{step}"
+
+
+def _value(statement: ast.Value) -> str:
+    return f"VALUE {', '.join(map(expression_text, statement.tests))}:"
+
+
+def _instruction(statement: ast.Instruction) -> str:
+    row = _row_of(statement)
+    sort = statement.modifiers.sort or ""
+    parts = [statement.word, sort, *_argument_parts(statement, row), *_modifier_parts(statement.modifiers)]
+    return " ".join(part for part in parts if part)
+
+
+def _row_of(statement: ast.Instruction) -> Word:
+    """The row that its arguments were read by: of a refused instruction they are one piece of text."""
+    row = INSTRUCTIONS.get(statement.word)
+    if row is None or (
+        row.state is not State.SUPPORTED
+        and statement.word in COMMANDS
+        and not all(isinstance(argument, ast.Word) for argument in statement.arguments)
+    ):
+        return COMMANDS[statement.word]
+    command = COMMANDS.get(statement.word)
+    first = statement.arguments[0] if statement.arguments else None
+    if command is not None and command.raw and command.state is State.SUPPORTED and isinstance(first, ast.Word):
+        return command  # FDELETE file, beside FDELETE (lun) $file of programs
+    if row.state is State.SUPPORTED and command is not None and command.state is not State.SUPPORTED:
+        unread = statement.arguments and all(isinstance(argument, ast.Word) for argument in statement.arguments)
+        return command if unread and _shape_at(row, 0) is Shape.REAL else row
+    return row
+
+
+def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
+    arguments = list(statement.arguments)
+    if row.state is not State.SUPPORTED:
+        yield "".join(argument.text for argument in arguments if isinstance(argument, ast.Word))
+        return
+    if arguments[:1] == [None] and _shape_at(row, 0) is Shape.STRING and text_omitted(arguments[1:]):
+        arguments.pop(0)
+    if row.tasked and len(arguments) == len(row.arguments):
+        task = arguments.pop()
+        yield "" if task is None else expression_text(task)
+        arguments = _trimmed(arguments)
+    arguments = [_capital(given, _shape_at(row, place)) for place, given in enumerate(arguments)]
+    if row.comma:
+        yield expression_text(arguments[0]) if arguments and arguments[0] is not None else ""
+        yield f"{row.comma} {_list_text(arguments[1:])}" if len(arguments) > 1 else ""
+        return
+    plain = sum(not argument.lead for argument in row.arguments)
+    own = arguments if row.value is None or not row.value.repeated else arguments[:plain]
+    grouped = own[: row.grouped]
+    while grouped and grouped[-1] is None:
+        grouped.pop()
+    if grouped:
+        yield f"({_list_text(grouped)})"
+    elif row.grouped == len(row.arguments):
+        yield _list_text(own)  # what is too much keeps its comma: without it, it would be the group
+        return
+    yield _list_text(own[row.grouped :] if not row.leads else _trimmed(own[:plain]))
+    if row.leads:
+        for argument, given in zip(row.arguments[plain:], own[plain:], strict=False):
+            if given is not None:
+                yield f"{argument.lead} {expression_text(given)}"
+    if statement.value is not None:
+        value = _capital(statement.value, row.value.shape if row.value is not None else Shape.REAL)
+        yield f"= {_list_text([value])}"
+    elif len(own) < len(arguments):
+        yield f"= {_list_text(arguments[plain:])}"
+
+
+def _shape_at(row: Word, place: int) -> Shape:
+    if not row.arguments:
+        return Shape.REAL
+    return row.arguments[min(place, len(row.arguments) - 1)].shape
+
+
+def _capital(expression: Expression | None, shape: Shape) -> Expression | None:
+    """The words of switches, parameters and their settings in upper case."""
+    if shape in _CAPITAL and isinstance(expression, ast.Word):
+        return ast.Word(expression.text.upper(), expression.span)
+    return expression
+
+
+_CAPITAL = frozenset({Shape.SWITCH, Shape.PARAMETER_NAME, Shape.SETTING})
+
+
+def _modifier_parts(modifiers: ast.Modifiers) -> Iterator[str]:
+    if modifiers.unit is not None:
+        yield modifiers.unit
+    if modifiers.always:
+        yield "ALWAYS"
+    if modifiers.at is not None:
+        yield f"AT {expression_text(modifiers.at)}"
+    if modifiers.within is not None:
+        yield f"IN {expression_text(modifiers.within)}"
+
+
+def _trimmed(items: list[Expression | None]) -> list[Expression | None]:
+    while items and items[-1] is None:
+        items = items[:-1]
+    return items
+
+
+def _list_text(items: Sequence[Expression | None]) -> str:
+    """Items with a comma and a blank between them; omitted ones leave their commas."""
+    text = ""
+    for number, item in enumerate(items):
+        shown = "" if item is None else expression_text(item)
+        text += ("," if number else "") + (" " if number and shown else "") + shown
+    return text
+
+
+_STATEMENTS: Mapping[type, Callable[[Any], str]] = {
+    ast.Assignment: _assignment,
+    ast.Instruction: _instruction,
+    ast.DoInstruction: _do_instruction,
+    ast.Show: lambda statement: expression_text(statement.expression),
+    ast.Goto: lambda statement: f"GOTO {statement.label}",
+    ast.IfGoto: _if_goto,
+    ast.If: lambda statement: f"IF {expression_text(statement.condition)} THEN",
+    ast.Else: lambda _: "ELSE",
+    ast.While: lambda statement: f"WHILE {expression_text(statement.condition)} DO",
+    ast.Do: lambda _: "DO",
+    ast.Until: lambda statement: f"UNTIL {expression_text(statement.condition)}",
+    ast.For: _for,
+    ast.Case: lambda statement: f"CASE {expression_text(statement.subject)} OF",
+    ast.Value: _value,
+    ast.Any: lambda _: "ANY",
+    ast.End: lambda _: "END",
+    ast.BadLine: lambda statement: statement.text,
+}
+
+# --- expressions -------------------------------------------------------------------------------------------------
+
+
+def expression_text(expression: Expression) -> str:
+    """An expression, with the parentheses of its source and those it cannot do without."""
+    return _EXPRESSIONS[type(expression)](expression)
+
+
+def _variable(variable: ast.Variable) -> str:
+    name = variable.sigil + variable.name.lower()
+    if variable.indexes is not None:
+        name += f"[{','.join(map(expression_text, variable.indexes))}{',' * variable.rest}]"
+    return f"({name})" if variable.grouped else name
+
+
+def _unary(unary: ast.Unary) -> str:
+    rank = ORDER.prefix[unary.operator]
+    operand = unary.operand
+    inner = expression_text(operand)
+    if isinstance(operand, ast.Binary) and not operand.grouped and ORDER.infix[operand.operator] <= rank:
+        inner = f"({inner})"
+    text = f"{unary.operator} {inner}" if unary.operator.isalpha() else f"{unary.operator}{inner}"
+    return f"({text})" if unary.grouped else text
+
+
+def _binary(binary: ast.Binary) -> str:
+    rank = ORDER.infix[binary.operator]
+    left = _operand(binary.left, rank, left=True)
+    right = _operand(binary.right, rank, left=False)
+    sign = f" {binary.operator} " if rank <= ORDER.infix["=="] or binary.operator.isalpha() else binary.operator
+    text = f"{left}{sign}{right}"
+    return f"({text})" if binary.grouped else text
+
+
+def _operand(operand: Expression, rank: int, left: bool) -> str:
+    """An operand of an operator of that rank, in parentheses where the tree would come out otherwise."""
+    text = expression_text(operand)
+    if _open_rank(operand, left) < rank or (not left and _infix_rank(operand) == rank):
+        return f"({text})"
+    return text
+
+
+def _infix_rank(expression: Expression) -> int:
+    if isinstance(expression, ast.Binary) and not expression.grouped:
+        return ORDER.infix[expression.operator]
+    return ATOM
+
+
+def _open_rank(expression: Expression, left: bool) -> int:
+    """How loosely an expression binds what follows it (on the left of an operator) or what it is part of."""
+    if isinstance(expression, ast.Unary) and not expression.grouped:
+        return min(ORDER.prefix[expression.operator], _open_rank(expression.operand, left)) if left else ATOM
+    if not isinstance(expression, ast.Binary) or expression.grouped:
+        return ATOM
+    own = ORDER.infix[expression.operator]
+    return min(own, _open_rank(expression.right, left)) if left else own
+
+
+def _call(call: ast.Call) -> str:
+    name = call.name if call.name in FUNCTIONS else call.name.lower()
+    if not call.parenthesised:
+        return f"({name})" if call.grouped else name
+    first, rest = call.arguments[:1], call.arguments[1:]
+    if call.name in WITH_BY and rest:
+        return f"{name}({_list_text(first)} BY {_list_text(rest)})"
+    return f"{name}({_list_text(call.arguments)})"
+
+
+def _program_call(call: ast.ProgramCall) -> str:
+    name = call.name.lower()
+    return f"{name}({_list_text(call.arguments)})" if call.parenthesised else name
+
+
+def _applied(applied: ast.Applied) -> str:
+    return f"{expression_text(applied.text)}({_list_text(applied.arguments)})"
+
+
+def _format(item: ast.Format) -> str:
+    decimals = "" if item.decimals is None else f".{item.decimals}"
+    return f"/{item.code}{'' if item.width is None else item.width}{decimals}"
+
+
+def _word(word: ast.Word) -> str:
+    return f'"{word.text}"' if any(sign in word.text for sign in " \t,;=") else word.text
+
+
+_EXPRESSIONS: Mapping[type, Callable[[Any], str]] = {
+    ast.Number: lambda number: number.text,
+    ast.Text: lambda text: f'"{text.value}"',
+    ast.Variable: _variable,
+    ast.Unary: _unary,
+    ast.Binary: _binary,
+    ast.Call: _call,
+    ast.ProgramCall: _program_call,
+    ast.Applied: _applied,
+    ast.Format: _format,
+    ast.Word: _word,
+}

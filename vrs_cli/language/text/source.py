@@ -1,0 +1,251 @@
+"""A file as lines: which belong to a program, which to a section of variables, and how old files are read."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Protocol
+
+from vrs_cli.errors import (
+    CannotInterpret,
+    ControlStructure,
+    FileDamaged,
+    ProgramExists,
+    TypeMismatch,
+    VrsError,
+)
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Span, Step
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, did_you_mean, error, warning
+from vrs_cli.language.text.meaning import as_meant
+
+PROGRAM, END = ".PROGRAM", ".END"
+JOINTS_HIGH = 12  # joints of a precision point in a file
+SECTIONS = (".LOCATIONS", ".REALS", ".STRINGS")
+
+_DIRECTIVE = re.compile(r"[ \t]*(\.[A-Za-z][\w.]*)")
+_LINE_END = re.compile(r"\r\n|\n|\r")
+_BINARY = re.compile(r"[\x00-\x06\x0e-\x19\x1c-\x1f]")
+_LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])[ \t]*")
+_STEP_NUMBER = re.compile(r"[ \t]*([0-9]+)\.?(?![\w.])(?:[ \t]*\?)?[ \t]*")  # 3  or  3.  or  3.?
+_GOTO = re.compile(r"\b(?:GOTO|THEN|GRASP\b[^;]*,)[ \t]*([0-9]+)", re.IGNORECASE)
+_DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
+
+
+def header_end(text: str) -> int | None:
+    """The index after `.PROGRAM`, where a line begins with it."""
+    match = _DIRECTIVE.match(text)
+    return match.end() if match is not None and match[1].upper() == PROGRAM else None
+
+
+class Parser(Protocol):
+    """What reads a line of each kind. All raise LineRefused."""
+
+    def step(self, text: str, line: int) -> Step: ...
+
+    def header(self, text: str, line: int, at: int) -> ProgramHeader: ...
+
+    def entry(self, text: str, line: int) -> Entry | str | None: ...
+
+
+class Line(NamedTuple):
+    """`number` counts from 1; `directive`: `.PROGRAM` and its like, in upper case, or ""."""
+
+    number: int
+    text: str
+    directive: str
+
+    @property
+    def span(self) -> Span:
+        """The text of the line, without the blanks round it."""
+        begin = len(self.text) - len(self.text.lstrip())
+        return Span(self.number, begin + 1, max(len(self.text.rstrip()), begin) + 1)
+
+
+def lines_of(text: str) -> list[Line]:
+    """A text as lines, whatever system it comes from."""
+    texts = _LINE_END.split(text.rstrip(_DISK_END).removeprefix("\ufeff"))
+    if texts and not texts[-1]:
+        texts.pop()
+    return [Line(number, line, _directive(line)) for number, line in enumerate(texts, 1)]
+
+
+def _directive(text: str) -> str:
+    match = _DIRECTIVE.match(text) if "." in text else None
+    return match[1].upper() if match is not None else ""
+
+
+class FileReader:
+    """Reads a file line by line, and goes on after each mistake."""
+
+    def __init__(self, parser: Parser) -> None:
+        self._parser = parser
+        self._diagnostics: list[Diagnostic] = []
+        self._lines: Sequence[Line] = ()
+        self._at = 0
+        self._programs: set[str] = set()
+
+    def read(self, text: str) -> tuple[File, tuple[Diagnostic, ...]]:
+        """The file and everything that is wrong with its lines."""
+        self._lines = lines_of(text)
+        damaged = _BINARY.search(text.rstrip(_DISK_END))
+        if damaged is not None:
+            line = text.count("\n", 0, damaged.start()) + 1
+            column = damaged.start() - text.rfind("\n", 0, damaged.start())
+            detail = f"character {ord(damaged[0])} in a text"
+            found = error(FileDamaged, Span(line, column, column + 1), detail, "a program file is VAL-II text")
+            return File(()), (found,)
+        file = File(tuple(self._parts()))
+        return file, tuple(sorted(self._diagnostics, key=lambda one: (one.span.line, one.span.column)))
+
+    # --- parts ---
+
+    def _parts(self) -> Iterator[Program | Section | Comment | BadLine]:
+        while self._at < len(self._lines):
+            line = self._lines[self._at]
+            self._at += 1
+            if line.directive == PROGRAM:
+                yield self._program(line)
+            elif line.directive in SECTIONS:
+                yield self._section(line)
+            elif line.directive == END:
+                self._note(ControlStructure, line, ".END without .PROGRAM or a section before it")
+                yield BadLine(line.text.strip(), line.span)
+            else:
+                yield self._outside(line)
+
+    def _outside(self, line: Line) -> Comment | BadLine:
+        text = line.text.strip()
+        if not text or text.startswith(";"):
+            return Comment(text[1:].rstrip() if text else None, line.span)
+        hint = "a program begins with .PROGRAM name"
+        if line.directive:
+            hint = did_you_mean(line.directive, (PROGRAM, END, *SECTIONS)) or hint
+        if line.directive or not self._in_stray_lines():
+            self._note(CannotInterpret, line, "this stands outside of programs", hint)
+        return BadLine(text, line.span)
+
+    def _in_stray_lines(self) -> bool:
+        """Whether the line before is one outside of programs too: a run of them is told once."""
+        if self._at < 2:
+            return False
+        text = self._lines[self._at - 2].text.strip()
+        return bool(text) and not text.startswith((";", "."))
+
+    def _inside(self) -> Iterator[Line]:
+        """The lines up to `.END`, which is read; up to another heading or the end of the file, which is told."""
+        opener = self._lines[self._at - 1]
+        while self._at < len(self._lines):
+            line = self._lines[self._at]
+            if line.directive == PROGRAM or line.directive in SECTIONS:
+                break
+            self._at += 1
+            if line.directive == END:
+                return
+            yield line
+        self._diagnostics.append(warning(ControlStructure, opener.span, f"{opener.directive} has no .END"))
+
+    # --- programs ---
+
+    def _program(self, line: Line) -> Program | BadLine:
+        """A program; where its heading cannot be read, its steps are only checked."""
+        header = self._header(line)
+        body = list(self._inside())
+        numbered = step_numbers(body)
+        steps = tuple(self._step(inner, numbered) for inner in _without_trailing_blanks(body))
+        if header is None:
+            return BadLine(line.text.strip(), line.span)
+        return as_meant(Program(header.name, header.parameters, steps, header.comment, line.span))
+
+    def _header(self, line: Line) -> ProgramHeader | None:
+        at = header_end(line.text)
+        assert at is not None
+        try:
+            header = self._parser.header(line.text, line.number, at)
+        except LineRefused as refused:
+            self._diagnostics.append(refused.diagnostic)
+            return None
+        key = header.name.lower()[: ast.NAME_LENGTH]
+        if key in self._programs:
+            detail = f"{header.name} is there twice in this file"
+            self._diagnostics.append(error(ProgramExists, header.span, detail))
+        self._programs.add(key)
+        return header
+
+    def _step(self, line: Line, numbered: bool) -> Step:
+        text = line.text
+        if not text or text.isspace():
+            return Step(None, None, None, Span(line.number, 1, 1))
+        if numbered:
+            text = _STEP_NUMBER.sub(lambda match: " " * len(match[0]), text, count=1)
+        try:
+            return self._parser.step(text, line.number)
+        except LineRefused as refused:
+            self._diagnostics.append(refused.diagnostic)
+            return Step(None, BadLine(text.strip(), line.span), None, line.span)
+
+    # --- sections of variables ---
+
+    def _section(self, line: Line) -> Section:
+        entries: list[Entry] = []
+        remarks: list[tuple[int, str | None]] = []
+        for inner in self._inside():
+            try:
+                entry = self._parser.entry(inner.text, inner.number)
+            except LineRefused as refused:
+                self._diagnostics.append(refused.diagnostic)
+                continue
+            if entry is None or isinstance(entry, str):
+                remarks.append((len(entries), entry))
+            elif self._fits(entry, line.directive):
+                entries.append(entry)
+        return Section(line.directive, tuple(entries), line.span, tuple(remarks))
+
+    def _fits(self, entry: Entry, section: str) -> bool:
+        """Whether an entry is of its section's kind, with constant indexes and as many numbers as it needs."""
+        name, wrong = entry.variable.sigil + entry.variable.name, ""
+        indexes = entry.variable.indexes or ()
+        if entry.variable.indexes == () or not all(isinstance(index, ast.Number) for index in indexes):
+            wrong = "an index in a file is a number"
+        elif section == ".STRINGS" and (entry.variable.sigil != "$" or entry.text is None):
+            wrong = 'a string is written $name "text"'
+        elif section == ".REALS" and (entry.variable.sigil or len(entry.numbers) != 1):
+            wrong = "a real is written name 12.5"
+        elif section == ".LOCATIONS" and not _is_location(entry):
+            wrong = "a location is written name x y z o a t, a precision point #name and its joints"
+        if wrong:
+            self._diagnostics.append(error(TypeMismatch, entry.span, name, wrong))
+        return not wrong
+
+    def _note(self, kind: type[VrsError], line: Line, detail: str, hint: str = "") -> None:
+        self._diagnostics.append(error(kind, line.span, detail, hint))
+
+
+def _is_location(entry: Entry) -> bool:
+    if entry.variable.sigil == "#":
+        return 1 <= len(entry.numbers) <= 12
+    return not entry.variable.sigil and len(entry.numbers) == 6
+
+
+def _without_trailing_blanks(lines: list[Line]) -> list[Line]:
+    while lines and not lines[-1].text.strip():
+        lines.pop()
+    return lines
+
+
+def step_numbers(lines: Sequence[Line]) -> bool:
+    """Whether the lines of a program carry the step numbers of a listing: 1, 2, 3, ..., on every line.
+
+    Books print them as the editor did, too: `1.`, `1.?`.
+    Numbers that a GOTO of the program names are labels, or a THEN or a GRASP of VAL.
+    """
+    rest: list[str] = []
+    for line in lines:
+        if line.text and not line.text.isspace():
+            match = _STEP_NUMBER.match(line.text)
+            if match is None or int(match[1][:9]) != len(rest) + 1:
+                return False
+            rest.append(line.text[match.end() :])
+    labels = {inner[1] for text in rest if (inner := _LABEL.match(text))}
+    targets = {target for text in rest for target in _GOTO.findall(text)}
+    return len(rest) > 1 and targets <= labels

@@ -1,0 +1,291 @@
+"""Values of programs at run time, the edge between the language's mm and degrees and SI inside, and their text.
+
+    real            float                 TRUE is -1, FALSE 0; an integer is a real without a fraction
+    string          str                   at most STRING_LENGTH characters when it is stored
+    transformation  kinematics Transform  [m]
+    precision point tuple of floats       [rad], joint by joint
+
+The number formats are those of TYPE and $ENCODE (V+ Language User's Guide; val2 section 4.7).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from math import degrees, fmod, isfinite, log10, radians
+
+from vrs_cli.errors import ArithmeticOverflow, IllegalValue, StringOverflow
+from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
+from vrs_cli.kinematics.transform import Transform, from_oat, to_oat
+from vrs_cli.language.text.ast import Format, Kind
+
+Value = float | str | Transform | Joints
+
+TRUE, FALSE = -1.0, 0.0
+LIMIT = 3.4028235e38  # the largest real: single precision (V+ User's Guide p.102)
+INTEGER_BITS = 24
+INTEGER_LOW, INTEGER_HIGH = -(1 << INTEGER_BITS), (1 << INTEGER_BITS) - 1
+STRING_LENGTH = 128
+INCH = 25.4  # [mm]
+
+KIND_OF: dict[type, Kind] = {
+    float: Kind.REAL,
+    str: Kind.STRING,
+    Transform: Kind.LOCATION,
+    tuple: Kind.PRECISION,
+}
+
+
+def kind_of_value(value: Value) -> Kind:
+    """Which of the four kinds a value is."""
+    return KIND_OF[type(value)]
+
+
+# --- numbers -----------------------------------------------------------------------------------------------------
+
+
+def whole(value: float) -> int:
+    """The nearest integer, halves away from zero: where an integer is wanted a real is rounded."""
+    return int(value + 0.5) if value >= 0.0 else int(value - 0.5)
+
+
+def integer(value: float) -> int:
+    """`whole`, in the range that 24 bits and a sign hold. Raises IllegalValue outside it."""
+    if not INTEGER_LOW - 0.5 < value < INTEGER_HIGH + 0.5:
+        raise IllegalValue(plain(value), f"an integer from {INTEGER_LOW} to {INTEGER_HIGH} is wanted")
+    return whole(value)
+
+
+def integer_between(value: float, low: int, high: int, what: str) -> int:
+    """`whole`, or IllegalValue that names what the number is for."""
+    if not low - 0.5 < value < high + 0.5:
+        raise IllegalValue(f"{what} {plain(value)}", f"{low} to {high}")
+    return whole(value)
+
+
+def wrapped(bits: int) -> float:
+    """An integer cut to 24 bits and a sign, as the bitwise operators leave it."""
+    span = INTEGER_HIGH - INTEGER_LOW + 1
+    return float((bits - INTEGER_LOW) % span + INTEGER_LOW)
+
+
+def within_range(value: float) -> float:
+    """The value itself. Raises ArithmeticOverflow for what a real cannot hold, infinity and NaN too."""
+    if not -LIMIT <= value <= LIMIT:
+        raise ArithmeticOverflow(f"the result {value:.{SIGNIFICANT}G}", f"reals reach {LIMIT:.2G}")
+    return value
+
+
+def storable(text: str) -> str:
+    """The string itself. Raises StringOverflow for one too long to store."""
+    if len(text) > STRING_LENGTH:
+        raise StringOverflow(f"a string of {len(text)} characters", f"at most {STRING_LENGTH} can be stored")
+    return text
+
+
+_BASES = {"b": 2, "h": 16, "": 8}
+_BASED = re.compile(r"\^(?P<base>[bh]?)(?P<digits>[0-9a-f]+)", re.IGNORECASE)
+_DECIMAL = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE)
+
+
+def leading_number(text: str) -> tuple[float, int] | None:
+    """The number that a text begins with and its length; None if it begins with none. Forms as in programs."""
+    if based := _BASED.match(text):
+        digits = based["digits"]
+        try:
+            return float(int(digits, _BASES[based["base"].lower()])), based.end()
+        except ValueError:
+            return None
+    if decimal := _DECIMAL.match(text):
+        value = float(decimal[0])
+        return (value, decimal.end()) if isfinite(value) and abs(value) <= LIMIT else None
+    return None
+
+
+def read_number(text: str) -> float | None:
+    """The number that the whole text is (blanks round it), or None."""
+    stripped = text.strip()
+    found = leading_number(stripped)
+    return found[0] if found is not None and found[1] == len(stripped) else None
+
+
+# --- millimetres and degrees ---------------------------------------------------------------------------------------
+
+EDGE_DIGITS = 9  # of mm and degrees: hides the rounding of 0.001 and pi/180, far below what an arm can show
+
+
+def millimetres(metres: float) -> float:
+    return round(metres * 1000.0, EDGE_DIGITS) + 0.0
+
+
+def in_degrees(angle: float) -> float:
+    return round(degrees(angle), EDGE_DIGITS) + 0.0
+
+
+def transformation(numbers: Iterable[float]) -> Transform:
+    """X, Y, Z [mm] and O, A, T [degrees], as files and POINT give them."""
+    x, y, z, o, a, t = numbers
+    return from_oat(x / 1000.0, y / 1000.0, z / 1000.0, radians(o), radians(a), radians(t))
+
+
+def precision_point(numbers: Iterable[float], units: JointUnits = TURNING) -> Joints:
+    """Joints in degrees, those that slide in mm, as files and POINT give them."""
+    return units.read(numbers)
+
+
+def numbers_of(value: Transform | Joints, units: JointUnits = TURNING) -> tuple[float, ...]:
+    """X, Y, Z [mm], O, A, T [degrees] of a transformation; the joints [degrees, mm] of a precision point."""
+    if isinstance(value, Transform):
+        angles = to_oat(value)
+        return (*map(millimetres, (value.px, value.py, value.pz)), *map(in_degrees, angles))
+    return tuple([round(number, EDGE_DIGITS) + 0.0 for number in units.shown(value)])
+
+
+# --- text --------------------------------------------------------------------------------------------------------
+
+SIGNIFICANT = 7  # digits of the default form
+_EXACT = 1e8  # integers below this are shown in full, so that 24 bits never lose a digit
+
+
+def plain(value: float) -> str:
+    """The default form without the sign's blank: no trailing zeros, 7 significant digits."""
+    if abs(value) < _EXACT and value == int(value):
+        return str(int(value))
+    return f"{value:.{SIGNIFICANT}G}"
+
+
+def default_form(value: float) -> str:
+    """`/D`: a blank or a minus sign, then the number."""
+    text = plain(value)
+    return text if text.startswith("-") else f" {text}"
+
+
+def _fitted(text: str, width: int) -> str:
+    """Right-justified; asterisks where it does not fit. A width of 0 is as wide as needed."""
+    if not width:
+        return text
+    return text.rjust(width) if len(text) <= width else "*" * width
+
+
+def _default(value: float, _width: int, _decimals: int | None) -> str:
+    return default_form(value)
+
+
+def _fixed(value: float, width: int, decimals: int | None) -> str:
+    text = f"{value:.{3 if decimals is None else decimals}f}"
+    return _fitted(_unsigned_zero(text), width)
+
+
+def _scientific(value: float, width: int, decimals: int | None) -> str:
+    return _fitted(f"{value:.{3 if decimals is None else decimals}E}", width)
+
+
+def _general(value: float, width: int, decimals: int | None) -> str:
+    """F where the number fits the width and is not too small to show a digit, otherwise E with what fits of its digits;
+    asterisks where not even one does.
+    """
+    digits = 3 if decimals is None else decimals
+    fixed = _fixed(value, 0, digits)
+    small = value != 0.0 and log10(abs(value)) < -digits
+    if not small and abs(value) < _EXACT and (not width or len(fixed) <= width):
+        return _fitted(fixed, width)
+    forms = (f"{value:.{fewer}E}" for fewer in range(digits, -1, -1))
+    return next((form.rjust(width) for form in forms if not width or len(form) <= width), "*" * width)
+
+
+def _integer(value: float, width: int, _decimals: int | None) -> str:
+    return _fitted(str(whole(value)), width)
+
+
+def _in_base(letter: str) -> Callable[[float, int, int | None], str]:
+    """Negative integers are shown as the 24 bits that they are."""
+
+    def form(value: float, width: int, _decimals: int | None) -> str:
+        return _fitted(format(integer(value) % (1 << INTEGER_BITS), letter), width)
+
+    return form
+
+
+def _unsigned_zero(text: str) -> str:
+    """-0.00 is said as 0.00."""
+    return text[1:] if text.startswith("-") and not text.strip("-0.") else text
+
+
+NUMBER_FORMS: dict[str, Callable[[float, int, int | None], str]] = {
+    "D": _default,
+    "F": _fixed,
+    "E": _scientific,
+    "G": _general,
+    "I": _integer,
+    "H": _in_base("X"),
+    "O": _in_base("o"),
+}
+
+CONTROLS: dict[str, Callable[[int], str]] = {
+    "B": lambda _: "\a",
+    "C": lambda count: "\n" * count,
+    "X": lambda count: " " * count,
+    "U": lambda count: f"\x1b[{count}A",
+}
+
+TypeItem = Value | Format
+
+
+@dataclass(slots=True)
+class _Line:
+    """The text so far, and the number form in force."""
+
+    units: JointUnits = TURNING
+    code: str = "D"
+    width: int = 0
+    decimals: int | None = None
+    parts: list[str] = field(default_factory=list)
+    newline: bool = True
+
+    def add(self, item: TypeItem) -> None:
+        if isinstance(item, Format):
+            self._format(item)
+        elif isinstance(item, str):
+            self.parts.append(item)
+        elif isinstance(item, float):
+            self.parts.append(self._number(item))
+        else:
+            self.parts.extend(map(self._spaced, numbers_of(item, self.units)))
+
+    def _format(self, item: Format) -> None:
+        if item.code == "S":
+            self.newline = False
+        elif item.code in CONTROLS:
+            self.parts.append(CONTROLS[item.code](1 if item.width is None else item.width))
+        else:
+            self.code, self.width, self.decimals = item.code, item.width or 0, item.decimals
+
+    def _number(self, value: float) -> str:
+        return NUMBER_FORMS[self.code](value, self.width, self.decimals)
+
+    def _spaced(self, value: float) -> str:
+        """One of the numbers of a location: with a blank before it in every form."""
+        text = self._number(value)
+        return text if text.startswith(" ") else f" {text}"
+
+
+def encode(items: Iterable[TypeItem], units: JointUnits = TURNING) -> tuple[str, bool]:
+    """The text of a TYPE list, and whether a newline ends it (`/S` keeps it away).
+
+    A location is shown by its six numbers, a precision point by its joints, each in the form in force.
+    """
+    line = _Line(units)
+    for item in items:
+        line.add(item)
+    return "".join(line.parts), line.newline
+
+
+# --- angles of functions -------------------------------------------------------------------------------------------
+
+
+def quadrant(angle: float) -> tuple[int, float]:
+    """An angle [degrees] as right angles (0 to 3) and the rest in [-45, 45] [rad]: exact where it should be."""
+    turned = fmod(angle, 360.0)
+    right_angles = whole(turned / 90.0)
+    return right_angles % 4, radians(turned - 90.0 * right_angles)
