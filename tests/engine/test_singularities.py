@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from math import hypot, radians
+from math import hypot, pi, radians
 
 import pytest
 
+from tests.laws.boundary_lines import check_rates
 from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.commands import Move, PoseTarget, SetBase, SetParameter
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import from_oat, position, translation
+from vrs_cli.kinematics.transform import angle_between, from_oat, position, translation
 
 MODEL = load_robot("puma560")
 PROFILES = pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
@@ -155,6 +156,19 @@ def test_into_the_wrist_singularity_a_line_is_as_fast_as_elsewhere(profile: str,
     assert engine.end < 1.0
     check_continuous(engine, engine.timeline)
     check_limits(engine, engine.timeline)
+
+
+@PROFILES
+@pytest.mark.parametrize("off", [1e-12, 1e-11, 1e-10, 9e-10])
+def test_a_billionth_beside_the_wrist_singularity_a_line_ends_in_it(profile: str, off: float) -> None:
+    """Joint 4 would turn a quarter in the last of the way, from where joint 5 is as small as that."""
+    engine = at((8.0, -60.0, 140.0, 30.0, 25.0, 10.0), profile)
+    q1, q2, q3, q4, _, q6 = map(radians, (0.0, -60.0, 140.0, 30.0, 0.0, 10.0))
+    beside = engine.arm.forward((q1, q2, q3, q4 + 0.5 * pi, off, q6 - 0.5 * pi))
+    engine.perform(Move(PoseTarget(beside), straight=True))
+    assert engine.end < 1.0
+    assert angle_between(engine.arm.forward(engine.position().joints), beside) < 1.1 * off
+    check_rates(engine.arm, tuple(engine.timeline))
 
 
 @PROFILES

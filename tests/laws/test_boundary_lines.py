@@ -7,7 +7,7 @@ import pytest
 from tests.laws.boundary_lines import check_line
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 
-SEEDS = {"puma260": (30,)}  # that have been harder than others
+SEEDS = {"puma560": (2221, 2463), "puma260": (30, 2832), "irb120": (2934,)}  # that have been harder than others
 
 
 @pytest.mark.parametrize("robot", robot_names())

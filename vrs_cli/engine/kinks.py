@@ -12,14 +12,27 @@ from dataclasses import dataclass
 
 from vrs_cli.engine.boundary import Survey, Touch, pace_of
 from vrs_cli.engine.following import Follower
+from vrs_cli.kinematics.clearance import ON_BOUNDARY
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, at_position, position
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    at_position,
+    compose,
+    inverse,
+    position,
+    rotate,
+    rotation_about,
+    translation,
+)
 from vrs_cli.trajectory.segment import CartesianPath
+from vrs_cli.trajectory.vector import length
 
 NEAR = 1e-5  # [m] of a touch, where its place is found to a billionth by differences
 INSIDE = 1e-4  # [m] of the end of a line, where it is seen whether it is a tangent
 SLOPE = 1e-6  # [m] of a clearance [m2] by the way: less is a tangent
 NEWTON_STEPS = 3
+STRAIGHTENINGS = 2  # the second one for what rounding left
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,3 +108,32 @@ class Kinks:
         seen = self.follower.arm.clearance(self.follower.flange(pose), self.path.configuration)
         value: float = getattr(seen, which)
         return value
+
+
+def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
+    """T_robot_tool at the end of a line: turned about the wrist's centre, by no more than `ON_BOUNDARY`, so that two
+    axes of the wrist which are one as nearly as that are one exactly. Otherwise the joints of the wrist would turn by
+    some of what the line passes beside the singular pose, in next to no time.
+    """
+    hand = follower.arm.hand
+    for _ in range(STRAIGHTENINGS):
+        flange = follower.flange(goal)
+        seen = follower.arm.clearance(flange, follower.configuration)
+        angle = length(seen.across)
+        if hand is None or not 0.0 < angle <= ON_BOUNDARY:
+            break
+        axis = rotate(inverse(hand.T_axis_base), seen.across)
+        turned = [_turned(flange, hand.centre, axis, side) for side in (angle, -angle)]
+        goal = compose(min(turned, key=lambda pose: _bent(follower, pose)), follower.tool)
+    return goal
+
+
+def _turned(flange: Transform, centre: Vector, axis: Vector, angle: float) -> Transform:
+    """The flange turned about an axis of the robot through a point of the flange."""
+    x, y, z = centre
+    at = compose(flange, translation(x, y, z))
+    return compose(at_position(compose(rotation_about(axis, angle), at), *position(at)), translation(-x, -y, -z))
+
+
+def _bent(follower: Follower, flange: Transform) -> float:
+    return length(follower.arm.clearance(flange, follower.configuration).across)

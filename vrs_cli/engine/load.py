@@ -32,7 +32,8 @@ SLOWS_DOWN = 0.1  # [1/s] of its velocity: a joint that loses so much is fastest
 CLOSER_STEPS = 8  # halvings of the way between two samples
 GOLDEN = 0.6180339887498949
 PEAK_STEPS = 14  # leave a thousandth of the way between two samples
-LOST = 1e-6  # measure of a pose at rest in which the rates of the joints are rounding
+LOST = 1e-6  # measure of a pose next to a singular one, in which the rates of the joints are rounding
+SINGULAR = 1e-14  # measure of a pose at rest that is singular but for rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,7 +239,8 @@ class StretchLoad:
 
     def _clear(self) -> list[Sample]:
         """The samples, but those next to a singular pose in which the line begins or ends."""
-        if not (self.follower.singular(self.samples[0]) or self.follower.singular(self.samples[-1])):
+        ends = [sample for sample in (self.samples[0], self.samples[-1]) if self.follower.singular(sample)]
+        if not any(min(self.arm.singularity(sample.joints)) < SINGULAR for sample in ends):
             return self.samples
         return [sample for sample in self.samples if min(self.arm.singularity(sample.joints)) > LOST]
 

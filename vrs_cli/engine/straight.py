@@ -15,14 +15,14 @@ from math import dist, sqrt
 from vrs_cli.engine.boundary import Survey, Touch, survey
 from vrs_cli.engine.continuation import Followed, check_continuous
 from vrs_cli.engine.following import FEWER_SAMPLES, PASSED, SAMPLES, Follower, Sample, seeds_of
-from vrs_cli.engine.kinks import Kinks, Stop
+from vrs_cli.engine.kinks import Kinks, Stop, straighten_wrist
 from vrs_cli.engine.load import ROUNDING, Load, StretchLoad
 from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.kinematics.transform import Transform, at_position, axis_angle, compose, inverse, position
+from vrs_cli.kinematics.transform import at_position, axis_angle, compose, inverse, position
 from vrs_cli.trajectory.laws import scurve
 from vrs_cli.trajectory.laws.lspb import straight_motion, straight_stop
 from vrs_cli.trajectory.laws.scurve_times import NoTimes
@@ -135,6 +135,9 @@ class _Line:
         self.limits, self.least = tool_limits(arm, motion), motion.duration
         self.smoothly = motion.profile is Profile.SCURVE
         self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base)
+        goal = state.pose if motion.pose is None else motion.pose  # of a stop on a line there is none
+        goal = goal if arm.model.task.turns else at_position(state.pose, *position(goal))
+        self.goal = straighten_wrist(self.follower, goal)
 
     def segments(self, start: float) -> tuple[Segment, ...]:
         if self.state.at_rest:
@@ -192,7 +195,7 @@ class _Line:
 
     def _way(self) -> CartesianPath:
         """The line from rest as a path, by the part of it that is done."""
-        pose, goal = self.state.pose, self._goal()
+        pose, goal = self.state.pose, self.goal
         axis, angle = axis_angle(compose(inverse(pose), goal))
         line = tuple((a, b - a) for a, b in zip(position(pose), position(goal), strict=True))
         turns = (Turn(axis, (0.0, angle)),) if angle else ()
@@ -214,7 +217,7 @@ class _Line:
         done, joints, pose = 0.0, self.joints.joints, self.state.pose
         still = (0.0,) * len(joints)
         segments: list[Segment] = []
-        for stop in (*stops, Stop(1.0, self._goal())):
+        for stop in (*stops, Stop(1.0, self.goal)):
             motion = replace(self.motion, pose=stop.pose, duration=self.motion.duration * (stop.part - done))
             state = ToolState(pose, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
             part = _Line(self.arm, state, JointState(joints, still), motion, self.configuration, self.slowest)
@@ -271,30 +274,24 @@ class _Line:
     def _done(self, stretch: ToolStretch, s: float) -> float:
         """The part of the line that is done at an instant of a stretch."""
         begin = position(self.state.pose)
-        way = subtracted(position(self._goal()), begin)
+        way = subtracted(position(self.goal), begin)
         square = dot(way, way)
         if square > NO_WAY * NO_WAY:
             x, y, z = (value(a, s) for a in stretch.position)
             return dot(subtracted((x, y, z), begin), way) / square
-        _, angle = axis_angle(compose(inverse(self.state.pose), self._goal()))
+        _, angle = axis_angle(compose(inverse(self.state.pose), self.goal))
         return value(stretch.turns[-1][1], s) / angle if stretch.turns and angle else 0.0
 
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
-        goal = self._goal()
         if not self.smoothly:
-            return straight_motion(self.state, goal, limits, self.least)
+            return straight_motion(self.state, self.goal, limits, self.least)
         try:
-            return scurve.straight_motion(self.state, goal, limits, self.least)
+            return scurve.straight_motion(self.state, self.goal, limits, self.least)
         except NoTimes:
             raise StraightLineSingular(
                 "the tool moves too fast to go over to the line within its limits",
                 "use MOVE, or let the arm come to rest first",
             ) from None
-
-    def _goal(self) -> Transform:
-        goal = self.motion.pose
-        assert goal is not None
-        return goal if self.arm.model.task.turns else at_position(self.state.pose, *position(goal))
 
     def _follow(self, stretches: list[ToolStretch], marks: Sequence[Marks] = ()) -> tuple[list[Seeds], list[Load]]:
         """The joints of each stretch, and the greatest load on a joint in each. `marks`: instants that get a sample."""
