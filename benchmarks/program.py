@@ -9,8 +9,8 @@ from __future__ import annotations
 from statistics import median
 from time import perf_counter
 
-from vrs_cli.interfaces.replies import Reply
-from vrs_cli.interfaces.session import Session
+from vrs_cli.dialogue.replies import Reply
+from vrs_cli.interfaces.session.session import Session
 
 REPEATS = 5
 

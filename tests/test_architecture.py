@@ -18,6 +18,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "trajectory",
     "engine",
     "language",
+    "dialogue",
     "files",
     "interfaces",
     "render",
@@ -38,7 +39,7 @@ LIVES_IN = {
     "pygments": {"highlight"},
     "pygls": {"lsp/server.py"},
     "lsprotocol": {"lsp/server.py"},
-    "numpy": {"kinematics", "trajectory", "engine", "files", "interfaces/plotting.py", "render/plots.py"},
+    "numpy": {"kinematics", "trajectory", "engine", "files", "interfaces/monitor/plotting.py", "render/plots.py"},
 }
 
 

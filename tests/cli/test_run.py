@@ -17,7 +17,7 @@ from tests.cli.conftest import Vrs
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.cli.batch import BatchTerminal
 from vrs_cli.files.trajectory_file import read_trajectory
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
 
 PICK = """\
 .PROGRAM pick

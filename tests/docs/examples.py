@@ -34,7 +34,7 @@ from pathlib import Path
 from tests.engine.wall import ManualWall
 from vrs_cli.__main__ import main
 from vrs_cli.engine.clock import Clock
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.terminal import PlainTerminal

@@ -9,8 +9,8 @@ from types import ModuleType
 
 import pytest
 
-from vrs_cli.interfaces.help import overview
-from vrs_cli.interfaces.help import page as help_page
+from vrs_cli.interfaces.monitor.help import overview
+from vrs_cli.interfaces.monitor.help import page as help_page
 from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RESERVED
 from vrs_cli.language.words.monitor import COMMANDS

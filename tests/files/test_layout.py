@@ -7,7 +7,7 @@ from pathlib import Path
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.files.store import store
 from vrs_cli.interfaces.monitor.files import load
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
 
 TEXT = """\
 ; first of all

@@ -12,7 +12,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import VrsError
 from vrs_cli.files import opening
 from vrs_cli.files.opening import open_to_read, open_to_write
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
 

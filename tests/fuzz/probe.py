@@ -8,10 +8,10 @@ from random import Random
 from tempfile import TemporaryDirectory
 
 from tests.fuzz import numbers
+from vrs_cli.dialogue.replies import Reply
 from vrs_cli.errors import EndOfInput, VrsError
-from vrs_cli.interfaces.replies import Reply
-from vrs_cli.interfaces.runs import Limits
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.tasks.runs import Limits
 from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.text.ast import Program

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
 
 
 def load(session: Session, *lines: str, name: str = "main", parameters: str = "") -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from vrs_cli.dialogue.replies import Reply
 from vrs_cli.errors import IllegalValue
-from vrs_cli.interfaces.replies import Reply
 
 
 class RecordingTerminal:

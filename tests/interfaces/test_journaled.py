@@ -13,8 +13,8 @@ from vrs_cli.errors import FileError, FileOpened
 from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.journal import taken_up
 from vrs_cli.files.trajectory_file import read_trajectory
-from vrs_cli.interfaces.jogging import Jogger, Panel
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.jog.jogger import Jogger, Panel
+from vrs_cli.interfaces.session.session import Session
 
 MEDDLE = """.PROGRAM meddle()
     ATTACH (lun, 4) "DISK"

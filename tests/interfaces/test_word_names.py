@@ -9,8 +9,8 @@ import pytest
 from tests.interfaces.monitor.people import at, last
 from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.test_name_laws import WORDS
-from vrs_cli.interfaces import replies
-from vrs_cli.interfaces.session import Session
+from vrs_cli.dialogue import replies
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.ast import NAME_LENGTH, Kind
 from vrs_cli.language.words.instructions import RESERVED
 

@@ -19,8 +19,8 @@ from vrs_cli.engine.commands import Brake, Break, JointTarget, SetParameter, Set
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import Position, position_at
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.jogging import Jogger, Panel
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.jog.jogger import Jogger, Panel
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.trajectory.instant import TICK

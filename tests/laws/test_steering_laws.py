@@ -19,8 +19,8 @@ from tests.laws.test_motion_laws import MODEL
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetAcceleration, SetParameter, SetTool, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
-from vrs_cli.interfaces.jogging import AXES, Jogger, Panel, moved
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.jog.jogger import AXES, Jogger, Panel, moved
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel

@@ -10,7 +10,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.test_name_laws import WORDS
 from vrs_cli.errors import UsageError, VrsError
 from vrs_cli.interfaces.inspection import Inspector
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.text.meaning import FUNCTION_NAMES
 from vrs_cli.language.words.instructions import RESERVED

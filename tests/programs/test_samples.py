@@ -8,8 +8,8 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.position import position_at
-from vrs_cli.interfaces.runs import Outcome
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.tasks.runs import Outcome
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 

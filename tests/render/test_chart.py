@@ -2,7 +2,7 @@
 
 import pytest
 
-from vrs_cli.interfaces.replies import Curve, Plot
+from vrs_cli.dialogue.replies import Curve, Plot
 from vrs_cli.render.blocks import PIPE, Page
 from vrs_cli.render.chart import HEIGHT, WIDTH, Canvas, chart
 from vrs_cli.render.roles import CURVES

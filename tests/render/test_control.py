@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.interfaces.replies import StringTable
+from vrs_cli.dialogue.replies import StringTable
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.render.control import for_stream, visible
 

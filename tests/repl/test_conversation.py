@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrs_cli.interfaces.runs import Limits
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.tasks.runs import Limits
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.repl.conversation import Conversation

@@ -16,9 +16,9 @@ from prompt_toolkit.output import DummyOutput
 from prompt_toolkit.validation import ValidationError
 
 from tests.engine.wall import ManualWall
+from vrs_cli.dialogue.replies import Message
 from vrs_cli.engine.clock import Clock
-from vrs_cli.interfaces.replies import Message
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.ast import Kind
 from vrs_cli.render.roles import Role, toolkit_style
 from vrs_cli.repl import interactive

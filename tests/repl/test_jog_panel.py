@@ -11,8 +11,8 @@ from prompt_toolkit.output import DummyOutput
 
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.interfaces.jogging import Jogger
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.jog.jogger import Jogger
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.jog_panel import JogPanel
 
 UP, DOWN, RIGHT = "\x1b[A", "\x1b[B", "\x1b[C"

@@ -10,11 +10,11 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.dialogue.replies import Message, Reply
 from vrs_cli.errors import ProgramExists, UsageError
-from vrs_cli.interfaces.editor import named_program
-from vrs_cli.interfaces.replies import Message, Reply
-from vrs_cli.interfaces.screen import ScreenDraft
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.editor.lines import named_program
+from vrs_cli.interfaces.editor.screen import ScreenDraft
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.repl.screen_editor import UNSAVED, ScreenEditor
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.terminal import PlainTerminal
 

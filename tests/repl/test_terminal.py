@@ -5,10 +5,10 @@ from io import StringIO
 
 import pytest
 
+from vrs_cli.dialogue.replies import Farewell, Message, ProgramStopped, Tone
+from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.errors import EndOfInput
-from vrs_cli.interfaces.replies import Farewell, Message, ProgramStopped, Tone
-from vrs_cli.interfaces.session import Session
-from vrs_cli.interfaces.terminal import Dialogue
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.repl.terminal import PATIENCE, REFRESH, PlainTerminal, ShellTerminal
 

@@ -2,7 +2,7 @@
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.commands import SetMonitorSpeed, SetSpeed, SpeedUnit
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.toolbar import toolbar
 
 

@@ -10,7 +10,7 @@ from vrs_cli.errors import EndOfInput
 from vrs_cli.render.control import for_stream
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.replies import Reply
+    from vrs_cli.dialogue.replies import Reply
     from vrs_cli.render.progress import RunProgress
 
 

@@ -70,7 +70,7 @@ def _print_table(arm: RobotArm, timeline: Timeline, step: float) -> None:
     """Raises CommandLineError for a step that is too small for a table to be read."""
     if (timeline.end - timeline.start) / step > MOST_ROWS:
         raise CommandLineError(f"--step {step:g} makes too many rows", f"at most {MOST_ROWS}; --csv writes long tables")
-    from vrs_cli.interfaces.replies import WhereaboutsTable
+    from vrs_cli.dialogue.replies import WhereaboutsTable
     from vrs_cli.render.text import plain_text
 
     print(plain_text(WhereaboutsTable(tuple(_rows(arm, timeline, step)), arm.model.units)), end="")

@@ -22,8 +22,8 @@ from vrs_cli.errors import FileError, LimitReached, UndefinedName
 if TYPE_CHECKING:
     from vrs_cli.cli.batch import BatchTerminal
     from vrs_cli.cli.reports import Object
-    from vrs_cli.interfaces.runs import Beside, Limits, RunResult
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
+    from vrs_cli.interfaces.tasks.runs import Beside, Limits, RunResult
     from vrs_cli.language.text.diagnostics import Diagnostic
 
 OK, FAILED = 0, 1
@@ -163,7 +163,7 @@ class _Batch:
         return sys.stderr if self.options.json or self.outputs.takes_standard_output else sys.stdout
 
     def _session(self, terminal: BatchTerminal) -> Session:
-        from vrs_cli.interfaces.session import Session
+        from vrs_cli.interfaces.session.session import Session
         from vrs_cli.kinematics.robot_file import load_robot
 
         model = load_robot(self.options.robot)
@@ -177,7 +177,7 @@ class _Batch:
 
     def _limits(self) -> Limits:
         """Those of the options, and the usual ones of the rest."""
-        from vrs_cli.interfaces.runs import Limits
+        from vrs_cli.interfaces.tasks.runs import Limits
 
         given = {name: value for name in COUNTED if (value := getattr(self.options, name)) is not None}
         return Limits(**given, told_by=lambda name: f"give it more with --{name.replace('_', '-')}")
@@ -210,7 +210,7 @@ class _Batch:
     def _ended(self, session: Session, terminal: BatchTerminal, result: RunResult) -> int:
         """Tell how the run ended, and write the files: what there is of the trajectory, also after an error."""
         from vrs_cli.cli.reports import fault_object, fault_text
-        from vrs_cli.interfaces.replies import Message
+        from vrs_cli.dialogue.replies import Message
         from vrs_cli.render.control import for_stream
 
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])

@@ -52,7 +52,7 @@ def _json(positions: Sequence[Position], units: JointUnits) -> str:
 
 
 def _text(positions: Sequence[Position], units: JointUnits) -> str:
-    from vrs_cli.interfaces.replies import Whereabouts
+    from vrs_cli.dialogue.replies import Whereabouts
     from vrs_cli.render.text import plain_text
 
     return "\n".join(plain_text(Whereabouts(position, stamped=True, units=units)) for position in positions)

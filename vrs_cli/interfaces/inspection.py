@@ -9,8 +9,8 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch, row_of
 from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, JointOutOfRange, MotionError, UsageError
-from vrs_cli.interfaces.readings import Readings
-from vrs_cli.interfaces.session import defined
+from vrs_cli.interfaces.session.session import defined
+from vrs_cli.interfaces.tasks.readings import Readings
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language.analysis.analyzer import Analysis, analyze_among

@@ -13,8 +13,8 @@ from itertools import pairwise
 
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import InvalidName, UsageError
-from vrs_cli.interfaces.help import page
 from vrs_cli.interfaces.inspection import Inspector
+from vrs_cli.interfaces.monitor.help import page
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.analysis.formatting import formatted
 from vrs_cli.language.analysis.structure import BlockKind, structure_of

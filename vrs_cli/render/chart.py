@@ -10,7 +10,7 @@ from vrs_cli.render.numbers import fixed
 from vrs_cli.render.roles import CURVES, Role
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.replies import Curve, Plot
+    from vrs_cli.dialogue.replies import Curve, Plot
 
 HEIGHT = 16  # lines of the drawing
 WIDTH = 64  # its columns, unless the page is narrower

@@ -16,7 +16,7 @@ from vrs_cli.render.layout import blocks
 from vrs_cli.render.roles import Role, rich_style
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.replies import Reply
+    from vrs_cli.dialogue.replies import Reply
 
 ROWS = 200  # of a table that grows with time: more than anyone reads on a terminal
 RULES = 1  # characters that the rules add between two columns

@@ -9,12 +9,12 @@ from math import degrees
 from textwrap import wrap
 from typing import Any
 
+from vrs_cli.dialogue import replies
+from vrs_cli.dialogue.replies import Reply, Tone
 from vrs_cli.engine.comparison import Comparison, Extent, Pair
 from vrs_cli.engine.history import CommandRecord
 from vrs_cli.engine.position import Position, position_at
 from vrs_cli.engine.reach import Branch, LineCheck, Overrun, WayOut
-from vrs_cli.interfaces import replies
-from vrs_cli.interfaces.replies import Reply, Tone
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform

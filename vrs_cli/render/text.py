@@ -9,7 +9,7 @@ from vrs_cli.render.blocks import PIPE, Block, Grid, grid_lines
 from vrs_cli.render.layout import blocks
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.replies import Reply
+    from vrs_cli.dialogue.replies import Reply
 
 
 def plain_text(reply: Reply) -> str:

@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 
-from vrs_cli.interfaces.jogging import AXIS_WORDS
-from vrs_cli.interfaces.plotting import QUANTITIES
-from vrs_cli.interfaces.realtime import CLOCK_WORDS
+from vrs_cli.interfaces.jog.jogger import AXIS_WORDS
+from vrs_cli.interfaces.monitor.clock import CLOCK_WORDS
+from vrs_cli.interfaces.monitor.plotting import QUANTITIES
 from vrs_cli.language.text.ast import Kind
 from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS

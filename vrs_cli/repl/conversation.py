@@ -8,16 +8,16 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone, report
+from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.errors import ProgramExists, VrsError
 from vrs_cli.interfaces.monitor.consent import leaving, may_replace
 from vrs_cli.interfaces.monitor.files import load
-from vrs_cli.interfaces.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone, report
-from vrs_cli.interfaces.terminal import Dialogue
 from vrs_cli.repl.entry import Entry, closes_entry, opens_entry
 from vrs_cli.repl.mishap import internal_error
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 _NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
 

@@ -59,7 +59,7 @@ class Workplace:
         recorder: Recorder | None = None,
         clock: Clock | None = None,
     ) -> None:
-        from vrs_cli.interfaces.session import Session
+        from vrs_cli.interfaces.session.session import Session
         from vrs_cli.kinematics.robot_file import load_robot
         from vrs_cli.language.text import parser
         from vrs_cli.render.console import TerminalRenderer

@@ -10,8 +10,8 @@ from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.layout import FormattedTextControl, Layout, Window
 from prompt_toolkit.patch_stdout import patch_stdout
 
-from vrs_cli.interfaces.jogging import Axis, Jogger, Panel
-from vrs_cli.interfaces.replies import Whereabouts
+from vrs_cli.dialogue.replies import Whereabouts
+from vrs_cli.interfaces.jog.jogger import Axis, Jogger, Panel
 from vrs_cli.render.text import plain_text
 
 REFRESH = 0.04  # [s]

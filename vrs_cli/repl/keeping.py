@@ -8,8 +8,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vrs_cli.dialogue.replies import Message, Tone, report
 from vrs_cli.files.recovery import Left, Recovery, left
-from vrs_cli.interfaces.replies import Message, Tone, report
 from vrs_cli.render.numbers import count
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 import traceback
 
-from vrs_cli.interfaces.replies import Message, Tone
+from vrs_cli.dialogue.replies import Message, Tone
 
 
 def internal_error(error: BaseException) -> Message:

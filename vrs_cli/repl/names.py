@@ -12,7 +12,7 @@ from vrs_cli.render.numbers import count, fixed
 from vrs_cli.repl.complete import Names
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 MOST = 500  # names of a kind that are offered: a menu is for reading
 

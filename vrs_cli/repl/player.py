@@ -11,11 +11,11 @@ from prompt_toolkit.application import Application
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.layout import FormattedTextControl, Layout, Window
 
+from vrs_cli.dialogue.replies import Whereabouts
 from vrs_cli.engine.position import position_at
-from vrs_cli.interfaces.playback import Playback
-from vrs_cli.interfaces.replies import Whereabouts
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.text import plain_text
+from vrs_cli.repl.playback import Playback
 from vrs_cli.trajectory.timeline import Timeline
 
 REFRESH = 0.04  # [s]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vrs_cli.dialogue.replies import Message, Tone
 from vrs_cli.errors import FileError
 from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.journal import Journal, taken_up
 from vrs_cli.interfaces.monitor.files import TORN
-from vrs_cli.interfaces.replies import Message, Tone
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.render.progress import reading
 

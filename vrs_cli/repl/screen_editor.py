@@ -1,6 +1,6 @@
 """SEE on the screen, with prompt-toolkit: colours, findings under the text while it is typed, search, undo.
 
-What a program is, and what is wrong with it, says `interfaces.screen`; here are the keys and the window.
+What a program is, and what is wrong with it, says `interfaces.editor.screen`; here are the keys and the window.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from prompt_toolkit.search import start_search
 from prompt_toolkit.widgets import SearchToolbar
 
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.screen import ScreenDraft
+from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.language.text.diagnostics import Diagnostic, Severity
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.entry import INDENT, depth

@@ -7,9 +7,9 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, TextIO
 
+from vrs_cli.dialogue import replies
+from vrs_cli.dialogue.replies import Reply, is_error
 from vrs_cli.errors import EndOfInput, UsageError
-from vrs_cli.interfaces import replies
-from vrs_cli.interfaces.replies import Reply, is_error
 from vrs_cli.render.blocks import shortened
 from vrs_cli.render.control import for_stream, visible
 from vrs_cli.render.layout import replay_summary
@@ -17,8 +17,8 @@ from vrs_cli.render.text import plain_text
 from vrs_cli.repl.interrupt import Ended
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.jogging import Jogger
-    from vrs_cli.interfaces.screen import ScreenDraft
+    from vrs_cli.interfaces.editor.screen import ScreenDraft
+    from vrs_cli.interfaces.jog.jogger import Jogger
     from vrs_cli.render.console import TerminalRenderer
 
 PATIENCE = 0.5  # [s] a program runs before its progress is shown

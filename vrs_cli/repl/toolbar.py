@@ -8,7 +8,7 @@ from vrs_cli.engine.clock import WallClock
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 GAP = " | "
 LEAST_MESSAGE = 12  # columns: a shorter rest of the line says nothing

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.ast import Kind
 from vrs_cli.language.words.values import numbers_of
 

@@ -8,9 +8,9 @@ import pytest
 
 from tests.interfaces.monitor.people import Person, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.dialogue import replies
+from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.errors import FileExists
-from vrs_cli.interfaces import replies
-from vrs_cli.interfaces.terminal import Dialogue
 
 
 @pytest.mark.parametrize("line", ["DELETE main", "DELETEP main", "DELETER x", "DELETEL only.here", "ZERO"])

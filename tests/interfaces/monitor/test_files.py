@@ -8,7 +8,7 @@ import pytest
 
 from tests.interfaces.monitor.people import at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.interfaces import replies
+from vrs_cli.dialogue import replies
 from vrs_cli.language.text.ast import Kind
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from tests.interfaces.monitor.people import at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.interfaces import replies
+from vrs_cli.dialogue import replies
 from vrs_cli.interfaces.monitor.state import free_memory
 
 

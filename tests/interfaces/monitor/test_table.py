@@ -6,7 +6,7 @@ import pytest
 
 from tests.interfaces.monitor.people import at, last
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.interfaces import replies
+from vrs_cli.dialogue import replies
 from vrs_cli.interfaces.monitor.table import MONITOR
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import State

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vrs_cli.dialogue.replies import Farewell, Message, Reply, Tone
+from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.errors import FileError, FileExists
-from vrs_cli.interfaces.replies import Farewell, Message, Reply, Tone
-from vrs_cli.interfaces.terminal import Dialogue
 from vrs_cli.language.run.environment import key_of
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 
 def refusal(session: Session, question: str) -> Message | None:

@@ -8,13 +8,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vrs_cli.dialogue.replies import FileRow, FileTable, FileText, Message, Replay, Reply, Tone, report
+from vrs_cli.dialogue.terminal import Dialogue, Watched
 from vrs_cli.errors import ProgramExists, UsageError
+from vrs_cli.interfaces.controller.unstored import item_of
 from vrs_cli.interfaces.monitor.consent import listed, may_replace, may_write, refusal
+from vrs_cli.interfaces.monitor.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
-from vrs_cli.interfaces.operands import Handler, operand, path_of, word
-from vrs_cli.interfaces.replies import FileRow, FileTable, FileText, Message, Replay, Reply, Tone, report
-from vrs_cli.interfaces.terminal import Dialogue, Watched
-from vrs_cli.interfaces.unstored import item_of
 from vrs_cli.language.run.environment import Item, StoredProgram
 from vrs_cli.language.text.ast import Instruction, Section
 from vrs_cli.language.words.values import Value
@@ -22,7 +22,7 @@ from vrs_cli.language.words.values import Value
 if TYPE_CHECKING:
     from vrs_cli.files.store import Part
     from vrs_cli.files.trajectory_file import Recording
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 
 TORN = "its last line was not written to the end, and was left out"
@@ -241,7 +241,7 @@ def _two_files(session: Session, it: Instruction) -> tuple[Path, Path]:
 
 
 def _commands(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.interfaces.command_file import carried_out
+    from vrs_cli.interfaces.monitor.command_file import carried_out
 
     yield from carried_out(session, path_of(it))
 

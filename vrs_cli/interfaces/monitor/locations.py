@@ -6,10 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
-from vrs_cli.engine.commands import JointTarget, PoseTarget
-from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
-from vrs_cli.interfaces.operands import Handler, operand, real, real_or, shown, sight
-from vrs_cli.interfaces.replies import (
+from vrs_cli.dialogue.replies import (
     LocationTable,
     Message,
     NamedLocation,
@@ -19,7 +16,10 @@ from vrs_cli.interfaces.replies import (
     Whereabouts,
     WhereaboutsTable,
 )
-from vrs_cli.interfaces.terminal import Dialogue
+from vrs_cli.dialogue.terminal import Dialogue
+from vrs_cli.engine.commands import JointTarget, PoseTarget
+from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
+from vrs_cli.interfaces.monitor.operands import Handler, operand, real, real_or, shown, sight
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.run.environment import Reference
@@ -35,7 +35,7 @@ from vrs_cli.language.words.values import (
 )
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 MOST_ROWS = 100_000
 DEFAULT_ROWS = 10

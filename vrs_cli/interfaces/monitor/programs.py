@@ -7,18 +7,18 @@ from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
+from vrs_cli.dialogue.replies import ListedStep, ProgramName, ProgramNames, ProgramText, Reply
 from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, UsageError
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.monitor.consent import refusal
-from vrs_cli.interfaces.operands import Handler, operand, real_or, word
-from vrs_cli.interfaces.replies import ListedStep, ProgramName, ProgramNames, ProgramText, Reply
+from vrs_cli.interfaces.monitor.operands import Handler, operand, real_or, word
 from vrs_cli.language.run.environment import StoredProgram, key_of
 from vrs_cli.language.text.ast import BadLine, Instruction, Program
 from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.language.words.values import whole
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 
 def _listp(session: Session, it: Instruction) -> Iterator[Reply]:
@@ -142,7 +142,7 @@ def _zero(session: Session, _it: Instruction) -> Iterator[Reply]:
 
 
 def _edit(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.interfaces.editor import Editor, opened, refuse_running
+    from vrs_cli.interfaces.editor.lines import Editor, opened, refuse_running
 
     program, step = _to_edit(session, it)
     refuse_running(session, program.name)
@@ -152,8 +152,8 @@ def _edit(session: Session, it: Instruction) -> Iterator[Reply]:
 
 
 def _see(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.interfaces.editor import refuse_running
-    from vrs_cli.interfaces.screen import ScreenDraft, ScreenTerminal
+    from vrs_cli.interfaces.editor.lines import refuse_running
+    from vrs_cli.interfaces.editor.screen import ScreenDraft, ScreenTerminal
 
     program, step = _to_edit(session, it)
     terminal = session.terminal
@@ -166,7 +166,7 @@ def _see(session: Session, it: Instruction) -> Iterator[Reply]:
 
 def _to_edit(session: Session, it: Instruction) -> tuple[Program, int]:
     """The program that is asked for, or the last one, and the step. Raises NoProgramSpecified, IllegalValue."""
-    from vrs_cli.interfaces.editor import asked_program, named_program
+    from vrs_cli.interfaces.editor.lines import asked_program, named_program
 
     asked = operand(it, 0)
     last = session.last_edited or session.last_program

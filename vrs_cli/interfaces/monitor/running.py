@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply, Tone
 from vrs_cli.errors import NoProgramSpecified
-from vrs_cli.interfaces.operands import Handler, operand, real_or, word
-from vrs_cli.interfaces.replies import Message, ProgramStopped, Reply, Tone
-from vrs_cli.interfaces.runs import Outcome, RunResult
+from vrs_cli.interfaces.monitor.operands import Handler, operand, real_or, word
+from vrs_cli.interfaces.tasks.runs import Outcome, RunResult
 from vrs_cli.language.run.environment import Reference
 from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL, checked_task
 from vrs_cli.language.text.ast import Instruction, ProgramCall
 from vrs_cli.language.words.values import whole
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 
 def _execute(session: Session, it: Instruction) -> Iterator[Reply]:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from vrs_cli.dialogue.replies import Message, Reply, SettingRow, SettingTable
 from vrs_cli.engine.commands import SetMonitorSpeed
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, row_of
-from vrs_cli.interfaces.operands import Handler, operand, real, word
-from vrs_cli.interfaces.replies import Message, Reply, SettingRow, SettingTable
+from vrs_cli.interfaces.monitor.operands import Handler, operand, real, word
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import plain
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 
 def _speed(session: Session, it: Instruction) -> Iterator[Reply]:

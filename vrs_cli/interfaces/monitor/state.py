@@ -8,12 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from vrs_cli import __version__
-from vrs_cli.errors import IllegalValue
-from vrs_cli.interfaces.monitor.running import process_control, task_number
-from vrs_cli.interfaces.next_motion import said_for_next_motion
-from vrs_cli.interfaces.operands import Handler, operand, real, word
-from vrs_cli.interfaces.realtime import clock_report
-from vrs_cli.interfaces.replies import (
+from vrs_cli.dialogue.replies import (
     FreeReport,
     Identification,
     Progress,
@@ -22,12 +17,17 @@ from vrs_cli.interfaces.replies import (
     SignalTable,
     StatusReport,
 )
+from vrs_cli.errors import IllegalValue
+from vrs_cli.interfaces.monitor.clock import clock_report
+from vrs_cli.interfaces.monitor.next_motion import said_for_next_motion
+from vrs_cli.interfaces.monitor.operands import Handler, operand, real, word
+from vrs_cli.interfaces.monitor.running import process_control, task_number
 from vrs_cli.language.run.environment import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.language.text.ast import Instruction, Kind
 from vrs_cli.language.words.values import plain, whole
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 
 def _status(session: Session, it: Instruction) -> Iterator[Reply]:
@@ -104,7 +104,7 @@ def free_memory() -> float | None:
 
 
 def _help(_session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.interfaces.help import overview, page
+    from vrs_cli.interfaces.monitor.help import overview, page
 
     asked = operand(it, 0)
     yield overview() if asked is None else page(word(asked))

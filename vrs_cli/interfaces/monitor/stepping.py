@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply
 from vrs_cli.errors import IllegalValue
+from vrs_cli.interfaces.monitor.operands import Handler, operand, real_or, shown, sight, word
 from vrs_cli.interfaces.monitor.running import asked_program, run
-from vrs_cli.interfaces.operands import Handler, operand, real_or, shown, sight, word
-from vrs_cli.interfaces.replies import Message, ProgramStopped, Reply
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.environment import StoredProgram
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import Value, numbers_of, plain, whole
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 
 def _prime(session: Session, it: Instruction) -> Iterator[Reply]:
@@ -61,7 +61,7 @@ def _breakable(stored: StoredProgram, step: int) -> int:
 
 
 def _watch(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.interfaces.debugging import Watch
+    from vrs_cli.interfaces.tasks.debugging import Watch
 
     watches, expression = session.driver.debugging.watches, operand(it, 0)
     if expression is None:

@@ -8,10 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from vrs_cli.interfaces.jogging import jog
+from vrs_cli.dialogue.replies import Reply
+from vrs_cli.interfaces.jog.jogger import jog
+from vrs_cli.interfaces.monitor.clock import clock
 from vrs_cli.interfaces.monitor.consent import leaving
 from vrs_cli.interfaces.monitor.files import FILES
 from vrs_cli.interfaces.monitor.locations import LOCATIONS
+from vrs_cli.interfaces.monitor.operands import Handler
 from vrs_cli.interfaces.monitor.programs import PROGRAMS
 from vrs_cli.interfaces.monitor.running import RUNNING
 from vrs_cli.interfaces.monitor.settings import SETTINGS
@@ -19,13 +22,10 @@ from vrs_cli.interfaces.monitor.state import STATE
 from vrs_cli.interfaces.monitor.stepping import STEPPING
 from vrs_cli.interfaces.monitor.timeline import TIMELINE
 from vrs_cli.interfaces.monitor.variables import VARIABLES
-from vrs_cli.interfaces.operands import Handler
-from vrs_cli.interfaces.realtime import clock
-from vrs_cli.interfaces.replies import Reply
 from vrs_cli.language.text.ast import Instruction
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 
 def _leave(session: Session, _it: Instruction) -> Iterator[Reply]:

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from vrs_cli.dialogue.replies import BranchRow, BranchTable, ComparisonTable, Message, Reply, TimelineTable
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.errors import IllegalValue, InvalidName, UsageError
 from vrs_cli.interfaces.monitor.consent import refusal
-from vrs_cli.interfaces.operands import Handler, operand, real_or, word
-from vrs_cli.interfaces.plotting import plotted, selected
-from vrs_cli.interfaces.replies import BranchRow, BranchTable, ComparisonTable, Message, Reply, TimelineTable
-from vrs_cli.interfaces.track import ROBOT_PROGRAM
+from vrs_cli.interfaces.monitor.operands import Handler, operand, real_or, word
+from vrs_cli.interfaces.monitor.plotting import plotted, selected
+from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import whole
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 
 def _undo(session: Session, it: Instruction) -> Iterator[Reply]:

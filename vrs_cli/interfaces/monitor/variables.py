@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
+from vrs_cli.dialogue.replies import LocationTable, Message, NamedLocation, RealTable, Reply, StringTable
 from vrs_cli.errors import TypeMismatch, UndefinedValue
 from vrs_cli.interfaces.monitor.consent import refusal
-from vrs_cli.interfaces.operands import Handler, own, real, shown, sight
-from vrs_cli.interfaces.replies import LocationTable, Message, NamedLocation, RealTable, Reply, StringTable
+from vrs_cli.interfaces.monitor.operands import Handler, own, real, shown, sight
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.environment import Index, Reference, key_of, subscript
@@ -18,7 +18,7 @@ from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
 from vrs_cli.language.words.values import Value, kind_of_value, whole
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.session import Session
+    from vrs_cli.interfaces.session.session import Session
 
 
 Rows = tuple[tuple[str, Value], ...]

@@ -1,0 +1,51 @@
+"""HELP says what the tables say, of every word."""
+
+import pytest
+
+from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
+from vrs_cli.errors import UsageError
+from vrs_cli.interfaces.monitor.help import overview, page
+from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.operators import LINKS, OPERATORS
+from vrs_cli.language.words.word import State
+
+ROWS = {**FUNCTIONS, **CONTROL, **INSTRUCTIONS, **COMMANDS}
+EVERY_WORD = sorted({*ROWS, *SWITCHES, *PARAMETERS})
+
+
+@pytest.mark.parametrize("name", EVERY_WORD)
+def test_every_word_has_a_page(name: str) -> None:
+    found = page(name.lower())
+    assert found.word == name
+    assert all(entry.form and entry.summary for entry in found.entries)
+
+
+def test_the_overview_lists_what_can_be_used_and_nothing_else() -> None:
+    listed = {word for group in overview().groups for word in group.words}
+    usable = {name for table in (FUNCTIONS, CONTROL, INSTRUCTIONS, COMMANDS) for name, row in table.items()
+              if row.state is State.SUPPORTED}  # fmt: skip
+    assert listed == usable | set(OPERATORS) | set(LINKS) | set(SWITCHES) | set(PARAMETERS)
+
+
+def test_all_meanings_of_a_word_are_shown() -> None:
+    assert [entry.sort for entry in page("SPEED").entries] == ["monitor command", "instruction", "function, real"]
+
+
+@pytest.mark.parametrize(
+    ("typed", "word"), [("exec", "EXECUTE"), ("DIR", "DIRECTORY"), ("ATAN", "ATAN2"), ("STEP", "STEP"), ("at", "AT")]
+)
+def test_words_may_be_cut_short(typed: str, word: str) -> None:
+    assert page(typed).word == word
+
+
+@pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row.state is not State.SUPPORTED])
+def test_words_that_are_not_there_say_so(name: str) -> None:
+    assert any(ROWS[name].state.value in entry.note for entry in page(name).entries)
+
+
+@pytest.mark.parametrize(("typed", "hint"), [("MOVEX", "did you mean MOVE?"), ("ST", "STATUS"), ("Q@", "HELP alone")])
+def test_unknown_words(typed: str, hint: str) -> None:
+    with pytest.raises(UsageError, match=hint.replace("?", r"\?")):
+        page(typed)

@@ -1,0 +1,144 @@
+"""Units and files of programs as a session has them: at the prompt, in tasks that stop and go on, at the end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.errors import EndOfInput, FileOutside, IllegalValue, UnitNotAttached
+from vrs_cli.interfaces.session.session import Session
+
+
+@pytest.fixture
+def terminal() -> RecordingTerminal:
+    return RecordingTerminal()
+
+
+@pytest.fixture
+def session(terminal: RecordingTerminal, tmp_path: Path) -> Session:
+    return Session(terminal, folder=tmp_path)
+
+
+def load(session: Session, *lines: str, name: str = "main") -> None:
+    found = session.load_text("\n".join([f".PROGRAM {name}()", *lines, ".END", ""]))
+    assert not [one for one in found if one.severity.name == "ERROR"], found
+
+
+def test_a_file_stays_open_from_line_to_line_of_the_prompt(session: Session, tmp_path: Path) -> None:
+    for line in ('ATTACH (lun, 4) "DISK"', 'FOPENW (lun) "a.txt"', 'WRITE (lun) "one"', 'WRITE (lun) "two"'):
+        session.perform(line)
+    session.perform("x = IOSTAT(lun)")
+    session.close()
+    assert (tmp_path / "a.txt").read_text() == "one\ntwo\n"
+    assert session.environment.reference("x").value() == 1.0
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_a_program_has_none_of_the_units_of_the_prompt(session: Session) -> None:
+    session.perform("ATTACH (5)")
+    load(session, 'FOPENW (5) "a.txt"')
+    fault = session.execute("main").fault
+    assert fault is not None
+    assert fault.code == UnitNotAttached.code
+
+
+def test_a_program_that_pauses_goes_on_writing(session: Session, tmp_path: Path) -> None:
+    load(session, "ATTACH (5)", 'FOPENW (5) "a.txt"', 'WRITE (5) "one"', "PAUSE", 'WRITE (5) "two"', "x = IOSTAT(5)")
+    session.execute("main")
+    assert (tmp_path / "a.txt").read_text() == "one\n"
+    session.proceed()
+    assert (tmp_path / "a.txt").read_text() == "one\ntwo\n"
+    assert session.environment.reference("x").value() == 1.0
+
+
+@pytest.mark.parametrize("again", ["EXECUTE 2 other", "KILL 2"])
+def test_what_a_task_has_open_is_closed_when_it_is_cleared(session: Session, tmp_path: Path, again: str) -> None:
+    load(session, "ATTACH (5)", 'FOPENA (5) "a.txt"', 'WRITE (5) "one"', "WAIT.EVENT", name="other")
+    session.perform("EXECUTE 2 other")
+    session.perform("ABORT 2")
+    assert (tmp_path / "a.txt").read_text() == "one\n"
+    session.perform(again)
+    load(session, "ATTACH (5)", 'FDELETE (5) "a.txt"', "x = IOSTAT(5)")
+    session.execute("main")
+    assert session.environment.reference("x").value() == (1.0 if again == "KILL 2" else -506.0)
+
+
+def test_a_program_that_ends_leaves_nothing_open(session: Session, tmp_path: Path) -> None:
+    load(session, "ATTACH (5)", 'FOPENW (5) "a.txt"', 'WRITE (5) "one"')
+    session.execute("main")
+    assert (tmp_path / "a.txt").read_text() == "one\n"
+    load(session, "WRITE (5) 2", name="later")
+    fault = session.execute("later").fault
+    assert fault is not None
+    assert fault.code == UnitNotAttached.code
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["ATTACH (3)", "ATTACH (5.7, 9)", "ATTACH (5, 4)", 'ATTACH (5) "TAPE"', 'ATTACH (5) "TERMINAL"',
+     'ATTACH (0) "DISK"', "DETACH (9)", 'FOPENR (4) "a"', "FCLOSE (4)", "WRITE (0) 1", "READ (99) x"],
+)  # fmt: skip
+def test_units_that_there_are_not(session: Session, line: str) -> None:
+    with pytest.raises(IllegalValue):
+        session.perform(line)
+
+
+def test_mode_4_wants_a_unit_that_is_free(session: Session) -> None:
+    for _ in range(7):
+        session.perform("ATTACH (lun, 4)")
+    with pytest.raises(UnitNotAttached):
+        session.perform("ATTACH (lun, 4)")
+
+
+def test_the_prompt_names_any_file_and_a_program_none_outside(session: Session, tmp_path: Path) -> None:
+    outside = tmp_path.parent / f"{tmp_path.name}-outside.txt"
+    outside.write_text("x\n")
+    session.perform("ATTACH (5)")
+    with pytest.raises(FileOutside):
+        session.perform(f'DO FDELETE (5) "{outside}"')
+    session.perform(f"FDELETE {outside}")
+    assert not outside.exists()
+
+
+def test_the_terminal_ends(session: Session) -> None:
+    def nobody(_prompt: str) -> str:
+        raise EndOfInput("the input has ended")
+
+    session.driver.devices.ask = nobody
+    load(session, "READ (4) $s", "x = IOSTAT(4)", "y = GETC(4)")
+    assert session.execute("main").fault is None
+    assert session.environment.reference("x").value() == session.environment.reference("y").value() == -504.0
+
+
+def test_status_of_programs_and_tasks(session: Session) -> None:
+    load(session, "PAUSE", name="paused")
+    session.load_text(".PROGRAM broken()\nIF TRUE THEN\n.END\n")
+    session.execute("paused")
+    session.perform('x = STATUS("broken")')
+    session.perform('y = STATUS("Paused")')
+    session.perform("z = TASK(1, 0)")
+    session.perform("t = TASK()")
+    values = [session.environment.reference(name).value() for name in "xyzt"]
+    assert values == [-2.0, 2.0, 5.0, -1.0]
+
+
+def test_numbers_of_the_system(session: Session) -> None:
+    session.perform("x = ID(1)")
+    assert session.environment.reference("x").value() == 560.0
+    with pytest.raises(IllegalValue):
+        session.perform("x = ID(9)")
+
+
+def test_a_full_disk_does_not_stop_a_program(session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from vrs_cli.files import atomic
+
+    def full(_stream: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    load(session, "ATTACH (5)", 'FOPENW (5) "a.txt"', "WRITE (5) 1", "FCLOSE (5)", "x = IOSTAT(5)")
+    monkeypatch.setattr(atomic, "sync", full)
+    assert session.execute("main").fault is None
+    assert session.environment.reference("x").value() == -502.0
+    assert list(tmp_path.iterdir()) == []

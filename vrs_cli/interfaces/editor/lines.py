@@ -1,0 +1,395 @@
+"""EDIT, the line editor of VAL-II (val2 section 3.6): lines in, replies out. It knows no terminal.
+
+A `Draft` is a program while it is edited and the step where the editor stands. A sub-command is a function from a draft
+to the next one (`SUBCOMMANDS`); every other line is an instruction, which takes the place of the present step. Nothing
+in memory changes before the editor is left by `E` or `C`: then the program is stored and its structure checked.
+
+A letter before `=` or `[` is a variable: `d = 4` is an assignment, `D 4` deletes four steps.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
+from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, UsageError
+from vrs_cli.language.run.environment import key_of
+from vrs_cli.language.text.ast import (
+    BadLine,
+    Expression,
+    Kind,
+    Program,
+    ProgramCall,
+    ProgramHeader,
+    Span,
+    Step,
+    Variable,
+)
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity
+from vrs_cli.language.text.meaning import as_meant, line_as_meant, variables_for_functions
+from vrs_cli.language.text.printer import program_header, step_texts
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session.session import Session
+
+HEADER_LINE = 1  # of a program's text; its steps follow
+_SUBCOMMAND = re.compile(r"\s*(?P<word>[A-Za-z]{1,2})(?:\s+(?P<argument>(?![=\[]).*))?$")
+_STEP_NUMBER = re.compile(r"\d{1,9}$")
+
+
+# --- the draft -----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A program in the editor. `at`: the present step from 0; behind the last one where `at == len(steps)`.
+
+    `inserting`: lines go in before the present step, until an empty line.
+    """
+
+    program: Program
+    at: int = 0
+    inserting: bool = False
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return self.program.steps
+
+    @property
+    def prompt(self) -> str:
+        """`    1.? `, as wide as what stands before a step in a listing."""
+        return f"{self.at + 1:5d}.? "
+
+    def moved(self, at: int) -> Draft:
+        """At another step, or as near to it as there is one; no longer inserting."""
+        return replace(self, at=max(0, min(at, len(self.steps))), inserting=False)
+
+    def entered(self, step: Step) -> Draft:
+        """With a step in the place of the present one (before it while inserting), and on to the next."""
+        behind = self.at if self.inserting else self.at + 1
+        steps = (*self.steps[: self.at], step, *self.steps[behind:])
+        return replace(self, program=as_meant(replace(self.program, steps=steps)), at=self.at + 1)
+
+    def shown(self, first: int, count: int = 1) -> tuple[ListedStep, ...]:
+        """Steps from `first` (from 0) on, as they are listed."""
+        listed = zip(self.steps, step_texts(self.program), strict=True)
+        rows = [
+            ListedStep(number, text, isinstance(step.statement, BadLine))
+            for number, (step, text) in enumerate(listed, 1)
+        ]
+        return tuple(rows[first : first + count])
+
+    def present(self) -> tuple[Reply, ...]:
+        """The step where the editor stands; nothing behind the last one, and nothing while lines are inserted."""
+        steps = () if self.inserting else self.shown(self.at)
+        return (ProgramPart("", steps),) if steps else ()
+
+    def screen(self) -> tuple[Reply, ...]:
+        """What is seen on entry: the heading and the present step."""
+        return (ProgramPart(program_header(self.program), self.shown(self.at)),)
+
+
+class Change(NamedTuple):
+    """What a line does: the next draft, and what is shown before the present step."""
+
+    draft: Draft
+    replies: tuple[Reply, ...] = ()
+
+
+# --- sub-commands --------------------------------------------------------------------------------------------------
+
+
+def _number(argument: str, form: str) -> int:
+    """How many steps, or which one; 1 where none is given. Raises IllegalValue."""
+    if not argument:
+        return 1
+    if _STEP_NUMBER.match(argument) is None or int(argument) == 0:
+        raise IllegalValue(argument, f"{form}: a number from 1 on")
+    return int(argument)
+
+
+def _nothing_after(argument: str, letter: str) -> None:
+    if argument:
+        raise UsageError(f"{letter} {argument}", f"{letter} stands alone")
+
+
+def _delete(draft: Draft, argument: str, _line: str) -> Change:
+    count = _number(argument, "D n, n steps")
+    steps = (*draft.steps[: draft.at], *draft.steps[draft.at + count :])
+    gone = len(draft.steps) - len(steps)
+    if not gone:
+        raise IllegalValue("D", "there is no step here to delete")
+    changed = replace(draft, program=replace(draft.program, steps=steps)).moved(draft.at)
+    return Change(changed, (Message(f"{gone} step{'s' if gone != 1 else ''} deleted"),))
+
+
+def _find(draft: Draft, argument: str, _line: str) -> Change:
+    """The next step that holds the text, in either case; behind the last step it goes on at the first."""
+    if not argument:
+        raise UsageError("F without a text", "F text")
+    texts = [text.lower() for text in step_texts(draft.program)]
+    order = [*range(draft.at + 1, len(texts)), *range(min(draft.at + 1, len(texts)))]
+    found = next((at for at in order if argument.strip().lower() in texts[at]), None)
+    if found is None:
+        raise UsageError(f"no step holds {argument.strip()}", "F looks for text as it is listed")
+    return Change(draft.moved(found))
+
+
+def _insert(draft: Draft, argument: str, _line: str) -> Change:
+    _nothing_after(argument, "I")
+    return Change(replace(draft, inserting=True))
+
+
+def _back(draft: Draft, argument: str, _line: str) -> Change:
+    return Change(draft.moved(draft.at - _number(argument, "L n, n steps")))
+
+
+def _print(draft: Draft, argument: str, _line: str) -> Change:
+    count = _number(argument, "P n, n steps")
+    steps = draft.shown(draft.at, count)
+    return Change(draft.moved(draft.at + count), (ProgramPart("", steps),) if steps else ())
+
+
+def _go(draft: Draft, argument: str, _line: str) -> Change:
+    return Change(draft.moved(_number(argument, "S step") - 1))
+
+
+def _overlay(draft: Draft, _argument: str, line: str) -> Change:
+    """What is typed under the present step takes the place of what stands above it; a blank leaves it."""
+    if draft.at == len(draft.steps):
+        raise IllegalValue("R", "there is no step here to change")
+    above = step_texts(draft.program)[draft.at]
+    below = _blanked(line)
+    width = max(len(above), len(below.rstrip()))
+    pairs = zip(above.ljust(width), below.ljust(width)[:width], strict=True)
+    text = "".join(old if new.isspace() else new for old, new in pairs)
+    return Change(replace(draft, inserting=False).entered(_step(text)).moved(draft.at))
+
+
+def _blanked(line: str) -> str:
+    """The line without the letter of its sub-command, every other character in its column."""
+    first = len(line) - len(line.lstrip())
+    return f"{line[:first]} {line[first + 1 :]}"
+
+
+def _teach(_draft: Draft, _argument: str, _line: str) -> Change:
+    hint = "leave by E, define places by HERE, and write MOVE or MOVES"
+    raise NotAvailable("T and TS record places with the pendant, and there is none", hint)
+
+
+class Subcommand(NamedTuple):
+    """A row: `act` gets the draft, what follows the letter, and the whole line."""
+
+    form: str
+    summary: str
+    act: Callable[[Draft, str, str], Change]
+
+
+SUBCOMMANDS: Mapping[str, Subcommand] = {
+    "D": Subcommand("D [n]", "delete n steps from here", _delete),
+    "F": Subcommand("F text", "go to the next step that holds the text", _find),
+    "I": Subcommand("I", "insert lines before this step, until an empty line", _insert),
+    "L": Subcommand("L [n]", "go back one step, or n", _back),
+    "P": Subcommand("P [n]", "print n steps and stand behind them", _print),
+    "R": Subcommand("R text", "replace the characters above the text; a blank keeps one", _overlay),
+    "S": Subcommand("S [step]", "go to a step, the first where none is named", _go),
+    "T": Subcommand("T", "record MOVEs with the pendant (there is none)", _teach),
+    "TS": Subcommand("TS", "record MOVESs with the pendant (there is none)", _teach),
+}
+LEAVING: Mapping[str, str] = {"E": "store the program, check it, and leave", "C": "C program [,step]: edit another"}
+
+
+def subcommand(line: str) -> tuple[str, str] | None:
+    """The letter, in upper case, and what follows it; None for an instruction."""
+    found = _SUBCOMMAND.match(line.rstrip())
+    if found is None or found["word"].upper() not in {*SUBCOMMANDS, *LEAVING}:
+        return None
+    return found["word"].upper(), found["argument"] or ""
+
+
+# --- lines ---------------------------------------------------------------------------------------------------------
+
+
+def taken(draft: Draft, line: str, known: Mapping[str, Kind]) -> Change:
+    """What a line does, but for E and C. `known`: the kinds of the variables that have a value.
+
+    Raises LineRefused for an instruction that cannot be read, and VrsError for a wrong sub-command: the draft stays.
+    """
+    if not line.strip():
+        return Change(draft.moved(draft.at if draft.inserting else draft.at + 1))
+    asked = subcommand(line)
+    if asked is not None:
+        letter, argument = asked
+        return SUBCOMMANDS[letter].act(draft, argument, line)
+    step, warnings = checked_step(draft.program, line, known)
+    return Change(draft.entered(step), warnings)
+
+
+def checked_step(program: Program, line: str, known: Mapping[str, Kind]) -> tuple[Step, tuple[Reply, ...]]:
+    """A step of a program, and the warnings about it. Raises LineRefused."""
+    from vrs_cli.language.analysis.analyzer import check_line
+
+    step = _step(line)
+    if step.statement is None:
+        return step, ()
+    own = {parameter.key for parameter in program.parameters}
+    outside = {key: kind for key, kind in known.items() if key not in own}
+    names = variables_for_functions(program.parameters, (step.statement for step in program.steps))
+    found = check_line(line_as_meant(step.statement, names), outside, in_program=True)
+    for diagnostic in found:
+        if diagnostic.severity is Severity.ERROR:
+            raise LineRefused(diagnostic)
+    return step, (DiagnosticsReport(tuple(Diagnosed(one, line) for one in found)),) if found else ()
+
+
+def _step(text: str, line: int = 1) -> Step:
+    from vrs_cli.language.text.parser import parse_step
+
+    return parse_step(text, line)
+
+
+# --- programs as the memory holds them -----------------------------------------------------------------------------
+
+
+def rebuilt(program: Program) -> tuple[Program, str]:
+    """The program with its steps where they stand in its own text, and that text."""
+    texts = step_texts(program)
+    steps = tuple(
+        _relocated(step, text, number)
+        for number, (step, text) in enumerate(zip(program.steps, texts, strict=True), HEADER_LINE + 1)
+    )
+    header = program_header(program)
+    source = "\n".join((header, *texts, ".END", ""))
+    return as_meant(replace(program, steps=steps, span=Span(HEADER_LINE, 1, len(header) + 1))), source
+
+
+def _relocated(step: Step, text: str, line: int) -> Step:
+    if isinstance(step.statement, BadLine):
+        begin = len(text) - len(text.lstrip())
+        span = Span(line, begin + 1, len(text) + 1)
+        return replace(step, statement=replace(step.statement, span=span), span=span)
+    return _step(text, line)
+
+
+# --- the editor ----------------------------------------------------------------------------------------------------
+
+
+class Editor:
+    """EDIT: a draft of a program of a session, from the line that opens it to `E`."""
+
+    def __init__(self, session: Session, draft: Draft) -> None:
+        self._session = session
+        self.draft = draft
+        self.done = False
+        self._opened = draft.program
+
+    @property
+    def name(self) -> str:
+        return self.draft.program.name
+
+    @property
+    def prompt(self) -> str:
+        return self.draft.prompt
+
+    @property
+    def changed(self) -> bool:
+        """Whether something would be lost without E."""
+        return self.draft.program != self._opened
+
+    def take(self, line: str) -> tuple[Reply, ...]:
+        """What a line is answered with. Raises LineRefused, VrsError: the same step is asked for again then."""
+        asked = subcommand(line)
+        if asked is not None and asked[0] in LEAVING:
+            letter, argument = asked
+            return self._leave(argument) if letter == "E" else self._change(argument)
+        if line.strip().upper() == ".END":
+            return self._leave("")
+        change = taken(self.draft, line, self._session.environment.kinds())
+        self.draft = change.draft
+        return (*change.replies, *self.draft.present())
+
+    def mistake(self, line: str) -> Diagnostic | None:
+        """What is wrong with an instruction, before it is sent; sub-commands answer for themselves."""
+        if not line.strip() or subcommand(line) is not None or line.strip().upper() == ".END":
+            return None
+        try:
+            checked_step(self.draft.program, line, self._session.environment.kinds())
+        except LineRefused as refused:
+            return refused.diagnostic
+        return None
+
+    def _leave(self, argument: str) -> tuple[Reply, ...]:
+        _nothing_after(argument, "E")
+        self.done = True
+        return self._stored()
+
+    def _change(self, argument: str) -> tuple[Reply, ...]:
+        name, comma, step = (part.strip() for part in argument.partition(","))
+        if not name or (comma and not step):
+            raise UsageError("C", LEAVING["C"])
+        at = _number(step, "C program, step")
+        program = named_program(name)
+        refuse_running(self._session, program.name)
+        replies = self._stored()
+        self.draft = opened(self._session, program, at)
+        self._opened = self.draft.program
+        return (*replies, *self.draft.screen())
+
+    def _stored(self) -> tuple[Reply, ...]:
+        return stored(self._session, self.draft.program)
+
+
+def stored(session: Session, program: Program) -> tuple[Reply, ...]:
+    """Put an edited program in memory: its first fault, and what it is now."""
+    whole, source = rebuilt(program)
+    found = session.keep(whole, source)
+    lines = ["", *source.split("\n")]
+    first = next((one for one in found if one.severity is Severity.ERROR), None)
+    report: tuple[Reply, ...] = ()
+    if first is not None:
+        report = (DiagnosticsReport((Diagnosed(first, lines[first.span.line]),)),)
+    else:
+        bad = next((number for number, step in enumerate(whole.steps, 1) if isinstance(step.statement, BadLine)), None)
+        if bad is not None:
+            report = (Message(str(ProgramNotExecutable(f"step {bad} cannot be read", "retype it"))),)
+    count = len(whole.steps)
+    ready = "" if session.environment.program(whole.name).analysis.executable else "; it cannot be executed yet"
+    return (*report, Message(f"Program {whole.name}: {count} step{'s' if count != 1 else ''}{ready}"))
+
+
+def named_program(text: str) -> Program:
+    """An empty program by its name and parameters, `pick(part, height)`. Raises LineRefused."""
+    from vrs_cli.language.text.parser import parse_prompt
+
+    header = parse_prompt(f".PROGRAM {text}")
+    assert isinstance(header, ProgramHeader)
+    return Program(header.name, header.parameters, (), None, Span(HEADER_LINE, 1, 1))
+
+
+def opened(session: Session, asked: Program, step: int = 1) -> Draft:
+    """The program of that name as it is in memory, or a new one. Parameters that are named replace its own."""
+    programs = session.environment.programs
+    if key_of(asked.name) not in programs:
+        return Draft(asked)
+    program = programs[key_of(asked.name)].program
+    if asked.parameters:
+        program = replace(program, parameters=asked.parameters)
+    return Draft(program).moved(step - 1)
+
+
+def refuse_running(session: Session, name: str) -> None:
+    """Raises UsageError for a program that runs now."""
+    if session.running and session.task is not None and session.task.uses(name):
+        raise UsageError(f"{name} is running", "ABORT stops it")
+
+
+def asked_program(expression: Expression) -> Program:
+    """An empty program of the name and parameters of an argument. Raises IllegalValue."""
+    given = expression.arguments if isinstance(expression, ProgramCall) else ()
+    parameters = tuple(one for one in given if isinstance(one, Variable))
+    if not isinstance(expression, ProgramCall) or len(parameters) < len(given):
+        raise IllegalValue("the parameters of a program are variables", "EDIT pick(part, height)")
+    return Program(expression.name, parameters, (), None, Span(HEADER_LINE, 1, 1))

@@ -1,0 +1,133 @@
+"""SEE without its screen: a program as one text, what is wrong with it, its canonical form, and how it is stored.
+
+The text is the `.PROGRAM` line and one line a step; `.END` is not shown, as in VAL's editors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
+
+from vrs_cli.dialogue.replies import Message, Reply
+from vrs_cli.errors import CannotInterpret, ProgramExists
+from vrs_cli.interfaces.editor.lines import opened, stored
+from vrs_cli.language.run.environment import key_of
+from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Span, Step
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, error
+from vrs_cli.language.text.meaning import as_meant
+from vrs_cli.language.text.printer import program_header, step_texts
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session.session import Session
+
+
+@runtime_checkable
+class ScreenTerminal(Protocol):
+    """A terminal that an editor can fill."""
+
+    def see(self, draft: ScreenDraft) -> Iterable[Reply]:
+        """Edit until the user leaves; what is said then. Raises UsageError for a terminal that is too simple."""
+
+
+class Reading(NamedTuple):
+    """A text as a program, None where its heading cannot be read, and everything that is wrong with it by line."""
+
+    program: Program | None
+    findings: tuple[Diagnostic, ...]
+
+
+class ScreenDraft:
+    """A program of a session while it is edited as a text. `row`: the line (from 0) where the cursor begins."""
+
+    def __init__(self, session: Session, asked: Program, step: int = 1) -> None:
+        self._session = session
+        draft = opened(session, asked, step)
+        self.name = draft.program.name
+        self.text = "\n".join((program_header(draft.program), *step_texts(draft.program), *("",) * (not draft.steps)))
+        self.row = draft.at + 1 if draft.at < len(draft.steps) else max(len(draft.steps), 1)
+        self.said: tuple[Reply, ...] = ()
+
+    def read(self, text: str) -> Reading:
+        """The program and all findings, those of its structure too."""
+        from vrs_cli.language.analysis.analyzer import analyze
+
+        first, *rest = text.split("\n")
+        header = read_header(first)
+        steps = [read_step(line, number) for number, line in enumerate(_trimmed(rest), 2)]
+        findings = [found for _, found in steps if found is not None]
+        if isinstance(header, Diagnostic):
+            return Reading(None, (header, *findings))
+        body = tuple(step for step, _ in steps)
+        program = as_meant(Program(header.name, header.parameters, body, header.comment, header.span))
+        environment = self._session.environment
+        programs = {key: one.program for key, one in environment.programs.items()} | {program.key: program}
+        findings += analyze(program, environment.kinds(), programs).diagnostics
+        return Reading(program, tuple(sorted(findings, key=lambda one: (one.span.line, one.span.column))))
+
+    def canonical(self, text: str) -> str:
+        """Keywords in upper case, names in lower case, blocks indented; lines that cannot be read as they are."""
+        program = self.read(text).program
+        if program is None:
+            return text
+        below = text.split("\n")[1 + len(program.steps) :]
+        return "\n".join((program_header(program), *_shown(program, text), *(line.strip() for line in below)))
+
+    def canonical_line(self, text: str, row: int) -> str:
+        """One line of the text (from 0), as it is when the cursor leaves it."""
+        lines, changed = text.split("\n"), self.canonical(text).split("\n")
+        return changed[row] if row < len(changed) else lines[row]
+
+    def note(self, text: str, *, stored: bool) -> None:
+        """What a file would hold of the text, where it is not stored."""
+        self._session.drafted = "" if stored else f"{text}\n.END\n"
+
+    def save(self, text: str) -> str:
+        """Store the program; what is said of it. Raises LineRefused, ProgramExists for the name of another program."""
+        program, findings = self.read(text)
+        if program is None:
+            raise LineRefused(findings[0])
+        if program.key != key_of(self.name) and program.key in self._session.environment.programs:
+            raise ProgramExists(program.name, "give this one another name")
+        self.said = stored(self._session, program)
+        self.name = self._session.last_edited = program.name
+        return next((reply.text for reply in reversed(self.said) if isinstance(reply, Message)), "")
+
+
+def _trimmed(lines: list[str]) -> list[str]:
+    """Without the blank lines at the end."""
+    count = len(lines)
+    while count and not lines[count - 1].strip():
+        count -= 1
+    return lines[:count]
+
+
+def _shown(program: Program, text: str) -> Iterable[str]:
+    typed = text.split("\n")[1:]
+    for step, canonical, line in zip(program.steps, step_texts(program), typed, strict=False):
+        yield line if isinstance(step.statement, BadLine) else canonical
+
+
+def read_header(line: str) -> ProgramHeader | Diagnostic:
+    """The heading, or what is wrong with it."""
+    from vrs_cli.language.text.parser import parse_prompt
+
+    try:
+        header = parse_prompt(line)
+    except LineRefused as refused:
+        return refused.diagnostic
+    if isinstance(header, ProgramHeader):
+        return header
+    return error(CannotInterpret, Span(1, 1, len(line) + 1), "the first line names the program", ".PROGRAM name")
+
+
+@lru_cache(maxsize=20_000)
+def read_step(text: str, line: int) -> tuple[Step, Diagnostic | None]:
+    """A step, or a bad line with what is wrong. Raises nothing. Remembered: a key changes one line of many."""
+    from vrs_cli.language.text.parser import parse_step
+
+    try:
+        return parse_step(text, line), None
+    except LineRefused as refused:
+        span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+        return Step(None, BadLine(text.strip(), span), None, span), refused.diagnostic

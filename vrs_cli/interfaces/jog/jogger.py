@@ -1,0 +1,370 @@
+"""JOG: the arm moved by hand, a step at a time, one axis at a time. Knows no keys and no screen.
+
+In real time a step begins at once, from whatever the arm does, and takes the place of what was scheduled. It returns
+while the arm moves. The last key counts: one that is held, and comes again before the arm has done its step, is left
+out, so that the arm stops soon after it is let go; any other takes over at once. In virtual time a step is a motion
+after all others, and over when it returns.
+
+Steps of the tool go straight: a line that cannot be, near a singularity, is refused, and nothing moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from math import ceil, copysign, radians
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+from vrs_cli.dialogue.replies import Message, Reply, Tone
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
+from vrs_cli.errors import (
+    FileError,
+    IllegalJoint,
+    IllegalValue,
+    JointOutOfRange,
+    LocationOutOfRange,
+    MotionError,
+    StraightLineSingular,
+    TooNear,
+    UsageError,
+)
+from vrs_cli.interfaces.monitor.operands import real
+from vrs_cli.kinematics.joints import Joints, largest_change
+from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
+from vrs_cli.language.text.ast import Instruction, Variable
+from vrs_cli.language.words.values import plain
+
+if TYPE_CHECKING:
+    from vrs_cli.engine.engine import Engine
+    from vrs_cli.interfaces.session.session import Session
+
+AHEAD = 0.3  # [s] before the arm comes to rest: when the next step of a sequence may come, so that it does not stop
+JUMP = radians(45.0)  # [rad, m] a joint that would move so much more than was asked for: a singularity is too near
+ROUNDING = 1e-9  # [rad] a step that is none
+INCREMENT = 10.0  # [mm, deg] a long step is looked at in parts, along its way
+AWAY = "jog the joints away from there first"
+LEFT_OUT = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)  # [mm, deg] of a line to the end of the reach, until the joints can follow
+HALVINGS = 12  # of the first part that is out of reach, to find how far it can go
+LONGEST = 1000.0  # [mm, deg] a step
+LONGEST_TURN = 180.0  # [deg] a turn of the tool is less: one of more would be made the other way round
+STEPS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # [mm, deg]
+SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [%]
+SLOW = 10.0  # [%] with keys one begins so
+
+
+class Frame(Enum):
+    """What the axes of a jog are: the value is its name on the screen."""
+
+    JOINT = "joints"
+    WORLD = "world"
+    TOOL = "tool"
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """`index` counts from 0: joints, or X, Y, Z and the rotations about them."""
+
+    frame: Frame
+    index: int
+
+    @property
+    def name(self) -> str:
+        if self.frame is Frame.JOINT:
+            return str(self.index + 1)
+        return ("T" if self.frame is Frame.TOOL else "") + CARTESIAN[self.index]
+
+    @property
+    def turns(self) -> bool:
+        """Whether a step along it is an angle of the tool."""
+        return self.frame is not Frame.JOINT and self.index >= 3
+
+
+CARTESIAN = ("X", "Y", "Z", "RX", "RY", "RZ")
+UNITS: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+AXES: Mapping[str, Axis] = {
+    axis.name: axis for frame in (Frame.WORLD, Frame.TOOL) for axis in (Axis(frame, index) for index in range(6))
+}
+AXIS_WORDS: Mapping[str, str] = {
+    "X": "along X, Y, Z of the world [mm]",
+    "RX": "about X, Y, Z of the world [deg]",
+    "TX": "along X, Y, Z of the tool [mm]",
+    "TRX": "about X, Y, Z of the tool [deg]",
+}
+FORM = "JOG 1, 5 turns joint 1 by 5 degrees; JOG Z, -20; axes are joints, X Y Z RX RY RZ, and TX ... TRZ of the tool"
+
+
+@runtime_checkable
+class JogTerminal(Protocol):
+    """A terminal with keys."""
+
+    def jog(self, jogger: Jogger) -> None:
+        """Jog with the keys until the user leaves. Raises UsageError for a terminal that is too simple."""
+
+
+def jog(session: Session, it: Instruction) -> Iterator[Reply]:
+    """JOG axis, amount; or with the keys. Raises UsageError, IllegalValue, RobotNotAttached, MotionError."""
+    session.driver.tasks.check_robot_free()
+    if it.arguments:
+        axis, amount = _asked(session, it)
+        said = Jogger(session).step(axis, amount)
+        if said:
+            yield Message(said, Tone.WARNING)
+        return
+    terminal = session.terminal
+    if not isinstance(terminal, JogTerminal):
+        raise UsageError("JOG alone needs a terminal with keys", FORM)
+    terminal.jog(Jogger(session, SLOW))
+
+
+def _asked(session: Session, it: Instruction) -> tuple[Axis, float]:
+    if len(it.arguments) != 2 or None in it.arguments:
+        raise UsageError("JOG takes an axis and an amount, or nothing", FORM)
+    named, by = it.arguments
+    assert named is not None
+    assert by is not None
+    amount = real(session, by)
+    if not abs(amount) <= LONGEST:
+        raise IllegalValue(f"an amount of {plain(amount)}", f"a number of mm or degrees, up to {LONGEST:g}")
+    name = named.name if isinstance(named, Variable) and named.indexes is None else plain(real(session, named))
+    axis = axis_of(session.engine, name)
+    if axis.turns and not abs(amount) < LONGEST_TURN:
+        raise IllegalValue(
+            f"a turn of {plain(amount)} deg", f"the tool turns by less than {LONGEST_TURN:g} deg in a step"
+        )
+    return axis, amount
+
+
+def axis_of(engine: Engine, name: str) -> Axis:
+    """The axis of a name. Raises IllegalJoint, UsageError."""
+    if name.upper() in AXES:
+        return AXES[name.upper()]
+    count = engine.model.joint_count
+    if not name.isdigit():
+        raise UsageError(f"there is no axis {name}", FORM)
+    if not 1 <= int(name) <= count:
+        raise IllegalJoint(f"joint {name}", f"this robot has joints 1 to {count}")
+    return Axis(Frame.JOINT, int(name) - 1)
+
+
+class Jogger:
+    """Moves the arm of a session by steps. `speed` [% of full speed]."""
+
+    def __init__(self, session: Session, speed: float = 100.0) -> None:
+        self.session, self.speed = session, speed
+        self._key: tuple[Axis, float, float] | None = None  # axis, amount and speed of the step under way
+        self._goes_on = False  # that step began while the one before it, of the same key, was under way
+
+    @property
+    def engine(self) -> Engine:
+        return self.session.engine
+
+    def axes(self, frame: Frame) -> tuple[Axis, ...]:
+        count = self.engine.model.joint_count if frame is Frame.JOINT else len(CARTESIAN)
+        return tuple(Axis(frame, index) for index in range(count))
+
+    def press(self, axis: Axis, amount: float) -> str:
+        """One step of many, as keys give them: left out while the arm has enough to do of the same; another one takes
+        over, and where it cannot be, the arm brakes. What is to be said of it. Raises MotionError.
+        """
+        self.session.settle(asking=False)
+        key, before, engine = (axis, amount, self.speed), self._key, self.engine
+        left, self._key = engine.end - engine.now, key
+        if left > 0.0 and key != before:
+            takes_back = before is not None and before[:2] == (axis, -amount) and not self._goes_on
+            self._goes_on = False
+            return self._take_over(axis, amount, takes_back)
+        if left > AHEAD:
+            return ""
+        self._goes_on = left > 0.0
+        return self.step(axis, amount)
+
+    def _take_over(self, axis: Axis, amount: float, takes_back: bool) -> str:
+        """A step in the place of what the arm does: from where it comes to rest, or back to where the opposite step
+        began, so that keys to and fro lead nowhere.
+        """
+        engine = self.engine
+        before = engine.timeline
+        begin = engine.destination(engine.end).joints if takes_back else engine.stopping_place()
+        try:
+            return self._step(begin, axis, amount)
+        finally:
+            if engine.timeline is before:
+                self.stop()
+
+    def step(self, axis: Axis, amount: float) -> str:
+        """Move by so much [mm, deg] from where the arm will be, as far as it goes; what is to be said of it. Raises
+        MotionError: no power, or too near a singularity.
+        """
+        return self._step(self.engine.destination(self.engine.end).joints, axis, amount)
+
+    def _step(self, begin: Joints, axis: Axis, amount: float) -> str:
+        goal, part, why = self._farthest(begin, axis, amount)
+        if largest_change(begin, goal) <= ROUNDING:
+            return why or (f"This arm does not move along {axis.name}" if amount else "")
+        if axis.frame is Frame.JOINT:
+            self._go(goal, axis, amount * part)
+        else:
+            self._go_straight(self.engine.world_pose(begin), axis, amount * part, why)
+        return why
+
+    def _go_straight(self, pose: Transform, axis: Axis, way: float, why: str) -> None:
+        """On a line from a pose; a little less far where `why` says that the arm reaches no farther: near the end of
+        its reach no joint can follow a line. Raises MotionError for a line that cannot be.
+        """
+        for left_out in LEFT_OUT if why else (0.0,):
+            by = way - copysign(left_out, way)
+            if by * way <= 0.0:
+                return
+            try:
+                self._go(moved(pose, axis, by), axis, by)
+                return
+            except (StraightLineSingular, JointOutOfRange, LocationOutOfRange) as error:
+                if not why or left_out == LEFT_OUT[-1]:
+                    error.hint = AWAY
+                    raise
+
+    def _go(self, goal: Joints | Transform, axis: Axis, by: float) -> None:
+        engine, speed, text = self.engine, self.speed / 100.0, f"JOG {axis.name}, {plain(round(by, 3))}"
+        if engine.realtime:
+            engine.redirect(goal, speed=speed, text=text)
+            return
+        if isinstance(goal, Transform):
+            move = Move(PoseTarget(goal), straight=True, speed=speed, text=text)
+        else:
+            move = Move(JointTarget(goal), straight=False, speed=speed, text=text)
+        self.session.settle(engine.begin(move, program=False))
+
+    def stop(self) -> None:
+        """Brake now."""
+        self.session.settle(asking=False)
+        self.engine.stop()
+        if not self.engine.realtime:
+            self.session.settle(self.engine.end)
+
+    def _farthest(self, begin: Joints, axis: Axis, amount: float) -> tuple[Joints, float, str]:
+        """Where a step ends, what part of it that is, and why not all of it, if so."""
+        if axis.frame is Frame.JOINT:
+            return self._turned(begin, axis.index, self.engine.model.units.one_read(axis.index + 1, amount))
+        pose, near, count = self.engine.world_pose(begin), begin, ceil(abs(amount) / INCREMENT) or 1
+        for k in range(count):
+            try:
+                near = self._reached(moved(pose, axis, amount * (k + 1) / count), near)
+            except TooNear as error:
+                if not k:
+                    raise
+                return near, k / count, f"The arm goes no farther along {axis.name}: {error.detail}"
+            except MotionError as error:
+                goal, part = self._last_in_reach(pose, axis, amount / count, k, near)
+                joint = f"joint {error.joint} " if isinstance(error, JointOutOfRange) else ""
+                return goal, part / count, f"The arm reaches no farther along {axis.name}: {joint}{error.detail}"
+        return near, 1.0, ""
+
+    def _last_in_reach(
+        self, pose: Transform, axis: Axis, increment: float, reached: float, near: Joints
+    ) -> tuple[Joints, float]:
+        """Between an increment that is in reach and the next, which is not: how far it goes, by halving."""
+        short = reached + 1.0
+        for _ in range(HALVINGS):
+            part = 0.5 * (reached + short)
+            try:
+                near, reached = self._reached(moved(pose, axis, increment * part), near), part
+            except MotionError:
+                short = part
+        return near, reached
+
+    def _turned(self, begin: Joints, index: int, change: float) -> tuple[Joints, float, str]:
+        model = self.engine.model
+        wanted = begin[index] + change
+        value = min(max(wanted, model.lower[index]), model.upper[index])
+        goal = (*begin[:index], value, *begin[index + 1 :])
+        if value == wanted:
+            return goal, 1.0, ""
+        part = (value - begin[index]) / change
+        return goal, part, f"Joint {index + 1} stops at the end of its range, {model.said(index + 1, value, 1)}"
+
+    def _reached(self, pose: Transform, begin: Joints) -> Joints:
+        """Raises MotionError for a pose that is out of reach, TooNear a singularity where a joint would jump."""
+        goal = self.engine.joints_for(pose, begin)
+        change = largest_change(begin, goal)
+        if change > JUMP:
+            joint = 1 + [abs(b - a) for a, b in zip(begin, goal, strict=True)].index(change)
+            raise TooNear(
+                f"joint {joint} would move by {self.engine.model.said(joint, change, 0)} for it",
+                AWAY,
+            )
+        return goal
+
+
+def moved(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:
+    """A pose after a step along or about an axis [mm, deg]; about an axis of the world the tool tip stays in place."""
+    unit = UNITS[axis.index % 3]
+    if axis.turns:
+        turn = rotation_about(unit, radians(amount))
+        if axis.frame is Frame.TOOL:
+            return compose(T_world_tool, turn)
+        T = T_world_tool
+        return at_position(compose(turn, at_position(T, 0.0, 0.0, 0.0)), T.px, T.py, T.pz)
+    x, y, z = (1e-3 * amount * u for u in unit)
+    if axis.frame is Frame.TOOL:
+        return compose(T_world_tool, translation(x, y, z))
+    T = T_world_tool
+    return at_position(T, T.px + x, T.py + y, T.pz + z)
+
+
+# --- with keys -----------------------------------------------------------------------------------------------------
+
+
+@dataclass(slots=True)
+class Panel:
+    """What keys change: the axis, how long a step is, how fast; `said` is what there is to say."""
+
+    jogger: Jogger
+    frame: Frame = Frame.JOINT
+    index: int = 0
+    step: float = 2.0
+    said: str = ""
+
+    @property
+    def axis(self) -> Axis:
+        return self.jogger.axes(self.frame)[self.index]
+
+    @property
+    def unit(self) -> str:
+        if self.frame is Frame.JOINT:
+            return self.jogger.engine.model.units.unit(self.index + 1)
+        return "deg" if self.axis.turns else "mm"
+
+    def move(self, sign: float) -> None:
+        try:
+            self.said = self.jogger.press(self.axis, sign * self.step)
+        except (MotionError, FileError) as error:
+            self.said = str(error)
+
+    def stop(self) -> None:
+        self.jogger.stop()
+
+    def choose(self, index: int) -> None:
+        """An axis by its number from 0; others stay without effect."""
+        if 0 <= index < len(self.jogger.axes(self.frame)):
+            self.index = index
+
+    def next_axis(self, by: int) -> None:
+        self.index = (self.index + by) % len(self.jogger.axes(self.frame))
+
+    def next_frame(self) -> None:
+        frames = list(Frame)
+        self.frame = frames[(frames.index(self.frame) + 1) % len(frames)]
+        self.index = min(self.index, len(self.jogger.axes(self.frame)) - 1)
+
+    def longer(self, by: int) -> None:
+        self.step = _neighbour(STEPS, self.step, by)
+
+    def faster(self, by: int) -> None:
+        self.jogger.speed = _neighbour(SPEEDS, self.jogger.speed, by)
+
+
+def _neighbour(row: Iterable[float], value: float, by: int) -> float:
+    """The next greater or smaller one of a row, or the value where there is none."""
+    choose: Callable[..., float] = min if by > 0 else max
+    return choose((one for one in row if (one - value) * by > 0), default=value)

@@ -1,0 +1,69 @@
+"""CLOCK: the clock that the robot follows, and what can be done to one on the wall."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from vrs_cli.dialogue.replies import ClockReport, Reply
+from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, WallClock
+from vrs_cli.errors import IllegalValue, UsageError
+from vrs_cli.language.text.ast import Instruction, Word
+from vrs_cli.language.words.values import read_number
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session.session import Session
+
+RATES = f"CLOCK RATE = {SLOWEST_RATE:g} to {FASTEST_RATE:g}"
+
+
+def clock(session: Session, it: Instruction) -> Iterator[Reply]:
+    """CLOCK, CLOCK PAUSE, CLOCK GO, CLOCK RATE = r. Raises UsageError, IllegalValue."""
+    if it.arguments:
+        word = it.arguments[0]
+        assert isinstance(word, Word)
+        _change(_wall_clock(session), word.text.upper(), it.value)
+        session.settle()  # it has gone on since the line was given, and may stand now
+    yield clock_report(session)
+
+
+def clock_report(session: Session) -> ClockReport:
+    """The clock as it is."""
+    time = session.engine.clock
+    return ClockReport(time.now, time.rate if isinstance(time, WallClock) else None, time.paused)
+
+
+def _wall_clock(session: Session) -> WallClock:
+    time = session.engine.clock
+    if not isinstance(time, WallClock):
+        raise UsageError("time is the robot's own here, and passes only when something waits", "vrs --realtime")
+    return time
+
+
+def _change(time: WallClock, word: str, value: object) -> None:
+    if word == "RATE":
+        time.change(rate=_rate(value))
+        return
+    change = CHANGES.get(word)
+    if change is None or value is not None:
+        raise UsageError(f"CLOCK {word}", f"CLOCK PAUSE, CLOCK GO, {RATES}")
+    change(time)
+
+
+def _rate(value: object) -> float:
+    rate = read_number(value.text) if isinstance(value, Word) else None
+    if rate is None or not SLOWEST_RATE <= rate <= FASTEST_RATE:
+        shown = value.text if isinstance(value, Word) else "nothing"
+        raise IllegalValue(f"a rate of {shown}", RATES)
+    return rate
+
+
+CHANGES: Mapping[str, Callable[[WallClock], None]] = {
+    "PAUSE": lambda time: time.change(paused=True),
+    "GO": lambda time: time.change(paused=False),
+}
+CLOCK_WORDS: Mapping[str, str] = {
+    "PAUSE": "time stands, and with it the arm",
+    "GO": "time goes on",
+    "RATE": "RATE = r: so many seconds of the robot in one second",
+}

@@ -1,0 +1,74 @@
+"""Operands of monitor commands: expressions and words, as they are typed at the prompt."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vrs_cli.dialogue.replies import Reply
+from vrs_cli.errors import NoProgramSpecified, TypeMismatch
+from vrs_cli.language.run.environment import Reference
+from vrs_cli.language.text.ast import Call, Expression, Instruction, ProgramCall, Variable, Word
+from vrs_cli.language.words.values import Value, kind_of_value
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.session.session import Session
+
+Handler = Callable[["Session", Instruction], Iterable[Reply]]
+
+
+def value(session: Session, expression: Expression) -> Value:
+    """What an expression is now. Raises ProgramError."""
+    from vrs_cli.language.run.prompt import evaluate
+
+    return evaluate(session.environment, session.robot, expression)
+
+
+def real(session: Session, expression: Expression) -> float:
+    """A real. Raises TypeMismatch for another kind of value."""
+    found = value(session, expression)
+    if not isinstance(found, float):
+        raise TypeMismatch(f"a {kind_of_value(found).value}", "a real is wanted here")
+    return found
+
+
+def sight(session: Session, expression: Expression) -> Callable[[], Value]:
+    """Looks at an expression as the program that has stopped sees it."""
+    from vrs_cli.language.run.prompt import Sight
+
+    seen = Sight(session.environment, session.robot, expression)
+    return lambda: seen.value(own(session))
+
+
+def own(session: Session) -> Mapping[str, Reference]:
+    """What the program that has stopped has for itself: its arguments, and the variables of AUTO and LOCAL."""
+    return {} if session.task is None else session.task.own
+
+
+def operand(it: Instruction, index: int) -> Expression | None:
+    return it.arguments[index] if index < len(it.arguments) else None
+
+
+def real_or(session: Session, it: Instruction, index: int, default: float) -> float:
+    given = operand(it, index)
+    return default if given is None else real(session, given)
+
+
+def word(expression: Expression | None) -> str:
+    """A file, a program or another bare word, as it was typed."""
+    if isinstance(expression, Word):
+        return expression.text
+    if isinstance(expression, Variable | Call | ProgramCall):
+        return expression.name
+    raise NoProgramSpecified()
+
+
+def path_of(it: Instruction) -> Path:
+    return Path(word(operand(it, 0))).expanduser()
+
+
+def shown(expression: Expression) -> str:
+    from vrs_cli.language.text.printer import expression_text
+
+    return expression_text(expression)

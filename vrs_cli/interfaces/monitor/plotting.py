@@ -1,0 +1,140 @@
+"""PLOT: what is asked for, as curves over the time of a timeline. Knows no terminal."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from vrs_cli.dialogue.replies import Curve, Plot
+from vrs_cli.engine.position import Positions, positions_at
+from vrs_cli.errors import IllegalJoint, UsageError
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.joints import JointUnits
+from vrs_cli.trajectory.timeline import Timeline
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+SAMPLES = 481  # more than the dots of the widest drawing need
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A word of PLOT: `joints` where it has one curve a joint; `curves`: those of the tool."""
+
+    title: str
+    unit: str
+    summary: str
+    joints: str = ""
+    curves: tuple[str, ...] = ()
+
+
+QUANTITIES: Mapping[str, Quantity] = {
+    "POSITION": Quantity("Joints", "deg", "joint angles", joints="joints"),
+    "VELOCITY": Quantity("Joint velocities", "deg/s", "joint velocities", joints="velocity"),
+    "ACCELERATION": Quantity("Joint accelerations", "deg/s2", "joint accelerations", joints="acceleration"),
+    "TOOL": Quantity("Tool", "mm", "X, Y and Z of the tool", curves=("X", "Y", "Z")),
+    "X": Quantity("Tool", "mm", "X of the tool", curves=("X",)),
+    "Y": Quantity("Tool", "mm", "Y of the tool", curves=("Y",)),
+    "Z": Quantity("Tool", "mm", "Z of the tool", curves=("Z",)),
+    "SPEED": Quantity("Tool speed", "mm/s", "how fast the tool tip moves", curves=("SPEED",)),
+    "HAND": Quantity("Hand", "1 open", "the opening of the hand", curves=("HAND",)),
+}
+
+SYNTAX = f"PLOT {', '.join(QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VELOCITY, 1"
+
+
+_JOINT = re.compile(r"[0-9]{1,3}")
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """What PLOT is asked for: the names of quantities on one scale, and joints from 1 (none for the tool's)."""
+
+    names: tuple[str, ...]
+    joints: tuple[int, ...]
+
+
+def selected(arm: RobotArm, words: Sequence[str]) -> Selection:
+    """`PLOT`, `PLOT 1,2`, `PLOT VELOCITY,3`, `PLOT X,Z`. Raises UsageError, IllegalJoint."""
+    numbers = [int(word) for word in words if _JOINT.fullmatch(word)]
+    names = _chosen([word for word in words if not _JOINT.fullmatch(word)])
+    first = QUANTITIES[names[0]]
+    if first.joints:
+        return Selection(tuple(names), tuple(_joints(arm, numbers)))
+    if numbers:
+        raise UsageError(f"{first.title.lower()} has no joint {numbers[0]}", SYNTAX)
+    return Selection(tuple(names), ())
+
+
+def plotted(arm: RobotArm, timeline: Timeline, asked: Selection) -> Plot:
+    """The curves that are asked for, over a timeline with motions."""
+    import numpy as np
+
+    first = QUANTITIES[asked.names[0]]
+    times = np.linspace(timeline.start, timeline.end, SAMPLES)
+    positions = positions_at(arm, timeline, times)
+    if first.joints:
+        units = arm.model.units
+        curves = _joint_curves(positions, first, asked.joints, units)
+        return Plot(first.title, _unit(first, asked.joints, units), tuple(times.tolist()), curves)
+    curves = _tool_curves(positions, [curve for name in asked.names for curve in QUANTITIES[name].curves])
+    return Plot(first.title, first.unit, tuple(times.tolist()), curves)
+
+
+def _chosen(words: Sequence[str]) -> list[str]:
+    """The quantities in full. Raises UsageError for an unknown one, and for two that do not go on one scale."""
+    names = [_full_name(word.upper()) for word in words] or ["POSITION"]
+    units = {QUANTITIES[name].unit for name in names}
+    if len(units) > 1 or (QUANTITIES[names[0]].joints and len(set(names)) > 1):
+        raise UsageError(f"{' and '.join(names)} do not go on one scale", SYNTAX)
+    return list(dict.fromkeys(names))
+
+
+def _full_name(word: str) -> str:
+    if word in QUANTITIES:
+        return word
+    found = [name for name in QUANTITIES if name.startswith(word)]
+    if len(found) != 1:
+        raise UsageError(f"PLOT {word}", SYNTAX)
+    return found[0]
+
+
+def _joints(arm: RobotArm, numbers: Sequence[int]) -> Sequence[int]:
+    count = arm.model.joint_count
+    for number in numbers:
+        if not 1 <= number <= count:
+            raise IllegalJoint(f"joint {number}", f"this robot has joints 1 to {count}")
+    return list(dict.fromkeys(numbers)) or range(1, count + 1)
+
+
+def _unit(quantity: Quantity, joints: Sequence[int], units: JointUnits) -> str:
+    """That of the joints that are drawn; both where some turn and some slide."""
+    return ", ".join(dict.fromkeys(quantity.unit.replace("deg", units.unit(joint)) for joint in joints))
+
+
+def _joint_curves(
+    positions: Positions, quantity: Quantity, joints: Sequence[int], units: JointUnits
+) -> tuple[Curve, ...]:
+    rows = getattr(positions, quantity.joints).T.tolist()
+    columns = ((joint, [units.one_shown(joint, x) for x in rows[joint - 1]]) for joint in joints)
+    return tuple(Curve(f"JT{joint}", str(joint), tuple(values)) for joint, values in columns)
+
+
+def _tool_curves(positions: Positions, names: Sequence[str]) -> tuple[Curve, ...]:
+    rows = _tool_values(positions)
+    return tuple(Curve(name, name[0], tuple(rows[name].tolist())) for name in dict.fromkeys(names))
+
+
+def _tool_values(positions: Positions) -> Mapping[str, Floats]:
+    """Every curve of the tool [mm, mm/s]. The speed is that between neighbouring samples."""
+    import numpy as np
+
+    xyz = positions.T_world_tool[:, :, 3] * 1000.0
+    speed = np.linalg.norm(np.gradient(xyz, positions.times, axis=0), axis=1)
+    return {"X": xyz[:, 0], "Y": xyz[:, 1], "Z": xyz[:, 2], "SPEED": speed, "HAND": positions.hand}

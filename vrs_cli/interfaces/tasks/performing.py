@@ -1,0 +1,229 @@
+"""What tasks ask for, done: the robot's requests, waits, the terminal, other tasks, the end.
+
+What takes time leaves the task with an instant to go on at; nothing here lets time go on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf
+from typing import Any, get_args
+
+from vrs_cli.engine.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import IllegalValue, TaskNotActive
+from vrs_cli.interfaces.tasks.debugging import Onward, Stopped
+from vrs_cli.interfaces.tasks.devices import Devices
+from vrs_cli.interfaces.tasks.runs import GO_ON, USUAL, Outcome
+from vrs_cli.interfaces.tasks.tasks import Tasks
+from vrs_cli.interfaces.tasks.track import Aborted, Pending, Track
+from vrs_cli.interfaces.tasks.transcript import Transcript
+from vrs_cli.language.run.effects import (
+    AttachRobot,
+    Control,
+    ControlTask,
+    CycleBegins,
+    DetachRobot,
+    Prompt,
+    RunSignal,
+    SetEvent,
+    StartTask,
+    Type,
+    Wait,
+    WaitEvent,
+)
+from vrs_cli.language.run.environment import Environment, Robot
+from vrs_cli.language.run.events import Budget, Completed, Failed, Halted, Paused, TaskState
+from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.run.units import UnitEffect
+from vrs_cli.trajectory.instant import on_grid
+
+WAIT_TICK = on_grid(0.028)  # [s] a WAIT is tested, and a busy loop seen to be one, every trajectory tick of VAL-II
+EVERYBODYS = (SetMonitorSpeed, SetParameter, SetSwitch)  # requests that a task without the robot may make
+
+
+class Performer:
+    """Does what the tasks of one robot ask for. Without `asking` nobody can answer now: a PROMPT waits."""
+
+    def __init__(
+        self,
+        engine: Engine,
+        environment: Environment,
+        robot: Robot,
+        tasks: Tasks,
+        ask: Callable[[str], str],
+        transcript: Transcript,
+        devices: Devices,
+    ) -> None:
+        self.asking = True
+        self.limits, self.last = USUAL, inf  # of the run, and when it is stopped [s]
+        self._engine, self._environment, self._robot, self._tasks = engine, environment, robot, tasks
+        self._ask, self._transcript, self._devices = ask, transcript, devices
+
+    def do(self, track: Track, event: Pending) -> None:
+        """Raises VrsError where it cannot be done."""
+        track.wake = self._engine.now
+        act = _ACTS.get(type(event))
+        if act is None:
+            self._request(track, event)  # type: ignore[arg-type]
+        else:
+            act(self, track, event)
+
+    def tick(self) -> float:
+        """When a task that waits looks again."""
+        return on_grid(self._engine.now) + WAIT_TICK
+
+    # --- the terminal and the files ---
+
+    def _type(self, _track: Track, event: Type) -> None:
+        self._transcript.show(event.text, event.newline)
+
+    def _prompt(self, track: Track, event: Prompt) -> None:
+        if not self.asking:
+            track.until(self.tick(), event)
+            return
+        self._transcript.count(event.text)
+        track.answer = self._ask(event.text)
+
+    def _unit(self, track: Track, event: UnitEffect) -> None:
+        track.answer = self._devices.perform(track.number, event)
+
+    # --- waits ---
+
+    def _wait(self, track: Track, wait: Wait) -> None:
+        first = on_grid(track.asked) + wait.ticks * WAIT_TICK
+        if self._engine.now < first:
+            track.until(first, wait)
+        elif not wait.condition():
+            track.until(self.tick(), wait)
+
+    def _wait_event(self, track: Track, wait: WaitEvent) -> None:
+        if wait.event and track.event:
+            track.event = False
+            return
+        end = inf if wait.seconds is None else on_grid(track.asked + wait.seconds)
+        if self._engine.now < end:
+            track.until(end, wait)
+
+    def _set_event(self, _track: Track, event: SetEvent) -> None:
+        other = self._tasks.get(event.task)
+        if other is None or not other.running:
+            raise TaskNotActive(f"task {event.task}", "an event is set for a task that runs")
+        other.event = True
+        if isinstance(other.pending, WaitEvent):
+            other.wake = self._engine.now
+
+    def _budget(self, track: Track, _event: Budget) -> None:
+        track.wake = self.tick()
+
+    def _onward(self, track: Track, _event: Onward) -> None:
+        """The next step at once."""
+
+    # --- the robot ---
+
+    def _cycle_begins(self, track: Track, event: CycleBegins) -> None:
+        if self._tasks.owns(track) or track.at_prompt:
+            for setting in event.settings:
+                self._engine.perform(setting)
+
+    def _request(self, track: Track, request: Request) -> None:
+        if not (self._tasks.owns(track) or isinstance(request, EVERYBODYS)):
+            if isinstance(request, Break | Brake):
+                return
+            raise self._tasks.not_attached()
+        engine, in_program = self._engine, track.in_program
+        if in_program and isinstance(request, Move) and request.stamp is not None:
+            self._check_in_bounds(request.stamp)
+        ready = engine.ready_at(request, program=in_program)
+        if ready > engine.now:
+            track.until(ready, request)
+            return
+        track.until(engine.begin(request, program=in_program, issued=track.asked))
+        if isinstance(request, Brake):
+            self._look_again()
+
+    def _check_in_bounds(self, stamp: Stamp) -> None:
+        """Raises IllegalValue for a motion that would begin when its program has been stopped."""
+        word, begin = ("IN", self._engine.now + stamp.seconds) if stamp.relative else ("AT", stamp.seconds)
+        if begin > self.last:
+            more = self.limits.told_by("max_time")
+            hint = f"the program is stopped at {self.last:g} s"
+            raise IllegalValue(f"{word} {stamp.seconds:g}", hint if more == GO_ON else f"{hint}: {more}")
+
+    def _look_again(self) -> None:
+        """The robot will be at rest at another time than was thought."""
+        for track in self._tasks.running:
+            if isinstance(track.pending, Request):
+                track.wake = self._engine.now
+
+    def _attach(self, track: Track, event: AttachRobot) -> None:
+        if not self._tasks.attach_robot(track):
+            track.until(inf, event)
+
+    def _detach(self, track: Track, _event: DetachRobot) -> None:
+        track.mine = False
+        self._tasks.release_robot(track)
+
+    # --- other tasks ---
+
+    def _run_signal(self, track: Track, event: RunSignal) -> None:
+        self._tasks.set_run_signal(track, event.signal)
+
+    def _start_task(self, _track: Track, event: StartTask) -> None:
+        number = self._tasks.free() if event.number is None else event.number
+        call = event.call
+        task = Task(self._environment, self._robot, call.name, call.arguments, event.cycles, event.step)
+        self._tasks.start(number, task)
+
+    def _control_task(self, _track: Track, event: ControlTask) -> None:
+        number = event.number
+        if event.control is Control.ABORT:
+            if self._tasks.abort(number) is None:
+                raise TaskNotActive(f"task {number}", "it does not run")
+        elif event.control is Control.KILL:
+            self._tasks.kill(number)
+        elif event.control is Control.CYCLE_END:
+            self._tasks.end_cycles(number)
+        else:
+            self._tasks.proceed(number, retry=event.control is Control.RETRY)
+
+    # --- endings ---
+
+    def _end(self, track: Track, event: Completed | Halted | Paused | Failed | Aborted | Stopped) -> None:
+        """Once the robot is at rest, if it is this task's, and no line of the prompt."""
+        rests = not track.at_prompt or (isinstance(event, Aborted) and not self._tasks.only_waits(track))
+        if rests and self._tasks.owns(track) and self._engine.now < self._engine.end:
+            track.until(self._engine.end, event)
+            return
+        if isinstance(event, Failed):
+            track.fault, track.error = event.fault, event.error
+        if isinstance(event, Stopped):
+            track.detail, track.task.state = event.detail, TaskState.PAUSED
+        self._tasks.stop(track, Outcome[event.outcome] if isinstance(event, Stopped) else _ENDINGS[type(event)])
+
+
+_ENDINGS: dict[type, Outcome] = {
+    Completed: Outcome.COMPLETED,
+    Halted: Outcome.HALTED,
+    Paused: Outcome.PAUSED,
+    Failed: Outcome.FAILED,
+    Aborted: Outcome.ABORTED,
+}
+
+_ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {
+    Type: Performer._type,
+    Prompt: Performer._prompt,
+    **dict.fromkeys(get_args(UnitEffect), Performer._unit),
+    Wait: Performer._wait,
+    WaitEvent: Performer._wait_event,
+    SetEvent: Performer._set_event,
+    Budget: Performer._budget,
+    Onward: Performer._onward,
+    CycleBegins: Performer._cycle_begins,
+    AttachRobot: Performer._attach,
+    DetachRobot: Performer._detach,
+    RunSignal: Performer._run_signal,
+    StartTask: Performer._start_task,
+    ControlTask: Performer._control_task,
+    **dict.fromkeys((*_ENDINGS, Stopped), Performer._end),
+}

@@ -1,0 +1,229 @@
+"""The tasks of one robot, by number: who runs, who has stopped, and who has the robot.
+
+0 is the robot program, 1 the process control program of VAL-II, others those of V+. The robot belongs to one task at a
+time: to task 0 when it starts, or to the one that attaches it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive
+from vrs_cli.files.disk import Disk
+from vrs_cli.interfaces.tasks.runs import Beside, Outcome
+from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Track
+from vrs_cli.language.run.effects import AttachRobot, Wait
+from vrs_cli.language.run.environment import Environment
+from vrs_cli.language.run.events import TaskState
+from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.run.semantics.tasks import LAST_TASK
+
+
+class Tasks:
+    """Those that run or have stopped. `current` is the number of the one whose turn it is, `foreground` the one that
+    somebody waits for. `failed`: the others that have stopped with an error since that began; `told` hears of each at
+    once.
+    """
+
+    def __init__(self, engine: Engine, environment: Environment, disk: Disk) -> None:
+        self.current = PROMPT_LINE
+        self.foreground: Track | None = None
+        self.failed: list[Beside] = []
+        self.told: Callable[[Beside], None] = lambda _beside: None
+        self._engine, self._environment, self._disk = engine, environment, disk
+        self._tracks: dict[int, Track] = {}
+        self._owner: int | None = None
+        environment.signals.listeners.append(self._signal_changed)
+
+    def __iter__(self) -> Iterator[Track]:
+        return iter(self._tracks.values())
+
+    def get(self, number: int) -> Track | None:
+        return self._tracks.get(number)
+
+    def in_order(self) -> list[Track]:
+        """By number."""
+        return sorted(self, key=lambda track: track.number)
+
+    @property
+    def running(self) -> Iterator[Track]:
+        return (track for track in self if track.running)
+
+    @property
+    def steps_done(self) -> int:
+        return sum(track.task.steps_done for track in self)
+
+    def next(self) -> Track | None:
+        """The task that goes on first."""
+        return min(self.running, key=lambda track: (track.wake, track.number), default=None)
+
+    def uses(self, program: str) -> Track | None:
+        """A task that has a program on its stack."""
+        return next((track for track in self.in_order() if not track.task.ended and track.task.uses(program)), None)
+
+    # --- beginning and going on ---
+
+    def start(self, number: int, task: Task) -> Track:
+        """A task beside those that run, from now on. Raises TaskActive."""
+        there = self.get(number)
+        if there is not None and there.running:
+            raise TaskActive(f"task {number} runs {there.task.program}", "ABORT stops it")
+        if number != PROMPT_LINE:
+            self._disk.release(number)
+        track = Track(number, task, self._engine.now, mine=number == ROBOT_PROGRAM)
+        self._tracks[number] = track
+        self._take_robot(track)
+        return track
+
+    def free(self) -> int:
+        """The first number that is not in use. Raises TaskActive."""
+        busy = {track.number for track in self.running}
+        for number in range(1, LAST_TASK + 1):
+            if number not in busy:
+                return number
+        raise TaskActive("every task is in use", "KILL clears one")
+
+    def prime(self, number: int, task: Task) -> Track:
+        """Ready to run, and stopped before its first step. Raises TaskActive."""
+        track = self.start(number, task)
+        task.state = TaskState.PAUSED
+        self.stop(track, Outcome.PAUSED)
+        return track
+
+    def proceed(self, number: int, *, retry: bool = False) -> Track:
+        """Let a task go on that has stopped: at its next step, or (`retry`) again with the one where it stopped.
+
+        Raises TaskNotActive, TaskActive.
+        """
+        track = self._stopped(number)
+        if retry:
+            track.task.retry()
+        track.outcome, track.fault, track.error, track.wake = None, None, None, self._engine.now
+        self._take_robot(track)
+        self._run_signal(track, running=True)
+        return track
+
+    def _stopped(self, number: int) -> Track:
+        """A task that can go on. Raises TaskNotActive, TaskActive."""
+        track = self.get(number)
+        if track is None or (not track.running and track.task.ended):
+            raise TaskNotActive(f"task {number}", "EXECUTE starts one")
+        if track.running:
+            raise TaskActive(f"task {number} runs {track.task.program}")
+        return track
+
+    # --- ending ---
+
+    def abort(self, number: int) -> Track | None:
+        """Stop a task, and the robot if it is its; None where there is none that runs."""
+        track = self.get(number)
+        if track is None or not track.running:
+            return None
+        if isinstance(track.pending, Aborted):
+            return track
+        track.task.abort()
+        if self.owns(track) and not self.only_waits(track):
+            self._engine.stop()
+        track.until(self._engine.now, Aborted())
+        return track
+
+    def only_waits(self, track: Track) -> bool:
+        """A line of the prompt in real time: the arm moves whether it waits or not."""
+        return track.at_prompt and self._engine.realtime
+
+    def end_cycles(self, number: int) -> Track:
+        """CYCLE.END: the present cycle of a task is its last. Raises TaskNotActive."""
+        track = self.get(number)
+        if track is None or track.task.ended:
+            raise TaskNotActive(f"task {number}", "nothing is to be ended")
+        track.task.end_cycles()
+        return track
+
+    def stop(self, track: Track, outcome: Outcome) -> None:
+        """It goes on no more by itself, and lets the robot, its signal and its files go."""
+        track.outcome, track.pending, track.stepping = outcome, None, None
+        self.release_robot(track)
+        self._run_signal(track, running=False)
+        self._put_files(track)
+        if track.fault is not None and track is not self.foreground:
+            self.failed.append(Beside(track.number, track.fault, self._engine.now))
+            self.told(self.failed[-1])
+
+    def _put_files(self, track: Track) -> None:
+        """What a task has written is in its files when it stops; they are closed when it cannot go on."""
+        if track.task.ended and not track.at_prompt:
+            self._disk.release(track.number)
+        else:
+            self._disk.rest(track.number)
+
+    def kill(self, number: int) -> None:
+        """Forget a task that has stopped. Raises TaskNotActive, TaskActive."""
+        track = self.get(number)
+        if track is None:
+            raise TaskNotActive(f"task {number}", "there is nothing to clear")
+        if track.running:
+            raise TaskActive(f"task {number} runs {track.task.program}", f"ABORT {number} stops it")
+        self._disk.release(number)
+        self.forget(number)
+
+    def forget(self, number: int) -> None:
+        self._tracks.pop(number, None)
+
+    def forget_all(self) -> None:
+        self._tracks.clear()
+
+    # --- the robot ---
+
+    def owns(self, track: Track) -> bool:
+        """Whether the robot is its; a line of the prompt has it while no task does."""
+        return self._owner == track.number or (track.at_prompt and self._owner is None)
+
+    def check_robot_free(self) -> None:
+        """Raises RobotNotAttached where a task has the robot."""
+        if self._owner is not None:
+            raise self.not_attached()
+
+    def not_attached(self) -> RobotNotAttached:
+        if self._owner is None:
+            return RobotNotAttached("no program has it", "ATTACH takes it")
+        return RobotNotAttached(f"task {self._owner} has it", "DETACH there and ATTACH here, or send it a signal")
+
+    def attach_robot(self, track: Track) -> bool:
+        """ATTACH; False while another task has it."""
+        if self._owner not in (None, track.number):
+            return False
+        self._owner, track.mine = track.number, True
+        return True
+
+    def _take_robot(self, track: Track) -> None:
+        if track.mine and self._owner is None:
+            self._owner = track.number
+
+    def release_robot(self, track: Track) -> None:
+        """Those that want it are asked again."""
+        if self._owner != track.number:
+            return
+        self._owner = None
+        for other in self:
+            if isinstance(other.pending, AttachRobot):
+                other.wake = self._engine.now
+
+    # --- signals ---
+
+    def _signal_changed(self, signal: int, on: bool) -> None:
+        """Waits that a signal may end are looked at now, and so are reactions."""
+        for track in self.running:
+            track.task.signal_changed(signal, on)
+            if (isinstance(track.pending, Wait) and not track.pending.ticks) or track.reacts:
+                track.wake = self._engine.now
+
+    def set_run_signal(self, track: Track, signal: int) -> None:
+        """RUNSIG: the signal that says whether the task runs."""
+        self._run_signal(track, running=False)
+        track.run_signal = signal
+        self._run_signal(track, running=True)
+
+    def _run_signal(self, track: Track, *, running: bool) -> None:
+        if track.run_signal is not None:
+            self._environment.signals.write(track.run_signal if running else -track.run_signal)

@@ -1,0 +1,78 @@
+"""A task on its way through time: when it goes on, and what it waits for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from vrs_cli.engine.commands import Request
+from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.tasks.debugging import Onward, Stepping, Stopped
+from vrs_cli.interfaces.tasks.runs import Outcome
+from vrs_cli.language.run.effects import Wait, WaitEvent
+from vrs_cli.language.run.events import Event, ProgramFault
+from vrs_cli.language.run.runtime import Task
+
+ROBOT_PROGRAM = 0
+PROMPT_LINE = -1  # the number of the task that a line of the prompt is
+
+
+@dataclass(frozen=True, slots=True)
+class Aborted:
+    """What a task waits with that is stopped from outside: until the robot is at rest."""
+
+
+Pending = Event | Aborted | Stopped | Onward
+
+
+@dataclass(eq=False, slots=True)
+class Track:
+    """A task on its way: it goes on at `wake` [s], after `pending` is done where that is not None.
+
+    `outcome` is None while it runs. `asked`: when `pending` was asked for. `mine`: it takes the robot when it goes on.
+    `instant`: when it last went on, `before`: how many steps it had done then. `held`: what reactions
+    have interrupted, and when that was asked for.
+    """
+
+    number: int
+    task: Task
+    wake: float = 0.0
+    pending: Pending | None = None
+    asked: float = 0.0
+    answer: str | None = None
+    outcome: Outcome | None = None
+    fault: ProgramFault | None = None
+    error: VrsError | None = None
+    detail: str = ""
+    mine: bool = False
+    event: bool = False
+    run_signal: int | None = None
+    stepping: Stepping | None = None
+    instant: float = -1.0
+    before: int = 0
+    held: list[tuple[Pending, float]] = field(default_factory=list)
+
+    @property
+    def running(self) -> bool:
+        return self.outcome is None
+
+    @property
+    def at_prompt(self) -> bool:
+        return self.number == PROMPT_LINE
+
+    @property
+    def in_program(self) -> bool:
+        """Not in a line of the prompt: its motion is over when it returns, and one with a time stamp leaves the clock
+        alone; a program that it CALLs runs as any other."""
+        return not self.at_prompt or len(self.task.stack) > 1
+
+    @property
+    def reacts(self) -> bool:
+        """Whether a reaction is due that interrupts what it waits for: a WAIT; REACTI also what waits for the robot."""
+        due = self.task.reactions.due
+        if due is None:
+            return False
+        return isinstance(self.pending, Wait | WaitEvent) or (due.immediate and isinstance(self.pending, Request))
+
+    def until(self, instant: float, pending: Pending | None = None) -> None:
+        """Go on at an instant [s], and no earlier."""
+        self.wake, self.pending = instant, pending
