@@ -72,11 +72,11 @@ def test_a_branch_begins_as_what_is_there_and_leaves_main_alone(branches: Branch
     tried, later = engine.timeline, engine.now
     branches.change_over(MAIN)
     assert engine.timeline is main
-    assert (engine.now, engine.parameters.monitor_speed) == (clock, 100.0)
+    assert (engine.now, engine.settings.monitor_speed) == (clock, 100.0)
     assert len(engine.records()) == 2
     branches.change_over("TRIAL")
     assert engine.timeline is tried
-    assert (engine.now, engine.parameters.monitor_speed) == (later, 50.0)
+    assert (engine.now, engine.settings.monitor_speed) == (later, 50.0)
     assert told == []
 
 
@@ -230,7 +230,7 @@ def test_an_override_stays_one_when_it_is_planned_again(branches: Branches) -> N
     engine.perform(drive(6, 5))
     branches.merge("trial")
     assert [record.end is None for record in engine.records()] == [False, True, True, False]
-    assert engine.parameters.parameter("INSERT") == "ON"
+    assert engine.settings.parameter("INSERT") == "ON"
 
 
 def test_the_clock_of_a_branch_is_not_left_behind(branches: Branches) -> None:

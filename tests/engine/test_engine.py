@@ -126,7 +126,7 @@ def test_speed_without_always_is_for_one_motion(engine: Engine) -> None:
     engine.perform(SetSpeed(10.0))
     slow, fast = seconds_of(engine, A), seconds_of(engine, NamedTarget("ready"))
     assert slow > 2 * fast
-    assert engine.parameters.program_speed == 100.0
+    assert engine.settings.speed.present.value == 100.0
 
 
 def test_tip_speed_in_millimetres_and_inches(engine: Engine) -> None:
@@ -355,7 +355,7 @@ def test_dry_run_moves_nothing(engine: Engine) -> None:
 
 def test_names_may_be_short_and_mistakes_are_named(engine: Engine) -> None:
     engine.perform(SetSwitch("dry", on=True))
-    assert engine.parameters.switch("DRY.RUN")
+    assert engine.settings.switch("DRY.RUN")
     with pytest.raises(UsageError, match=r"did you mean POWER\?"):
         engine.perform(SetSwitch("POWR", on=True))
     with pytest.raises(UsageError, match="parameter"):

@@ -58,7 +58,7 @@ def state(engine: Engine) -> object:
         tuple(line.history.undone),
         line.number,
         line.clock,
-        repr(line.parameters),
+        line.settings,
     )
 
 

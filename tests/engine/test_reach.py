@@ -191,7 +191,7 @@ def test_nothing_moves() -> None:
     before: tuple[object, Position] = engine.timeline, engine.position()
     engine.explain(located(0.5, 0.15, -0.1))
     assert (engine.timeline, engine.position()) == before
-    assert engine.parameters.asked.arm is None
+    assert engine.settings.configuration.arm is None
 
 
 def test_a_precision_point_of_another_robot_is_refused() -> None:

@@ -16,6 +16,7 @@ from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import JointOutOfRange, PowerOff, StreamIsOver
 from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.model import PROFILES
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline
@@ -63,7 +64,7 @@ def test_a_target_that_stands_is_reached_without_going_beyond(engine: Engine) ->
     follow(engine, lambda _t: AWAY, 3.0)
     assert largest_change(joints_at(engine.arm, engine.timeline, 3.0), AWAY) < radians(1e-6)
     first = [joints_at(engine.arm, engine.timeline, k * 0.01)[0] for k in range(300)]
-    beyond = radians(0.002) if engine.parameters.values["PROFILE"] == "SCURVE" else 0.0
+    beyond = radians(0.002) if engine.settings.profile is Profile.SCURVE else 0.0
     assert max(first) <= AWAY[0] + beyond
     assert all(earlier <= later + beyond for earlier, later in pairwise(first))
 
@@ -85,7 +86,7 @@ def test_it_waits_at_the_end_of_a_range_and_comes_back(engine: Engine) -> None:
 
 def test_a_target_that_comes_while_the_arm_has_no_room_to_stop_waits(engine: Engine) -> None:
     """A motion with parabolic blends that slows down to the end of a range may not be braked with limits of jerk."""
-    profile = str(engine.parameters.values["PROFILE"])
+    profile = engine.settings.profile.name
     engine.perform(SetParameter("PROFILE", "LSPB"))
     engine.perform(Move(JointTarget((MODEL.upper[0], *READY[1:])), straight=False), program=True)
     engine.perform(SetParameter("PROFILE", profile))

@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 
 from tests.fuzz import numbers
 from vrs_cli.dialogue.replies import Reply
+from vrs_cli.engine.commands import SetParameter
 from vrs_cli.errors import EndOfInput, VrsError
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.runs import Limits
@@ -104,7 +105,7 @@ def typed(random: Random) -> int:
     with TemporaryDirectory() as folder:
         session = Session(Silent(), limits=BOUNDS, folder=Path(folder))
         session.load_text(PROGRAM)
-        session.engine.parameters.set_parameter("PROFILE", random.choice(("LSPB", "SCURVE")))
+        session.engine.perform(SetParameter("PROFILE", random.choice(("LSPB", "SCURVE"))))
         for _ in range(LINES):
             one_line(session, numbers.line(random))
         session.close()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
-
 import pytest
 
 from tests.laws.motion_laws import check_pose
@@ -97,5 +95,5 @@ def standing_here(engine: Engine) -> Engine:
     other = Engine(engine.model, start=engine.position().joints)
     other.perform(SetTool(engine.frames.tool))
     other.perform(SetBase(engine.frames.base))
-    other.parameters = deepcopy(engine.parameters)
+    other.settings = engine.settings
     return other

@@ -124,7 +124,7 @@ actions = st.one_of(
 def test_the_past_never_changes(seed: int, sequence: list[object]) -> None:
     world = World(seed)
     world.engine.perform(ABOVE_THE_TABLE, program=True)
-    world.engine.parameters.set_parameter("CAUSALITY", "POSTPONE")
+    world.engine.perform(SetParameter("CAUSALITY", "POSTPONE"))
     for act in sequence:
         world.see()
         with suppress(VrsError):

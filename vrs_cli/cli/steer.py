@@ -199,12 +199,13 @@ class _Run:
         return first
 
     def _begin(self, model: RobotModel, first: TimedTarget) -> Steering:
+        from vrs_cli.engine.commands import SetParameter
         from vrs_cli.engine.engine import Engine
         from vrs_cli.interfaces.steering import Steering
 
         engine = Engine(model, start=_start(model, first), clock=clock_of(self.options.realtime))
         if self.options.profile is not None:
-            engine.parameters.set_parameter("PROFILE", self.options.profile)
+            engine.perform(SetParameter("PROFILE", self.options.profile))
         return Steering(engine, speed=self.options.speed / 100.0)
 
     def _recorded(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> bool:

@@ -190,7 +190,7 @@ class Branches:
     def _plans(self, name: str, old: Timeline, main: Line, steps: Sequence[Step]) -> list[TimelineDelta]:
         """The steps of a branch that left main at `old`, planned one after another on what main is now."""
         timeline, deltas = main.timeline, list[TimelineDelta]()
-        arm, slowest = self.engine.arm, float(main.parameters.values["STRETCH"])
+        arm, slowest = self.engine.arm, main.settings.slowest
         for number, step in enumerate(steps, main.number + 1):
             motion = replace(step.delta.motion, number=number)
             when = _when(step.delta, old, timeline)

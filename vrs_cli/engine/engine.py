@@ -6,10 +6,9 @@ Nothing runs here between two requests. Readers of a timeline keep the version t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from copy import deepcopy
 from dataclasses import dataclass, replace
 from math import isfinite
-from typing import Any, Protocol
+from typing import Protocol
 
 from vrs_cli.engine.clock import Clock, VirtualClock
 from vrs_cli.engine.commands import (
@@ -19,50 +18,38 @@ from vrs_cli.engine.commands import (
     JointTarget,
     Mode,
     Move,
-    NamedTarget,
     OperateHand,
     PoseTarget,
     Request,
-    SetAcceleration,
     SetBase,
     SetConfiguration,
-    SetDuration,
-    SetMode,
-    SetMonitorSpeed,
     SetParameter,
     SetSpeed,
-    SetSwitch,
     SetTool,
     SpeedUnit,
     Stamp,
     ToolOffsetTarget,
 )
 from vrs_cli.engine.history import CommandRecord, History, Step
-from vrs_cli.engine.parameters import (
-    ACCELERATION,
-    DECELERATION,
-    FULL_SPEED,
-    MONITOR_SPEED,
-    PROGRAM_SPEED,
-    ROTATION_SPEED,
-    Asked,
-    Parameters,
-)
+from vrs_cli.engine.parameters import FULL_SPEED
 from vrs_cli.engine.planner import NoRoomToStop, plan, rounding_begins, slowing_down
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at
 from vrs_cli.engine.reach import Reach, explained
+from vrs_cli.engine.settings import MM, Settings, checked_time
 from vrs_cli.engine.steered import plan_steering
-from vrs_cli.engine.targets import Situation, check_joint_count, check_joint_limits, check_near, resolve, select, unmet
-from vrs_cli.errors import (
-    IllegalValue,
-    NotAvailable,
-    PowerOff,
-    TooLate,
+from vrs_cli.engine.targets import (
+    Situation,
+    check_flag,
+    check_joint_count,
+    check_joint_limits,
+    check_near,
+    resolve,
+    select,
 )
+from vrs_cli.errors import IllegalValue, PowerOff, TooLate
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
@@ -73,7 +60,6 @@ from vrs_cli.trajectory.timeline import Timeline
 
 LONGER = 1.0 + 1e-5  # a tick of steering, so that the next target comes before its end
 SLOWEST = 1e-4  # fraction of nominal speed: slower is no motion
-MM = 1e-3  # [m]
 INCH = 0.0254  # [m]
 
 DeltaListener = Callable[[TimelineDelta, Timeline], None]
@@ -105,7 +91,7 @@ class Line:
     history: History
     number: int
     clock: float
-    parameters: Parameters
+    settings: Settings
 
 
 class Engine:
@@ -119,8 +105,7 @@ class Engine:
         self.model = model
         self.arm: RobotArm = arm_for(model)
         self.clock: Clock = clock or VirtualClock()
-        self.parameters = Parameters()
-        self.parameters.set_parameter("PROFILE", model.profile)
+        self.settings = Settings().changed(SetParameter("PROFILE", model.profile))
         self.journal: Journal | None = None
         self.listeners: list[DeltaListener] = []
         self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
@@ -204,10 +189,21 @@ class Engine:
         if isinstance(request, Move):
             return self._move(request, program)
         if isinstance(request, Delay):
-            return self._stand(_checked_time(request.seconds, "DELAY"), program, text=request.text)
+            return self._stand(checked_time(request.seconds, "DELAY"), program, text=request.text)
         if isinstance(request, OperateHand):
             return self._operate_hand(request, program)
-        _SETTERS[type(request)](self, request)
+        if isinstance(request, Break):
+            self.wait_for_rest()
+        elif isinstance(request, Brake):
+            self.stop()
+        elif isinstance(request, SetTool):
+            self._set_tool(request)
+        elif isinstance(request, SetBase):
+            self._set_base(request)
+        else:
+            if isinstance(request, SetConfiguration):
+                check_flag(self.arm, request.flag)
+            self.settings = self.settings.changed(request)
         return self.now
 
     def _move(self, move: Move, program: bool) -> float:
@@ -215,11 +211,9 @@ class Engine:
         start, executed = self._begin(move, program)
         executed = self._in_time(move.text, executed)
         motion = self._motion(move, start, executed)
-        if not self.parameters.switch("DRY.RUN"):
+        if self.settings.moves:
             executed = self._edit(motion, executed).executed
-        self.parameters.motion_taken()
-        if isinstance(move.target, JointTarget | NamedTarget):
-            self.parameters.asked = Asked()
+        self.settings = self.settings.after_motion(move.target)
         if move.stamp is not None:
             return self.now
         return self._until(executed, program)
@@ -231,7 +225,7 @@ class Engine:
         return self.now if self.realtime else self.end
 
     def _check_power(self) -> None:
-        if not self.parameters.switch("POWER"):
+        if not self.settings.switch("POWER"):
             raise PowerOff("the arm has no power", "ENABLE POWER")
 
     def _begin(self, move: Move, program: bool) -> tuple[Start, float]:
@@ -243,7 +237,7 @@ class Engine:
             return Start.AFTER, now
         slowing = slowing_down(self.timeline)
         if program and slowing and self._may_blend(move):
-            return Start.BLEND, max(now, rounding_begins(self.arm, slowing, self._rounding))
+            return Start.BLEND, max(now, rounding_begins(self.arm, slowing, self.settings.rounding))
         return Start.AFTER, end
 
     def _stamped(self, stamp: Stamp) -> float:
@@ -260,7 +254,7 @@ class Engine:
         now = on_grid(self.now)
         if not self.realtime or executed >= now:
             return executed
-        if self.parameters.values["CAUSALITY"] == "ABORT":
+        if self.settings.parameters["CAUSALITY"] == "ABORT":
             raise TooLate(
                 f"{text or 'the motion'} was to begin at {executed:.3f} s, and it is {now:.3f} s",
                 "give a later time, or IN dt; PARAMETER CAUSALITY = POSTPONE puts it off",
@@ -271,8 +265,7 @@ class Engine:
         return later
 
     def _may_blend(self, move: Move) -> bool:
-        parameters = self.parameters
-        if not (parameters.switch("CP") and parameters.modes[Mode.CONTINUOUS_PATH].present):
+        if not (self.settings.switch("CP") and self.settings.mode(Mode.CONTINUOUS_PATH)):
             return False
         return not self._changes_configuration(move)
 
@@ -281,29 +274,29 @@ class Engine:
         if not isinstance(move.target, PoseTarget | ToolOffsetTarget):
             return False
         have = self.arm.configuration(self.destination(self.end).joints)
-        return bool(unmet(have, self.parameters.asked))
+        return bool(self.settings.configuration.words_beside((have,)))
 
     # --- motions ---
 
     def _motion(self, move: Move, start: Start, executed: float) -> Motion:
-        parameters = self.parameters
+        settings = self.settings
         under_way = self.timeline.locate(executed)[0].motion
-        wanted = move.hand if move.hand is not None else parameters.hand
-        goal = resolve(self.arm, parameters, move, self._situation(move, start, executed, under_way.frames))
+        wanted = move.hand if move.hand is not None else settings.hand
+        goal = resolve(self.arm, settings, move, self._situation(move, start, executed, under_way.frames))
         motion = Motion(
             number=self._number + 1,
             kind=Kind.JOINT if goal.pose is None else Kind.STRAIGHT,
             start=start,
             goal=goal.joints,
             pose=goal.pose,
-            acceleration=parameters.acceleration,
-            duration=on_grid(parameters.duration.present),
+            acceleration=settings.acceleration,
+            duration=on_grid(settings.duration.present),
             hand=under_way.hand if wanted is None else wanted,
             frames=under_way.frames,
             text=move.text,
             relative=move.target if isinstance(move.target, RelativeTarget) else None,
-            profile=self._profile,
-            rounding=self._rounding if start is Start.BLEND else None,
+            profile=self.settings.profile,
+            rounding=self.settings.rounding if start is Start.BLEND else None,
         )
         return self._at_speed(motion, move)
 
@@ -318,11 +311,11 @@ class Engine:
     def _at_speed(self, motion: Motion, move: Move) -> Motion:
         """With the speeds that are in force: actual = monitor x program."""
         if move.speed is None:
-            return self._at_program_speed(motion, self.parameters.speed.present)
-        return replace(motion, speed=_fraction(self.parameters.monitor_speed / FULL_SPEED * move.speed))
+            return self._at_program_speed(motion, self.settings.speed.present)
+        return replace(motion, speed=_fraction(self.settings.monitor_speed / FULL_SPEED * move.speed))
 
     def _at_program_speed(self, motion: Motion, program: SetSpeed) -> Motion:
-        monitor = self.parameters.monitor_speed / FULL_SPEED
+        monitor = self.settings.monitor_speed / FULL_SPEED
         if program.unit is SpeedUnit.PERCENT:
             rotation = program.rotation
             return replace(
@@ -336,24 +329,14 @@ class Engine:
         rotation = fraction if program.rotation is None else _fraction(monitor * program.rotation / FULL_SPEED)
         return replace(motion, speed=fraction, tip_speed=min(max(tip, SLOWEST * full), full), rotation=rotation)
 
-    @property
-    def _profile(self) -> Profile:
-        return Profile[str(self.parameters.values["PROFILE"])]
-
-    @property
-    def _rounding(self) -> float | None:
-        """How near a corner the tip comes before it is rounded [m]; None: as near as it is when the arm slows down."""
-        value = self.parameters.values["ROUNDING"]
-        return None if isinstance(value, str) else value * MM
-
     # --- standing still ---
 
     def _operate_hand(self, request: OperateHand, program: bool) -> float:
         opening = 0.0 if request.opening is None else request.opening
         if not request.immediate:
-            self.parameters.hand = opening
+            self.settings = replace(self.settings, hand=opening)
             return self.now
-        self._stand(float(self.parameters.values["HAND.TIME"]), program, hand=opening, text=request.text)
+        self._stand(float(self.settings.parameters["HAND.TIME"]), program, hand=opening, text=request.text)
         return self._until(self.end, program)
 
     def _stand(
@@ -376,9 +359,9 @@ class Engine:
             hand=last.hand if hand is None else hand,
             frames=frames or last.frames,
             text=text,
-            profile=self._profile,
+            profile=self.settings.profile,
         )
-        if not self.parameters.switch("DRY.RUN"):
+        if self.settings.moves:
             self._edit(motion, executed)
         return self._until(executed, program)
 
@@ -409,7 +392,7 @@ class Engine:
             hand=last.hand,
             frames=last.frames,
             text="BRAKE",
-            profile=self._profile,
+            profile=self.settings.profile,
         )
 
     # --- targets that come one after the other ---
@@ -422,7 +405,7 @@ class Engine:
         if not isinstance(goal, Transform):
             check_joint_limits(self.model, goal)
         self._issued = None
-        if not self.parameters.switch("DRY.RUN"):
+        if self.settings.moves:
             self._edit(self._motion_from_now(goal, speed, text), on_grid(self.now), False)
 
     def steer(self, target: Target, tick: float, *, speed: float = 1.0, text: str = "STEER") -> None:
@@ -435,7 +418,7 @@ class Engine:
         """
         self._check_power()
         check_joint_limits(self.model, target.joints)
-        if self.parameters.switch("DRY.RUN"):
+        if not self.settings.moves:
             return
         executed, timeline, self._issued = on_grid(self.now), self.timeline, None
         motion = self._steered_motion(target.joints, speed, text)
@@ -478,17 +461,17 @@ class Engine:
 
     def _motion_from_now(self, goal: Joints | Transform, speed: float, text: str) -> Motion:
         under_way = self.timeline.locate(on_grid(self.now))[0].motion
-        monitor = self.parameters.monitor_speed / FULL_SPEED
+        monitor = self.settings.monitor_speed / FULL_SPEED
         motion = Motion(
             number=self._number + 1,
             kind=Kind.JOINT,
             start=Start.AT,
             speed=_fraction(monitor * speed),
-            acceleration=self.parameters.acceleration,
+            acceleration=self.settings.acceleration,
             hand=under_way.hand,
             frames=under_way.frames,
             text=text,
-            profile=self._profile,
+            profile=self.settings.profile,
         )
         if isinstance(goal, Transform):
             return replace(motion, kind=Kind.STRAIGHT, pose=compose(motion.frames.base, goal))
@@ -501,7 +484,7 @@ class Engine:
     ) -> TimelineDelta:
         """Plan, write down, apply."""
         if insert is None:
-            insert = self.parameters.values["INSERT"] == "ON"
+            insert = self.settings.inserts
         issued = self.now if self._issued is None else self._issued
         delta = self._planned(motion, issued, executed, insert)
         self._check_end(delta)
@@ -518,7 +501,7 @@ class Engine:
             raise IllegalValue(what, f"times are up to {2.0 * LATEST:g} s")
 
     def _planned(self, motion: Motion, issued: float, executed: float, insert: bool) -> TimelineDelta:
-        slowest = float(self.parameters.values["STRETCH"])
+        slowest = self.settings.slowest
         return plan(self.arm, self.timeline, motion, on_grid(issued), executed, insert=insert, slowest=slowest)
 
     def _write_down(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
@@ -605,7 +588,7 @@ class Engine:
             self.history.copy(),
             self._number,
             self.now,
-            deepcopy(self.parameters),
+            self.settings,
         )
 
     def take(self, line: Line, *, heard: bool) -> None:
@@ -613,38 +596,10 @@ class Engine:
         self._steered = None
         self.initial, self.timeline, self.deltas = line.initial, line.timeline, list(line.deltas)
         self.history, self._number = line.history.copy(), line.number
-        self.parameters, self.heard = deepcopy(line.parameters), heard
+        self.settings, self.heard = line.settings, heard
         self.clock.set(line.clock)
 
-    # --- settings ---
-
-    def _set_speed(self, request: SetSpeed) -> None:
-        PROGRAM_SPEED[request.unit].checked(request.value)
-        if request.rotation is not None:
-            ROTATION_SPEED.checked(request.rotation)
-        self.parameters.speed.put(request, request.always)
-
-    def _set_monitor_speed(self, request: SetMonitorSpeed) -> None:
-        self.parameters.monitor_speed = MONITOR_SPEED.checked(request.percent)
-
-    def _set_duration(self, request: SetDuration) -> None:
-        self.parameters.duration.put(_checked_time(request.seconds, "DURATION"), request.always)
-
-    def _set_acceleration(self, request: SetAcceleration) -> None:
-        slower = ACCELERATION.checked(request.acceleration)
-        if request.deceleration is not None:
-            slower = min(slower, DECELERATION.checked(request.deceleration))  # one figure serves both
-        self.parameters.acceleration = slower / FULL_SPEED
-
-    def _set_configuration(self, request: SetConfiguration) -> None:
-        if request.flag not in self.arm.words:
-            known = ", ".join(flag.name for flag in self.arm.words)
-            has = f"it has {known}" if known else "it has no configuration words"
-            raise NotAvailable(f"{request.flag.name}: {self.model.title} has no such configuration", has)
-        self.parameters.asked.say(request.flag)
-
-    def _set_mode(self, request: SetMode) -> None:
-        self.parameters.modes[request.mode].put(request.on, request.always)
+    # --- BASE and TOOL ---
 
     def _set_tool(self, request: SetTool) -> None:
         check_near(request.T_flange_tool, "TOOL")
@@ -663,18 +618,6 @@ class Engine:
         if frames != self.frames:
             self.clock.advance(self._stand(0.0, True, frames=frames, text=text))
 
-    def _set_parameter(self, request: SetParameter) -> None:
-        self.parameters.set_parameter(request.name, request.value)
-
-    def _set_switch(self, request: SetSwitch) -> None:
-        self.parameters.set_switch(request.name, request.on)
-
-    def _break(self, _request: Break) -> None:
-        self.wait_for_rest()
-
-    def _brake(self, _request: Brake) -> None:
-        self.stop()
-
     # --- what is in reach ---
 
     def world_pose(self, joints: Joints) -> Transform:
@@ -689,7 +632,7 @@ class Engine:
         """
         pose = compose(self.frames.base, T_world_tool)
         near = self.position().joints if near is None else near
-        return select(self.arm, self.parameters, pose, self.frames, near)
+        return select(self.arm, self.settings, pose, self.frames, near)
 
     def explain(self, target: PoseTarget | JointTarget) -> Reach:
         """Why a MOVE or MOVES to a target from here is possible or not.
@@ -703,31 +646,14 @@ class Engine:
             self._number + 1,
             Kind.STRAIGHT,
             Start.AT,
-            acceleration=self.parameters.acceleration,
+            acceleration=self.settings.acceleration,
             frames=self.frames,
-            profile=self._profile,
+            profile=self.settings.profile,
         )
-        duration, speed = self.parameters.duration, self.parameters.speed
+        duration, speed = self.settings.duration, self.settings.speed
         first = self._at_program_speed(replace(line, duration=on_grid(duration.present)), speed.present)
         later = self._at_program_speed(replace(line, duration=on_grid(duration.always)), speed.always)
-        slowest = float(self.parameters.values["STRETCH"])
-        return explained(self.arm, self.parameters, target, here, (first, later), slowest)
-
-
-_SETTERS: dict[type, Callable[[Engine, Any], None]] = {
-    Break: Engine._break,
-    Brake: Engine._brake,
-    SetSpeed: Engine._set_speed,
-    SetMonitorSpeed: Engine._set_monitor_speed,
-    SetDuration: Engine._set_duration,
-    SetAcceleration: Engine._set_acceleration,
-    SetConfiguration: Engine._set_configuration,
-    SetMode: Engine._set_mode,
-    SetTool: Engine._set_tool,
-    SetBase: Engine._set_base,
-    SetParameter: Engine._set_parameter,
-    SetSwitch: Engine._set_switch,
-}
+        return explained(self.arm, self.settings, target, here, (first, later))
 
 
 def _stands(request: Request) -> bool:
@@ -737,9 +663,3 @@ def _stands(request: Request) -> bool:
 def _fraction(speed: float) -> float:
     """A fraction of nominal speed: never above it, never so slow that it would be none."""
     return min(max(speed, SLOWEST), 1.0)
-
-
-def _checked_time(seconds: float, word: str) -> float:
-    if not isfinite(seconds) or not 0.0 <= seconds <= LATEST:
-        raise IllegalValue(f"{word} {seconds:g}", f"it is a time from 0 to {LATEST:g} s")
-    return seconds

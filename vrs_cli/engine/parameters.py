@@ -1,18 +1,14 @@
-"""Settings of the robot: speeds, modes, configuration, switches and parameters.
-
-Program settings hold for the next motion only, or ALWAYS (V+ Keyword Reference, SPEED).
-"""
+"""Facts about settings: the switches, the parameters, and the numbers that make sense for each."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Generic, TypeVar
+from typing import TypeVar
 
-from vrs_cli.engine.commands import Mode, SetSpeed, SpeedUnit
+from vrs_cli.engine.commands import SpeedUnit
 from vrs_cli.errors import IllegalValue, UsageError
-from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 
 V = TypeVar("V")
 
@@ -70,6 +66,31 @@ class ParameterRow:
     most: float = 1e9
     words: tuple[str, ...] = ()
     numbers: bool = False
+
+    def checked(self, value: float | str) -> float | str:
+        """The value as it is kept. Raises IllegalValue for one that the parameter cannot have."""
+        if self.words and (isinstance(value, str) or not self.numbers):
+            return self._checked_word(value)
+        if isinstance(value, str) or not self.least <= value <= self.most:
+            raise self._illegal(value)
+        return value
+
+    def _checked_word(self, value: float | str) -> str:
+        """ON and OFF may come as -1 and 0, which is what the language makes of them."""
+        word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")
+        if word not in self.words:
+            raise self._illegal(value)
+        return word
+
+    def _illegal(self, value: float | str) -> IllegalValue:
+        numbers = f"a number from {self.least:g} to {self.most:g} {self.unit}".rstrip()
+        if not self.words:
+            right = numbers
+        elif self.numbers:
+            right = f"{', '.join(self.words)} or {numbers}"
+        else:
+            right = f"one of {', '.join(self.words)}"
+        return IllegalValue(f"PARAMETER {self.name} = {value}", f"it is {right}")
 
 
 def _table(*rows: V) -> Mapping[str, V]:
@@ -129,110 +150,6 @@ PARAMETERS: Mapping[str, ParameterRow] = _table(
 )
 
 
-@dataclass(slots=True)
-class Setting(Generic[V]):
-    """A program setting: the value for always, and one for the next motion only."""
-
-    always: V
-    once: V | None = None
-
-    @property
-    def present(self) -> V:
-        return self.always if self.once is None else self.once
-
-    def put(self, value: V, always: bool) -> None:
-        if always:
-            self.always, self.once = value, None
-        else:
-            self.once = value
-
-    def used(self) -> None:
-        """A motion has taken the setting: what was for it alone is over."""
-        self.once = None
-
-
-@dataclass(slots=True)
-class Asked:
-    """Configuration words said since the last precision point; None: as the arm is."""
-
-    arm: Arm | None = None
-    elbow: Elbow | None = None
-    wrist: Wrist | None = None
-
-    def say(self, flag: Arm | Elbow | Wrist) -> None:
-        if isinstance(flag, Arm):
-            self.arm = flag
-        elif isinstance(flag, Elbow):
-            self.elbow = flag
-        else:
-            self.wrist = flag
-
-
-MODES_AT_START: Mapping[Mode, bool] = {
-    Mode.CONTINUOUS_PATH: True,
-    Mode.COARSE: False,
-    Mode.NULLING: True,
-    Mode.SINGLE: False,
-    Mode.OVERLAP: True,
-    Mode.INTEGRAL: False,
-}
-
-
-def _fresh_modes() -> dict[Mode, Setting[bool]]:
-    return {mode: Setting(on) for mode, on in MODES_AT_START.items()}
-
-
-def _fresh_speed() -> Setting[SetSpeed]:
-    return Setting(SetSpeed(FULL_SPEED, FULL_SPEED))
-
-
-@dataclass(slots=True)
-class Parameters:
-    """All settings of one robot."""
-
-    monitor_speed: float = FULL_SPEED
-    speed: Setting[SetSpeed] = field(default_factory=_fresh_speed)
-    duration: Setting[float] = field(default_factory=lambda: Setting(0.0))
-    acceleration: float = 1.0
-    modes: dict[Mode, Setting[bool]] = field(default_factory=_fresh_modes)
-    asked: Asked = field(default_factory=Asked)
-    hand: float | None = None  # asked for the next motion by OPEN and CLOSE
-    switches: dict[str, bool] = field(default_factory=lambda: {row.name: row.default for row in SWITCHES.values()})
-    values: dict[str, float | str] = field(
-        default_factory=lambda: {row.name: row.default for row in PARAMETERS.values()}
-    )
-
-    def motion_taken(self) -> None:
-        """One-motion settings end with the motion."""
-        self.speed.used()
-        self.duration.used()
-        for mode in self.modes.values():
-            mode.used()
-        self.hand = None
-
-    @property
-    def program_speed(self) -> float:
-        """Program speed in force [%]."""
-        return self.speed.present.value
-
-    # --- switches and parameters by name ---
-
-    def switch(self, name: str) -> bool:
-        return self.switches[row_of(SWITCHES, name, "switch").name]
-
-    def set_switch(self, name: str, on: bool) -> None:
-        self.switches[row_of(SWITCHES, name, "switch").name] = on
-
-    def parameter(self, name: str) -> float | str:
-        return self.values[row_of(PARAMETERS, name, "parameter").name]
-
-    def set_parameter(self, name: str, value: float | str) -> None:
-        """Raises UsageError for an unknown name, IllegalValue for a value that it cannot have."""
-        row = row_of(PARAMETERS, name, "parameter")
-        by_number = not row.words or (row.numbers and not isinstance(value, str))
-        self.values[row.name] = _number(row, value) if by_number else _word(row, value)
-
-
 def row_of(table: Mapping[str, V], name: str, what: str) -> V:
     """The row of a name, or of a prefix that only one name has. Raises UsageError with what is near."""
     upper = name.upper()
@@ -245,28 +162,3 @@ def row_of(table: Mapping[str, V], name: str, what: str) -> V:
     raise UsageError(
         f"there is no {what} {upper}", f"did you mean {near[0]}?" if near else f"there are {', '.join(table)}"
     )
-
-
-def _word(row: ParameterRow, value: float | str) -> str:
-    """ON and OFF may come as -1 and 0, which is what the language makes of them."""
-    word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")
-    if word not in row.words:
-        raise _illegal(row, value)
-    return word
-
-
-def _number(row: ParameterRow, value: float | str) -> float:
-    if isinstance(value, str) or not row.least <= value <= row.most:
-        raise _illegal(row, value)
-    return value
-
-
-def _illegal(row: ParameterRow, value: float | str) -> IllegalValue:
-    numbers = f"a number from {row.least:g} to {row.most:g} {row.unit}".rstrip()
-    if not row.words:
-        right = numbers
-    elif row.numbers:
-        right = f"{', '.join(row.words)} or {numbers}"
-    else:
-        right = f"one of {', '.join(row.words)}"
-    return IllegalValue(f"PARAMETER {row.name} = {value}", f"it is {right}")

@@ -6,13 +6,12 @@ What is found is data (WHY shows it). Nothing is moved.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from copy import deepcopy
 from dataclasses import dataclass, replace
 
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
-from vrs_cli.engine.parameters import Asked, Parameters
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetConfiguration
 from vrs_cli.engine.planner import Here, plan_motion, segment_joints
-from vrs_cli.engine.targets import Situation, resolve, unmet
+from vrs_cli.engine.settings import Settings
+from vrs_cli.engine.targets import Situation, resolve
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar, MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import NONE, Configuration
@@ -108,11 +107,10 @@ Lines = tuple[Motion, Motion]  # straight, with the settings for the next motion
 
 def explained(
     arm: RobotArm,
-    parameters: Parameters,
+    settings: Settings,
     target: PoseTarget | JointTarget,
     here: Joints,
     lines: Lines,
-    slowest: float,
 ) -> Reach:
     """Why a target can be reached from `here`, at rest, or not.
 
@@ -128,15 +126,15 @@ def explained(
         T_robot_flange = compose(pose, inverse(frames.tool))
         branches = tuple(_branch(arm, T_robot_flange, here, solution) for solution in arm.inverse_all(T_robot_flange))
     situation = Situation(here, here, frames)
-    chosen, reason = _chosen(arm, parameters, target, situation, branches)
+    chosen, reason = _chosen(arm, settings, target, situation, branches)
     way = _Way(compose(arm.forward(here), frames.tool), pose, frames.tool)
     try:
-        resolve(arm, parameters, Move(target, straight=True), situation)
+        resolve(arm, settings, Move(target, straight=True), situation)
     except MotionError as error:  # no line goes there, wherever it begins
         line = LineCheck(way.length, None, str(error), None, () if chosen is None else (WayOut(),))
     else:
         first, later = (replace(line, pose=pose) for line in lines)
-        line = _line(arm, parameters, way, here, (first, later), slowest, reachable=chosen is not None)
+        line = _line(arm, settings, way, here, (first, later), reachable=chosen is not None)
     return Reach(branches, goal, chosen, reason, line)
 
 
@@ -183,14 +181,14 @@ def _overruns(arm: RobotArm, joints: Joints) -> tuple[Overrun, ...]:
 
 def _chosen(
     arm: RobotArm,
-    parameters: Parameters,
+    settings: Settings,
     target: PoseTarget | JointTarget,
     situation: Situation,
     branches: tuple[Branch, ...],
 ) -> tuple[Configuration | None, str]:
     """What MOVE would take, and why."""
     try:
-        joints = resolve(arm, parameters, Move(target, straight=False), situation).joints
+        joints = resolve(arm, settings, Move(target, straight=False), situation).joints
     except MotionError as error:
         return None, str(error)
     assert joints is not None
@@ -200,12 +198,9 @@ def _chosen(
         return chosen, "a precision point says all joints"
     if chosen == NONE:
         return chosen, "the nearest joints that were found"
-    asked = parameters.asked
-    reasons = []
-    if asked != Asked():
-        words = " ".join(flag.name for flag in (asked.arm, asked.elbow, asked.wrist) if flag)
-        reasons.append(f"{words} asked")
-    if not unmet(chosen, Asked(have.arm, have.elbow, None)):
+    asked = settings.configuration
+    reasons = [f"{asked} asked"] if asked != NONE else []
+    if not Configuration(have.arm, have.elbow).words_beside((chosen,)):
         reasons.append("arm and elbow stay as they are" if chosen.elbow else "arm as it is")
     if asked.wrist is None:
         reasons += _why_this_wrist(arm, here, chosen, branches)
@@ -269,16 +264,14 @@ def _position(T: Transform) -> Vector:
     return T.px, T.py, T.pz
 
 
-def _line(
-    arm: RobotArm, parameters: Parameters, way: _Way, here: Joints, lines: Lines, slowest: float, *, reachable: bool
-) -> LineCheck:
+def _line(arm: RobotArm, settings: Settings, way: _Way, here: Joints, lines: Lines, *, reachable: bool) -> LineCheck:
     """The straight line from here, planned as MOVES would."""
     try:
-        segments = _planned(arm, here, lines[0], slowest)
+        segments = _planned(arm, here, lines[0], settings.slowest)
     except MotionError as error:
         stopped = _stopped(arm, way, arm.configuration(here), here)
         at = _along(way, error) if stopped is None else stopped * way.length
-        out = tuple(_ways_out(arm, parameters, way, here, lines, slowest, reachable=reachable))
+        out = tuple(_ways_out(arm, settings, way, here, lines, reachable=reachable))
         return LineCheck(way.length, None, str(error), at, out)
     ends = [s.path.pose(s.duration) for s in stops_on_the_way(segments) if isinstance(s.path, CartesianPath)]
     stops = tuple(length(subtracted(_position(end), _position(way.begin))) for end in ends)
@@ -330,12 +323,12 @@ def _held(arm: RobotArm, way: _Way, configuration: Configuration, near: Joints, 
 
 
 def _ways_out(
-    arm: RobotArm, parameters: Parameters, way: _Way, here: Joints, lines: Lines, slowest: float, *, reachable: bool
+    arm: RobotArm, settings: Settings, way: _Way, here: Joints, lines: Lines, *, reachable: bool
 ) -> Iterator[WayOut]:
     """What would do instead: another configuration for the whole line, a via point, a MOVE."""
-    yield from _other_configurations(arm, parameters, way, here, lines[1], slowest)
-    keeps = not unmet(arm.configuration(here), parameters.asked)  # else no line goes to a transformation
-    via = _via_point(arm, way, here, lines, slowest) if keeps else None
+    yield from _other_configurations(arm, settings, way, here, lines[1])
+    keeps = not settings.configuration.words_beside((arm.configuration(here),))  # else no line goes to a transformation
+    via = _via_point(arm, way, here, lines, settings.slowest) if keeps else None
     if via is not None:
         yield WayOut(via=compose(inverse(lines[0].frames.base), via))
     if reachable:
@@ -343,14 +336,14 @@ def _ways_out(
 
 
 def _other_configurations(
-    arm: RobotArm, parameters: Parameters, way: _Way, here: Joints, motion: Motion, slowest: float
+    arm: RobotArm, settings: Settings, way: _Way, here: Joints, motion: Motion
 ) -> Iterator[WayOut]:
     """The configurations in which the line is possible from the same place, those of the fewest words."""
     have = arm.configuration(here)
     found = []
     for words in filter(None, (way.words_beside((have,)) for way in arm.ways)):
         try:
-            _planned(arm, _moved(arm, parameters, way.begin, here, motion.frames, words), motion, slowest)
+            _planned(arm, _moved(arm, settings, way.begin, here, motion.frames, words), motion, settings.slowest)
         except MotionError:
             continue
         found.append(words)
@@ -359,13 +352,13 @@ def _other_configurations(
 
 
 def _moved(
-    arm: RobotArm, parameters: Parameters, T_robot_tool: Transform, here: Joints, frames: Frames, words: Sequence[str]
+    arm: RobotArm, settings: Settings, T_robot_tool: Transform, here: Joints, frames: Frames, words: Sequence[str]
 ) -> Joints:
     """The joints after some words and a MOVE to a pose. Raises MotionError."""
-    told = deepcopy(parameters)
+    told = settings
     for flag in arm.words:
         if flag.name in words:
-            told.asked.say(flag)
+            told = told.changed(SetConfiguration(flag))
     target = PoseTarget(compose(inverse(frames.base), T_robot_tool))
     joints = resolve(arm, told, Move(target, straight=False), Situation(here, here, frames)).joints
     assert joints is not None

@@ -6,17 +6,18 @@ from dataclasses import dataclass, replace
 from math import asin, degrees, hypot, pi
 
 from vrs_cli.engine.commands import JointTarget, Mode, Move, NamedTarget, PoseTarget
-from vrs_cli.engine.parameters import Asked, Parameters
+from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import (
     IllegalJoint,
     IllegalValue,
     JointOutOfRange,
     LocationTooFar,
+    NotAvailable,
     StraightLineConfiguration,
     UndefinedValue,
 )
 from vrs_cli.kinematics.arm import RobotArm, arm_for
-from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
+from vrs_cli.kinematics.configuration import Configuration, Flag
 from vrs_cli.kinematics.joints import Joints, joints_outside
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, inverse, rotation_about
@@ -44,7 +45,7 @@ class Goal:
     pose: Transform | None = None
 
 
-def resolve(arm: RobotArm, parameters: Parameters, move: Move, situation: Situation) -> Goal:
+def resolve(arm: RobotArm, settings: Settings, move: Move, situation: Situation) -> Goal:
     """Where a motion goes. Raises LocationOutOfRange, JointOutOfRange, StraightLineConfiguration, IllegalJoint,
     IllegalValue, UndefinedValue.
     """
@@ -56,11 +57,11 @@ def resolve(arm: RobotArm, parameters: Parameters, move: Move, situation: Situat
             return Goal(pose=compose(arm.forward(joints), situation.frames.tool))
     elif move.straight:
         _check_task(arm, pose, situation.frames)
-        _check_same_configuration(arm.configuration(situation.here), parameters.asked)
+        _check_same_configuration(arm.configuration(situation.here), settings.configuration)
         return Goal(pose=pose)
     else:
-        joints = select(arm, parameters, pose, situation.frames, situation.here)
-    if not parameters.modes[Mode.OVERLAP].present:
+        joints = select(arm, settings, pose, situation.frames, situation.here)
+    if not settings.mode(Mode.OVERLAP):
         _check_half_turns(arm.model, situation.here, joints)
     return Goal(joints=joints)
 
@@ -162,12 +163,12 @@ def aligned(T: Transform) -> Transform:
 # --- configuration -----------------------------------------------------------------------------------------------
 
 
-def select(arm: RobotArm, parameters: Parameters, T_robot_tool: Transform, frames: Frames, near: Joints) -> Joints:
+def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: Frames, near: Joints) -> Joints:
     """The joints of a pose, in the configuration that was asked for; under SINGLE no joint turns more than once."""
     _check_task(arm, T_robot_tool, frames)
     T_robot_flange = compose(T_robot_tool, inverse(frames.tool))
-    asked = parameters.asked
-    if parameters.modes[Mode.SINGLE].present:
+    asked = settings.configuration
+    if settings.mode(Mode.SINGLE):
         arm = arm_for(_single_turn(arm.model))
     return arm.select(T_robot_flange, near, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist)
 
@@ -183,17 +184,18 @@ def _single_turn(model: RobotModel) -> RobotModel:
     return replace(model, lower=lower, upper=upper)
 
 
-def unmet(have: Configuration, asked: Asked) -> tuple[Arm | Elbow | Wrist, ...]:
-    """The configuration words that were said and that the arm does not have."""
-    flags = (asked.arm, asked.elbow, asked.wrist)
-    return tuple(flag for flag in flags if flag and flag not in (have.arm, have.elbow, have.wrist))
-
-
-def _check_same_configuration(have: Configuration, asked: Asked) -> None:
-    missing = unmet(have, asked)
+def _check_same_configuration(have: Configuration, asked: Configuration) -> None:
+    missing = asked.words_beside((have,))
     if missing:
-        words = " ".join(flag.name for flag in missing)
-        raise StraightLineConfiguration(f"{words} asked, the arm is {have}", "use MOVE to change it")
+        raise StraightLineConfiguration(f"{' '.join(missing)} asked, the arm is {have}", "use MOVE to change it")
+
+
+def check_flag(arm: RobotArm, flag: Flag) -> None:
+    """Raises NotAvailable for a configuration word that the arm does not have."""
+    if flag not in arm.words:
+        known = ", ".join(word.name for word in arm.words)
+        has = f"it has {known}" if known else "it has no configuration words"
+        raise NotAvailable(f"{flag.name}: {arm.model.title} has no such configuration", has)
 
 
 # --- joint limits ------------------------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ def line_of(path: str | Path, recording: Recording, engine: Engine) -> Line:
         history=history_of(recording.initial, recording.deltas),
         number=max((delta.motion.number for delta in recording.deltas), default=0),
         clock=recording.timeline.end,
-        parameters=engine.parameters,
+        settings=engine.settings,
     )
 
 

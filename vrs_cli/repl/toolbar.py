@@ -53,11 +53,11 @@ def _state(session: Session) -> tuple[str, ...]:
     engine = session.engine
     position = engine.position()
     x, y, z, *_ = (fixed(number, 1) for number in numbers_of(position.T_world_tool))
-    speed = engine.parameters.speed.always
+    speed = engine.settings.speed.always
     return (
         f"t {fixed(engine.now, 2)} s",
         *_pace(engine),
         f"X {x} Y {y} Z {z}",
-        f"{fixed(engine.parameters.monitor_speed, 0)} % / {fixed(speed.value, 0)} {speed.unit.value}",
+        f"{fixed(engine.settings.monitor_speed, 0)} % / {fixed(speed.value, 0)} {speed.unit.value}",
         str(engine.arm.configuration(position.joints)),
     )

@@ -10,6 +10,7 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import robot_for
 from vrs_cli.dialogue.replies import ClockReport, Message, Whereabouts
+from vrs_cli.engine.commands import SetParameter
 from vrs_cli.errors import ClockPaused, TooLate, UsageError, VrsError
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.session.session import Session
@@ -82,7 +83,7 @@ def test_a_program_gives_the_timeline_of_batch_to_the_bit(path: Path, tmp_path: 
         folder.mkdir()
         session = Session(RecordingTerminal(), robot_for(text), clock=clock, folder=folder)
         session.load_text(text)
-        session.engine.parameters.set_parameter("CAUSALITY", "POSTPONE")
+        session.engine.perform(SetParameter("CAUSALITY", "POSTPONE"))
         result = session.execute(next(iter(session.environment.programs)))
         assert result.outcome is Outcome.COMPLETED
         timelines.append([repr(segment) for segment in session.engine.timeline])

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def refusal(session: Session, question: str) -> Message | None:
     """None where the user agrees, or has said DISABLE INTERACTIVE; otherwise what is said of it."""
-    if not session.engine.parameters.switch("INTERACTIVE"):
+    if not session.robot.switch("INTERACTIVE"):
         return None
     if session.terminal.confirm(f"{question} Are you sure (Y/N)?"):
         return None
@@ -31,7 +31,7 @@ def leaving(session: Session) -> Iterator[Reply]:
     terminal, unstored = session.terminal, session.unstored
     locations = sorted(map(session.environment.name_of, unstored.locations()))
     named = "; ".join(listed(*row) for row in (("program", unstored.programs()), ("location", locations)) if row[1])
-    if named and isinstance(terminal, Dialogue) and session.engine.parameters.switch("INTERACTIVE"):
+    if named and isinstance(terminal, Dialogue) and session.robot.switch("INTERACTIVE"):
         yield Message(f"Not stored: {named}. STORE file stores all", Tone.WARNING)
         if not terminal.leave("Leave without storing (Y/N)?"):
             return
@@ -49,7 +49,7 @@ def listed(what: str, names: list[str]) -> str:
 
 def may_replace(session: Session, program: str) -> bool:
     """Whether a program of that name may be put in memory: none is there, or the user lets it go."""
-    if key_of(program) in session.environment.programs and session.engine.parameters.switch("INTERACTIVE"):
+    if key_of(program) in session.environment.programs and session.robot.switch("INTERACTIVE"):
         return session.terminal.confirm(f"Program {program} exists. Replace it (Y/N)?")
     return True
 
@@ -60,6 +60,6 @@ def may_write(session: Session, path: Path) -> None:
     journal = session.journal
     if journal is not None and path.exists() and journal.path.exists() and path.samefile(journal.path):
         raise FileError(f"{path} holds all of this session already, and is being written", "name another file")
-    if path.exists() and session.engine.parameters.switch("INTERACTIVE"):  # noqa: SIM102
+    if path.exists() and session.robot.switch("INTERACTIVE"):  # noqa: SIM102
         if not session.terminal.confirm(f"{path} exists. Overwrite it (Y/N)?"):
             raise FileExists(str(path), "answer Y or name another file; DISABLE INTERACTIVE overwrites")

@@ -83,7 +83,7 @@ def _kept(session: Session, sections: Iterable[Section]) -> dict[Item, Value]:
     can be asked they are overwritten, as all variables are.
     """
     environment = session.environment
-    if not isinstance(session.terminal, Dialogue) or not session.engine.parameters.switch("INTERACTIVE"):
+    if not isinstance(session.terminal, Dialogue) or not session.robot.switch("INTERACTIVE"):
         return {}
     taken = {item_of(entry) for section in sections for entry in section.entries}
     lost = [item for item in session.unstored.locations() if item in taken]

@@ -48,7 +48,7 @@ def _switch(session: Session, it: Instruction) -> Iterator[Reply]:
     if it.value is not None:
         session.do(it)
         return
-    switches = session.engine.parameters.switches
+    switches = session.engine.settings.switches
     rows = _asked(it, SWITCHES, "switch")
     yield SettingTable(
         "Switch",
@@ -60,7 +60,7 @@ def _parameter(session: Session, it: Instruction) -> Iterator[Reply]:
     if it.value is not None:
         session.do(it)
         return
-    values = session.engine.parameters.values
+    values = session.engine.settings.parameters
     rows = _asked(it, PARAMETERS, "parameter")
     yield SettingTable(
         "Parameter", tuple(SettingRow(row.name, _with_unit(row, values[row.name]), row.summary) for row in rows)

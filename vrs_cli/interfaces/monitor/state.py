@@ -35,14 +35,14 @@ def _status(session: Session, it: Instruction) -> Iterator[Reply]:
 
 
 def _status_of(session: Session, number: int) -> Reply:
-    engine, parameters = session.engine, session.engine.parameters
-    speed = parameters.speed.always
+    engine, settings = session.engine, session.engine.settings
+    speed = settings.speed.always
     return StatusReport(
         robot=engine.model.title,
         progress=_progress(session, number),
-        monitor_speed=parameters.monitor_speed,
+        monitor_speed=settings.monitor_speed,
         program_speed=f"{plain(speed.value)} {speed.unit.value}",
-        power=parameters.switch("POWER"),
+        power=settings.switch("POWER"),
         clock=engine.now,
         end=engine.end,
         configuration=engine.arm.configuration(engine.position().joints),

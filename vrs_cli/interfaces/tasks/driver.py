@@ -311,9 +311,9 @@ class Driver:
 
     def _careful(self, track: Track) -> bool:
         """Whether each step is looked at before it is done."""
-        tracing = self.engine.parameters.switch("TRACE")
+        tracing = self.engine.settings.switch("TRACE")
         return not track.at_prompt and (tracing or track.stepping is not None or self.debugging.active)
 
     def _trace(self, task: Task) -> None:
-        if self.engine.parameters.switch("TRACE"):
+        if self.engine.settings.switch("TRACE"):
             self.console.type(f"{task.program} {task.step}: {task.source}", newline=True)

@@ -53,18 +53,18 @@ class Readings:
         return self.engine.now
 
     def speed(self, number: int) -> float:
-        parameters = self.engine.parameters
+        settings = self.engine.settings
         if number == MONITOR_SPEED:
-            return parameters.monitor_speed
+            return settings.monitor_speed
         if number == PROGRAM_SPEED:
-            return parameters.speed.always.value
+            return settings.speed.always.value
         if number == MOTION_SPEED:
-            return parameters.program_speed
+            return settings.speed.present.value
         raise IllegalValue(f"SPEED({number})", "1 monitor speed, 2 program speed, 3 speed of the next motion")
 
     def state(self, number: int) -> float:
         if number == 1:
-            return float(PROGRAM_CONTROL if self.engine.parameters.switch("POWER") else NO_POWER)
+            return float(PROGRAM_CONTROL if self.engine.settings.switch("POWER") else NO_POWER)
         if number == 2:
             if self.moving():
                 return float(MOVING)
@@ -75,10 +75,10 @@ class Readings:
         return self.engine.position().moving
 
     def switch(self, name: str) -> bool:
-        return self.engine.parameters.switch(name)
+        return self.engine.settings.switch(name)
 
     def parameter(self, name: str) -> float | str:
-        return self.engine.parameters.parameter(name)
+        return self.engine.settings.parameter(name)
 
     def in_range(self, place: Transform | Joints) -> int:
         try:

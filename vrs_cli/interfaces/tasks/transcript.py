@@ -30,7 +30,7 @@ class Transcript:
         self._put(text, newline)
 
     def _put(self, text: str, newline: bool) -> None:
-        if self._engine.parameters.switch("MESSAGES"):
+        if self._engine.settings.switch("MESSAGES"):
             self._console.type(text, newline)
         *lines, self._line = (self._line + text + ("\n" if newline else "")).split("\n")
         self.lines += lines

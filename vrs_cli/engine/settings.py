@@ -1,0 +1,220 @@
+"""The settings of a robot: one value that holds for the motions to come, and is replaced when one of them changes.
+
+Program settings hold for the next motion only, or ALWAYS (V+ Keyword Reference, SPEED).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from math import isfinite
+from typing import Any, Generic, TypeVar
+
+from vrs_cli.engine.commands import (
+    JointTarget,
+    Mode,
+    NamedTarget,
+    SetAcceleration,
+    SetConfiguration,
+    SetDuration,
+    SetMode,
+    SetMonitorSpeed,
+    SetParameter,
+    SetSpeed,
+    SetSwitch,
+    Target,
+)
+from vrs_cli.engine.parameters import (
+    ACCELERATION,
+    DECELERATION,
+    FULL_SPEED,
+    MONITOR_SPEED,
+    PARAMETERS,
+    PROGRAM_SPEED,
+    ROTATION_SPEED,
+    SWITCHES,
+    row_of,
+)
+from vrs_cli.errors import IllegalValue
+from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow
+from vrs_cli.kinematics.profile import Profile
+from vrs_cli.trajectory.instant import LATEST
+
+V = TypeVar("V")
+
+MM = 1e-3  # [m]
+
+Change = (
+    SetSpeed | SetMonitorSpeed | SetDuration | SetAcceleration | SetConfiguration | SetMode | SetParameter | SetSwitch
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Setting(Generic[V]):
+    """A program setting: the value for always, and one for the next motion only."""
+
+    always: V
+    once: V | None = None
+
+    @property
+    def present(self) -> V:
+        return self.always if self.once is None else self.once
+
+    def put(self, value: V, always: bool) -> Setting[V]:
+        return Setting(value) if always else Setting(self.always, value)
+
+    def after_motion(self) -> Setting[V]:
+        """The same without what was for one motion alone."""
+        return self if self.once is None else Setting(self.always)
+
+
+MODES_AT_START: Mapping[Mode, Setting[bool]] = {
+    Mode.CONTINUOUS_PATH: Setting(True),
+    Mode.COARSE: Setting(False),
+    Mode.NULLING: Setting(True),
+    Mode.SINGLE: Setting(False),
+    Mode.OVERLAP: Setting(True),
+    Mode.INTEGRAL: Setting(False),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """All settings of one robot. `acceleration` is a fraction of the nominal one.
+
+    `configuration`: the configuration words said since the last precision point. `hand`: the opening that OPEN or CLOSE
+    asked for the next motion.
+    """
+
+    monitor_speed: float = FULL_SPEED
+    speed: Setting[SetSpeed] = Setting(SetSpeed(FULL_SPEED, FULL_SPEED))
+    duration: Setting[float] = Setting(0.0)
+    acceleration: float = 1.0
+    modes: Mapping[Mode, Setting[bool]] = field(default_factory=lambda: MODES_AT_START)
+    configuration: Configuration = NONE
+    hand: float | None = None
+    switches: Mapping[str, bool] = field(default_factory=lambda: {row.name: row.default for row in SWITCHES.values()})
+    parameters: Mapping[str, float | str] = field(
+        default_factory=lambda: {row.name: row.default for row in PARAMETERS.values()}
+    )
+
+    # --- reading ---
+
+    def mode(self, mode: Mode) -> bool:
+        return self.modes[mode].present
+
+    def switch(self, name: str) -> bool:
+        """Raises UsageError for an unknown name, as `parameter` does."""
+        return self.switches[row_of(SWITCHES, name, "switch").name]
+
+    def parameter(self, name: str) -> float | str:
+        return self.parameters[row_of(PARAMETERS, name, "parameter").name]
+
+    @property
+    def moves(self) -> bool:
+        """Whether motions are carried out."""
+        return not self.switches["DRY.RUN"]
+
+    @property
+    def profile(self) -> Profile:
+        return Profile[str(self.parameters["PROFILE"])]
+
+    @property
+    def rounding(self) -> float | None:
+        """How near a corner the tip comes before it is rounded [m]; None: as near as it is when the arm slows down."""
+        value = self.parameters["ROUNDING"]
+        return None if isinstance(value, str) else value * MM
+
+    @property
+    def inserts(self) -> bool:
+        """Whether what is scheduled after a new motion stays."""
+        return self.parameters["INSERT"] == "ON"
+
+    @property
+    def slowest(self) -> float:
+        """How many times a straight line near a singularity is slowed down at most."""
+        return float(self.parameters["STRETCH"])
+
+    # --- changing: a new value ---
+
+    def changed(self, change: Change) -> Settings:
+        """The settings after an instruction. Raises IllegalValue for a value out of range, UsageError for an unknown
+        name.
+        """
+        return _CHANGES[type(change)](self, change)
+
+    def after_motion(self, target: Target) -> Settings:
+        """The settings once a motion has taken what was for it alone; one to joints ends the configuration words."""
+        return replace(
+            self,
+            speed=self.speed.after_motion(),
+            duration=self.duration.after_motion(),
+            modes={mode: setting.after_motion() for mode, setting in self.modes.items()},
+            configuration=NONE if isinstance(target, JointTarget | NamedTarget) else self.configuration,
+            hand=None,
+        )
+
+
+def checked_time(seconds: float, word: str) -> float:
+    """The time itself [s]. Raises IllegalValue for one that no motion can take."""
+    if not isfinite(seconds) or not 0.0 <= seconds <= LATEST:
+        raise IllegalValue(f"{word} {seconds:g}", f"it is a time from 0 to {LATEST:g} s")
+    return seconds
+
+
+def _set_speed(settings: Settings, change: SetSpeed) -> Settings:
+    PROGRAM_SPEED[change.unit].checked(change.value)
+    if change.rotation is not None:
+        ROTATION_SPEED.checked(change.rotation)
+    return replace(settings, speed=settings.speed.put(change, change.always))
+
+
+def _set_monitor_speed(settings: Settings, change: SetMonitorSpeed) -> Settings:
+    return replace(settings, monitor_speed=MONITOR_SPEED.checked(change.percent))
+
+
+def _set_duration(settings: Settings, change: SetDuration) -> Settings:
+    return replace(settings, duration=settings.duration.put(checked_time(change.seconds, "DURATION"), change.always))
+
+
+def _set_acceleration(settings: Settings, change: SetAcceleration) -> Settings:
+    slower = ACCELERATION.checked(change.acceleration)
+    if change.deceleration is not None:
+        slower = min(slower, DECELERATION.checked(change.deceleration))  # one figure serves both
+    return replace(settings, acceleration=slower / FULL_SPEED)
+
+
+def _set_configuration(settings: Settings, change: SetConfiguration) -> Settings:
+    flag, said = change.flag, settings.configuration
+    if isinstance(flag, Arm):
+        return replace(settings, configuration=replace(said, arm=flag))
+    if isinstance(flag, Elbow):
+        return replace(settings, configuration=replace(said, elbow=flag))
+    return replace(settings, configuration=replace(said, wrist=flag))
+
+
+def _set_mode(settings: Settings, change: SetMode) -> Settings:
+    mode = change.mode
+    return replace(settings, modes={**settings.modes, mode: settings.modes[mode].put(change.on, change.always)})
+
+
+def _set_parameter(settings: Settings, change: SetParameter) -> Settings:
+    row = row_of(PARAMETERS, change.name, "parameter")
+    return replace(settings, parameters={**settings.parameters, row.name: row.checked(change.value)})
+
+
+def _set_switch(settings: Settings, change: SetSwitch) -> Settings:
+    row = row_of(SWITCHES, change.name, "switch")
+    return replace(settings, switches={**settings.switches, row.name: change.on})
+
+
+_CHANGES: Mapping[type, Callable[[Settings, Any], Settings]] = {
+    SetSpeed: _set_speed,
+    SetMonitorSpeed: _set_monitor_speed,
+    SetDuration: _set_duration,
+    SetAcceleration: _set_acceleration,
+    SetConfiguration: _set_configuration,
+    SetMode: _set_mode,
+    SetParameter: _set_parameter,
+    SetSwitch: _set_switch,
+}
