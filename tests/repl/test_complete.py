@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.repl.complete import Names, suggestions
 
 NAMES = Names(

@@ -19,7 +19,7 @@ from tests.engine.wall import ManualWall
 from vrs_cli.dialogue.replies import Message
 from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.render.roles import Role, toolkit_style
 from vrs_cli.repl import interactive
 from vrs_cli.repl.interactive import LineValidator, Shell, ValCompleter

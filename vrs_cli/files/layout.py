@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from vrs_cli.language.run.environment import key_of
 from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Number, Program, Section
+from vrs_cli.language.words.kind import key_of
 
 Loose = Comment | BadLine  # a line of a file that is in no program or section
 EntryKey = tuple[str, tuple[float, ...]]  # a variable by its key, and its indexes

@@ -15,9 +15,9 @@ from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, NonexistentFile
 from vrs_cli.files.opening import open_to_read
-from vrs_cli.language.run.environment import INPUTS, INTERNAL
 from vrs_cli.language.run.inputs import InputChange, Inputs
 from vrs_cli.language.text.diagnostics import counted
+from vrs_cli.language.words.signals import INPUTS, INTERNAL
 from vrs_cli.trajectory.instant import LATEST, on_grid
 
 HEADING = ("time", "signal", "state")

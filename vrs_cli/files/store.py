@@ -9,11 +9,12 @@ from typing import NamedTuple
 from vrs_cli.files.layout import Layout
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.analysis.declarations import own_variables
-from vrs_cli.language.run.environment import SIGIL_KINDS, Environment, key_of
+from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.environment import Variable as Stored
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Entry, File, Kind, Program, Section, Span
+from vrs_cli.language.text.ast import Entry, File, Program, Section, Span
 from vrs_cli.language.words.instructions import INSTRUCTIONS
+from vrs_cli.language.words.kind import SIGIL_KINDS, Kind, key_of
 from vrs_cli.language.words.values import numbers_of
 from vrs_cli.language.words.word import Shape
 

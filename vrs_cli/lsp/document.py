@@ -19,7 +19,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.analysis.formatting import formatted
 from vrs_cli.language.analysis.structure import BlockKind, structure_of
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import NAME_LENGTH, Kind, Program, Section, Span, Statement
+from vrs_cli.language.text.ast import Program, Section, Span, Statement
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.text.lexer import LABEL_HIGH
 from vrs_cli.language.text.meaning import DEFINING, FUNCTION_NAMES
@@ -27,6 +27,7 @@ from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.text.source import PROGRAM, SECTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED, reserved
+from vrs_cli.language.words.kind import NAME_LENGTH, Kind
 from vrs_cli.language.words.word import Shape, argument_at
 from vrs_cli.lsp.occurrences import (
     Occurrence,

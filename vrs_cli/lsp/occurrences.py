@@ -8,10 +8,11 @@ from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import NAME_LENGTH, Program, Section, Span
+from vrs_cli.language.text.ast import Program, Section, Span
 from vrs_cli.language.text.parts import Part
 from vrs_cli.language.text.source import PROGRAM
 from vrs_cli.language.words.instructions import INSTRUCTIONS
+from vrs_cli.language.words.kind import NAME_LENGTH
 from vrs_cli.language.words.word import Shape
 
 LOCALS = frozenset({"AUTO", "LOCAL"})  # instructions whose variables are their program's own

@@ -15,9 +15,9 @@ from functools import cache
 from vrs_cli.interfaces.jog.jogger import AXIS_WORDS
 from vrs_cli.interfaces.monitor.clock import CLOCK_WORDS
 from vrs_cli.interfaces.monitor.plotting import QUANTITIES
-from vrs_cli.language.text.ast import Kind
 from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import SORT_WORDS, Argument, Shape, State, Word, abbreviated
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Mapping, Sequence
 
 from vrs_cli.language.analysis.analyzer import check_line
-from vrs_cli.language.text.ast import Kind, ProgramHeader
+from vrs_cli.language.text.ast import ProgramHeader
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity
 from vrs_cli.language.text.meaning import line_as_meant
 from vrs_cli.language.text.parser import parse_prompt, parse_step, variables_in
+from vrs_cli.language.words.kind import Kind
 
 
 def first_mistake(

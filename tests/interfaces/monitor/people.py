@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import numbers_of
 
 R = TypeVar("R")

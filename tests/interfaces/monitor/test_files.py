@@ -9,7 +9,7 @@ import pytest
 from tests.interfaces.monitor.people import at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue import replies
-from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.words.kind import Kind
 
 
 def test_store_and_load_bring_everything_back(folder: Path) -> None:

@@ -12,9 +12,9 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue import replies
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.language.text.ast import Kind
 from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.language.words.instructions import PROGRAM_WORDS, RESERVED
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.monitor import COMMANDS
 
 

@@ -9,8 +9,9 @@ import pytest
 from vrs_cli.language.analysis import surroundings
 from vrs_cli.language.analysis.analyzer import analyze_among
 from vrs_cli.language.analysis.surroundings import FEW, Candidates, Surroundings
-from vrs_cli.language.text.ast import Kind, Program
+from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import parse_file
+from vrs_cli.language.words.kind import Kind
 
 MANY = [f"name{i}" for i in range(FEW + 1)]
 

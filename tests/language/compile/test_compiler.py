@@ -32,7 +32,6 @@ from vrs_cli.language.text.ast import (
     BadLine,
     Binary,
     Expression,
-    Kind,
     Number,
     Program,
     Span,
@@ -42,6 +41,7 @@ from vrs_cli.language.text.ast import (
 )
 from vrs_cli.language.text.collector import collector_paused
 from vrs_cli.language.text.diagnostics import error
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import LIMIT, integer
 
 NOWHERE = Span(1, 1, 1)

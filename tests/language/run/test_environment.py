@@ -15,8 +15,10 @@ from vrs_cli.errors import (
     UndefinedValue,
 )
 from vrs_cli.kinematics.transform import IDENTITY, translation
-from vrs_cli.language.run.environment import INPUTS, INTERNAL, OUTPUTS, Environment, Signals, Timers
-from vrs_cli.language.text.ast import Entry, Kind, Number, Span, Variable
+from vrs_cli.language.run.environment import Environment, Signals, Timers
+from vrs_cli.language.text.ast import Entry, Number, Span, Variable
+from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.language.words.values import Value
 
 NOWHERE = Span(1, 1, 1)

@@ -16,21 +16,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
 from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, UsageError
-from vrs_cli.language.run.environment import key_of
-from vrs_cli.language.text.ast import (
-    BadLine,
-    Expression,
-    Kind,
-    Program,
-    ProgramCall,
-    ProgramHeader,
-    Span,
-    Step,
-    Variable,
-)
+from vrs_cli.language.text.ast import BadLine, Expression, Program, ProgramCall, ProgramHeader, Span, Step, Variable
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity
 from vrs_cli.language.text.meaning import as_meant, line_as_meant, variables_for_functions
 from vrs_cli.language.text.printer import program_header, step_texts
+from vrs_cli.language.words.kind import Kind, key_of
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session.session import Session

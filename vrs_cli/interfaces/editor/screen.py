@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 from vrs_cli.dialogue.replies import Message, Reply
 from vrs_cli.errors import CannotInterpret, ProgramExists
 from vrs_cli.interfaces.editor.lines import opened, stored
-from vrs_cli.language.run.environment import key_of
 from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Span, Step
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, error
 from vrs_cli.language.text.meaning import as_meant
 from vrs_cli.language.text.printer import program_header, step_texts
+from vrs_cli.language.words.kind import key_of
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session.session import Session

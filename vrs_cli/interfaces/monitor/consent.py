@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.dialogue.replies import Farewell, Message, Reply, Tone
 from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.errors import FileError, FileExists
-from vrs_cli.language.run.environment import key_of
+from vrs_cli.language.words.kind import key_of
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session.session import Session

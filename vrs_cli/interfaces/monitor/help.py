@@ -10,9 +10,9 @@ from itertools import islice
 from vrs_cli.dialogue.replies import HelpEntry, HelpGroup, HelpOverview, HelpPage
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch
 from vrs_cli.errors import UsageError
-from vrs_cli.language.text.ast import Kind
 from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.words.values import plain

@@ -22,8 +22,9 @@ from vrs_cli.interfaces.monitor.clock import clock_report
 from vrs_cli.interfaces.monitor.next_motion import said_for_next_motion
 from vrs_cli.interfaces.monitor.operands import Handler, operand, real, word
 from vrs_cli.interfaces.monitor.running import process_control, task_number
-from vrs_cli.language.run.environment import INPUTS, INTERNAL, OUTPUTS
-from vrs_cli.language.text.ast import Instruction, Kind
+from vrs_cli.language.text.ast import Instruction
+from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.language.words.values import plain, whole
 
 if TYPE_CHECKING:

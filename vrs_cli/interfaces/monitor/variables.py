@@ -12,9 +12,10 @@ from vrs_cli.interfaces.monitor.consent import refusal
 from vrs_cli.interfaces.monitor.operands import Handler, own, real, shown, sight
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.run.environment import Index, Reference, key_of, subscript
-from vrs_cli.language.text.ast import Binary, Expression, Instruction, Kind, Unary, Variable
+from vrs_cli.language.run.environment import Index, Reference, subscript
+from vrs_cli.language.text.ast import Binary, Expression, Instruction, Unary, Variable
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
+from vrs_cli.language.words.kind import Kind, key_of
 from vrs_cli.language.words.values import Value, kind_of_value, whole
 
 if TYPE_CHECKING:

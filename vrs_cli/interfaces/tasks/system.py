@@ -8,9 +8,10 @@ from vrs_cli import __version__
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.tasks import Tasks
-from vrs_cli.language.run.environment import Environment, key_of
+from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.events import TaskState
 from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
+from vrs_cli.language.words.kind import key_of
 
 RUN_STATES = {
     TaskState.RUNNING: EXECUTING,

@@ -25,23 +25,14 @@ from vrs_cli.language.analysis.channels import channel
 from vrs_cli.language.analysis.confusions import Confusions, typed
 from vrs_cli.language.analysis.declarations import Declarations, Own, own_variables
 from vrs_cli.language.analysis.kinds import Expressions
-from vrs_cli.language.analysis.names import (
-    ANY_KIND,
-    BARE,
-    PLACE,
-    REAL,
-    SIGIL_KINDS,
-    STRING,
-    Findings,
-    Names,
-    with_article,
-)
+from vrs_cli.language.analysis.names import ANY_KIND, BARE, PLACE, REAL, STRING, Findings, Names, with_article
 from vrs_cli.language.analysis.structure import Block, BlockKind, structure_of
 from vrs_cli.language.analysis.surroundings import Candidates, Surroundings
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, Kind, Program, ProgramHeader, Span, Statement
+from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Span, Statement
 from vrs_cli.language.text.diagnostics import Diagnostic, Severity, counted
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
+from vrs_cli.language.words.kind import SIGIL_KINDS, Kind
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import Argument, Shape, State, Word, argument_at
 

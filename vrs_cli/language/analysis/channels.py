@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from vrs_cli.language.run.environment import INPUTS, OUTPUTS
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Span
+from vrs_cli.language.words.signals import INPUTS, OUTPUTS
 
 
 def channel(expression: Expression) -> int | None:

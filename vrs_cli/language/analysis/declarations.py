@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from vrs_cli.errors import ArgumentMismatch, CannotInterpret, InvalidName, MisplacedDeclaration, TypeMismatch
-from vrs_cli.language.analysis.names import SIGIL_KINDS, Findings, Names
+from vrs_cli.language.analysis.names import Findings, Names
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, Kind, Program
+from vrs_cli.language.text.ast import Expression, Program
 from vrs_cli.language.words.instructions import DECLARATIONS
+from vrs_cli.language.words.kind import SIGIL_KINDS, Kind
 
 SORTS: Mapping[str, Kind] = {"REAL": Kind.REAL, "DOUBLE": Kind.REAL, "LOC": Kind.LOCATION}
 

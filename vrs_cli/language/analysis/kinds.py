@@ -27,10 +27,11 @@ from vrs_cli.language.analysis.names import (
     Names,
 )
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, Kind, Span
+from vrs_cli.language.text.ast import Expression, Span
 from vrs_cli.language.text.diagnostics import did_you_mean
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
 from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.word import Argument, Shape, State
 
 FORMAT_CODES = "BCDEFGHIOSUX"

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 from vrs_cli.errors import IllegalArrayIndex, InvalidName, TypeMismatch, VrsError
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import NAME_LENGTH, Expression, Kind, Span
+from vrs_cli.language.text.ast import Expression, Span
 from vrs_cli.language.text.diagnostics import Diagnostic, error, warning
 from vrs_cli.language.words.instructions import RESERVED, reserved
+from vrs_cli.language.words.kind import NAME_LENGTH, SIGIL_KINDS, Kind
 
 Kinds = frozenset[Kind]
 
@@ -20,8 +21,6 @@ LOCATION: Kinds = frozenset({Kind.LOCATION})
 PLACE: Kinds = frozenset({Kind.LOCATION, Kind.PRECISION})
 PRINTED: Kinds = frozenset({Kind.REAL, Kind.STRING})
 BARE: Kinds = frozenset({Kind.REAL, Kind.LOCATION})  # what a name without a sigil can be
-
-SIGIL_KINDS: Mapping[str, Kind] = {"#": Kind.PRECISION, "$": Kind.STRING}
 
 LONGEST_SHOWN = 40  # characters of an expression in a message
 

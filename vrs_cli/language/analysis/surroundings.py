@@ -11,10 +11,11 @@ from functools import cached_property, lru_cache
 
 from vrs_cli.language.analysis.declarations import own_variables
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import NAME_LENGTH, Kind, Program
+from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.diagnostics import did_you_mean
 from vrs_cli.language.text.meaning import named_by
 from vrs_cli.language.words.instructions import DECLARATIONS
+from vrs_cli.language.words.kind import NAME_LENGTH, Kind
 
 FEW = 200  # names: a word is compared with each of them; of more, with those one slip of the fingers away
 

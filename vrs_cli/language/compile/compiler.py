@@ -55,10 +55,10 @@ from vrs_cli.language.run.operands import Definable
 from vrs_cli.language.run.semantics.table import HANDLERS
 from vrs_cli.language.run.support import UNSET, overflow
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Kind
 from vrs_cli.language.text.collector import collector_paused
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.instructions import INSTRUCTIONS
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import LIMIT, Value
 from vrs_cli.language.words.word import Argument, Shape
 

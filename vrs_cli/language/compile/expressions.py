@@ -12,11 +12,10 @@ from dataclasses import dataclass, field
 
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.compile import python_tree as tree
-from vrs_cli.language.run.environment import SIGIL_KINDS
 from vrs_cli.language.run.support import NAMES
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Kind
 from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.kind import SIGIL_KINDS, Kind
 from vrs_cli.language.words.values import whole
 from vrs_cli.language.words.word import Argument, Shape
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vrs_cli.errors import ArgumentMismatch
-from vrs_cli.language.run.environment import NO_CELLS, SIGIL_KINDS, Cells, Environment, Reference, StoredProgram
-from vrs_cli.language.text.ast import Kind, Variable
+from vrs_cli.language.run.environment import NO_CELLS, Cells, Environment, Reference, StoredProgram
+from vrs_cli.language.text.ast import Variable
 from vrs_cli.language.text.diagnostics import counted
+from vrs_cli.language.words.kind import SIGIL_KINDS, Kind
 
 
 def _left_out(environment: Environment, parameter: Variable) -> Reference:

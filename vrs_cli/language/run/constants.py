@@ -40,10 +40,11 @@ from vrs_cli.language.run.operands import Operand, Operands, stamp_of
 from vrs_cli.language.run.semantics.table import HANDLERS
 from vrs_cli.language.run.support import for_step
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, Kind, Program, Span, Statement
+from vrs_cli.language.text.ast import Expression, Program, Span, Statement
 from vrs_cli.language.text.diagnostics import Diagnostic, warning
 from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.instructions import INSTRUCTIONS
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value
 from vrs_cli.language.words.word import Argument, Shape, argument_at
 

@@ -27,7 +27,9 @@ from vrs_cli.errors import (
 )
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.text.ast import NAME_LENGTH, Entry, Kind, Number, Program
+from vrs_cli.language.text.ast import Entry, Number, Program
+from vrs_cli.language.words.kind import SIGIL_KINDS, Kind, key_of
+from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.language.words.values import (
     Value,
     integer_between,
@@ -48,14 +50,7 @@ if TYPE_CHECKING:
 Index = int | tuple[int, ...]
 Item = tuple[str, Index | None]  # a variable by its key, an element of an array by its index, too
 
-SIGIL_KINDS = {"#": Kind.PRECISION, "$": Kind.STRING}
 OTHER_KIND = {Kind.REAL: Kind.LOCATION, Kind.LOCATION: Kind.REAL}
-
-
-def key_of(name: str) -> str:
-    """The key of a name as typed, sigil included (`ast.Variable.key`)."""
-    sigil = name[:1] if name[:1] in SIGIL_KINDS else ""
-    return sigil + name[len(sigil) :].lower()[:NAME_LENGTH]
 
 
 def closest(key: str, names: Mapping[str, str]) -> str:
@@ -277,10 +272,6 @@ class Variable(NamedTuple):
 
 # --- signals and timers --------------------------------------------------------------------------------------------
 
-SIGNALS_A_BANK = 512
-OUTPUTS = range(1, 1 + SIGNALS_A_BANK)
-INPUTS = range(1001, 1001 + SIGNALS_A_BANK)
-INTERNAL = range(2001, 2001 + SIGNALS_A_BANK)
 LAST_TIMER = 15
 MOST_BITS = 32
 

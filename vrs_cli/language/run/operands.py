@@ -12,8 +12,9 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.language.run.effects import CallProgram, Yielded
 from vrs_cli.language.run.environment import Context, Reference
-from vrs_cli.language.text.ast import Kind
-from vrs_cli.language.words.values import TypeItem, Value, plain
+from vrs_cli.language.run.formats import TypeItem
+from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.values import Value, plain
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,13 +19,12 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, from_oat, position, translation
 from vrs_cli.kinematics.transform import distance as metres_between
 from vrs_cli.language.run.environment import Context, Reference
+from vrs_cli.language.run.formats import TypeItem, encode
 from vrs_cli.language.run.units import NO_WAIT, checked_unit
 from vrs_cli.language.words.values import (
     FALSE,
     INTEGER_HIGH,
     TRUE,
-    TypeItem,
-    encode,
     in_degrees,
     integer,
     integer_between,

@@ -11,7 +11,8 @@ from vrs_cli.language.run.events import Completed, Event, Failed, Halted, TaskSt
 from vrs_cli.language.run.operands import Definable
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Kind, Program, Step, Variable
+from vrs_cli.language.text.ast import Program, Step, Variable
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, kind_of_value
 
 

@@ -41,10 +41,11 @@ from vrs_cli.language.run.effects import (
     Wait,
     Yielded,
 )
-from vrs_cli.language.run.environment import Context, Environment, Reference, Robot, StoredProgram, key_of, sizes
+from vrs_cli.language.run.environment import Context, Environment, Reference, Robot, StoredProgram, sizes
 from vrs_cli.language.run.events import Budget, Completed, Event, Failed, Halted, Paused, ProgramFault, TaskState
 from vrs_cli.language.run.reactions import OF_ERRORS, Reaction, Reactions
 from vrs_cli.language.run.support import at_once, by_value, overflow
+from vrs_cli.language.words.kind import key_of
 from vrs_cli.language.words.values import Value
 
 STACK_LIMIT = 10_000  # programs that have called one another

@@ -12,7 +12,7 @@ from vrs_cli.language.run.effects import CallProgram, Return, Wait
 from vrs_cli.language.run.environment import NO_CELLS, Cells, Context, Reference
 from vrs_cli.language.run.operands import Definable, Operands, stamp_of
 from vrs_cli.language.run.operations import modulo, power
-from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, integer, kind_of_value, storable, whole, within_range, wrapped
 
 

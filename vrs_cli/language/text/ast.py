@@ -9,18 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
-from enum import Enum
 
-NAME_LENGTH = 15  # characters of a name that count (V+ User's Guide p.99)
-
-
-class Kind(Enum):
-    """The type of a value."""
-
-    REAL = "real"
-    STRING = "string"
-    LOCATION = "transformation"
-    PRECISION = "precision point"
+from vrs_cli.language.words.kind import NAME_LENGTH
 
 
 @dataclass(frozen=True, slots=True)

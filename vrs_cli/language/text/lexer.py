@@ -18,7 +18,7 @@ from vrs_cli.errors import (
     UsageError,
     VrsError,
 )
-from vrs_cli.language.text.ast import NAME_LENGTH, Span
+from vrs_cli.language.text.ast import Span
 from vrs_cli.language.text.diagnostics import LineRefused, did_you_mean, error
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import (
@@ -29,6 +29,7 @@ from vrs_cli.language.words.instructions import (
     RELATIONS_OF_VAL,
     reserved,
 )
+from vrs_cli.language.words.kind import NAME_LENGTH
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import SORT_WORDS, Shape, State, Word, abbreviated, argument_at, usable
 

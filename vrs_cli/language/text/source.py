@@ -18,6 +18,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Span, Step
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, did_you_mean, error, warning
 from vrs_cli.language.text.meaning import as_meant
+from vrs_cli.language.words.kind import NAME_LENGTH
 
 PROGRAM, END = ".PROGRAM", ".END"
 JOINTS_HIGH = 12  # joints of a precision point in a file
@@ -165,7 +166,7 @@ class FileReader:
         except LineRefused as refused:
             self._diagnostics.append(refused.diagnostic)
             return None
-        key = header.name.lower()[: ast.NAME_LENGTH]
+        key = header.name.lower()[:NAME_LENGTH]
         if key in self._programs:
             detail = f"{header.name} is there twice in this file"
             self._diagnostics.append(error(ProgramExists, header.span, detail))

@@ -61,7 +61,7 @@ from vrs_cli.language.run.operations import (
     unpacker,
     value_of,
 )
-from vrs_cli.language.text.ast import Kind
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import FALSE, TRUE, Value, millimetres, whole
 from vrs_cli.language.words.word import Argument, Shape, State
 

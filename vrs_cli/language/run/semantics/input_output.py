@@ -10,6 +10,7 @@ from vrs_cli.engine.commands import Break
 from vrs_cli.errors import IllegalValue, InvalidNumber, TypeMismatch, UnitNotAttached, VrsError
 from vrs_cli.language.run.effects import Answers, AttachRobot, DetachRobot, Prompt, Type, Yielded
 from vrs_cli.language.run.environment import Context, Reference
+from vrs_cli.language.run.formats import TypeItem, encode
 from vrs_cli.language.run.operands import Handler, Operand, Operands
 from vrs_cli.language.run.units import (
     CHOOSE,
@@ -28,8 +29,9 @@ from vrs_cli.language.run.units import (
     checked_mode,
     checked_unit,
 )
-from vrs_cli.language.text.ast import Format, Kind, Span
-from vrs_cli.language.words.values import TypeItem, Value, encode, kind_of_value, read_number, storable, whole
+from vrs_cli.language.text.ast import Format, Span
+from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.values import Value, kind_of_value, read_number, storable, whole
 
 NOWHERE = Span(0, 0, 0)
 

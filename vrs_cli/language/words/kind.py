@@ -1,0 +1,26 @@
+"""The kinds of values, and names: what of a name counts, and which kind its first character shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+
+NAME_LENGTH = 15  # characters of a name that count (V+ User's Guide p.99)
+
+
+class Kind(Enum):
+    """The type of a value."""
+
+    REAL = "real"
+    STRING = "string"
+    LOCATION = "transformation"
+    PRECISION = "precision point"
+
+
+SIGIL_KINDS: Mapping[str, Kind] = {"#": Kind.PRECISION, "$": Kind.STRING}
+
+
+def key_of(name: str) -> str:
+    """The key of a name as typed, sigil included (`ast.Variable.key`)."""
+    sigil = name[:1] if name[:1] in SIGIL_KINDS else ""
+    return sigil + name[len(sigil) :].lower()[:NAME_LENGTH]
