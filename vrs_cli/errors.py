@@ -11,29 +11,59 @@
     ├── FileError             a file cannot be read or written
     └── UsageError            a command or an option does not exist, or is used in a way it cannot be
 
-The raiser gives what happened (`detail`) and what would be right (`hint`); the class holds VAL-II's text and code.
+The raiser gives what happened (`detail`), what would be right (`hint`), and the numbers behind both; the class holds
+VAL-II's text and code. No error is changed after it was made: `reworded` makes another one.
 """
 
 from __future__ import annotations
 
-from typing import ClassVar, Self
+from typing import ClassVar, Final, Self
+
+Place = tuple[float, float, float]
 
 
 class VrsError(Exception):
-    """A mistake that a user can understand and mend. `str()` is the one message that is shown."""
+    """A mistake that a user can understand and mend. `str()` is the one message that is shown.
+
+    `value` is what was asked for, `lower` and `upper` are its bounds: of the robot in m and rad, else as the user
+    writes them. `joint` counts from 1 (0: no single one). `place`: the tool tip in the robot's frame [m].
+    """
 
     code: ClassVar[int] = -1
     text: ClassVar[str] = "Error"
 
-    def __init__(self, detail: str = "", hint: str = "") -> None:
+    def __init__(
+        self,
+        detail: str = "",
+        hint: str = "",
+        *,
+        value: float | None = None,
+        lower: float | None = None,
+        upper: float | None = None,
+        joint: int = 0,
+        place: Place | None = None,
+    ) -> None:
         super().__init__(detail, hint)
-        self.detail = detail
-        self.hint = hint
+        self.detail: Final = detail
+        self.hint: Final = hint
+        self.value: Final = value
+        self.lower: Final = lower
+        self.upper: Final = upper
+        self.joint: Final = joint
+        self.place: Final = place
 
     def __str__(self) -> str:
-        tail = f" {self.detail}" if self.detail else ""
-        hint = f" ({self.hint})" if self.hint else ""
-        return f"*{self.text}*{tail}{hint}"
+        return sentence(self.title, self.detail, self.hint)
+
+    @property
+    def title(self) -> str:
+        """What stands between the stars of the message."""
+        return self.text
+
+
+def sentence(title: str, detail: str, hint: str) -> str:
+    """`*Unknown instruction* MOVEE (did you mean MOVE?)`."""
+    return f"*{title}*{f' {detail}' if detail else ''}{f' ({hint})' if hint else ''}"
 
 
 class ProgramError(VrsError):
@@ -215,14 +245,19 @@ class EndOfInput(ProgramError):
 
 
 class MotionError(VrsError):
-    """The robot cannot do the motion. `place`: where on a straight line, the tool tip in the robot's frame [m]."""
+    """The robot cannot do the motion. A straight line fails at its `place`."""
 
-    place: tuple[float, float, float] | None = None
-
-    def at(self, x: float, y: float, z: float) -> Self:
-        """The same error, with its place."""
-        self.place = x, y, z
-        return self
+    def reworded(self, detail: str | None = None, hint: str | None = None) -> Self:
+        """The same error with another detail or another hint."""
+        return type(self)(
+            self.detail if detail is None else detail,
+            self.hint if hint is None else hint,
+            value=self.value,
+            lower=self.lower,
+            upper=self.upper,
+            joint=self.joint,
+            place=self.place,
+        )
 
 
 class RobotNotAttached(MotionError):
@@ -258,13 +293,15 @@ class IllegalJoint(MotionError):
 
 
 class LocationOutOfRange(MotionError):
-    """`by`: how much nearer, or farther away, the location would have to be [m]; None where that is not known."""
+    """`value`: how far away the location is [m]; the arm reaches from `lower` to `upper`."""
 
     code, text = -610, "Location out of range"
 
-    def __init__(self, detail: str = "", hint: str = "", by: float | None = None) -> None:
-        super().__init__(detail, hint)
-        self.by = by
+    @property
+    def beyond(self) -> float | None:
+        """How much too far the location is, or too close if negative [m]; None where that is not known."""
+        bound = self.lower if self.upper is None else self.upper
+        return None if self.value is None or bound is None else self.value - bound
 
 
 class StraightLineConfiguration(MotionError):
@@ -292,18 +329,13 @@ class LocationTooClose(LocationOutOfRange):
 
 
 class JointOutOfRange(MotionError):
-    """A joint would leave its range. `joint` counts from 1."""
+    """A joint would leave its range."""
 
-    code = -1023
+    code, text = -1023, "Joint out of range"
 
-    def __init__(self, joint: int, detail: str = "", hint: str = "") -> None:
-        super().__init__(detail, hint)
-        self.joint = joint
-
-    def __str__(self) -> str:
-        tail = f" {self.detail}" if self.detail else ""
-        hint = f" ({self.hint})" if self.hint else ""
-        return f"*Joint {self.joint} out of range*{tail}{hint}"
+    @property
+    def title(self) -> str:
+        return f"Joint {self.joint} out of range"
 
 
 class FileError(VrsError):

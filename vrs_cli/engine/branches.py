@@ -199,8 +199,8 @@ class Branches:
                 motion = aimed(arm, motion, before.joints)
                 delta = plan(arm, timeline, motion, step.delta.issued, when, insert=step.insert, slowest=slowest)
             except MotionError as error:
-                error.detail = f"when {_said(motion)} of {name} is planned again on main: {error.detail}"
-                raise
+                when_again = f"when {_said(motion)} of {name} is planned again on main"
+                raise error.reworded(f"{when_again}: {error.detail}") from None
             deltas.append(delta)
             timeline, old = timeline.apply(delta), old.apply(replace(step.delta, version=old.version))
         return deltas

@@ -244,7 +244,8 @@ class Engine:
         t = self.now + stamp.seconds if stamp.relative else stamp.seconds
         if not isfinite(t) or not 0.0 <= t <= LATEST:
             word = "IN" if stamp.relative else "AT"
-            raise IllegalValue(f"{word} {stamp.seconds:g}", f"the time of a motion is from 0 to {LATEST:g} s")
+            right = f"the time of a motion is from 0 to {LATEST:g} s"
+            raise IllegalValue(f"{word} {stamp.seconds:g}", right, value=t, lower=0.0, upper=LATEST)
         return on_grid(t)
 
     def _in_time(self, text: str, executed: float) -> float:
@@ -258,6 +259,8 @@ class Engine:
             raise TooLate(
                 f"{text or 'the motion'} was to begin at {executed:.3f} s, and it is {now:.3f} s",
                 "give a later time, or IN dt; PARAMETER CAUSALITY = POSTPONE puts it off",
+                value=executed,
+                lower=now,
             )
         later = max(now, self.timeline[self.timeline.index_at(now)].finish)
         for listener in self.postponed:
@@ -498,7 +501,7 @@ class Engine:
         end = self.timeline.end + delta.shift if stays else delta.segments[-1].finish if delta.segments else 0.0
         if end > 2.0 * LATEST:
             what = f"{delta.motion.text or 'the motion'} would end at {end:g} s"
-            raise IllegalValue(what, f"times are up to {2.0 * LATEST:g} s")
+            raise IllegalValue(what, f"times are up to {2.0 * LATEST:g} s", value=end, upper=2.0 * LATEST)
 
     def _planned(self, motion: Motion, issued: float, executed: float, insert: bool) -> TimelineDelta:
         slowest = self.settings.slowest

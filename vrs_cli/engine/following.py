@@ -220,9 +220,8 @@ class Follower:
         pose = path.pose(at)
         where, hint = self.place(pose)
         joint = changes.index(max(changes)) + 1
-        return StraightLineSingular(
-            f"near {where} joint {joint} would have to change its speed in no time", hint or PASSED
-        ).at(*position(pose))
+        what = f"near {where} joint {joint} would have to change its speed in no time"
+        return StraightLineSingular(what, hint or PASSED, joint=joint, place=position(pose))
 
     def refuse_beyond(self, path: CartesianPath, s: float, near: Joints) -> MotionError:
         """The refusal of a path that is beyond the reach at a time that no sample need have seen."""
@@ -235,15 +234,15 @@ class Follower:
 
     def refuse_endless(self, pose: Transform) -> StraightLineSingular:
         """The refusal of a path that keeps so near to a singularity that it cannot be decided."""
-        near, hint = self.place(pose)
-        return StraightLineSingular(f"near {near} the line goes on along it", hint or PASSED).at(*position(pose))
+        return self._singular_near(pose, "the line goes on along it")
 
     def refuse_unproved(self, pose: Transform) -> StraightLineSingular:
         """The refusal of a path on which it cannot be proved that the joints go on."""
+        return self._singular_near(pose, "the line is too near to a singularity")
+
+    def _singular_near(self, pose: Transform, what: str) -> StraightLineSingular:
         near, hint = self.place(pose)
-        return StraightLineSingular(f"near {near} the line is too near to a singularity", hint or PASSED).at(
-            *position(pose)
-        )
+        return StraightLineSingular(f"near {near} {what}", hint or PASSED, place=position(pose))
 
     def flange(self, pose: Transform) -> Transform:
         """T_robot_flange of T_robot_tool."""
@@ -261,7 +260,9 @@ class Follower:
             raise StraightLineSingular(
                 f"near {near} joint {joint} would have to jump by {self.arm.model.said(joint, max(jumps), 1)}",
                 hint or PASSED,
-            ).at(*position(pose))
+                joint=joint,
+                place=position(pose),
+            )
 
     def place(self, pose: Transform) -> tuple[str, str]:
         """Where T_robot_tool is, with the singularity that it is close to, and the way round that; "" for none."""
@@ -312,7 +313,7 @@ class Follower:
             what, hint = ", too far", "a via point nearer to the robot"
         except MotionError:
             pass
-        return LocationOutOfRange(leaves + what, f"use MOVE, or {hint}").at(*position(pose))
+        return LocationOutOfRange(leaves + what, f"use MOVE, or {hint}", place=position(pose))
 
     def _outside(self, joints: Joints, pose: Transform) -> JointOutOfRange:
         model = self.arm.model
@@ -321,10 +322,14 @@ class Follower:
         if joint not in DRIVEN_ROUND.get(self.singularity(pose), ()):
             near, hint = self.shown(pose), ""
         return JointOutOfRange(
-            joint,
             f"the straight line leaves its range, {model.range_of(joint, 0)}, near {near}",
             hint or "use MOVE, or another configuration",
-        ).at(*position(pose))
+            joint=joint,
+            value=joints[joint - 1],
+            lower=model.lower[joint - 1],
+            upper=model.upper[joint - 1],
+            place=position(pose),
+        )
 
 
 def _overshoot(change: float, before: float, after: float) -> float:

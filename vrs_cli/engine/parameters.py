@@ -30,7 +30,7 @@ class Range:
         """The value. Raises IllegalValue for one outside, and NaN."""
         if not self.least <= value <= self.most:
             bounds = f"{self.name} is from {self.least:g} to {self.most:g} {self.unit}"
-            raise IllegalValue(f"{self.word} {value:g}", bounds)
+            raise IllegalValue(f"{self.word} {value:g}", bounds, value=value, lower=self.least, upper=self.most)
         return value
 
 

@@ -505,8 +505,8 @@ class _Rescheduling:
             motion = aimed(self.arm, motion, self.place.joints.joints)
             segments = self._segments(motion, following)
         except MotionError as error:
-            error.detail = f"when {motion.text or 'the next motion'}, scheduled later, is planned again: {error.detail}"
-            raise
+            when_again = f"when {motion.text or 'the next motion'}, scheduled later, is planned again"
+            raise error.reworded(f"{when_again}: {error.detail}") from None
         self._end_at(segments[0].start)
         self.planned += segments
         self.end, self.place = segments[-1].finish, self._rest_of(segments)

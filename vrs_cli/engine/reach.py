@@ -12,7 +12,7 @@ from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetConfigurat
 from vrs_cli.engine.planner import Here, plan_motion, segment_joints
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.targets import Situation, resolve
-from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar, MotionError
+from vrs_cli.errors import LocationOutOfRange, MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints, joints_outside
@@ -155,18 +155,10 @@ def _branch(arm: RobotArm, T_robot_flange: Transform, here: Joints, solution: So
     try:
         arm.select(T_robot_flange, here, arm=c.arm, elbow=c.elbow, wrist=c.wrist)
     except LocationOutOfRange as error:
-        return Branch(c, None, (), _too_far(error))
+        return Branch(c, None, (), error.beyond)
     except MotionError:
         pass
     return Branch(c, None)
-
-
-def _too_far(error: LocationOutOfRange) -> float | None:
-    if error.by is None:
-        return None
-    if isinstance(error, LocationTooFar):
-        return error.by
-    return -error.by if isinstance(error, LocationTooClose) else None
 
 
 def _overruns(arm: RobotArm, joints: Joints) -> tuple[Overrun, ...]:

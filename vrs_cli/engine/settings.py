@@ -158,7 +158,8 @@ class Settings:
 def checked_time(seconds: float, word: str) -> float:
     """The time itself [s]. Raises IllegalValue for one that no motion can take."""
     if not isfinite(seconds) or not 0.0 <= seconds <= LATEST:
-        raise IllegalValue(f"{word} {seconds:g}", f"it is a time from 0 to {LATEST:g} s")
+        right = f"it is a time from 0 to {LATEST:g} s"
+        raise IllegalValue(f"{word} {seconds:g}", right, value=seconds, lower=0.0, upper=LATEST)
     return seconds
 
 

@@ -67,7 +67,7 @@ def straight_segments(
         _check_end(arm, joints.joints, motion)
     if state.at_rest and _nearly_singular(arm, joints.joints) and _near_start(state, failure):
         as_ready = ", as READY is" if _nearly_singular(arm, arm.model.poses["ready"]) else ""
-        failure.hint = f"the line starts in a singular pose{as_ready}: MOVE away from it first"
+        raise failure.reworded(hint=f"the line starts in a singular pose{as_ready}: MOVE away from it first")
     raise failure
 
 
@@ -317,9 +317,11 @@ class _Line:
         """The joint velocities with which the line starts: those that there are, but where the arm is singular."""
         jumps = [abs(w - v) for v, w in zip(self.joints.velocity, first.velocity, strict=True)]
         if max(jumps) > SAME_VELOCITY:
+            joint = jumps.index(max(jumps)) + 1
             raise StraightLineSingular(
-                f"joint {jumps.index(max(jumps)) + 1} would have to change its speed in no time, where the line starts",
+                f"joint {joint} would have to change its speed in no time, where the line starts",
                 "use MOVE, or let the arm come to rest first",
+                joint=joint,
             )
         return first.velocity
 
@@ -327,9 +329,10 @@ class _Line:
         """The refusal of a line that would have to be slowed down too much: where, by which joint, what to do."""
         wanted = f"joint {load.joint} would have to move {load.slowing:.0f} times too fast"
         if load.place is None:
-            return StraightLineSingular(wanted, PASSED)
+            return StraightLineSingular(wanted, PASSED, joint=load.joint)
         near, hint = self.follower.place(load.place)
-        return StraightLineSingular(f"near {near} {wanted}", hint or PASSED).at(*position(load.place))
+        what = f"near {near} {wanted}"
+        return StraightLineSingular(what, hint or PASSED, joint=load.joint, place=position(load.place))
 
     def _laid(self, stretches: list[ToolStretch], seeds: list[Seeds], start: float) -> tuple[Segment, ...]:
         segments = []

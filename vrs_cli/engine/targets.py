@@ -80,7 +80,8 @@ def _in_the_cell(pose: Transform) -> Transform:
     """The pose itself. Raises LocationTooFar where no arm could be meant."""
     distance = _distance(pose)
     if not distance <= FARTHEST:
-        raise LocationTooFar(f"{distance * 1000.0:g} mm from the robot", f"at most {FARTHEST * 1000.0:g} mm")
+        what, right = f"{distance * 1000.0:g} mm from the robot", f"at most {FARTHEST * 1000.0:g} mm"
+        raise LocationTooFar(what, right, value=distance, upper=FARTHEST)
     return pose
 
 
@@ -88,7 +89,8 @@ def check_near(T: Transform, what: str) -> None:
     """Raises IllegalValue for a tool or a base that is farther than any cell."""
     distance = _distance(T)
     if not distance <= FARTHEST:
-        raise IllegalValue(f"{what} {distance * 1000.0:g} mm away", f"at most {FARTHEST * 1000.0:g} mm")
+        away, right = f"{what} {distance * 1000.0:g} mm away", f"at most {FARTHEST * 1000.0:g} mm"
+        raise IllegalValue(away, right, value=distance, upper=FARTHEST)
 
 
 def _distance(T: Transform) -> float:
@@ -110,7 +112,8 @@ def _joints(model: RobotModel, move: Move, situation: Situation) -> Joints:
 
 def _driven(joints: Joints, target: JointOffsetTarget) -> Joints:
     if not 1 <= target.joint <= len(joints):
-        raise IllegalJoint(f"joint {target.joint}", f"this robot has joints 1 to {len(joints)}")
+        right = f"this robot has joints 1 to {len(joints)}"
+        raise IllegalJoint(f"joint {target.joint}", right, value=target.joint, lower=1, upper=len(joints))
     return tuple(q + target.change if i == target.joint else q for i, q in enumerate(joints, 1))
 
 
@@ -211,9 +214,7 @@ def check_joint_limits(model: RobotModel, joints: Joints) -> None:
     """Raises JointOutOfRange for the first joint outside its range, IllegalValue for the joints of another robot."""
     check_joint_count(model, joints)
     for joint in joints_outside(joints, model.lower, model.upper)[:1]:
-        raise JointOutOfRange(
-            joint, f"would be {model.said(joint, joints[joint - 1])}, its range is {model.range_of(joint)}"
-        )
+        raise model.refuse_joint(joint, joints[joint - 1])
 
 
 def _check_half_turns(model: RobotModel, here: Joints, goal: Joints) -> None:
@@ -221,7 +222,10 @@ def _check_half_turns(model: RobotModel, here: Joints, goal: Joints) -> None:
     for joint, (at, to) in enumerate(zip(here, goal, strict=True), 1):
         if abs(to - at) > HALF_TURN and not model.units.slides(joint):
             raise JointOutOfRange(
-                joint,
                 f"would turn by {degrees(to - at):.1f} deg, NOOVERLAP allows half a turn",
                 "say OVERLAP, or go there in two motions",
+                joint=joint,
+                value=to - at,
+                lower=-HALF_TURN,
+                upper=HALF_TURN,
             )

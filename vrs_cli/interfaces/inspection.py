@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch, row_of
 from vrs_cli.engine.targets import check_joint_limits
-from vrs_cli.errors import IllegalValue, JointOutOfRange, MotionError, UsageError
+from vrs_cli.errors import IllegalValue, MotionError, UsageError
 from vrs_cli.interfaces.session.session import defined
 from vrs_cli.interfaces.tasks.readings import Readings
 from vrs_cli.kinematics.model import RobotModel
@@ -242,11 +242,7 @@ def _unreached(way: _Way, places: _Places) -> Diagnostic | None:
         return None
     named = f"{target.sigil}{target.name}: " if isinstance(target, ast.Variable) else ""
     detail = named + refusal.detail
-    return Diagnostic(Severity.WARNING, refusal.code, _text(refusal), detail, refusal.hint, target.span)
-
-
-def _text(refusal: MotionError | IllegalValue) -> str:
-    return f"Joint {refusal.joint} out of range" if isinstance(refusal, JointOutOfRange) else refusal.text
+    return Diagnostic(Severity.WARNING, refusal.code, refusal.title, detail, refusal.hint, target.span)
 
 
 def _distance(statement: ast.Instruction) -> float | None:

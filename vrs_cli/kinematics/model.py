@@ -8,6 +8,7 @@ from functools import cached_property
 from itertools import accumulate
 from math import dist
 
+from vrs_cli.errors import JointOutOfRange
 from vrs_cli.kinematics.axes import EXACT, Line, Link, axis_of, cross, link_transform
 from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.task import Task
@@ -63,6 +64,12 @@ class RobotModel:
         """The range of a joint, counted from 1, for a message."""
         low = self.units.one_shown(joint, self.lower[joint - 1])
         return f"{low:.{decimals}f} to {self.said(joint, self.upper[joint - 1], decimals)}"
+
+    def refuse_joint(self, joint: int, x: float, hint: str = "") -> JointOutOfRange:
+        """The refusal of a joint, counted from 1, that would stand at x [rad or m]."""
+        detail = f"would be {self.said(joint, x)}, its range is {self.range_of(joint)}"
+        lower, upper = self.lower[joint - 1], self.upper[joint - 1]
+        return JointOutOfRange(detail, hint, joint=joint, value=x, lower=lower, upper=upper)
 
 
 def joint_axes(model: RobotModel) -> tuple[Line, ...]:

@@ -153,10 +153,11 @@ class NumericArm(SerialArm):
             return self._joint_refusal(best, "turn the location, or move it nearer")
         refusal = self._out_of_reach(T, self.ways[0], "")
         away, turned = self._search(T, near, self._all, bounded=True)[1]
+        hint = None
         if self.short and not isinstance(refusal, LocationTooFar):
-            refusal.hint = f"{self.model.joint_count} joints cannot turn the tool every way: teach the location by HERE"
-        refusal.detail += f"; the search from here comes as near as {1000 * away:.1f} mm and {degrees(turned):.1f} deg"
-        return refusal
+            hint = f"{self.model.joint_count} joints cannot turn the tool every way: teach the location by HERE"
+        nearest = f"the search from here comes as near as {1000 * away:.1f} mm and {degrees(turned):.1f} deg"
+        return refusal.reworded(f"{refusal.detail}; {nearest}", hint)
 
     @cached_property
     def continuation(self) -> Continuation | None:  # type: ignore[override] # made when asked for: it brings numpy

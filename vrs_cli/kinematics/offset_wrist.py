@@ -227,6 +227,8 @@ class OffsetWristArm(SerialArm):
                 f"the wrist would be {1000 * across:.1f} mm from the axis of joint 1, "
                 f"it cannot come nearer than {1000 * side:.1f} mm",
                 hint or f"move the location {1000 * (side - across):.1f} mm away from the axis",
+                value=across,
+                lower=side,
             )
         far = self._from_shoulder(T, configuration)
         where = f"joint 4 would be {1000 * far:.1f} mm from the shoulder, "
@@ -234,10 +236,14 @@ class OffsetWristArm(SerialArm):
             return LocationTooFar(
                 where + f"the arm reaches {1000 * (g.a2 + g.a3):.1f} mm",
                 hint or f"move the location {1000 * (far - g.a2 - g.a3):.1f} mm nearer",
+                value=far,
+                upper=g.a2 + g.a3,
             )
         return LocationTooClose(
             where + f"the folded arm comes no nearer than {1000 * abs(g.a2 - g.a3):.1f} mm",
             hint or f"move the location {1000 * (abs(g.a2 - g.a3) - far):.1f} mm away",
+            value=far,
+            lower=abs(g.a2 - g.a3),
         )
 
     def _from_shoulder(self, T: Transform, configuration: Configuration) -> float:

@@ -159,9 +159,11 @@ class ParallelAxesArm(SerialArm):
         where = f"the arm would have to reach {1000 * far:.1f} mm, "
         if far > l1 + l2:
             right = f"move the location {1000 * (far - l1 - l2):.1f} mm nearer"
-            return LocationTooFar(where + f"it reaches {1000 * (l1 + l2):.1f} mm", right)
-        right = f"move the location {1000 * (abs(l1 - l2) - far):.1f} mm away"
-        return LocationTooClose(where + f"folded it comes no nearer than {1000 * abs(l1 - l2):.1f} mm", right)
+            return LocationTooFar(where + f"it reaches {1000 * (l1 + l2):.1f} mm", right, value=far, upper=l1 + l2)
+        least = abs(l1 - l2)
+        right = f"move the location {1000 * (least - far):.1f} mm away"
+        what = where + f"folded it comes no nearer than {1000 * least:.1f} mm"
+        return LocationTooClose(what, right, value=far, lower=least)
 
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (the same in both)
         square = abs(self.wrist(T)[0]) ** 2

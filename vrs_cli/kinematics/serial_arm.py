@@ -207,9 +207,8 @@ class SerialArm:
         return self._joint_refusal(q, hint)
 
     def _joint_refusal(self, q: Joints, hint: str) -> JointOutOfRange:
-        joint, model = self._outside(q)[0], self.model
-        detail = f"would be {model.said(joint, q[joint - 1])}, its range is {model.range_of(joint)}"
-        return JointOutOfRange(joint, detail, hint or self._no_other_way)
+        joint = self._outside(q)[0]
+        return self.model.refuse_joint(joint, q[joint - 1], hint or self._no_other_way)
 
     @property
     def _no_other_way(self) -> str:
@@ -241,7 +240,8 @@ class SerialArm:
                 f"the flange would be {1000 * far:.1f} mm from the axis of joint 1, "
                 f"all links in one line are {1000 * most:.1f} mm",
                 hint or f"move the location at least {1000 * (far - most):.1f} mm nearer",
-                far - most,
+                value=far,
+                upper=most,
             )
         return LocationOutOfRange("no joints bring the flange there", hint or "turn the location, or move it nearer")
 

@@ -110,7 +110,8 @@ class SphericalWristArm(SerialArm):
                 f"the wrist would be {1000 * across:.1f} mm from the axis of joint 1, "
                 f"it cannot come nearer than {1000 * self.reach.axis:.1f} mm",
                 hint or f"move the location {1000 * (self.reach.axis - across):.1f} mm away from the axis",
-                self.reach.axis - across,
+                value=across,
+                lower=self.reach.axis,
             )
         far = hypot(outward, down)
         where = f"the wrist would be {1000 * far:.1f} mm from the shoulder, "
@@ -118,12 +119,14 @@ class SphericalWristArm(SerialArm):
             return LocationTooFar(
                 where + f"the arm reaches {1000 * self.reach.outer:.1f} mm",
                 hint or f"move the location {1000 * (far - self.reach.outer):.1f} mm nearer",
-                far - self.reach.outer,
+                value=far,
+                upper=self.reach.outer,
             )
         return LocationTooClose(
             where + f"the folded arm comes no nearer than {1000 * self.reach.inner:.1f} mm",
             hint or f"move the location {1000 * (self.reach.inner - far):.1f} mm away",
-            self.reach.inner - far,
+            value=far,
+            lower=self.reach.inner,
         )
 
     # --- clearances --------------------------------------------------------------------------------------

@@ -125,7 +125,8 @@ def _asked(session: Session, it: Instruction) -> tuple[Axis, float]:
     assert by is not None
     amount = real(session, by)
     if not abs(amount) <= LONGEST:
-        raise IllegalValue(f"an amount of {plain(amount)}", f"a number of mm or degrees, up to {LONGEST:g}")
+        right = f"a number of mm or degrees, up to {LONGEST:g}"
+        raise IllegalValue(f"an amount of {plain(amount)}", right, value=amount, lower=-LONGEST, upper=LONGEST)
     name = named.name if isinstance(named, Variable) and named.indexes is None else plain(real(session, named))
     axis = axis_of(session.engine, name)
     if axis.turns and not abs(amount) < LONGEST_TURN:
@@ -221,8 +222,7 @@ class Jogger:
                 return
             except (StraightLineSingular, JointOutOfRange, LocationOutOfRange) as error:
                 if not why or left_out == LEFT_OUT[-1]:
-                    error.hint = AWAY
-                    raise
+                    raise error.reworded(hint=AWAY) from None
 
     def _go(self, goal: Joints | Transform, axis: Axis, by: float) -> None:
         engine, speed, text = self.engine, self.speed / 100.0, f"JOG {axis.name}, {plain(round(by, 3))}"
@@ -292,6 +292,9 @@ class Jogger:
             raise TooNear(
                 f"joint {joint} would move by {self.engine.model.said(joint, change, 0)} for it",
                 AWAY,
+                joint=joint,
+                value=change,
+                upper=JUMP,
             )
         return goal
 

@@ -13,7 +13,6 @@ from functools import reduce
 from math import cos, radians, sin, sqrt
 from operator import or_
 
-from vrs_cli import errors
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, NegativeSquareRoot, TypeMismatch, VrsError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, from_oat, position, translation
@@ -377,8 +376,6 @@ def message(code: int) -> str:
     """The text of a message code, `Unknown error code n` for one that is not used."""
     if code in MESSAGES:
         return MESSAGES[code]
-    if code == errors.JointOutOfRange.code:
-        return "Joint out of range"
     texts = {cls.code: cls.text for cls in reversed(_subclasses(VrsError))}
     return texts.get(code, f"Unknown error code {code}")
 

@@ -399,13 +399,12 @@ class Task:
         activation = self._activations[-1]
         program = activation.program.program
         span = program.steps[activation.step].span if program.steps else program.span
-        message = str(error)
         self._context.environment.last_error = error.code
         self.state = TaskState.FAILED
         self.fault = ProgramFault(
             error.code,
-            message.split("*")[1],
-            message,
+            error.title,
+            str(error),
             program.name,
             activation.step + 1,
             span.line,

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
+from typing import Final
 
-from vrs_cli.errors import ProgramError, VrsError
+from vrs_cli.errors import ProgramError, VrsError, sentence
 from vrs_cli.language.text.ast import Span
 
 # characters that are shown of a source line (no line of an old program is longer) and of a detail
@@ -34,9 +35,7 @@ class Diagnostic:
     @property
     def message(self) -> str:
         """`*Unknown instruction* MOVEE (did you mean MOVE?)`. A very long detail is shortened."""
-        tail = f" {_shortened(self.detail)}" if self.detail else ""
-        hint = f" ({self.hint})" if self.hint else ""
-        return f"*{self.text}*{tail}{hint}"
+        return sentence(self.text, _shortened(self.detail), self.hint)
 
 
 class LineRefused(ProgramError):
@@ -44,10 +43,14 @@ class LineRefused(ProgramError):
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.detail, diagnostic.hint)
-        self.diagnostic = diagnostic
+        self.diagnostic: Final = diagnostic
 
     def __str__(self) -> str:
         return self.diagnostic.message
+
+    @property
+    def title(self) -> str:
+        return self.diagnostic.text
 
 
 def error(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") -> Diagnostic:

@@ -50,14 +50,15 @@ def whole(value: float) -> int:
 def integer(value: float) -> int:
     """`whole`, in the range that 24 bits and a sign hold. Raises IllegalValue outside it."""
     if not INTEGER_LOW - 0.5 < value < INTEGER_HIGH + 0.5:
-        raise IllegalValue(plain(value), f"an integer from {INTEGER_LOW} to {INTEGER_HIGH} is wanted")
+        right = f"an integer from {INTEGER_LOW} to {INTEGER_HIGH} is wanted"
+        raise IllegalValue(plain(value), right, value=value, lower=INTEGER_LOW, upper=INTEGER_HIGH)
     return whole(value)
 
 
 def integer_between(value: float, low: int, high: int, what: str) -> int:
     """`whole`, or IllegalValue that names what the number is for."""
     if not low - 0.5 < value < high + 0.5:
-        raise IllegalValue(f"{what} {plain(value)}", f"{low} to {high}")
+        raise IllegalValue(f"{what} {plain(value)}", f"{low} to {high}", value=value, lower=low, upper=high)
     return whole(value)
 
 
