@@ -100,7 +100,6 @@ def _operand(random: Random, it: Argument, depth: int = 0) -> str:
 _OPERANDS: Mapping[Shape, Callable[[Random, int], str]] = {
     Shape.PLACE: _place,
     Shape.LOCATION: _place,
-    Shape.TRANSFORMATION: _place,
     Shape.STRING: lambda r, d: r.choice((f"$ENCODE({number(r, d)})", f'$MID("abc", {number(r, d)}, 2)', '"a"', "$s")),
     Shape.VARIABLE: lambda r, d: r.choice(("a", "#p", "$s", "x", f"x[{number(r, d)}]")),
     Shape.REAL_VARIABLE: lambda r, d: r.choice(("x", f"y[{number(r, d)}]", f"m[{number(r, d)}, {number(r, d)}]")),

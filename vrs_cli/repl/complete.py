@@ -9,17 +9,17 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 
 from vrs_cli.interfaces.jog.jogger import AXIS_WORDS
 from vrs_cli.interfaces.monitor.clock import CLOCK_WORDS
 from vrs_cli.interfaces.monitor.plotting import QUANTITIES
-from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.word import SORT_WORDS, Argument, Shape, State, Word, abbreviated
+from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Row, Shape, State, Word, abbreviated
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,13 +63,14 @@ _NESTED = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 class Place:
     """The cursor among the arguments: the rest of the line since the word, and the name begun under the cursor."""
 
-    before: str  # from after the first word to the cursor, strings blanked
+    before: str  # from after the first word, or its closed parenthesis, to the cursor, strings blanked
     prefix: str  # the name that is being typed, maybe empty
+    first: int = 0  # how many arguments the closed parenthesis holds
 
     @property
     def index(self) -> int:
         """The argument, from 0: how many commas outside parentheses stand before."""
-        return _top_level(self.before).count(",")
+        return self.first + _top_level(self.before).count(",")
 
     @property
     def after_equals(self) -> bool:
@@ -134,11 +135,6 @@ CONNECTIVES: Mapping[str, tuple[str, ...]] = {
     "FOR": ("TO", "STEP"),
     "CASE": ("OF",),
 }
-MODIFIER_WORDS: Mapping[str, tuple[tuple[str, str], ...]] = {
-    "AT": (("AT", "at a time on the timeline, in seconds"), ("IN", "so many seconds from now")),
-    "ALWAYS": (("ALWAYS", "not for the next motion only"),),
-    "UNIT": (("MMPS", "mm a second"), ("IPS", "inches a second"), ("MONITOR", "percent, the monitor speed")),
-}
 
 
 def _functions(*kinds: Kind) -> Candidates:
@@ -147,8 +143,8 @@ def _functions(*kinds: Kind) -> Candidates:
             yield (name if function.constant else f"{name}(", function.summary)
 
 
-def _supported(row: Word | Function) -> bool:
-    return getattr(row, "state", State.SUPPORTED) is State.SUPPORTED
+def _supported(row: Row) -> bool:
+    return row.state is State.SUPPORTED
 
 
 def _reals(names: Names) -> Candidates:
@@ -159,11 +155,6 @@ def _reals(names: Names) -> Candidates:
 def _strings(names: Names) -> Candidates:
     yield from names.of(Kind.STRING).items()
     yield from _functions(Kind.STRING)
-
-
-def _locations(names: Names) -> Candidates:
-    yield from names.of(Kind.LOCATION).items()
-    yield from _functions(Kind.LOCATION)
 
 
 def _places(names: Names) -> Candidates:
@@ -189,7 +180,6 @@ SHAPES: Mapping[Shape, Callable[[Names], Candidates]] = {
     Shape.SIGNALS: _reals,
     Shape.STRING: _strings,
     Shape.LOCATION: _places,
-    Shape.TRANSFORMATION: _locations,
     Shape.PLACE: _places,
     Shape.VARIABLE: lambda names: names.of(*Kind).items(),
     Shape.REAL_VARIABLE: lambda names: names.of(Kind.REAL).items(),
@@ -286,15 +276,13 @@ def _candidates(line: str, prefix: str, names: Names, in_program: bool) -> Candi
         return ()
     if word.name == "DO" and not in_program:
         return _candidates(rest.lstrip(), prefix, names, True)
-    return _inside(*_past_group(word, rest, prefix), names)
+    return _inside(word, _place(word, rest, prefix), names)
 
 
-def _past_group(word: Word, rest: str, prefix: str) -> tuple[Word, Place]:
-    """READ and its like behind their (closed) parenthesis: a word without one, and what follows."""
+def _place(word: Word, rest: str, prefix: str) -> Place:
+    """Where the cursor is; in READ and its like, behind their closed parenthesis."""
     group = _GROUP.match(rest) if word.grouped else None
-    if group is None:
-        return word, Place(rest, prefix)
-    return replace(word, arguments=word.arguments[word.grouped :]), Place(rest[group.end() :], prefix)
+    return Place(rest, prefix) if group is None else Place(rest[group.end() :], prefix, word.grouped)
 
 
 def _beginnings(names: Names, in_program: bool) -> Candidates:
@@ -345,7 +333,7 @@ def _connecting(word: Word, place: Place) -> Candidates:
     words = [(text, "") for text in CONNECTIVES.get(word.name, ())]
     words += [(argument.lead, argument.name) for argument in word.arguments if argument.lead]
     if place.operand_ended or not word.required:
-        words += [row for modifier in sorted(word.modifiers) for row in MODIFIER_WORDS.get(modifier, ())]
+        words += [row for modifier in sorted(word.modifiers) for row in MODIFIERS.get(modifier, {}).items()]
     return [row for row in words if row[0] not in place.words]
 
 

@@ -216,7 +216,6 @@ SAMPLES_OF = {
     Shape.REAL: "1",
     Shape.STRING: '"s"',
     Shape.LOCATION: "part",
-    Shape.TRANSFORMATION: "part",
     Shape.PLACE: "part",
     Shape.VARIABLE: "x",
     Shape.REAL_VARIABLE: "x",

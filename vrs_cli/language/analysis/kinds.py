@@ -44,7 +44,6 @@ VALUES: Mapping[Shape, Kinds] = {
     Shape.TASK: REAL,
     Shape.STRING: STRING,
     Shape.LOCATION: LOCATION,
-    Shape.TRANSFORMATION: LOCATION,
     Shape.PLACE: PLACE,
 }
 

@@ -12,7 +12,6 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Span, Statement
 from vrs_cli.language.text.diagnostics import Diagnostic, error, warning
 from vrs_cli.language.words.instructions import INSTRUCTIONS, LOOP_JUMPS
-from vrs_cli.language.words.word import Shape
 
 
 class BlockKind(Enum):
@@ -24,9 +23,7 @@ class BlockKind(Enum):
 
 
 LABELLED: Mapping[str, int] = {
-    row.name: len(row.arguments)
-    for row in INSTRUCTIONS.values()
-    if row.arguments and row.arguments[-1].shape is Shape.LABEL
+    row.name: len(row.arguments) for row in INSTRUCTIONS.values() if row.form.endswith(" label")
 }  # instructions that may go to the label which is their last argument, and how many they have
 LOOPS = frozenset({BlockKind.WHILE, BlockKind.DO, BlockKind.FOR})
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.compile import python_tree as tree
+from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES
 from vrs_cli.language.run.support import NAMES
 from vrs_cli.language.text import ast
 from vrs_cli.language.words.functions import FUNCTIONS, Function
@@ -220,15 +221,17 @@ class Expressions:
 
     def _function(self, call: ast.Call) -> py.expr:
         function = FUNCTIONS[call.name]
-        if function.evaluate is None:
+        contextual = IN_CONTEXT.get(call.name)
+        evaluate = contextual or OF_VALUES.get(call.name)
+        if evaluate is None:
             raise ProgramNotExecutable(f"{function.name} is not available")
-        if not function.arguments and not function.contextual:
-            constant = function.evaluate()
+        if not function.arguments and contextual is None:
+            constant = evaluate()
             return tree.constant(constant) if isinstance(constant, float) else self.bound("k", constant)
         arguments = self._arguments(function, call.arguments)
-        if function.contextual:
+        if contextual is not None:
             arguments.insert(0, tree.name("X"))
-        self.namespace[_python_name(function)] = function.evaluate
+        self.namespace[_python_name(function)] = evaluate
         return tree.call(_python_name(function), *arguments)
 
     def _arguments(self, function: Function, given: Sequence[ast.Expression | None]) -> list[py.expr]:
@@ -312,7 +315,6 @@ WORDS = {Shape.SWITCH, Shape.PARAMETER_NAME, Shape.WORD, Shape.BRANCH, Shape.FIL
 _WANTED = {
     Shape.STRING: Kind.STRING,
     Shape.LOCATION: Kind.LOCATION,
-    Shape.TRANSFORMATION: Kind.LOCATION,
     Shape.PLACE: Kind.LOCATION,
 }
 

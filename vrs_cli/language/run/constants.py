@@ -37,6 +37,7 @@ from vrs_cli.language.compile.expressions import VARIABLES, WORDS, word_of
 from vrs_cli.language.run.effects import CallProgram
 from vrs_cli.language.run.environment import Context
 from vrs_cli.language.run.operands import Operand, Operands, stamp_of
+from vrs_cli.language.run.operations import IN_CONTEXT
 from vrs_cli.language.run.semantics.table import HANDLERS
 from vrs_cli.language.run.support import for_step
 from vrs_cli.language.text import ast
@@ -46,7 +47,7 @@ from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value
-from vrs_cli.language.words.word import Argument, Shape, argument_at
+from vrs_cli.language.words.word import Argument, Shape, State, argument_at
 
 NEVER_RIGHT = (IllegalValue, IllegalSignal, IllegalJoint, ArithmeticOverflow, NegativeSquareRoot)
 CHECKED_BY_THE_ROBOT = (SetSpeed, SetMonitorSpeed, SetAcceleration, SetDuration, SetParameter, SetConfiguration)
@@ -241,7 +242,7 @@ def _constant(expression: Expression) -> bool:
     """Whether it has the same value in every run, if it has one."""
     if isinstance(expression, ast.Call):
         function = FUNCTIONS.get(expression.name)
-        if function is None or function.contextual or not _by_value(function):
+        if function is None or function.name in IN_CONTEXT or not _by_value(function):
             return False
     elif not isinstance(expression, ast.Number | ast.Text | ast.Unary | ast.Binary):
         return False
@@ -259,7 +260,8 @@ def _evaluable(expression: Expression) -> bool:
 
 
 def _by_value(function: Function) -> bool:
-    return function.evaluate is not None and not any(row.shape in VARIABLES for row in function.arguments)
+    """Whether it can be evaluated, and takes no variable to change."""
+    return function.state is State.SUPPORTED and not any(row.shape in VARIABLES for row in function.arguments)
 
 
 def _named(expression: Expression) -> Expression:

@@ -1,4 +1,4 @@
-"""What the functions of the language do, as plain functions: `functions` is the table that names them.
+"""What the functions of the language do, and the table of what evaluates each.
 
 Millimetres and degrees outside, metres and radians inside. An omitted argument is None. Sources: V+ Language Reference;
 val2 section 5.
@@ -8,14 +8,28 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import reduce
 from math import cos, radians, sin, sqrt
 from operator import or_
 
+from vrs_cli import __version__
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, NegativeSquareRoot, TypeMismatch, VrsError
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, Vector, at_position, from_oat, position, translation
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    Vector,
+    at_position,
+    from_oat,
+    inverse,
+    normalised,
+    position,
+    rotation_x,
+    rotation_y,
+    rotation_z,
+    translation,
+)
 from vrs_cli.kinematics.transform import distance as metres_between
 from vrs_cli.language.run.environment import Context, Reference
 from vrs_cli.language.run.formats import TypeItem, encode
@@ -24,6 +38,7 @@ from vrs_cli.language.words.values import (
     FALSE,
     INTEGER_HIGH,
     TRUE,
+    Value,
     in_degrees,
     integer,
     integer_between,
@@ -412,3 +427,106 @@ def test_and_set(variable: Reference, new: float) -> float:
 
 def identical(a: Transform, b: Transform) -> float:
     return truth(a == b)
+
+
+# --- the table -----------------------------------------------------------------------------------------------------
+
+Evaluator = Callable[..., Value]
+
+# Each function by its name: its arguments are values, None for an omitted one, a Reference where a variable is wanted.
+OF_VALUES: Mapping[str, Evaluator] = {
+    "ABS": abs,
+    "SIGN": sign,
+    "SQR": square,
+    "SQRT": square_root,
+    "INT": integer_part,
+    "FRACT": fraction,
+    "SIN": sine,
+    "COS": cosine,
+    "TAN": tangent,
+    "ATAN2": arc_tangent,
+    "MAX": lambda *x: max(x),
+    "MIN": lambda *x: min(x),
+    "OUTSIDE": outside,
+    "BCD": to_bcd,
+    "DCB": from_bcd,
+    "BMASK": bit_mask,
+    "DX": lambda T: millimetres(T.px),
+    "DY": lambda T: millimetres(T.py),
+    "DZ": lambda T: millimetres(T.pz),
+    "DISTANCE": distance,
+    "IDENTICAL": identical,
+    "TRANS": trans,
+    "SHIFT": shift,
+    "FRAME": frame,
+    "INVERSE": inverse,
+    "RX": lambda angle: rotation_x(radians(angle)),
+    "RY": lambda angle: rotation_y(radians(angle)),
+    "RZ": lambda angle: rotation_z(radians(angle)),
+    "SCALE": scale,
+    "NORMAL": normalised,
+    "NULL": lambda: IDENTITY,
+    "DEFINED": lambda variable: truth(variable.defined()),
+    "LAST": last_index,
+    "TAS": test_and_set,
+    "PI": lambda: math.pi,
+    "TRUE": lambda: TRUE,
+    "FALSE": lambda: FALSE,
+    "ON": lambda: TRUE,
+    "OFF": lambda: FALSE,
+    "LEN": lambda text: float(len(text)),
+    "ASC": code_of,
+    "VAL": value_of,
+    "POS": position_of,
+    "STRDIF": string_order,
+    "$CHR": character,
+    "$MID": middle,
+    "$DECODE": decoded,
+    "$ERROR": lambda code: message(whole(code)),
+    "$ID": lambda _=None: f"vrs {__version__}",
+    "$TRUNCATE": truncate,
+    "$INTB": packer("h", -32768.0, 32767.0),
+    "$LNGB": packer("i", -2147483648.0, 2147483647.0),
+    "$FLTB": packer("f", -3.4028234e38, 3.4028234e38),
+    "$DBLB": packer("d", -3.4028235e38, 3.4028235e38),
+    "INTB": unpacker("h"),
+    "LNGB": unpacker("i"),
+    "FLTB": unpacker("f"),
+    "DBLB": unpacker("d"),
+    "FREE": free,
+    "$DEFAULT": lambda: "./",
+    "$UNPACK": unpacked,
+}
+
+# The same, with the Context of the program before the arguments.
+IN_CONTEXT: Mapping[str, Evaluator] = {
+    "RANDOM": lambda it: it.environment.random.random(),
+    "INRANGE": lambda it, place: float(it.robot.in_range(place)),
+    "#PPOINT": precision_point,
+    "HERE": lambda it: it.robot.here(),
+    "DEST": lambda it: it.robot.destination(),
+    "TOOL": lambda it: it.robot.tool(),
+    "BASE": lambda it: it.robot.base(),
+    "#PDEST": lambda it: it.robot.destination_joints(),
+    "#PHERE": lambda it: it.robot.joints(),
+    "SIG": signals_on,
+    "SIG.INS": signal_installed,
+    "BITS": bits_of,
+    "TIMER": lambda it, number: it.environment.timers.read(number, it.robot.time()),
+    "TIME": lambda it: it.robot.time(),
+    "SPEED": lambda it, n: float(it.robot.speed(whole(n))),
+    "STATE": lambda it, n: float(it.robot.state(whole(n))),
+    "SWITCH": lambda it, name: truth(it.robot.switch(name)),
+    "PARAMETER": lambda it, name: numeric(it.robot.parameter(name)),
+    "HAND": lambda it: float(it.robot.hand()),
+    "HAND.TIME": lambda it: numeric(it.robot.parameter("HAND.TIME")),
+    "ERROR": lambda it, *_: float(it.environment.last_error),
+    "$ENCODE": encoded,
+    "$TIME": clock_text,
+    "STATUS": lambda it, name: float(it.environment.system.program_status(name)),
+    "TASK": about_task,
+    "PRIORITY": lambda it: float(it.environment.system.priority()),
+    "ID": lambda it, component: it.environment.system.identity(whole(component)),
+    "IOSTAT": io_status,
+    "GETC": next_character,
+}

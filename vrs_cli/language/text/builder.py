@@ -568,9 +568,16 @@ def _binary(sign: Token, left: Expression, right: Expression) -> Expression:
 def _give_arguments(given: _Given, children: Children) -> Any:
     row = given.row
     if type(children[-1]) is Token:
-        _refuse_last_comma(children, row.plain if given.value is None else row.values, row)
+        _refuse_last_comma(children, _places(given), row)
     given.items(_listed(children))
     return children[-1]
+
+
+def _places(given: _Given) -> int | None:
+    """How many expressions may stand there; None where the last is repeated."""
+    if given.value is None:
+        return given.row.plain
+    return None if given.row.value is not None and given.row.value.repeated else 1
 
 
 def _give_group(given: _Given, children: Children) -> Any:

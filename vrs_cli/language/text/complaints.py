@@ -14,7 +14,7 @@ from vrs_cli.language.text.ast import Span
 from vrs_cli.language.text.diagnostics import Diagnostic, did_you_mean, error
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
-from vrs_cli.language.words.word import MODIFIER_WORDS
+from vrs_cli.language.words.word import MODIFIERS
 
 _PAIRS = {"RPAR": "LPAR", "RSQB": "LSQB"}
 _OPENING = {"LPAR": ")", "LGROUP": ")", "LSQB": "]"}
@@ -167,7 +167,7 @@ class _Complaint:
         if row is None or self._type != "NAME":
             return ""
         modifiers = row.modifiers | INSTRUCTIONS.get(row.name, row).modifiers
-        words = [*row.leads, *(word for name in sorted(modifiers) for word in MODIFIER_WORDS.get(name, ()))]
+        words = [*row.leads, *(word for name in sorted(modifiers) for word in MODIFIERS.get(name, ()))]
         return did_you_mean(self._token_text(), words)
 
     def _other(self) -> tuple[str, str]:

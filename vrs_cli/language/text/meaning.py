@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Container, Iterable, Iterator
 from dataclasses import fields, is_dataclass, replace
+from functools import cache
 from typing import Any, TypeVar, cast
 
 from vrs_cli.language.text import ast
@@ -22,9 +23,7 @@ Tree = TypeVar("Tree")
 FUNCTION_NAMES = {name.lower(): name for name, row in FUNCTIONS.items() if row.constant and name not in RESERVED}
 DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE, Shape.UNIT})
 _CALLED = frozenset({Shape.PROGRAM, Shape.PROGRAM_TEXT})
-_NAMING = frozenset(
-    name for name, row in INSTRUCTIONS.items() if any(one.shape in DEFINING | _CALLED for one in row.arguments)
-)
+_NAMING = DEFINING | _CALLED
 
 
 def as_meant(program: Program) -> Program:
@@ -52,7 +51,7 @@ def named_by(statement: Statement | None) -> Iterator[str]:
     """The keys of the variables that a statement declares or gives a value to, by itself or through a CALL."""
     if isinstance(statement, ast.Assignment):
         yield statement.target.key
-    elif isinstance(statement, ast.Instruction) and statement.word in _NAMING:
+    elif isinstance(statement, ast.Instruction) and _names_variables(statement.word):
         row = INSTRUCTIONS[statement.word]
         for place, expression in enumerate(statement.arguments):
             argument = argument_at(row, place)
@@ -60,6 +59,13 @@ def named_by(statement: Statement | None) -> Iterator[str]:
                 yield from _named_at(expression, argument.shape)
     elif isinstance(statement, ast.For):
         yield statement.variable.key
+
+
+@cache
+def _names_variables(word: str) -> bool:
+    """Whether an instruction gives values to variables, or calls a program that may."""
+    row = INSTRUCTIONS.get(word)
+    return row is not None and any(one.shape in _NAMING for one in row.arguments)
 
 
 def _named_at(expression: Expression, shape: Shape) -> Iterator[str]:

@@ -3,611 +3,262 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from functools import partial
 
-from vrs_cli.language.words.word import Argument, Route, Shape, State, Word, by_name
+from vrs_cli.language.words.word import Control, Route, Shape, State, Word, by_name
 
-AT = frozenset({"AT"})
-ALWAYS = frozenset({"ALWAYS"})
+PLACE, LOCATION, DEFINED = Shape.PLACE, Shape.LOCATION, Shape.LOCATION_VARIABLE
 
-
-def real(name: str, optional: bool = False, repeated: bool = False) -> Argument:
-    return Argument(name, Shape.REAL, optional, repeated)
-
-
-PLACE = Argument("location", Shape.PLACE)
-LOCATION = Argument("location", Shape.LOCATION)
-DEFINED = Argument("location", Shape.LOCATION_VARIABLE)
-PROGRAM = Argument("program", Shape.PROGRAM)
-LABEL = Argument("label", Shape.LABEL)
-TEXT = Argument("$text", Shape.STRING)
-UNIT = Argument("unit", Shape.GROUP)
-DEVICE = Argument("$device", Shape.STRING, optional=True)
-TASK = real("task", optional=True)
-ITEMS = Argument("item", Shape.ITEM, optional=True, repeated=True)
-SWITCHES = Argument("switch", Shape.SWITCH, repeated=True)
-LOOPS = real("loops", optional=True)
-SIGNALS = Argument("signal", Shape.SIGNALS, repeated=True)
-COMPOUND_SHIFT = (real("dx", True), real("dy", True), real("dz", True), real("rotation", True))
-
-
-def _motion(
-    name: str, arguments: tuple[Argument, ...], summary: str, example: str, where: str = "1 2 +", note: str = ""
-) -> Word:
-    return Word(name, arguments, Route.MOTION, summary, example, where, modifiers=AT, note=note)
-
-
-def _setting(
-    name: str, summary: str, where: str = "1 2 +", arguments: tuple[Argument, ...] = (), breaks: bool = False
-) -> Word:
-    example = f"{name} ALWAYS"
-    return Word(name, arguments, Route.PARAMETER, summary, example, where, modifiers=ALWAYS, breaks=breaks)
+_motion = partial(Word, route=Route.MOTION)
+_setting = partial(Word, route=Route.PARAMETER)
+_location = partial(Word, route=Route.POSITION)
 
 
 def _flag(name: str, summary: str) -> Word:
-    return Word(name, (), Route.PARAMETER, summary, name, "1 2 +", note="it stays until the opposite is asked for")
+    return _setting(name, "1 2 +", summary, name, "it stays until the opposite is asked for")
 
 
-def _declaration(name: str, summary: str, example: str, note: str = "") -> Word:
-    variables = (Argument("variable", Shape.VARIABLE, repeated=True),)
-    return Word(name, variables, Route.PROGRAM, summary, example, "+", modifiers=frozenset({"SORT"}), note=note)
-
-
-def _hand(name: str, summary: str, breaks: bool = False) -> Word:
-    width = () if name.startswith("RELAX") else (real("width", optional=True),)
-    return Word(name, width, Route.PARAMETER, summary, name, "1 2 +", breaks=breaks)
-
-
-def _refused(name: str, summary: str, where: str, note: str) -> Word:
-    return Word(name, (), Route.PROGRAM, summary, name, where, state=State.REFUSED, note=note)
+def refused(name: str, where: str, summary: str, note: str) -> Word:
+    """A word that is known, and not available."""
+    return Word(name, where, summary, name, note, state=State.REFUSED)
 
 
 _MOTIONS = (
-    _motion("MOVE", (PLACE,), "joint-interpolated motion to a location", "MOVE part"),
-    _motion("MOVES", (PLACE,), "straight-line motion to a location", "MOVES part"),
-    _motion("MOVET", (PLACE, real("hand")), "MOVE, operating the hand on the way", "MOVET part, 1"),
-    _motion("MOVEST", (PLACE, real("hand")), "MOVES, operating the hand on the way", "MOVEST part, 0"),
-    _motion(
-        "APPRO",
-        (LOCATION, real("distance")),
-        "motion to a distance [mm] in front of a location, back along its tool axis",
-        "APPRO part, 50",
-    ),
-    _motion("APPROS", (LOCATION, real("distance")), "APPRO in a straight line", "APPROS part, 50"),
-    _motion("DEPART", (real("distance"),), "motion back along the tool axis by a distance [mm]", "DEPART 50"),
-    _motion("DEPARTS", (real("distance"),), "DEPART in a straight line", "DEPARTS 50"),
-    _motion(
-        "DRIVE",
-        (real("joint"), real("change"), real("speed", optional=True)),
-        "turn one joint by so many degrees, or slide it by mm, at a percentage of full speed",
-        "DRIVE 1, -30, 50",
-    ),
-    _motion("READY", (), "motion to the ready position, arm straight up", "READY"),
-    _motion("NEST", (), "fold the arm to its parking position", "NEST", "1 2"),
-    _motion("GO", (PLACE,), "motion to a location in VAL", "GO part", "1", "MOVE is the same"),
-    _motion(
-        "DRAW",
-        (real("dx", True), real("dy", True), real("dz", True)),
-        "straight motion along the axes of the world by so many mm, in VAL",
-        "DRAW 0, 0, 50",
-        "1",
-        "MOVES SHIFT(DEST BY dx, dy, dz) is the same",
-    ),
-    Word("ALIGN", (), Route.MOTION, "turn the tool so that its Z lies along the nearest world axis", "ALIGN", "1 2 +"),
-    Word("DELAY", (real("seconds"),), Route.MOTION, "no motion for so many seconds", "DELAY 0.5", "1 2 +"),
-    Word("BREAK", (), Route.MOTION, "wait until the robot has come to rest", "BREAK", "1 2 +", breaks=True),
-)
-
-_DEVICE = Argument("ROBOT", Shape.SWITCH)
-_CALIBRATED = "nothing is done: a virtual robot is calibrated"
-CALIBRATE = Word(
-    "CALIBRATE", (), Route.PARAMETER, "find the zero of the joints", "CALIBRATE", "1 2 +", note=_CALIBRATED
-)
-SELECT = Word(
-    "SELECT",
-    (_DEVICE,),
-    Route.PARAMETER,
-    "choose a robot",
-    "SELECT ROBOT = 1",
-    "+",
-    value=real("number"),
-    note="there is one, number 1",
-)
+    _motion("MOVE location [AT t | IN dt]", "1 2 +",
+        "joint-interpolated motion to a location", "MOVE part", shapes=(PLACE,)),
+    _motion("MOVES location [AT t | IN dt]", "1 2 +",
+        "straight-line motion to a location", "MOVES part", shapes=(PLACE,)),
+    _motion("MOVET location, hand [AT t | IN dt]", "1 2 +",
+        "MOVE, operating the hand on the way", "MOVET part, 1", shapes=(PLACE,)),
+    _motion("MOVEST location, hand [AT t | IN dt]", "1 2 +",
+        "MOVES, operating the hand on the way", "MOVEST part, 0", shapes=(PLACE,)),
+    _motion("APPRO location, distance [AT t | IN dt]", "1 2 +",
+        "motion to a distance [mm] in front of a location, back along its tool axis", "APPRO part, 50"),
+    _motion("APPROS location, distance [AT t | IN dt]", "1 2 +", "APPRO in a straight line", "APPROS part, 50"),
+    _motion("DEPART distance [AT t | IN dt]", "1 2 +",
+        "motion back along the tool axis by a distance [mm]", "DEPART 50"),
+    _motion("DEPARTS distance [AT t | IN dt]", "1 2 +", "DEPART in a straight line", "DEPARTS 50"),
+    _motion("DRIVE joint, change[, speed] [AT t | IN dt]", "1 2 +",
+        "turn one joint by so many degrees, or slide it by mm, at a percentage of full speed", "DRIVE 1, -30, 50"),
+    _motion("READY [AT t | IN dt]", "1 2 +", "motion to the ready position, arm straight up", "READY"),
+    _motion("NEST [AT t | IN dt]", "1 2", "fold the arm to its parking position", "NEST"),
+    _motion("GO location [AT t | IN dt]", "1",
+        "motion to a location in VAL", "GO part", "MOVE is the same", shapes=(PLACE,)),
+    _motion("DRAW [dx][, dy][, dz] [AT t | IN dt]", "1",
+        "straight motion along the axes of the world by so many mm, in VAL", "DRAW 0, 0, 50",
+        "MOVES SHIFT(DEST BY dx, dy, dz) is the same"),
+    _motion("ALIGN", "1 2 +", "turn the tool so that its Z lies along the nearest world axis", "ALIGN"),
+    _motion("DELAY seconds", "1 2 +", "no motion for so many seconds", "DELAY 0.5"),
+    _motion("BREAK", "1 2 +", "wait until the robot has come to rest", "BREAK", breaks=True),
+)  # fmt: skip
 
 _SETTINGS = (
-    Word(
-        "SPEED",
-        (real("speed"), real("rotation", optional=True)),
-        Route.PARAMETER,
-        "program speed, in percent or as the speed of the tool tip, for the next motion or always",
-        "SPEED 30 ALWAYS",
-        "1 2 +",
-        modifiers=frozenset({"UNIT", "ALWAYS"}),
-    ),
-    Word(
-        "DURATION",
-        (real("seconds"),),
-        Route.PARAMETER,
-        "the least time that a motion takes",
-        "DURATION 2 ALWAYS",
-        "2 +",
-        modifiers=ALWAYS,
-    ),
-    Word(
-        "ACCEL",
-        (real("acceleration"), real("deceleration", optional=True)),
-        Route.PARAMETER,
-        "acceleration and deceleration in percent",
-        "ACCEL 50, 30",
-        "+",
-    ),
-    _setting("COARSE", "settle loosely at the end of a motion", arguments=(real("tolerance", optional=True),)),
-    _setting("FINE", "settle closely at the end of a motion", arguments=(real("tolerance", optional=True),)),
-    _setting("NULL", "wait for position errors to vanish when the robot comes to rest"),
-    _setting("NONULL", "do not wait for position errors to vanish"),
-    _setting("CPON", "pass from motion to motion without a stop", "2 +"),
-    _setting("CPOFF", "come to rest between motions", "2 +", breaks=True),
-    _setting("INTON", "integral action of the servos during motions", "1 2"),
-    _setting("INTOFF", "no integral action of the servos during motions", "1 2"),
-    _setting("SINGLE", "keep the wrist joints within one turn"),
-    _setting("MULTIPLE", "let the wrist joints use their whole range"),
-    _setting("OVERLAP", "let a joint turn more than half a turn in one motion", "2 +"),
-    _setting("NOOVERLAP", "refuse more than half a turn of a joint in one motion", "2 +"),
+    _setting("SPEED speed[, rotation] [MMPS | IPS | MONITOR] [ALWAYS]", "1 2 +",
+        "program speed, in percent or as the speed of the tool tip, for the next motion or always", "SPEED 30 ALWAYS"),
+    _setting("DURATION seconds [ALWAYS]", "2 +", "the least time that a motion takes", "DURATION 2 ALWAYS"),
+    _setting("ACCEL acceleration[, deceleration]", "+", "acceleration and deceleration in percent", "ACCEL 50, 30"),
+    _setting("COARSE [tolerance] [ALWAYS]", "1 2 +", "settle loosely at the end of a motion", "COARSE ALWAYS"),
+    _setting("FINE [tolerance] [ALWAYS]", "1 2 +", "settle closely at the end of a motion", "FINE ALWAYS"),
+    _setting("NULL [ALWAYS]", "1 2 +",
+        "wait for position errors to vanish when the robot comes to rest", "NULL ALWAYS"),
+    _setting("NONULL [ALWAYS]", "1 2 +", "do not wait for position errors to vanish", "NONULL ALWAYS"),
+    _setting("CPON [ALWAYS]", "2 +", "pass from motion to motion without a stop", "CPON ALWAYS"),
+    _setting("CPOFF [ALWAYS]", "2 +", "come to rest between motions", "CPOFF ALWAYS", breaks=True),
+    _setting("INTON [ALWAYS]", "1 2", "integral action of the servos during motions", "INTON ALWAYS"),
+    _setting("INTOFF [ALWAYS]", "1 2", "no integral action of the servos during motions", "INTOFF ALWAYS"),
+    _setting("SINGLE [ALWAYS]", "1 2 +", "keep the wrist joints within one turn", "SINGLE ALWAYS"),
+    _setting("MULTIPLE [ALWAYS]", "1 2 +", "let the wrist joints use their whole range", "MULTIPLE ALWAYS"),
+    _setting("OVERLAP [ALWAYS]", "2 +", "let a joint turn more than half a turn in one motion", "OVERLAP ALWAYS"),
+    _setting("NOOVERLAP [ALWAYS]", "2 +", "refuse more than half a turn of a joint in one motion", "NOOVERLAP ALWAYS"),
     _flag("RIGHTY", "an arm like a human right arm"),
     _flag("LEFTY", "an arm like a human left arm"),
     _flag("ABOVE", "elbow above the line from shoulder to wrist"),
     _flag("BELOW", "elbow below the line from shoulder to wrist"),
     _flag("FLIP", "joint 5 at negative angles"),
     _flag("NOFLIP", "joint 5 at positive angles"),
-    _hand("OPEN", "open the hand during the next motion"),
-    _hand("CLOSE", "close the hand during the next motion"),
-    _hand("RELAX", "let the hand go slack during the next motion"),
-    _hand("OPENI", "come to rest, then open the hand", breaks=True),
-    _hand("CLOSEI", "come to rest, then close the hand", breaks=True),
-    _hand("RELAXI", "come to rest, then let the hand go slack", breaks=True),
-    Word(
-        "TOOL",
-        (Argument("location", Shape.LOCATION, optional=True),),
-        Route.PARAMETER,
-        "the tool transformation, from flange to tool tip; NULL when omitted",
-        "TOOL gripper",
-        "1 2 +",
-        breaks=True,
-        drastic=True,
-    ),
-    Word(
-        "BASE",
-        COMPOUND_SHIFT,
-        Route.PARAMETER,
-        "shift [mm] and turn [degrees about Z] the world frame against the robot",
-        "BASE 100,,-50, 90",
-        "1 2 +",
-        breaks=True,
-        drastic=True,
-    ),
-    CALIBRATE,
-    SELECT,
-    Word("ENABLE", (SWITCHES,), Route.PARAMETER, "turn switches on", "ENABLE CP", "2 +"),
-    Word("DISABLE", (SWITCHES,), Route.PARAMETER, "turn switches off", "DISABLE MESSAGES", "2 +"),
-    Word(
-        "SWITCH",
-        (Argument("switch", Shape.SWITCH),),
-        Route.PARAMETER,
-        "turn a switch on or off",
-        "SWITCH CP = OFF",
-        "2 +",
-        value=real("value"),
-    ),
-    Word(
-        "PARAMETER",
-        (Argument("parameter", Shape.PARAMETER_NAME),),
-        Route.PARAMETER,
-        "set a parameter",
-        "PARAMETER HAND.TIME = 0.1",
-        "2 +",
-        value=Argument("value", Shape.SETTING),
-    ),
-)
+    _setting("OPEN [width]", "1 2 +", "open the hand during the next motion", "OPEN"),
+    _setting("CLOSE [width]", "1 2 +", "close the hand during the next motion", "CLOSE"),
+    _setting("RELAX", "1 2 +", "let the hand go slack during the next motion", "RELAX"),
+    _setting("OPENI [width]", "1 2 +", "come to rest, then open the hand", "OPENI", breaks=True),
+    _setting("CLOSEI [width]", "1 2 +", "come to rest, then close the hand", "CLOSEI", breaks=True),
+    _setting("RELAXI", "1 2 +", "come to rest, then let the hand go slack", "RELAXI", breaks=True),
+    _setting("TOOL [location]", "1 2 +",
+        "the tool transformation, from flange to tool tip; NULL when omitted", "TOOL gripper", breaks=True,
+        drastic=True),
+    _setting("BASE [dx][, dy][, dz][, rotation]", "1 2 +",
+        "shift [mm] and turn [degrees about Z] the world frame against the robot", "BASE 100,,-50, 90", breaks=True,
+        drastic=True),
+    _setting("CALIBRATE", "1 2 +",
+        "find the zero of the joints", "CALIBRATE", "nothing is done: a virtual robot is calibrated"),
+    _setting("SELECT ROBOT = number", "+", "choose a robot", "SELECT ROBOT = 1", "there is one, number 1"),
+    _setting("ENABLE switch, ...", "2 +", "turn switches on", "ENABLE CP"),
+    _setting("DISABLE switch, ...", "2 +", "turn switches off", "DISABLE MESSAGES"),
+    _setting("SWITCH switch = value", "2 +", "turn a switch on or off", "SWITCH CP = OFF"),
+    _setting("PARAMETER parameter = value", "2 +",
+        "set a parameter", "PARAMETER HAND.TIME = 0.1", shapes=(Shape.PARAMETER_NAME, Shape.SETTING)),
+)  # fmt: skip
 
 _POSITIONS = (
-    Word(
-        "SHIFT",
-        (DEFINED, Argument("dx", Shape.REAL, True, lead="BY"), real("dy", True), real("dz", True)),
-        Route.POSITION,
-        "move a location along the axes of the world by so many mm, in VAL",
-        "SHIFT part BY 5, -5, 10",
-        "1",
-        note="SET part = SHIFT(part BY dx, dy, dz) is the same",
-    ),
-    Word(
-        "INVERSE",
-        (DEFINED,),
-        Route.POSITION,
-        "define a location as the inverse of another, in VAL",
-        "INVERSE b = a",
-        "1",
-        value=LOCATION,
-        note="SET b = INVERSE(a) is the same",
-    ),
-    Word(
-        "FRAME",
-        (
-            DEFINED,
-            Argument("origin", Shape.LOCATION, lead="="),
-            Argument("x", Shape.LOCATION),
-            Argument("y", Shape.LOCATION),
-        ),
-        Route.POSITION,
+    _location("SHIFT location [BY dx][, dy][, dz]", "1",
+        "move a location along the axes of the world by so many mm, in VAL", "SHIFT part BY 5, -5, 10",
+        "SET part = SHIFT(part BY dx, dy, dz) is the same", shapes=(DEFINED,)),
+    _location("INVERSE location = location", "1",
+        "define a location as the inverse of another, in VAL", "INVERSE b = a", "SET b = INVERSE(a) is the same",
+        shapes=(DEFINED,)),
+    _location("FRAME location = origin, x, y", "1",
         "define a frame by its origin, a location on its X axis and one on its +Y side, in VAL",
-        "FRAME pallet = a, b, c",
-        "1",
-        note="SET pallet = FRAME(a, b, c, a) is the same",
-    ),
-    Word(
-        "SET",
-        (DEFINED,),
-        Route.POSITION,
-        "define a location by an expression",
-        "SET b = a:grip",
-        "2 +",
-        value=Argument("value", Shape.PLACE),
-    ),
-    Word("HERE", (DEFINED,), Route.POSITION, "define a location as the present position", "HERE part", "1 2 +"),
-    Word(
-        "POINT",
-        (DEFINED,),
-        Route.POSITION,
-        "define a location by an expression",
-        "POINT b = a",
-        "1 2 +",
-        value=Argument("value", Shape.PLACE),
-    ),
-    Word(
-        "DECOMPOSE",
-        (Argument("element", Shape.REAL_VARIABLE),),
-        Route.POSITION,
-        "put the six numbers of a location, or all joints, into elements of an array",
-        "DECOMPOSE x[1] = part",
-        "2 +",
-        value=Argument("value", Shape.PLACE),
-    ),
-)
+        "FRAME pallet = a, b, c", "SET pallet = FRAME(a, b, c, a) is the same",
+        shapes=(DEFINED, LOCATION, LOCATION, LOCATION)),
+    _location("SET location = value", "2 +",
+        "define a location by an expression", "SET b = a:grip", shapes=(DEFINED, PLACE)),
+    _location("HERE location", "1 2 +", "define a location as the present position", "HERE part", shapes=(DEFINED,)),
+    _location("POINT location = value", "1 2 +",
+        "define a location by an expression", "POINT b = a", shapes=(DEFINED, PLACE)),
+    _location("DECOMPOSE element = value", "2 +",
+        "put the six numbers of a location, or all joints, into elements of an array", "DECOMPOSE x[1] = part",
+        shapes=(Shape.REAL_VARIABLE, PLACE)),
+)  # fmt: skip
 
 _INPUT_OUTPUT = (
-    Word("TYPE", (ITEMS,), Route.PROGRAM, "print numbers and texts", 'TYPE "x =", /F8.2, x', "1 2 +"),
-    Word(
-        "TYPEI",
-        (real("value"),),
-        Route.PROGRAM,
-        "print an integer, in VAL",
-        "TYPEI count",
-        "1",
-        note="TYPE is its like",
-    ),
-    Word(
-        "SETI",
-        (Argument("variable", Shape.REAL_VARIABLE),),
-        Route.PROGRAM,
-        "assign an integer, cut toward 0, in VAL",
-        "SETI count = count+1",
-        "1",
-        value=real("value"),
-        note="count = INT(value) is the same",
-    ),
-    Word(
-        "PROMPT",
-        (
-            Argument("$text", Shape.STRING, optional=True),
-            Argument("variable", Shape.VARIABLE, optional=True, repeated=True),
-        ),
-        Route.PROGRAM,
-        "print a text and read a line into variables",
-        'PROMPT "How many? ", count',
-        "1 2 +",
-    ),
-    Word(
-        "SIGNAL",
-        (SIGNALS,),
-        Route.PROGRAM,
-        "turn signals on, or off where the number is negative",
-        "SIGNAL 1, -2",
-        "1 2 +",
-    ),
-    Word("RESET", (), Route.PROGRAM, "turn all output signals off", "RESET", "1 2 +"),
-    Word(
-        "BITS",
-        (real("first"), real("count", optional=True)),
-        Route.PROGRAM,
-        "set signals to the bits of a number",
-        "BITS 1, 4 = count",
-        "2 +",
-        value=real("value"),
-    ),
-    Word(
-        "WAIT",
-        (real("condition", optional=True),),
-        Route.PROGRAM,
-        "hold the program until a condition is true; bare: for one tick",
-        "WAIT SIG(1001)",
-        "1 2 +",
-        note="WAIT 3, a number, is VAL's: the input 3, which is SIG(1003)",
-    ),
-    Word(
-        "PACK",
-        (Argument("$element", Shape.STRING_VARIABLE), real("first"), real("count")),
-        Route.PROGRAM,
+    Word("TYPE [item, ...]", "1 2 +", "print numbers and texts", 'TYPE "x =", /F8.2, x'),
+    Word("TYPEI value", "1", "print an integer, in VAL", "TYPEI count", "TYPE is its like"),
+    Word("SETI variable = value", "1",
+        "assign an integer, cut toward 0, in VAL", "SETI count = count+1", "count = INT(value) is the same",
+        shapes=(Shape.REAL_VARIABLE,)),
+    Word("PROMPT [$text][, variable, ...]", "1 2 +",
+        "print a text and read a line into variables", 'PROMPT "How many? ", count'),
+    Word("SIGNAL signal, ...", "1 2 +", "turn signals on, or off where the number is negative", "SIGNAL 1, -2"),
+    Word("RESET", "1 2 +", "turn all output signals off", "RESET"),
+    Word("BITS first[, count] = value", "2 +", "set signals to the bits of a number", "BITS 1, 4 = count"),
+    Word("WAIT [condition]", "1 2 +",
+        "hold the program until a condition is true; bare: for one tick", "WAIT SIG(1001)",
+        "WAIT 3, a number, is VAL's: the input 3, which is SIG(1003)"),
+    Word("PACK $element, first, count = $text", "+",
         "put characters into an array whose elements, of 128 each, are taken for one string",
-        "PACK $a[0], 120, 20 = $text",
-        "+",
-        value=Argument("$text", Shape.STRING),
-    ),
-    Word(
-        "TIMER",
-        (real("timer"),),
-        Route.PROGRAM,
-        "set a timer [s]; it counts on from there",
-        "TIMER 1 = 0",
-        "2 +",
-        value=real("seconds"),
-    ),
-)
-
-_SIGNAL = Argument("signal", Shape.SIGNALS)
-_CHANNEL = _SIGNAL
+        "PACK $a[0], 120, 20 = $text"),
+    Word("TIMER timer = seconds", "2 +", "set a timer [s]; it counts on from there", "TIMER 1 = 0"),
+)  # fmt: skip
 
 _FLOW = (
-    Word("CALL", (PROGRAM,), Route.PROGRAM, "carry out another program", "CALL pick(part, 50)", "2 +"),
-    Word(
-        "GOSUB",
-        (PROGRAM,),
-        Route.PROGRAM,
-        "carry out another program, in VAL",
-        "GOSUB pick",
-        "1",
-        note="CALL is the same",
-    ),
-    Word(
-        "IFSIG",
-        (
-            _CHANNEL,
-            *(replace(_CHANNEL, optional=True),) * 3,
-            Argument("label", Shape.LABEL, lead="THEN"),
-        ),
-        Route.PROGRAM,
-        "go on at a label where these signals are on (off for negative numbers), in VAL",
-        "IFSIG 1, -2 THEN 10",
-        "1",
-        note="the numbers 1 to 512 are inputs, so IF SIG(1001, -1002) GOTO 10 is the same",
-    ),
-    Word(
-        "GRASP",
-        (real("width"), LABEL),
-        Route.PROGRAM,
+    Word("CALL program", "2 +", "carry out another program", "CALL pick(part, 50)"),
+    Word("GOSUB program", "1", "carry out another program, in VAL", "GOSUB pick", "CALL is the same"),
+    Word("IFSIG signal[, signal][, signal][, signal] THEN label", "1",
+        "go on at a label where these signals are on (off for negative numbers), in VAL", "IFSIG 1, -2 THEN 10",
+        "the numbers 1 to 512 are inputs, so IF SIG(1001, -1002) GOTO 10 is the same"),
+    Word("GRASP width, label", "1 2",
         "come to rest, close the hand, and go on at a label where its fingers are nearer than a width [mm]",
-        "GRASP 20, 10",
-        "1 2",
-        breaks=True,
-        note="PARAMETER GRASP.WIDTH says what is in the hand: 0, an empty hand, at the start",
-    ),
-    Word(
-        "RETURN",
-        (real("steps", optional=True),),
-        Route.PROGRAM,
-        "go back to the program that called this one",
-        "RETURN",
-        "1 2 +",
-        note="RETURN n, of VAL, leaves out the n steps after the call",
-    ),
-    Word("EXIT", (LOOPS,), Route.PROGRAM, "leave the loop, or so many loops from the inside", "EXIT", "+"),
-    Word("NEXT", (LOOPS,), Route.PROGRAM, "begin the next pass of the loop, or of an outer one", "NEXT 2", "+"),
-    Word(
-        "CALLS",
-        (Argument("$name(arguments)", Shape.PROGRAM_TEXT),),
-        Route.PROGRAM,
-        "carry out the program that a string names",
-        "CALLS $name(part, 50)",
-        "+",
-    ),
-    _declaration("AUTO", "variables of one call of the program: each call has its own", "AUTO REAL i, row[]"),
-    _declaration("LOCAL", "variables of the program, which keep their values between calls", "LOCAL count, $name"),
-    _declaration(
-        "GLOBAL",
-        "say that variables belong to all programs",
-        "GLOBAL LOC part, pallet[]",
-        "every variable that is not declared does, so it changes nothing",
-    ),
-    Word("STOP", (), Route.PROGRAM, "end this cycle of the main program", "STOP", "1 2 +", breaks=True),
-    Word("PAUSE", (), Route.PROGRAM, "stop so that PROCEED goes on", "PAUSE", "1 2 +", breaks=True),
-    Word("HALT", (), Route.PROGRAM, "stop for good", "HALT", "1 2 +", breaks=True),
-)
-
-_PRIORITY = real("priority", optional=True)
+        "GRASP 20, 10", "PARAMETER GRASP.WIDTH says what is in the hand: 0, an empty hand, at the start", breaks=True),
+    Word("RETURN [steps]", "1 2 +",
+        "go back to the program that called this one", "RETURN",
+        "RETURN n, of VAL, leaves out the n steps after the call"),
+    Word("EXIT [loops]", "+", "leave the loop, or so many loops from the inside", "EXIT"),
+    Word("NEXT [loops]", "+", "begin the next pass of the loop, or of an outer one", "NEXT 2"),
+    Word("CALLS $name(arguments)", "+", "carry out the program that a string names", "CALLS $name(part, 50)"),
+    Word("AUTO [REAL | DOUBLE | LOC] variable, ...", "+",
+        "variables of one call of the program: each call has its own", "AUTO REAL i, row[]"),
+    Word("LOCAL [REAL | DOUBLE | LOC] variable, ...", "+",
+        "variables of the program, which keep their values between calls", "LOCAL count, $name"),
+    Word("GLOBAL [REAL | DOUBLE | LOC] variable, ...", "+",
+        "say that variables belong to all programs", "GLOBAL LOC part, pallet[]",
+        "every variable that is not declared does, so it changes nothing"),
+    Word("STOP", "1 2 +", "end this cycle of the main program", "STOP", breaks=True),
+    Word("PAUSE", "1 2 +", "stop so that PROCEED goes on", "PAUSE", breaks=True),
+    Word("HALT", "1 2 +", "stop for good", "HALT", breaks=True),
+)  # fmt: skip
 
 _REACTIONS = (
-    Word(
-        "REACT",
-        (_SIGNAL, PROGRAM, _PRIORITY),
-        Route.PROGRAM,
-        "call a program when a signal changes, between two steps",
-        "REACT 1001, stopped, 5",
-        "1 2 +",
-    ),
-    Word(
-        "REACTI",
-        (_SIGNAL, PROGRAM, _PRIORITY),
-        Route.PROGRAM,
-        "REACT that brakes the motion at once",
-        "REACTI -1002, guard.open, 10",
-        "1 2 +",
-    ),
-    Word(
-        "REACTE",
-        (Argument("program", Shape.PROGRAM, optional=True),),
-        Route.PROGRAM,
-        "call a program when a step fails; bare: no more",
-        "REACTE mend",
-        "+",
-    ),
-    Word("IGNORE", (_SIGNAL,), Route.PROGRAM, "end REACT or REACTI", "IGNORE 1001", "1 2 +"),
-    Word(
-        "LOCK",
-        (real("priority"),),
-        Route.PROGRAM,
-        "the priority of the program, 0 to 127; reactions of this or a lower one wait",
-        "LOCK 5",
-        "2 +",
-    ),
-    Word("RETURNE", (), Route.PROGRAM, "return from REACTE to the step after the one that failed", "RETURNE", "+"),
-    Word("RUNSIG", (_SIGNAL,), Route.PROGRAM, "keep a signal on while the program runs", "RUNSIG 3", "2 +"),
-    Word("BRAKE", (), Route.MOTION, "stop the present motion at once", "BRAKE", "+"),
-)
-
-_STARTED = (PROGRAM, real("cycles", optional=True), real("step", optional=True))
-
-
-def _task_word(name: str, summary: str, example: str) -> Word:
-    return Word(name, (TASK,), Route.PROGRAM, summary, example, "+")
-
-
-def _file(name: str, summary: str) -> Word:
-    return Word(name, (UNIT, Argument("$file", Shape.STRING)), Route.PROGRAM, summary, f'{name} (lun) "log.txt"', "+")
-
+    Word("REACT signal, program[, priority]", "1 2 +",
+        "call a program when a signal changes, between two steps", "REACT 1001, stopped, 5"),
+    Word("REACTI signal, program[, priority]", "1 2 +",
+        "REACT that brakes the motion at once", "REACTI -1002, guard.open, 10"),
+    Word("REACTE [program]", "+", "call a program when a step fails; bare: no more", "REACTE mend"),
+    Word("IGNORE signal", "1 2 +", "end REACT or REACTI", "IGNORE 1001"),
+    Word("LOCK priority", "2 +",
+        "the priority of the program, 0 to 127; reactions of this or a lower one wait", "LOCK 5"),
+    Word("RETURNE", "+", "return from REACTE to the step after the one that failed", "RETURNE"),
+    Word("RUNSIG signal", "2 +", "keep a signal on while the program runs", "RUNSIG 3"),
+    _motion("BRAKE", "+", "stop the present motion at once", "BRAKE"),
+)  # fmt: skip
 
 _TASKS = (
-    Word(
-        "EXECUTE",
-        (*_STARTED, Argument("task", Shape.TASK, optional=True)),
-        Route.PROGRAM,
+    Word("EXECUTE [task] program[, cycles][, step]", "+",
         "start a program as a task beside this one; without a number, the first that is free",
-        "EXECUTE 2 watch(part), -1",
-        "+",
-    ),
-    Word(
-        "PCEXECUTE",
-        _STARTED,
-        Route.PROGRAM,
-        "start the process control program, which runs beside the robot program",
-        "PCEXECUTE watch, -1",
-        "2",
-    ),
-    _task_word("ABORT", "stop a task after its present step", "ABORT 2"),
-    _task_word("KILL", "clear a task that has stopped", "KILL 2"),
-    _task_word("CYCLE.END", "let a task end after its present cycle", "CYCLE.END 2"),
-    _task_word("PROCEED", "let a task that has stopped go on", "PROCEED 2"),
-    _task_word("RETRY", "let a task repeat the step at which it stopped", "RETRY 2"),
-    Word(
-        "WAIT.EVENT",
-        (real("mask", True), real("seconds", True)),
-        Route.PROGRAM,
-        "wait until another task sets the event of this one, or for so many seconds",
-        "WAIT.EVENT 1, 2.5",
-        "+",
-    ),
-    Word("SET.EVENT", (real("task"),), Route.PROGRAM, "set the event of a task", "SET.EVENT 2", "+"),
-    Word(
-        "ATTACH",
-        (Argument("unit", Shape.UNIT, optional=True), Argument("mode", Shape.GROUP, optional=True), DEVICE),
-        Route.PROGRAM,
+        "EXECUTE 2 watch(part), -1", shapes=(Shape.TASK,)),
+    Word("PCEXECUTE program[, cycles][, step]", "2",
+        "start the process control program, which runs beside the robot program", "PCEXECUTE watch, -1"),
+    Word("ABORT [task]", "+", "stop a task after its present step", "ABORT 2"),
+    Word("KILL [task]", "+", "clear a task that has stopped", "KILL 2"),
+    Word("CYCLE.END [task]", "+", "let a task end after its present cycle", "CYCLE.END 2"),
+    Word("PROCEED [task]", "+", "let a task that has stopped go on", "PROCEED 2"),
+    Word("RETRY [task]", "+", "let a task repeat the step at which it stopped", "RETRY 2"),
+    Word("WAIT.EVENT [mask][, seconds]", "+",
+        "wait until another task sets the event of this one, or for so many seconds", "WAIT.EVENT 1, 2.5"),
+    Word("SET.EVENT task", "+", "set the event of a task", "SET.EVENT 2"),
+    Word("ATTACH [(unit[, mode])] [$device]", "+",
         "take the robot (unit 0), as soon as no other task has it, the disk (5 to 8, 17 to 19) or the terminal (4)",
-        'ATTACH (lun, 4) "DISK"',
-        "+",
-        note="mode 4 chooses a unit of the disk",
-    ),
-    Word(
-        "DETACH",
-        (Argument("unit", Shape.GROUP, optional=True),),
-        Route.PROGRAM,
-        "come to rest and let the robot go; or close the file of a unit, and let that go",
-        "DETACH (lun)",
-        "+",
-    ),
-)
+        'ATTACH (lun, 4) "DISK"', "mode 4 chooses a unit of the disk", shapes=(Shape.UNIT,)),
+    Word("DETACH [(unit)]", "+",
+        "come to rest and let the robot go; or close the file of a unit, and let that go", "DETACH (lun)"),
+)  # fmt: skip
 
 _FILES = (
-    _file("FOPENR", "open a file to read"),
-    _file("FOPENW", "open a new file to write"),
-    _file("FOPENA", "open a file to write at its end, a new one where there is none"),
-    Word("FCLOSE", (UNIT,), Route.PROGRAM, "close a file", "FCLOSE (lun)", "+"),
-    _file("FDELETE", "delete a file"),
-    Word(
-        "READ",
-        (UNIT, Argument("variable", Shape.VARIABLE, repeated=True)),
-        Route.PROGRAM,
-        "read a line of a file, or of the terminal, into variables",
-        "READ (lun) x, y, $name",
-        "+",
-    ),
-    Word(
-        "WRITE",
-        (UNIT, ITEMS),
-        Route.PROGRAM,
-        "write a line to a file, or to the terminal, as TYPE does",
-        'WRITE (lun) "x =", /F8.2, x',
-        "+",
-    ),
-)
+    Word("FOPENR (unit) $file", "+", "open a file to read", 'FOPENR (lun) "log.txt"'),
+    Word("FOPENW (unit) $file", "+", "open a new file to write", 'FOPENW (lun) "log.txt"'),
+    Word("FOPENA (unit) $file", "+",
+        "open a file to write at its end, a new one where there is none", 'FOPENA (lun) "log.txt"'),
+    Word("FCLOSE (unit)", "+", "close a file", "FCLOSE (lun)"),
+    Word("FDELETE (unit) $file", "+", "delete a file", 'FDELETE (lun) "log.txt"'),
+    Word("READ (unit) variable, ...", "+",
+        "read a line of a file, or of the terminal, into variables", "READ (lun) x, y, $name"),
+    Word("WRITE (unit) [item, ...]", "+",
+        "write a line to a file, or to the terminal, as TYPE does", 'WRITE (lun) "x =", /F8.2, x'),
+)  # fmt: skip
 
 _NO_SENSOR = "there is no sensor line; a motion with AT or IN changes a motion under way"
 
 _REFUSED = (
-    _refused("ELSEIF", "not a word of VAL-II", "", "write ELSE, and IF ... THEN on the next line"),
-    _refused("ENDIF", "not a word of VAL-II", "", "every block ends in END"),
-    _refused("DOUBLE", "not a word by itself", "", "write AUTO DOUBLE x, or LOCAL, or GLOBAL"),
-    Word("REMARK", (), Route.PROGRAM, "a comment in VAL", "REMARK pick the part", "1"),
-    _refused("ALTER", "change of the path by a sensor", "2 +", _NO_SENSOR),
-    _refused("ALTON", "change of the path by a sensor", "2 +", _NO_SENSOR),
-    _refused("ALTOFF", "change of the path by a sensor", "2 +", _NO_SENSOR),
-    _refused("NOALTER", "change of the path by a sensor", "2", _NO_SENSOR),
-    _refused("MC", "a monitor command in a program", "+", "a file that COMMANDS carries out has monitor commands"),
-    _refused("KEYMODE", "how a key of the pendant behaves", "+", "there is no pendant; PROMPT asks at the terminal"),
-    _refused("VPICTURE", "take a picture", "+", "there is no camera at this robot"),
-    _refused("VLOCATE", "find a part in a picture", "+", "there is no camera at this robot"),
-    _refused("DEFBELT", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
-    _refused("SETBELT", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
-    _refused("WINDOW", "conveyor tracking", "2 +", "there is no conveyor at this robot"),
-    _refused("FOPEND", "reading of a disk directory", "+", "FDIRECTORY at the prompt lists a folder"),
-    _refused("FSEEK", "records of a file by number", "+", "READ and WRITE go from line to line"),
-    _refused("FEMPTY", "emptying of buffers", "+", "FCLOSE writes all there is"),
-    _refused("FCMND", "disk commands from programs", "+", "FDELETE deletes; FRENAME is typed at the prompt"),
-    _refused("ESTOP", "power off at once", "+", "use HALT"),
-)
+    refused("ELSEIF", "", "not a word of VAL-II", "write ELSE, and IF ... THEN on the next line"),
+    refused("ENDIF", "", "not a word of VAL-II", "every block ends in END"),
+    refused("DOUBLE", "", "not a word by itself", "write AUTO DOUBLE x, or LOCAL, or GLOBAL"),
+    Word("REMARK", "1", "a comment in VAL", "REMARK pick the part"),
+    refused("ALTER", "2 +", "change of the path by a sensor", _NO_SENSOR),
+    refused("ALTON", "2 +", "change of the path by a sensor", _NO_SENSOR),
+    refused("ALTOFF", "2 +", "change of the path by a sensor", _NO_SENSOR),
+    refused("NOALTER", "2", "change of the path by a sensor", _NO_SENSOR),
+    refused("MC", "+", "a monitor command in a program", "a file that COMMANDS carries out has monitor commands"),
+    refused("KEYMODE", "+", "how a key of the pendant behaves", "there is no pendant; PROMPT asks at the terminal"),
+    refused("VPICTURE", "+", "take a picture", "there is no camera at this robot"),
+    refused("VLOCATE", "+", "find a part in a picture", "there is no camera at this robot"),
+    refused("DEFBELT", "2 +", "conveyor tracking", "there is no conveyor at this robot"),
+    refused("SETBELT", "2 +", "conveyor tracking", "there is no conveyor at this robot"),
+    refused("WINDOW", "2 +", "conveyor tracking", "there is no conveyor at this robot"),
+    refused("FOPEND", "+", "reading of a disk directory", "FDIRECTORY at the prompt lists a folder"),
+    refused("FSEEK", "+", "records of a file by number", "READ and WRITE go from line to line"),
+    refused("FEMPTY", "+", "emptying of buffers", "FCLOSE writes all there is"),
+    refused("FCMND", "+", "disk commands from programs", "FDELETE deletes; FRENAME is typed at the prompt"),
+    refused("ESTOP", "+", "power off at once", "use HALT"),
+)  # fmt: skip
 
 INSTRUCTIONS: Mapping[str, Word] = by_name(
     (*_MOTIONS, *_SETTINGS, *_POSITIONS, *_INPUT_OUTPUT, *_FLOW, *_REACTIONS, *_TASKS, *_FILES, *_REFUSED)
 )
 
+_CONTROL = (
+    Control("IF condition THEN | GOTO label", "2 +", "a block, or a branch, on a condition", "IF x > 2 THEN"),
+    Control("ELSE", "2 +", "what is done where the condition of IF is false", "ELSE"),
+    Control("WHILE condition DO", "2 +", "a loop that tests before each pass", "WHILE x > 2 DO"),
+    Control("DO", "2 +", "a loop that tests after each pass", "DO"),
+    Control("UNTIL condition", "2 +", "the end of a DO loop: leaves it where the condition is true", "UNTIL x > 2"),
+    Control("FOR variable = first TO last [STEP step]", "2 +",
+        "a loop that counts", "FOR i = 1 TO 10 STEP 2", shapes=(Shape.REAL_VARIABLE,)),
+    Control("CASE number OF", "2 +", "chooses among VALUE parts", "CASE count OF"),
+    Control("VALUE number, ...:", "2 +", "a part of CASE", "VALUE 1, 2:"),
+    Control("ANY", "2 +", "the part of CASE for every other value", "ANY"),
+    Control("END", "2 +", "the end of IF, WHILE, FOR and CASE", "END"),
+    Control("GOTO label", "2 +", "go on at a label", "GOTO 10"),
+)  # fmt: skip
 
-def _control(
-    name: str,
-    arguments: tuple[Argument, ...],
-    summary: str,
-    example: str,
-    after: str = "",
-    value: Argument | None = None,
-) -> Word:
-    return Word(name, arguments, Route.PROGRAM, summary, example, "2 +", value, after=after)
-
-
-_CONDITION = real("condition")
-_COUNTED = Argument("variable", Shape.REAL_VARIABLE)
-
-CONTROL: Mapping[str, Word] = by_name(
-    (
-        _control("IF", (_CONDITION,), "a block, or a branch, on a condition", "IF x > 2 THEN", "THEN | GOTO label"),
-        _control("ELSE", (), "what is done where the condition of IF is false", "ELSE"),
-        _control("WHILE", (_CONDITION,), "a loop that tests before each pass", "WHILE x > 2 DO", "DO"),
-        _control("DO", (), "a loop that tests after each pass", "DO"),
-        _control("UNTIL", (_CONDITION,), "the end of a DO loop: leaves it where the condition is true", "UNTIL x > 2"),
-        _control(
-            "FOR", (_COUNTED,), "a loop that counts", "FOR i = 1 TO 10 STEP 2", "TO last [STEP step]", real("first")
-        ),
-        _control("CASE", (real("number"),), "chooses among VALUE parts", "CASE count OF", "OF"),
-        _control("VALUE", (real("number", repeated=True),), "a part of CASE", "VALUE 1, 2:", ":"),
-        _control("ANY", (), "the part of CASE for every other value", "ANY"),
-        _control("END", (), "the end of IF, WHILE, FOR and CASE", "END"),
-        _control("GOTO", (LABEL,), "go on at a label", "GOTO 10"),
-    )
-)
+CONTROL: Mapping[str, Word] = by_name(_CONTROL)
 
 PROGRAM_WORDS: Mapping[str, Word] = {**CONTROL, **INSTRUCTIONS}
 

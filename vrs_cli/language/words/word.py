@@ -1,14 +1,17 @@
-"""The form of a row in the tables of the language: instructions, monitor commands and, in part, functions.
+"""A row of the tables of the language: the printed form of a word, and the facts that the form does not show.
 
-A row says what a word takes, so that parsing, checking, help, completion and colours read one fact in one place.
+What a word takes is read from its form once, when somebody asks: parsing, checking, help, completion and colours read
+one fact in one place.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
+from typing import NamedTuple, TypeVar
 
 
 class Shape(Enum):
@@ -17,7 +20,6 @@ class Shape(Enum):
     REAL = "real"
     STRING = "string"
     LOCATION = "transformation, a compound of some, or a location function"
-    TRANSFORMATION = "transformation"
     PLACE = "transformation or precision point"
     VARIABLE = "variable"
     REAL_VARIABLE = "real variable"
@@ -44,11 +46,51 @@ COMMAS = frozenset({"BY", "="})  # leads that stand for a comma
 RAW_SHAPES = frozenset({Shape.FILE, Shape.WORD})  # read as they stand, up to a blank, a comma or an equals sign
 GROUPED = frozenset({Shape.GROUP, Shape.UNIT})  # these stand in one pair of parentheses before the others
 
+# What an operand of the printed form is, by its name. Where the row says nothing else, another name in parentheses is a
+# GROUP, one that begins with $ a STRING, and every other a REAL.
+SHAPES: Mapping[str, Shape] = {
+    "location": Shape.LOCATION,
+    "variable": Shape.VARIABLE,
+    "array": Shape.VARIABLE,
+    "real": Shape.REAL_VARIABLE,
+    "element": Shape.REAL_VARIABLE,
+    "$element": Shape.STRING_VARIABLE,
+    "program": Shape.PROGRAM,
+    "$name(arguments)": Shape.PROGRAM_TEXT,
+    "label": Shape.LABEL,
+    "signal": Shape.SIGNALS,
+    "item": Shape.ITEM,
+    "items": Shape.ITEM,
+    "file": Shape.FILE,
+    "folder": Shape.FILE,
+    "name": Shape.BRANCH,
+    "switch": Shape.SWITCH,
+    "ROBOT": Shape.SWITCH,
+    "parameter": Shape.PARAMETER_NAME,
+    "axis": Shape.SETTING,
+    "word": Shape.WORD,
+    "names": Shape.WORD,
+    "what": Shape.WORD,
+    "rate": Shape.WORD,
+    "PAUSE | GO | RATE": Shape.WORD,
+    "instruction": Shape.INSTRUCTION,
+}
 
+# The words of each modifier, with what they mean, and how they stand in a form.
+MODIFIERS: Mapping[str, Mapping[str, str]] = {
+    "AT": {"AT": "at a time on the timeline, in seconds", "IN": "so many seconds from now"},
+    "ALWAYS": {"ALWAYS": "not for the next motion only"},
+    "UNIT": {"MMPS": "mm a second", "IPS": "inches a second", "MONITOR": "percent, the monitor speed"},
+}
 SORT_WORDS: Mapping[str, str] = {  # between the word of a declaration and its variables
     "REAL": "reals",
     "DOUBLE": "reals, as all are in double precision",
     "LOC": "transformations",
+}
+MODIFIER_FORMS: Mapping[str, str] = {
+    "AT": "[AT t | IN dt]",
+    "SORT": f"[{' | '.join(SORT_WORDS)}]",
+    **{sort: f"[{' | '.join(MODIFIERS[sort])}]" for sort in ("ALWAYS", "UNIT")},
 }
 
 
@@ -68,9 +110,8 @@ class State(Enum):
     REFUSED = "not available"
 
 
-@dataclass(frozen=True)
-class Argument:
-    """A place in the form of a word. `lead`: the word before it (`STEP dt`); it then needs no comma.
+class Argument(NamedTuple):
+    """An operand in the form of a word. `lead`: the word before it (`STEP dt`); it then needs no comma.
 
     The leads BY and = stand where other words have a comma, so that more arguments may follow them.
     """
@@ -82,48 +123,122 @@ class Argument:
     lead: str = ""
 
 
-@dataclass(frozen=True)
-class Word:
-    """A row: `value` is what follows `=`; `breaks`: the robot comes to rest first; `where`: 1 VAL, 2 VAL-II, + V+.
+# --- reading the printed form --------------------------------------------------------------------------------------
 
-    A `value` that is repeated (`STORE file = program, ...`) is kept as the arguments after the others.
-    `after`: what stands behind the arguments (`WHILE condition DO`).
-    `note`: how a refused word is said otherwise, or what is worth knowing.
+_PIECE = re.compile(
+    r"(?P<mark>[\[\]()=]|\.\.\.)|(?P<lead>[A-Z]+) (?=[a-z$])|(?P<name>[A-Z]+(?: \| [A-Z]+)*|\$?\w+(?:\(\w+\))?)"
+)
+
+
+class Form(NamedTuple):
+    """What a printed form says: the operands, what follows `=`, and the modifiers."""
+
+    arguments: tuple[Argument, ...]
+    value: Argument | None
+    modifiers: frozenset[str]
+
+
+def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> Form:
+    """Read a form without its word. `shapes`: of the first operands, where their names do not say them.
+
+    One operand after `=` is a value; where several follow, the sign stands for the first comma.
+    """
+    modifiers = frozenset(sort for sort, shown in MODIFIER_FORMS.items() if shown in text)
+    for sort in modifiers:
+        text = text.replace(MODIFIER_FORMS[sort], "")
+    operands: list[Argument] = []
+    depth, grouped, lead, before = 0, False, "", None
+    for piece in _PIECE.finditer(text):
+        mark = piece["mark"]
+        if mark is None and piece["lead"]:
+            lead = piece["lead"]
+        elif mark is None:
+            name = piece["name"]
+            shape = shapes[len(operands)] if len(operands) < len(shapes) else _shape(name, grouped)
+            operands.append(Argument(name, shape, depth > 0, False, lead))
+            lead = ""
+        elif mark == "...":
+            operands[-1] = operands[-1]._replace(repeated=True)
+        elif mark == "=":
+            before = len(operands)
+        else:
+            depth += {"[": 1, "]": -1}.get(mark, 0)
+            grouped = mark == "(" or (grouped and mark != ")")
+    return _form(operands, before, modifiers)
+
+
+def _shape(name: str, grouped: bool) -> Shape:
+    """What an operand is by its name."""
+    usual = Shape.GROUP if grouped else Shape.STRING if name[0] == "$" else Shape.REAL
+    return SHAPES.get(name, usual)
+
+
+def _form(operands: list[Argument], before: int | None, modifiers: frozenset[str]) -> Form:
+    """`before`: how many operands stand before `=`. The number of a task comes last."""
+    value = operands.pop() if before == len(operands) - 1 else None
+    if before is not None and value is None:
+        operands[before] = operands[before]._replace(lead="=")
+    if operands and operands[0].shape is Shape.TASK:
+        operands.append(operands.pop(0))
+    return Form(tuple(operands), value, modifiers)
+
+
+# --- rows ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """A word: its printed form, its lineage (1 VAL, 2 VAL-II, + V+; blank: ours), what it does, and an example.
+
+    `note`: how a refused word is said otherwise, or what is worth knowing. `shapes`: what its first operands are, where
+    their names do not say it (`SHAPES`).
+    """
+
+    form: str
+    where: str
+    summary: str
+    example: str
+    note: str = ""
+    shapes: tuple[Shape, ...] = ()
+    state: State = State.SUPPORTED
+
+    @cached_property
+    def name(self) -> str:
+        return self.form.split(" ", 1)[0]
+
+    @cached_property
+    def _read(self) -> Form:
+        return read_form(self.form[len(self.name) :], self.shapes)
+
+    @cached_property
+    def arguments(self) -> tuple[Argument, ...]:
+        return self._read.arguments
+
+    @property
+    def repeats(self) -> bool:
+        """Whether its last argument may be repeated."""
+        return bool(self.arguments) and self.arguments[-1].repeated
+
+
+@dataclass(frozen=True, eq=False)
+class Word(Row):
+    """An instruction or a monitor command. `breaks`: the robot comes to rest first.
+
     `drastic`: with nothing behind it, or after a question, it deletes, stops, steps or takes back at once.
     """
 
-    name: str
-    arguments: tuple[Argument, ...]
-    route: Route
-    summary: str
-    example: str
-    where: str
-    value: Argument | None = None
-    modifiers: frozenset[str] = frozenset()
+    route: Route = Route.PROGRAM
     breaks: bool = False
-    state: State = State.SUPPORTED
-    note: str = ""
-    after: str = ""
     drastic: bool = False
 
-    @property
-    def form(self) -> str:
-        """`APPRO location, distance [AT t | IN dt]`."""
-        sort = f"[{' | '.join(SORT_WORDS)}]" if "SORT" in self.modifiers else ""
-        parts = (self.name, sort, _arguments_form(self.arguments), *self._tail())
-        return " ".join(part for part in parts if part).replace(" :", ":")
+    @cached_property
+    def value(self) -> Argument | None:
+        """What follows `=`. One that is repeated (`STORE file = program, ...`) is kept as the last arguments."""
+        return self._read.value
 
-    @property
-    def ours(self) -> bool:
-        """Whether no VAL or V+ has it."""
-        return not self.where.strip()
-
-    def _tail(self) -> Iterable[str]:
-        if self.value is not None:
-            shown = f"= {_argument_form(self.value)}"
-            yield f"[{shown}]" if self.value.optional else shown
-        yield self.after
-        yield from (form for name, form in _MODIFIER_FORMS if name in self.modifiers)
+    @cached_property
+    def modifiers(self) -> frozenset[str]:
+        return self._read.modifiers
 
     @cached_property
     def required(self) -> int:
@@ -155,66 +270,29 @@ class Word:
         between = (one for one in self.arguments if one.lead in {"", *COMMAS})
         return None if self.repeats else sum(one.shape not in {*GROUPED, Shape.TASK} for one in between)
 
-    @property
-    def values(self) -> int | None:
-        """The same of what follows `=`."""
-        return None if self.value is not None and self.value.repeated else 1
-
     @cached_property
     def grouped(self) -> int:
         """How many of its arguments stand in parentheses before the others."""
         return sum(argument.shape in GROUPED for argument in self.arguments)
 
-    @property
+    @cached_property
     def tasked(self) -> bool:
         """Whether the number of a task may stand before its arguments; among them it is the last."""
         return bool(self.arguments) and self.arguments[-1].shape is Shape.TASK
 
-    @property
-    def repeats(self) -> bool:
-        return bool(self.arguments) and self.arguments[-1].repeated
+
+class Control(Word):
+    """A word of blocks and jumps: the grammar has the words and values behind its first operands."""
+
+    @cached_property
+    def _read(self) -> Form:
+        return read_form(re.split(r" (?=[A-Z])|:", self.form[len(self.name) :])[0], self.shapes)
 
 
-_MODIFIER_FORMS = (("UNIT", "[MMPS | IPS | MONITOR]"), ("ALWAYS", "[ALWAYS]"), ("AT", "[AT t | IN dt]"))
+AnyRow = TypeVar("AnyRow", bound=Row)
 
 
-def _argument_form(argument: Argument) -> str:
-    shown = f"{argument.lead} {argument.name}".strip()
-    return f"{shown}, ..." if argument.repeated else shown
-
-
-def _arguments_form(arguments: tuple[Argument, ...]) -> str:
-    task = "".join(f"[{argument.name}] " for argument in arguments if argument.shape is Shape.TASK)
-    group = tuple(argument for argument in arguments if argument.shape in GROUPED)
-    others = tuple(argument for argument in arguments if argument.shape not in {*GROUPED, Shape.TASK})
-    in_front = f"({_list_form(group)})" if group else ""
-    if group and group[0].optional:
-        in_front = f"[({_list_form((replace(group[0], optional=False), *group[1:]))})]"
-    return task + " ".join(part for part in (in_front, _list_form(others)) if part)
-
-
-def _list_form(arguments: tuple[Argument, ...]) -> str:
-    form = ""
-    for number, argument in enumerate(arguments):
-        shown = _argument_form(argument)
-        before = "" if not number else " " if argument.lead else ", "
-        if not argument.optional:
-            form += before + shown
-        elif before == ", ":
-            form += f"[, {shown}]"
-        else:
-            form += f"{before}[{shown}]"
-    return form
-
-
-MODIFIER_WORDS: Mapping[str, tuple[str, ...]] = {
-    "AT": ("AT", "IN"),
-    "ALWAYS": ("ALWAYS",),
-    "UNIT": ("MMPS", "IPS", "MONITOR"),
-}
-
-
-def by_name(words: Iterable[Word]) -> Mapping[str, Word]:
+def by_name(words: Iterable[AnyRow]) -> Mapping[str, AnyRow]:
     """A table of rows, each under its name."""
     return {word.name: word for word in words}
 
