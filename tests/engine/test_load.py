@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from vrs_cli.engine.following import FEWER_SAMPLES, SAMPLES, Follower, Sample
+from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.engine.load import Load, StretchLoad, _first_peak
 from vrs_cli.engine.planner import Here, plan_motion, state_at
 from vrs_cli.errors import MotionError
@@ -17,6 +17,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, position
+from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, Segment
 from vrs_cli.trajectory.state import JointState
@@ -46,10 +47,10 @@ def line(seed: int, profile: Profile) -> tuple[Segment, ...]:
 
 def asked(path: CartesianPath, duration: float, profile: Profile) -> Load:
     follower = Follower(ARM, path.configuration, IDENTITY)
-    smoothly = profile is Profile.SCURVE
-    samples = follower.samples(path, duration, path.seeds[0], FEWER_SAMPLES if smoothly else SAMPLES)
+    law = LAWS[profile]
+    samples = follower.samples(path, duration, path.seeds[0], law.samples)
     load = StretchLoad(follower, path, samples)
-    return load.smooth(STILL) if smoothly else load.parabolic(STILL)
+    return load.smooth(STILL) if law.smooth else load.parabolic(STILL)
 
 
 def greatest(path: CartesianPath, duration: float) -> tuple[float, float, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from dataclasses import replace
 from math import radians
 
 import pytest
@@ -20,6 +21,7 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, distance, from_oat, translation
 from vrs_cli.trajectory.instant import on_grid
+from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import Phase, Segment
 
@@ -307,7 +309,8 @@ def test_a_jerk_limited_motion_out_of_one_that_brakes_at_the_end_of_a_range_stay
 def test_where_there_is_no_room_to_stop_the_motion_under_way_is_finished_first(monkeypatch: pytest.MonkeyPatch) -> None:
     engine = to_the_limit("SCURVE")
     end = engine.end
-    monkeypatch.setattr(planner, "_stops", lambda *_: iter(()))
+    law = LAWS[Profile.SCURVE]
+    monkeypatch.setitem(LAWS, Profile.SCURVE, replace(law, joint_stops=lambda *_: iter(())))
     line = PoseTarget(engine.position().T_world_tool)  # READY is singular: no line leads there out of motion
     before = [engine.position(end * k / 50).joints for k in range(51)]
     delta = plan(engine.arm, engine.timeline, straight_to(line), 0.0, on_grid(0.5 * end))

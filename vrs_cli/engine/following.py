@@ -25,7 +25,6 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, 
 from vrs_cli.trajectory.segment import CartesianPath
 
 SAMPLES = 8  # a stretch, before it is refined
-FEWER_SAMPLES = 4  # a stretch of a jerk-limited motion, which has more of them
 FINEST = 2.0**-10  # of a stretch: no finer
 SINGULAR = 1e-4  # measure of a pose in which a line may begin or end, and where it is looked at more closely
 LEAST_GAP = 1e-9  # of a stretch, between samples

@@ -9,6 +9,7 @@ from typing import TypeVar
 
 from vrs_cli.engine.commands import SpeedUnit
 from vrs_cli.errors import IllegalValue, UsageError
+from vrs_cli.kinematics.profile import Profile
 
 V = TypeVar("V")
 
@@ -126,8 +127,8 @@ PARAMETERS: Mapping[str, ParameterRow] = _table(
     ParameterRow(
         "PROFILE",
         "LSPB",
-        "velocity profile of motions; LSPB: linear with parabolic blends; SCURVE: jerk limited",
-        words=("LSPB", "SCURVE"),
+        "velocity profile of motions; " + "; ".join(f"{profile.name}: {profile.summary}" for profile in Profile),
+        words=tuple(Profile.__members__),
     ),
     ParameterRow(
         "ROUNDING",

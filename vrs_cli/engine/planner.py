@@ -8,26 +8,23 @@ whose position and velocity are what they were, segments are only shifted in tim
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from vrs_cli.engine.rates import joint_acceleration
 from vrs_cli.engine.straight import SLOWEST, least_duration, line_stop, straight_segments
 from vrs_cli.engine.targets import aimed
 from vrs_cli.errors import MotionError, PathWithoutJoints, StreamIsOver
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, largest_change
-from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.transform import Transform, compose, distance, inverse
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.instant import on_grid, up_to_grid
-from vrs_cli.trajectory.laws import scurve
-from vrs_cli.trajectory.laws.lspb import joint_motion, joint_stop, joint_stop_each
-from vrs_cli.trajectory.laws.scurve_times import turns
+from vrs_cli.trajectory.laws.law import NoTimes
+from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.motion import Kind, Motion, Start
-from vrs_cli.trajectory.polynomial import value
-from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
+from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest, stay_inside
 from vrs_cli.trajectory.state import JointState, ToolState
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -91,7 +88,7 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     """
     path = segment.path
     joints = segment_joints(arm, segment, s)
-    smoothly = segment.motion.profile is Profile.SCURVE
+    smoothly = LAWS[segment.motion.profile].smooth
     if isinstance(path, JointPath):
         return Here(JointState(joints, path.velocity(s), path.acceleration(s) if smoothly else ()))
     (pose, twist), frame = path.state(s), segment.motion.frames.tool
@@ -137,9 +134,11 @@ class NoWay(Exception):
 def _plan_joint(arm: RobotArm, here: Here, motion: Motion, start: float, _slowest: float) -> tuple[Segment, ...]:
     assert motion.goal is not None
     limits = joint_limits(arm, motion)
-    planned = scurve.joint_motion if motion.profile is Profile.SCURVE else joint_motion
-    segments = planned(here.joints, motion.goal, limits, start, motion, motion.duration)
-    if here.joints.at_rest or stays_inside(arm, segments):
+    try:
+        segments = LAWS[motion.profile].joint_motion(here.joints, motion.goal, limits, start, motion, motion.duration)
+    except NoTimes as no_times:
+        raise NoWay from no_times
+    if here.joints.at_rest or stay_inside(segments, limits.lower, limits.upper):
         return segments or _there_already(here, start, motion)
     raise NoWay
 
@@ -187,7 +186,16 @@ def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
         tuple(a * motion.acceleration for a in model.max_acceleration),
         model.max_jerk,
         model.max_velocity,
+        model.lower,
+        model.upper,
     )
+
+
+def hardest_limits(arm: RobotArm) -> JointLimits:
+    """All that the joints can, whatever speed and acceleration a motion has."""
+    model = arm.model
+    most = model.max_velocity
+    return JointLimits(most, model.max_acceleration, model.max_jerk, most, model.lower, model.upper)
 
 
 def _braked_first(arm: RobotArm, here: Here, motion: Motion, start: float, slowest: float) -> tuple[Segment, ...]:
@@ -210,57 +218,15 @@ def _stopped_on_line(arm: RobotArm, here: Here, motion: Motion, start: float) ->
 
 def braked(arm: RobotArm, state: JointState, motion: Motion, start: float) -> tuple[Segment, ...]:
     """To rest, on a way that stays inside all limits. Raises NoRoomToStop."""
-    for stop in _stops(arm, state, motion, start):
-        if stays_inside(arm, stop):
+    limits = hardest_limits(arm)
+    for stop in LAWS[motion.profile].joint_stops(state, limits, start, motion):
+        if stay_inside(stop, limits.lower, limits.upper):
             return stop
     raise NoRoomToStop
 
 
 class NoRoomToStop(Exception):
     """No way of braking keeps every joint in its range: the motion that is interrupted has to go on."""
-
-
-def _stops(arm: RobotArm, state: JointState, motion: Motion, start: float) -> Iterator[tuple[Segment, ...]]:
-    """Ways of braking. A jerk-limited one comes first where it is asked for; it needs more room than one of constant
-    acceleration, which may follow where the acceleration jumps anyway.
-    """
-    model = arm.model
-    limits = JointLimits(model.max_velocity, model.max_acceleration, model.max_jerk, model.max_velocity)
-    smoothly = motion.profile is Profile.SCURVE
-    if smoothly:
-        ranges = tuple(zip(model.lower, model.upper, strict=True))
-        yield scurve.joint_stop(state, limits, ranges, start, motion)
-    if not (smoothly and state.acceleration):
-        parabolic = replace(motion, profile=Profile.LSPB)
-        yield joint_stop(state, limits, start, parabolic)
-        yield joint_stop_each(state, limits, start, parabolic)
-
-
-def stays_inside(arm: RobotArm, segments: tuple[Segment, ...]) -> bool:
-    """Whether all joints stay within their limits, also where they turn back."""
-    model = arm.model
-    return all(
-        _turns_inside(segment.path, segment.duration, model.lower, model.upper)
-        for segment in segments
-        if isinstance(segment.path, JointPath)
-    )
-
-
-def _turns_inside(path: JointPath, duration: float, lower: Joints, upper: Joints) -> bool:
-    """Whether every joint ends inside its limits, and turns back there if it does."""
-    for a, least, most in zip(path.coefficients, lower, upper, strict=True):
-        low, high = least - LIMIT_TOLERANCE, most + LIMIT_TOLERANCE
-        if not low <= value(a, duration) <= high:
-            return False
-        if len(a) == 3 and a[2]:
-            turning = -0.5 * a[1] / a[2]
-            if 0.0 < turning < duration and not low <= a[0] + 0.5 * a[1] * turning <= high:
-                return False
-        elif len(a) > 3:
-            turning_points = [s for s in turns(a[1], 2.0 * a[2], 6.0 * a[3]) if 0.0 < s < duration]
-            if not all(low <= value(a, s) <= high for s in turning_points):
-                return False
-    return True
 
 
 # --- continuous path -------------------------------------------------------------------------------------------

@@ -14,18 +14,16 @@ from math import dist, sqrt
 
 from vrs_cli.engine.boundary import Survey, Touch, survey
 from vrs_cli.engine.continuation import Followed, check_continuous
-from vrs_cli.engine.following import FEWER_SAMPLES, PASSED, SAMPLES, Follower, Sample, seeds_of
+from vrs_cli.engine.following import PASSED, Follower, Sample, seeds_of
 from vrs_cli.engine.kinks import Kinks, Stop, straighten_wrist
 from vrs_cli.engine.load import ROUNDING, Load, StretchLoad
 from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import at_position, axis_angle, compose, inverse, position
-from vrs_cli.trajectory.laws import scurve
-from vrs_cli.trajectory.laws.lspb import straight_motion, straight_stop
-from vrs_cli.trajectory.laws.scurve_times import NoTimes
+from vrs_cli.trajectory.laws.law import NoTimes
+from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.limits import ToolLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import value
@@ -133,7 +131,7 @@ class _Line:
         self.state, self.joints, self.motion = _counted(arm, state), joints, motion
         self.arm, self.configuration, self.slowest = arm, configuration, slowest
         self.limits, self.least = tool_limits(arm, motion), motion.duration
-        self.smoothly = motion.profile is Profile.SCURVE
+        self.law = LAWS[motion.profile]
         self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base)
         goal = state.pose if motion.pose is None else motion.pose  # of a stop on a line there is none
         goal = goal if arm.model.task.turns else at_position(state.pose, *position(goal))
@@ -283,10 +281,8 @@ class _Line:
         return value(stretch.turns[-1][1], s) / angle if stretch.turns and angle else 0.0
 
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
-        if not self.smoothly:
-            return straight_motion(self.state, self.goal, limits, self.least)
         try:
-            return scurve.straight_motion(self.state, self.goal, limits, self.least)
+            return self.law.straight_motion(self.state, self.goal, limits, self.least)
         except NoTimes:
             raise StraightLineSingular(
                 "the tool moves too fast to go over to the line within its limits",
@@ -298,15 +294,14 @@ class _Line:
         seeds, loads, followed, near = [], [], [], self.joints.joints
         started: Joints | None = None
         before: Sample | None = None
-        steps = FEWER_SAMPLES if self.smoothly else SAMPLES
         for stretch, instants in zip(stretches, marks or repeat(()), strict=False):
             path = self._path(stretch, (near,))
-            samples = self.follower.samples(path, stretch.duration, near, steps, before, instants)
+            samples = self.follower.samples(path, stretch.duration, near, self.law.samples, before, instants)
             followed.append(Followed(path, stretch.duration, samples))
             if started is None:
                 started = self._started(samples[0])
             asked = StretchLoad(self.follower, path, samples, closely=bool(instants))
-            loads.append(asked.smooth(started) if self.smoothly else asked.parabolic(started))
+            loads.append(asked.smooth(started) if self.law.smooth else asked.parabolic(started))
             seeds.append(seeds_of(samples, self.arm.seed_step))
             before = samples[-1]
             near = before.joints
@@ -352,10 +347,8 @@ class _Stop(_Line):
     """The line that the tool moves on, no farther than it must."""
 
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
-        if not self.smoothly:
-            return straight_stop(self.state, limits)
         try:
-            return scurve.straight_stop(self.state, limits)
+            return self.law.straight_stop(self.state, limits)
         except NoTimes as no_times:
             raise StraightLineSingular(str(no_times)) from None
 

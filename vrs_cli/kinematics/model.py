@@ -11,10 +11,11 @@ from math import dist
 from vrs_cli.errors import JointOutOfRange
 from vrs_cli.kinematics.axes import EXACT, Line, Link, axis_of, cross, link_transform
 from vrs_cli.kinematics.joints import Joints, JointUnits
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose
 
-PROFILES = ("LSPB", "SCURVE")  # the first is that of a robot that names none
+PROFILES = tuple(Profile.__members__)  # the first is that of a robot that names none
 SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show what an arm cannot change
 
 

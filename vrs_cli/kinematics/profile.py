@@ -1,4 +1,4 @@
-"""The profiles of velocity that motions may have."""
+"""The profiles of velocity that motions may have. `trajectory/laws` has a file for each, of the same name."""
 
 from __future__ import annotations
 
@@ -6,7 +6,15 @@ from enum import Enum
 
 
 class Profile(Enum):
-    """How velocity changes: at constant acceleration (linear with parabolic blends), or at constant jerk (S-curve)."""
+    """Words of VAL-II, each with its word in files and what it means. The first is that of a robot that names none."""
 
-    LSPB = "lspb"
-    SCURVE = "scurve"
+    LSPB = "lspb", "linear with parabolic blends"
+    SCURVE = "scurve", "jerk limited"
+
+    def __new__(cls, word: str, summary: str) -> Profile:
+        profile = object.__new__(cls)
+        profile._value_ = word
+        profile.summary = summary
+        return profile
+
+    summary: str

@@ -14,12 +14,16 @@ CORNER = 2.0
 
 @dataclass(frozen=True, slots=True)
 class JointLimits:
-    """What each joint may do in a motion [rad/s, rad/s2, rad/s3]; `peak`: the velocity it may never exceed."""
+    """What each joint may do in a motion [rad/s, rad/s2, rad/s3], and its range [rad]. `peak`: the velocity that it may
+    never exceed.
+    """
 
     velocity: Joints
     acceleration: Joints
     jerk: Joints = ()
     peak: Joints = ()
+    lower: Joints = ()
+    upper: Joints = ()
 
 
 @dataclass(frozen=True, slots=True)

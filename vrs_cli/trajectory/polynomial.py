@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from math import sqrt
+
 Polynomial = tuple[float, ...]
 
 
@@ -51,3 +54,45 @@ def derivative(a: Polynomial) -> Polynomial:
 def parabola(p0: float, v0: float, v1: float, duration: float) -> Polynomial:
     """From position p0 and velocity v0 to velocity v1 at constant acceleration."""
     return (p0, v0, 0.5 * (v1 - v0) / duration)
+
+
+def zeros(a: Polynomial, lasting: float) -> list[float]:
+    """The times between 0 and `lasting` at which p(t) is zero, in order; of three or more that are one, one."""
+    if len(a) <= 3:
+        c0, c1, c2 = (*a, 0.0, 0.0)[:3]
+        return sorted(t for t in turns(c0, c1, 2.0 * c2) if 0.0 < t < lasting)
+    found = []
+    for low, high in pairwise((0.0, *turning_points(a, lasting), lasting)):
+        if value(a, low) * value(a, high) < 0.0:
+            found.append(_zero_between(a, low, high))
+    return found
+
+
+def _zero_between(a: Polynomial, low: float, high: float) -> float:
+    """The zero between two times of different sign, between which p(t) rises or falls all the way."""
+    rising = value(a, high) > 0.0
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (low, middle) if (value(a, middle) > 0.0) == rising else (middle, high)
+    return middle
+
+
+def turning_points(a: Polynomial, lasting: float) -> list[float]:
+    """The times between 0 and `lasting` at which p(t) turns back, or stands for a moment."""
+    return zeros(derivative(a), lasting)
+
+
+def extremes(a: Polynomial, lasting: float) -> tuple[float, float]:
+    """The least and the greatest p(t) from 0 to `lasting`."""
+    values = [value(a, t) for t in (0.0, lasting, *turning_points(a, lasting))]
+    return min(values), max(values)
+
+
+def turns(v: float, a: float, jerk: float) -> tuple[float, ...]:
+    """When a velocity v with acceleration a and this jerk is zero: v + a s + jerk s^2 / 2 = 0."""
+    if not jerk:
+        return (-v / a,) if a else ()
+    square = a * a - 2.0 * jerk * v
+    if square < 0.0:
+        return ()
+    middle = -(a + sqrt(square)) if a > 0.0 else sqrt(square) - a
+    return (middle / jerk, 2.0 * v / middle) if middle else (0.0,)

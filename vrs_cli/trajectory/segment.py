@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotate, rotation_about
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import (
@@ -22,6 +22,7 @@ from vrs_cli.trajectory.polynomial import (
     derivative,
     second_derivative,
     third_derivative,
+    turning_points,
     value,
     value_and_rate,
 )
@@ -56,11 +57,25 @@ class JointPath:
             return tuple([a + s * b for a, b in rows])
         return tuple([value(a, s) for a in rows])
 
+    @property
+    def degree(self) -> int:
+        return len(self.coefficients[0]) - 1
+
     def velocity(self, s: float) -> Joints:
         return tuple([value(derivative(a), s) for a in self.coefficients])
 
     def acceleration(self, s: float) -> Joints:
         return tuple([second_derivative(a, s) for a in self.coefficients])
+
+    def stays_inside(self, lower: Joints, upper: Joints, duration: float) -> bool:
+        """Whether every joint ends inside its range, and turns back there if it does."""
+        for a, least, most in zip(self.coefficients, lower, upper, strict=True):
+            low, high = least - LIMIT_TOLERANCE, most + LIMIT_TOLERANCE
+            if not low <= value(a, duration) <= high:
+                return False
+            if len(a) > 2 and not all(low <= value(a, s) <= high for s in turning_points(a, duration)):
+                return False
+        return True
 
 
 class Turn(NamedTuple):
@@ -170,6 +185,15 @@ class Segment:
 
     def truncated(self, finish: float) -> Segment:
         return replace(self, finish=finish)
+
+
+def stay_inside(segments: Iterable[Segment], lower: Joints, upper: Joints) -> bool:
+    """Whether every joint stays in its range in all segments in joint space."""
+    return all(
+        segment.path.stays_inside(lower, upper, segment.duration)
+        for segment in segments
+        if isinstance(segment.path, JointPath)
+    )
 
 
 def rest(joints: Joints, duration: float, start: float, motion: Motion) -> Segment:

@@ -33,6 +33,11 @@ class JointState:
         """Whether there is an acceleration to carry on with."""
         return any(abs(a) > STEADY for a in self.acceleration)
 
+    @property
+    def present_acceleration(self) -> Joints:
+        """The acceleration to carry on with; zeros where there is none."""
+        return self.acceleration if self.accelerating else (0.0,) * len(self.joints)
+
 
 @dataclass(frozen=True, slots=True)
 class ToolState:

@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from vrs_cli.trajectory.laws.lspb_steering import Room, steered
+from vrs_cli.trajectory.laws.lspb_steering import steer
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
@@ -14,8 +14,7 @@ from vrs_cli.trajectory.state import JointState, Target
 
 TICK = 1.0 / 64.0  # [s]
 MOTION = Motion(1, Kind.STEERED, Start.AT)
-LIMITS = JointLimits((1.4, 0.9), (4.8, 3.1))
-ROOM = Room((-1.0, -0.5), (1.0, 0.5))
+LIMITS = JointLimits((1.4, 0.9), (4.8, 3.1), lower=(-1.0, -0.5), upper=(1.0, 0.5))
 ROUNDING = 1e-9
 
 
@@ -29,8 +28,15 @@ def after(segment: Segment) -> JointState:
 
 
 def test_after_the_tick_it_coasts_for_one_and_brakes_to_rest() -> None:
-    segments = steered(
-        JointState((0.0, 0.0), (0.2, 0.0)), Target((0.5, 0.1), (0.0, 0.0)), LIMITS, ROOM, TICK, 0.0, MOTION
+    segments = steer(
+        JointState((0.0, 0.0), (0.2, 0.0)),
+        Target((0.5, 0.1), (0.0, 0.0)),
+        LIMITS,
+        LIMITS,
+        TICK,
+        0.0,
+        MOTION,
+        lambda: None,
     )
     assert [segment.phase for segment in segments[:3]] == [Phase.BLEND, Phase.CRUISE, Phase.DECELERATE]
     assert [segment.duration for segment in segments[:2]] == [TICK, TICK]
@@ -42,7 +48,7 @@ def test_a_target_that_moves_is_followed_without_a_lag() -> None:
     state, w = JointState((0.0, 0.0), (0.0, 0.0)), (0.3, -0.2)
     for k in range(90):
         target = Target((0.05 + w[0] * k * TICK, w[1] * k * TICK), w)
-        state = after(steered(state, target, LIMITS, ROOM, TICK, k * TICK, MOTION)[0])
+        state = after(steer(state, target, LIMITS, LIMITS, TICK, k * TICK, MOTION, lambda: None)[0])
     assert state.joints == pytest.approx((0.05 + w[0] * 90 * TICK, w[1] * 90 * TICK), abs=1e-6)
     assert state.velocity == pytest.approx(w, abs=1e-5)
 
@@ -53,10 +59,17 @@ def test_wherever_targets_jump_limits_and_ranges_are_kept(seed: int) -> None:
     for k in range(80):
         if k % 10 == 0:
             p, w = (tuple(random.uniform(-most, most) for _ in range(2)) for most in (1.5, 2.0))
-        segments = steered(state, Target(p, w), LIMITS, ROOM, TICK, k * TICK, MOTION)
+        segments = steer(state, Target(p, w), LIMITS, LIMITS, TICK, k * TICK, MOTION, lambda: None)
         for segment in segments:
             for s in (0.0, 0.5 * segment.duration, segment.duration):
-                rows = zip(path(segment).joints(s), path(segment).velocity(s), *ROOM, LIMITS.velocity, strict=True)
+                rows = zip(
+                    path(segment).joints(s),
+                    path(segment).velocity(s),
+                    LIMITS.lower,
+                    LIMITS.upper,
+                    LIMITS.velocity,
+                    strict=True,
+                )
                 for q, v, low, high, fastest in rows:
                     assert low - ROUNDING <= q <= high + ROUNDING
                     assert abs(v) <= fastest * (1.0 + ROUNDING)

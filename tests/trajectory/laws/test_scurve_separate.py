@@ -12,8 +12,9 @@ from vrs_cli.engine.planner import Here, plan_motion
 from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.trajectory.laws.scurve_pieces import advanced
 from vrs_cli.trajectory.laws.scurve_separate import course_pieces, together
-from vrs_cli.trajectory.laws.scurve_times import Part, advanced
+from vrs_cli.trajectory.laws.scurve_times import Part
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.trajectory.state import JointState

@@ -7,18 +7,17 @@ from random import Random
 import pytest
 
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.trajectory.laws.lspb_steering import Room
+from vrs_cli.trajectory.laws.scurve_pieces import advanced
 from vrs_cli.trajectory.laws.scurve_steering import (
     KEPT,
     Joint,
     _beyond,
-    _constant,
     _jerk,
     _phased,
     _slowing,
-    smoothly_steered,
+    steer,
 )
-from vrs_cli.trajectory.laws.scurve_times import advanced, ramps
+from vrs_cli.trajectory.laws.scurve_times import ramps
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath, Phase
@@ -26,8 +25,7 @@ from vrs_cli.trajectory.state import JointState, Target
 
 TICK = 1.0 / 64.0  # [s]
 MOTION = Motion(1, Kind.STEERED, Start.AT, profile=Profile.SCURVE)
-LIMITS = JointLimits((1.4, 0.9), (4.8, 3.1), (48.0, 31.0), (1.4, 0.9))
-ROOM = Room((-1.0, -0.5), (1.0, 0.5))
+LIMITS = JointLimits((1.4, 0.9), (4.8, 3.1), (48.0, 31.0), (1.4, 0.9), (-1.0, -0.5), (1.0, 0.5))
 AT_REST = Joint(q=0.0, v=0.0, a=0.0, p=0.0, w=0.0, v_max=1.4, a_max=4.8, j_max=48.0, peak=1.4, low=-1.0, high=1.0)
 
 
@@ -65,7 +63,7 @@ def test_too_fast_is_what_is_too_fast_once_the_acceleration_has_gone(v: float, a
 @pytest.mark.parametrize("v", [0.7, -0.2, 1e-6, 0.0])
 def test_the_pieces_of_a_change_end_at_rest(v: float) -> None:
     state = (0.0, v, 0.0)
-    for duration, jerk in _constant(ramps(0.3, 0.04), v):
+    for duration, jerk in ramps(0.3, 0.04).pieces(v, 0.0, 0.0):
         state = advanced(*state, duration, jerk)
     assert state[1:] == pytest.approx((0.0, 0.0), abs=1e-12)
 
@@ -80,7 +78,7 @@ def test_a_target_that_moves_is_followed_without_a_lag() -> None:
     state, w = JointState((0.0, 0.0), (0.0, 0.0)), (0.3, -0.15)
     for k in range(120):
         target = Target((0.05 + w[0] * k * TICK, w[1] * k * TICK), w)
-        tick, coasting, *stop = smoothly_steered(state, target, LIMITS, ROOM, TICK, k * TICK, MOTION, lambda: None)
+        tick, coasting, *stop = steer(state, target, LIMITS, LIMITS, TICK, k * TICK, MOTION, lambda: None)
         assert (tick.phase, tick.duration) == (Phase.BLEND, TICK)
         assert coasting.phase is Phase.CRUISE
         assert coasting.duration >= TICK

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, sqrt
 
 import pytest
@@ -10,34 +11,30 @@ from hypothesis import strategies as st
 
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.instant import TICK
-from vrs_cli.trajectory.laws.scurve import joint_motion, joint_stop
+from vrs_cli.trajectory.laws.law import NoTimes
+from vrs_cli.trajectory.laws.scurve import joint_motion
+from vrs_cli.trajectory.laws.scurve_pieces import advanced, farthest, joint_stop, stop, turning_back
 from vrs_cli.trajectory.laws.scurve_times import (
     NONE,
     Change,
     Course,
-    NoTimes,
     Part,
     _possible,
     _root,
-    advanced,
-    farthest,
     from_rest,
     keeps,
     ramps,
-    stop,
     turn_bounds,
-    turning_back,
-    turns,
 )
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.motion import Kind, Motion, Start
-from vrs_cli.trajectory.polynomial import derivative, value
+from vrs_cli.trajectory.polynomial import derivative, turns, value
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.state import JointState
 
 ROUNDING = 1.0 + 1e-5
 MOTION = Motion(1, Kind.JOINT, Start.AT, profile=Profile.SCURVE)
-LIMITS = JointLimits((1.4, 0.9, 2.1), (4.8, 3.1, 7.1), (48.0, 31.0, 71.0), (1.4, 0.9, 2.1))
+LIMITS = JointLimits((1.4, 0.9, 2.1), (4.8, 3.1, 7.1), (48.0, 31.0, 71.0), (1.4, 0.9, 2.1), (-10.0,) * 3, (10.0,) * 3)
 
 parts = st.floats(-1.0, 1.0)
 thirds = st.tuples(parts, parts, parts)
@@ -132,8 +129,7 @@ def test_a_motion_from_any_state_keeps_every_limit(
 @settings(max_examples=200, deadline=None, derandomize=True)
 def test_a_stop_from_any_state_keeps_every_limit(velocity: tuple[float, ...], acceleration: tuple[float, ...]) -> None:
     state = possible(velocity, acceleration)
-    free = ((-10.0, 10.0),) * 3
-    check(joint_stop(state, LIMITS, free, 0.0, MOTION), state, 0.0)
+    check(joint_stop(state, LIMITS, 0.0, MOTION), state, 0.0)
 
 
 @given(st.floats(0.05, 0.9), parts)
@@ -154,14 +150,14 @@ def test_nothing_turns_back_earlier_than_full_braking(v: float, part: float) -> 
 def test_a_stop_next_to_the_end_of_a_range_swings_back() -> None:
     v = (0.5, 0.0, 0.0)
     state = JointState((0.0, 0.0, 0.0), v, (-4.8, 0.0, 0.0))
-    direct = joint_stop(state, LIMITS, ((-10.0, 10.0),) * 3, 0.0, MOTION)
+    direct = joint_stop(state, LIMITS, 0.0, MOTION)
     farthest_direct = max(s.path.joints(s.duration)[0] for s in direct)  # type: ignore[union-attr]
-    tight = ((-10.0, farthest_direct - 1e-4), (-10.0, 10.0), (-10.0, 10.0))
-    swung = joint_stop(state, LIMITS, tight, 0.0, MOTION)
+    tight = replace(LIMITS, upper=(farthest_direct - 1e-4, 10.0, 10.0))
+    swung = joint_stop(state, tight, 0.0, MOTION)
     check(swung, state, 0.0)
     for segment in swung:
         for k in range(50):
-            assert segment.path.joints(segment.duration * k / 49)[0] <= tight[0][1] + 1e-9  # type: ignore[union-attr]
+            assert segment.path.joints(segment.duration * k / 49)[0] <= tight.upper[0] + 1e-9  # type: ignore[union-attr]
 
 
 @given(parts, parts, parts)

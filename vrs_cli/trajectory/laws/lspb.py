@@ -12,6 +12,9 @@ from dataclasses import replace
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, rotation_about
 from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.laws.law import Law
+from vrs_cli.trajectory.laws.lspb_steering import steer
+from vrs_cli.trajectory.laws.lspb_stops import joint_stops
 from vrs_cli.trajectory.laws.lspb_times import (
     Component,
     Demand,
@@ -76,46 +79,6 @@ def _joint_stretches(
             Phase.DECELERATE,
             JointPath(tuple(parabola(p, v, 0.0, slow) for p, v in zip(q, v1, strict=True))),
         )
-
-
-def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
-    """Every joint to rest together, along the present direction."""
-    blend = max(map(_stopping_time, state.velocity, limits.acceleration))
-    return segments_of(start, motion, iter([(blend, Phase.DECELERATE, _stop_path(state, blend))]))
-
-
-def _stopping_time(velocity: float, acceleration: float) -> float:
-    return up_to_grid(abs(velocity) / acceleration)
-
-
-def _stop_path(state: JointState, duration: float) -> JointPath:
-    if not duration:
-        return JointPath(tuple((q,) for q in state.joints))
-    return JointPath(tuple(parabola(q, v, 0.0, duration) for q, v in zip(state.joints, state.velocity, strict=True)))
-
-
-def joint_stop_each(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
-    """Every joint to rest as fast as it can, each in its own time.
-
-    No joint goes farther than it would have to go anyway, so this stays inside joint limits wherever the motion that is
-    interrupted would have.
-    """
-    stops = list(map(_stopping_time, state.velocity, limits.acceleration))
-    q, v = list(state.joints), list(state.velocity)
-    rates = [0.0 if not stop else -speed / stop for speed, stop in zip(v, stops, strict=True)]
-    stretches: list[tuple[float, Phase, Path]] = []
-    before = 0.0
-    for moment in sorted(set(stops) - {0.0}):
-        lasting = moment - before
-        path = tuple(
-            (p, w, 0.5 * rate) if stop >= moment else (p, 0.0, 0.0)
-            for p, w, rate, stop in zip(q, v, rates, stops, strict=True)
-        )
-        stretches.append((lasting, Phase.DECELERATE, JointPath(path)))
-        q = [value(a, lasting) for a in path]
-        v = [w + rate * lasting if stop > moment else 0.0 for w, rate, stop in zip(v, rates, stops, strict=True)]
-        before = moment
-    return segments_of(start, motion, iter(stretches))
 
 
 # --- Cartesian space -------------------------------------------------------------------------------------------
@@ -215,3 +178,14 @@ def _parabolas(p: Vector, v0: Vector, v1: Vector, duration: float) -> tuple[Poly
 def _ends(position: tuple[Polynomial, ...], duration: float) -> Vector:
     x, y, z = (value(a, duration) for a in position)
     return x, y, z
+
+
+LAW = Law(
+    smooth=False,
+    samples=8,
+    joint_motion=joint_motion,
+    joint_stops=joint_stops,
+    straight_motion=straight_motion,
+    straight_stop=straight_stop,
+    steer=steer,
+)

@@ -13,14 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import copysign, sqrt
-from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.trajectory.laws.lspb import joint_stop, joint_stop_each
+from vrs_cli.trajectory.laws.law import Coming
+from vrs_cli.trajectory.laws.lspb_stops import joint_stop, joint_stop_each
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import parabola
-from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, stay_inside
 from vrs_cli.trajectory.state import JointState, Target
 from vrs_cli.trajectory.stretch import segments_of
 
@@ -29,28 +29,48 @@ COASTING = 1.0  # ticks: how late the next target may come without a jolt
 SPARE = 1.0 - 1e-9  # of limits, for rounding
 
 
-class Room(NamedTuple):
-    """The ranges of the joints [rad]."""
-
-    lower: Joints
-    upper: Joints
-
-
-def steered(
-    state: JointState, target: Target, limits: JointLimits, room: Room, tick: float, start: float, motion: Motion
+def steer(
+    state: JointState,
+    target: Target,
+    limits: JointLimits,
+    hardest: JointLimits,
+    tick: float,
+    start: float,
+    motion: Motion,
+    _coming: Coming,
 ) -> tuple[Segment, ...]:
-    """A tick [s] towards the target, on the time grid, then coasting and braking to rest."""
+    """A tick [s] towards the target, on the time grid, then coasting and braking to rest; braking at once, at the
+    `hardest`, where the motion before has left no room for a whole tick.
+    """
+    segments = _steered(state, target, limits, tick, start, motion)
+    return (
+        segments
+        if stay_inside(segments, limits.lower, limits.upper)
+        else joint_stop_each(state, hardest, start, motion)
+    )
+
+
+def _steered(
+    state: JointState, target: Target, limits: JointLimits, tick: float, start: float, motion: Motion
+) -> tuple[Segment, ...]:
     v1 = tuple(
         _next_velocity(q, v, p, w, v_max * SPARE, a_max * SPARE, low, high, tick)
         for q, v, p, w, v_max, a_max, low, high in zip(
-            state.joints, state.velocity, *target, limits.velocity, limits.acceleration, *room, strict=True
+            state.joints,
+            state.velocity,
+            *target,
+            limits.velocity,
+            limits.acceleration,
+            limits.lower,
+            limits.upper,
+            strict=True,
         )
     )
     chase = segments_of(start, motion, _chase(state, v1, tick))
     last = chase[-1]
     assert isinstance(last.path, JointPath)
     after = JointState(last.path.joints(last.duration), v1)
-    return (*chase, *_stop(after, limits, room, last.finish, motion))
+    return (*chase, *_stop(after, limits, last.finish, motion))
 
 
 def _chase(state: JointState, v1: Joints, tick: float) -> Iterator[tuple[float, Phase, Path]]:
@@ -61,7 +81,7 @@ def _chase(state: JointState, v1: Joints, tick: float) -> Iterator[tuple[float, 
         yield COASTING * tick, Phase.CRUISE, JointPath(tuple(zip(q, v1, strict=True)))
 
 
-def _stop(state: JointState, limits: JointLimits, room: Room, start: float, motion: Motion) -> tuple[Segment, ...]:
+def _stop(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
     """All joints together where there is room for that, each in its own time where not."""
     together = joint_stop(state, limits, start, motion)
     if not together:
@@ -69,7 +89,7 @@ def _stop(state: JointState, limits: JointLimits, room: Room, start: float, moti
     path = together[-1].path
     assert isinstance(path, JointPath)
     ends = path.joints(together[-1].duration)
-    if all(low <= q <= high for q, low, high in zip(ends, *room, strict=True)):
+    if all(low <= q <= high for q, low, high in zip(ends, limits.lower, limits.upper, strict=True)):
         return together
     return joint_stop_each(state, limits, start, motion)
 

@@ -8,37 +8,33 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import accumulate, pairwise
 
-from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
+from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, rotation_about
 from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.laws.law import Law, NoTimes
 from vrs_cli.trajectory.laws.lspb_times import MARGIN
+from vrs_cli.trajectory.laws.scurve_pieces import joint_pieces, joint_stops
 from vrs_cli.trajectory.laws.scurve_separate import course_pieces, fastest, together
+from vrs_cli.trajectory.laws.scurve_steering import steer
 from vrs_cli.trajectory.laws.scurve_times import (
     NONE,
     Bounds,
     Change,
     Course,
-    NoTimes,
     Part,
-    Pieces,
     VectorPart,
-    advanced,
     both,
-    farthest,
     from_motion,
     from_rest,
     keeps,
     search,
-    stop,
     turn_bounds,
-    turning_back,
     vector_bounds,
 )
 from vrs_cli.trajectory.limits import JointLimits, ToolLimits
 from vrs_cli.trajectory.motion import Motion
-from vrs_cli.trajectory.polynomial import Polynomial, value
+from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
 from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, JointState, ToolState
 from vrs_cli.trajectory.stretch import ToolStretch, segments_of
@@ -50,23 +46,6 @@ RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # of a ramp
 ROUNDING = 1e-6  # [s] of the least time
 NEARLY = 1.005  # of the least time that joints need by themselves: no need to look for times that are better
 WORTH = 1.05  # how much longer common times may take than times of their own
-
-
-def changed(p: float, v0: float, a0: float, v1: float, change: Change) -> list[Polynomial]:
-    """The polynomials of a change of velocity from position p, one for each of its times that lasts."""
-    level = change.level(v0, a0, v1)
-    polynomials: list[Polynomial] = []
-    a, v = a0, v0
-    for duration, after in zip(change, (level, level, 0.0), strict=True):
-        if duration:
-            rate = (after - a) / duration
-            polynomials.append((p, v, 0.5 * a, rate / 6.0))
-            p, v, a = value(polynomials[-1], duration), v + 0.5 * duration * (a + after), after
-    return polynomials
-
-
-def _lasting(change: Change) -> list[float]:
-    return [duration for duration in change if duration]
 
 
 # --- joint space -----------------------------------------------------------------------------------------------
@@ -119,15 +98,11 @@ def _separate_stretches(
         since += duration
 
 
-def _accelerations(state: JointState) -> Joints:
-    return state.acceleration if state.accelerating else (0.0,) * len(state.joints)
-
-
 def _parts(state: JointState, goal: Joints, limits: JointLimits) -> list[Part]:
     rows = zip(
         state.joints,
         state.velocity,
-        _accelerations(state),
+        state.present_acceleration,
         goal,
         limits.velocity,
         limits.acceleration,
@@ -146,71 +121,23 @@ def _joint_stretches(
     change, cruise, slow = course
     k0, _ = change.ways
     cruising, ways = [], []
-    for at, v, a, to in zip(state.joints, state.velocity, _accelerations(state), goal, strict=True):
+    for at, v, a, to in zip(state.joints, state.velocity, state.present_acceleration, goal, strict=True):
         carried = v + 0.5 * change.rise * a
         ahead = to - at - v * change.lasts - a * k0 + change.lag * carried
         v1 = 0.0 if course.stops_at_once else ahead / course.reach
         cruising.append(v1)
-        ways.append(changed(at, v, a, v1, change))
-    for duration, path in zip(_lasting(change), zip(*ways, strict=True), strict=True):
+        ways.append(change.polynomials(at, v, a, v1))
+    for duration, path in zip(change.durations, zip(*ways, strict=True), strict=True):
         yield duration, blending, JointPath(path)
-    q = tuple(value(way[-1], _lasting(change)[-1]) for way in ways)
+    q = tuple(value(way[-1], change.durations[-1]) for way in ways)
     if cruise:
         path = tuple(zip(q, cruising, strict=True))
         yield cruise, Phase.CRUISE, JointPath(path)
         q = tuple(value(a, cruise) for a in path)
     if slow.lasts:
-        slowing = [changed(p, v, 0.0, 0.0, slow) for p, v in zip(q, cruising, strict=True)]
-        for duration, path in zip(_lasting(slow), zip(*slowing, strict=True), strict=True):
+        slowing = [slow.polynomials(p, v, 0.0, 0.0) for p, v in zip(q, cruising, strict=True)]
+        for duration, path in zip(slow.durations, zip(*slowing, strict=True), strict=True):
             yield duration, Phase.DECELERATE, JointPath(path)
-
-
-def joint_stop(
-    state: JointState, limits: JointLimits, ranges: Sequence[tuple[float, float]], start: float, motion: Motion
-) -> tuple[Segment, ...]:
-    """Every joint to rest as fast as it can, each in its own time.
-
-    One that would leave its range so (its `ranges`: lower and upper) is turned back: the motion that is interrupted
-    would have done so too, or it would not have been planned.
-    """
-    rows = zip(
-        state.joints, state.velocity, _accelerations(state), limits.acceleration, limits.jerk, ranges, strict=True
-    )
-    pieces = [_stopped(q, v, a, a_max, j_max, within) for q, v, a, a_max, j_max, within in rows]
-    return segments_of(start, motion, joint_pieces(state, pieces, Phase.DECELERATE))
-
-
-def _stopped(q: float, v: float, a: float, acceleration: float, jerk: float, within: tuple[float, float]) -> Pieces:
-    direct = stop(v, a, acceleration, jerk)
-    low, high = farthest(q, v, a, direct)
-    if within[0] - LIMIT_TOLERANCE <= low and high <= within[1] + LIMIT_TOLERANCE:
-        return direct
-    pieces = turning_back(v, a, acceleration, jerk)
-    for duration, rate in pieces:
-        q, v, a = advanced(q, v, a, duration, rate)
-    return pieces + stop(v, a, acceleration, jerk)
-
-
-def joint_pieces(state: JointState, pieces: Sequence[Pieces], phase: Phase) -> Iterator[tuple[float, Phase, Path]]:
-    """Joints that each go through pieces of their own, as common stretches: one from each instant to the next."""
-    begins = [list(accumulate((duration for duration, _ in row), initial=0.0)) for row in pieces]
-    instants = sorted({instant for row in begins for instant in row})
-    states = list(zip(state.joints, state.velocity, _accelerations(state), strict=True))
-    for begin, end in pairwise(instants):
-        path, after = [], []
-        for (q, v, a), row, times in zip(states, pieces, begins, strict=True):
-            at = sum(1 for time in times[1:] if time <= begin)
-            jerk = row[at][1] if at < len(row) else 0.0
-            path.append((q, v, 0.5 * a, jerk / 6.0))
-            after.append(_settled(advanced(q, v, a, end - begin, jerk), end >= times[-1], phase))
-        states = after
-        yield end - begin, phase, JointPath(tuple(path))
-
-
-def _settled(state: tuple[float, float, float], done: bool, phase: Phase) -> tuple[float, float, float]:
-    """The state of a joint without what rounding has left of an acceleration, and of a velocity, that is over."""
-    q, v, a = state
-    return (q, 0.0 if phase is Phase.DECELERATE else v, 0.0) if done else (q, v, a)
 
 
 # --- Cartesian space -------------------------------------------------------------------------------------------
@@ -341,13 +268,14 @@ class _Line:
         w1 = 0.0 if course.stops_at_once else angle / reach
         place = (state.pose.px, state.pose.py, state.pose.pz)
         phase = Phase.ACCELERATE if state.at_rest else Phase.BLEND
-        times = _lasting(change)
+        times = change.durations
         position = [
-            changed(p, v, a, w, change) for p, v, a, w in zip(place, state.velocity, self.acceleration, v1, strict=True)
+            change.polynomials(p, v, a, w)
+            for p, v, a, w in zip(place, state.velocity, self.acceleration, v1, strict=True)
         ]
-        turns = [(k, changed(0.0, rate, acceleration, 0.0, change)) for k, rate, acceleration in self.dying]
+        turns = [(k, change.polynomials(0.0, rate, acceleration, 0.0)) for k, rate, acceleration in self.dying]
         if w1:
-            turns.append((axis, changed(0.0, 0.0, 0.0, w1, change)))
+            turns.append((axis, change.polynomials(0.0, 0.0, 0.0, w1)))
         for i, duration in enumerate(times):
             x, y, z = (row[i] for row in position)
             yield ToolStretch(duration, phase, (x, y, z), state.pose, tuple((k, row[i]) for k, row in turns))
@@ -358,9 +286,9 @@ class _Line:
             yield ToolStretch(cruise, Phase.CRUISE, (x, y, z), R, ((axis, (turned, w1)),) if w1 else ())
             p, turned = [value(row, cruise) for row in (x, y, z)], turned + w1 * cruise
         if slow.lasts:
-            slowing = [changed(q, v, 0.0, 0.0, slow) for q, v in zip(p, v1, strict=True)]
-            back = changed(turned, w1, 0.0, 0.0, slow)
-            for i, duration in enumerate(_lasting(slow)):
+            slowing = [slow.polynomials(q, v, 0.0, 0.0) for q, v in zip(p, v1, strict=True)]
+            back = slow.polynomials(turned, w1, 0.0, 0.0)
+            for i, duration in enumerate(slow.durations):
                 x, y, z = (row[i] for row in slowing)
                 yield ToolStretch(duration, Phase.DECELERATE, (x, y, z), R, ((axis, back[i]),) if w1 else ())
 
@@ -375,3 +303,14 @@ def _dying(spin: Vector, spin_rate: Vector) -> Iterator[tuple[Vector, float, flo
     across = subtracted(spin_rate, scaled(axis, along))
     if length(across) > STEADY:
         yield scaled(across, 1.0 / length(across)), 0.0, length(across)
+
+
+LAW = Law(
+    smooth=True,
+    samples=4,  # it has more stretches
+    joint_motion=joint_motion,
+    joint_stops=joint_stops,
+    straight_motion=straight_motion,
+    straight_stop=straight_stop,
+    steer=steer,
+)

@@ -13,8 +13,9 @@ from math import sqrt
 from typing import NamedTuple
 
 from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.laws.law import Pieces
 from vrs_cli.trajectory.laws.lspb_times import ROOM
-from vrs_cli.trajectory.laws.scurve_times import CAREFUL, MOMENT, NONE, Change, Course, Part, Pieces
+from vrs_cli.trajectory.laws.scurve_times import CAREFUL, MOMENT, NONE, Change, Course, Part
 from vrs_cli.trajectory.state import NEGLIGIBLE
 
 HALVINGS = 26
@@ -83,12 +84,12 @@ def course_pieces(part: Part, course: Course) -> Pieces:
     """The way of a part at the times of its course; it ends where the part ends, whatever rounding has cost."""
     v, a, change = part.velocity, part.acceleration, course.change
     if course.stops_at_once:
-        return _pieces(change, v, a, 0.0) if change.lasts else ()
+        return change.pieces(v, a, 0.0) if change.lasts else ()
     k0, _ = change.ways
     lag = change.lag if change.lasts else 0.0
     v1 = (part.displacement - v * change.lasts - a * k0 + lag * (v + 0.5 * change.rise * a)) / course.reach
-    begin = _pieces(change, v, a, v1) if change.lasts else ()
-    end = _pieces(course.slow, v1, 0.0, 0.0) if course.slow.lasts else ()
+    begin = change.pieces(v, a, v1) if change.lasts else ()
+    end = course.slow.pieces(v1, 0.0, 0.0) if course.slow.lasts else ()
     return (*begin, *(((course.cruise, 0.0),) if course.cruise else ()), *end)
 
 
@@ -129,10 +130,3 @@ def _losing(v: float, a: float, acceleration: float, jerk: float) -> Change:
     if hold < 0.0 and least == MOMENT:  # the level is nearly that which there is: the rise does a part of the fall
         fall = 0.5 * (sqrt(rise * rise + 4.0 * (2.0 * v + a * rise) / jerk) - rise)
     return Change(up_to_grid(rise) + ROOM, up_to_grid(max(hold, 0.0)), up_to_grid(fall) + ROOM)
-
-
-def _pieces(change: Change, v0: float, a0: float, v1: float) -> Pieces:
-    """A change of velocity, piece by piece."""
-    level = change.level(v0, a0, v1) if change.rise else a0
-    rates = (level - a0) / (change.rise or 1.0), 0.0, -level / change.fall
-    return tuple((duration, rate) for duration, rate in zip(change, rates, strict=True) if duration)

@@ -12,14 +12,15 @@ goes on as it was planned before, to its stop at the latest; so it stays inside 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from math import copysign, sqrt
 from typing import NamedTuple
 
 from vrs_cli.trajectory.instant import up_to_grid
-from vrs_cli.trajectory.laws.lspb_steering import COASTING, SPARE, Room
-from vrs_cli.trajectory.laws.scurve import changed, joint_pieces
-from vrs_cli.trajectory.laws.scurve_times import MOMENT, Change, Pieces, advanced, farthest, ramps, stop
+from vrs_cli.trajectory.laws.law import Coming, Pieces
+from vrs_cli.trajectory.laws.lspb_steering import COASTING, SPARE
+from vrs_cli.trajectory.laws.scurve_pieces import advanced, farthest, joint_pieces, stop
+from vrs_cli.trajectory.laws.scurve_times import MOMENT, Change, ramps
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
@@ -48,22 +49,22 @@ class Joint(NamedTuple):
     high: float
 
 
-def smoothly_steered(
+def steer(
     state: JointState,
     target: Target,
     limits: JointLimits,
-    room: Room,
+    _hardest: JointLimits,
     tick: float,
     start: float,
     motion: Motion,
-    coming: Callable[[], Sequence[Pieces] | None],
+    coming: Coming,
 ) -> tuple[Segment, ...]:
     """A tick [s] towards the target, on the time grid, then a stop.
 
     `coming`: what each joint was to do from now on, where that is jerk-limited; nothing is returned where that would be
     needed, and is not.
     """
-    joints = _joints(state, target, limits, room)
+    joints = _joints(state, target, limits)
     jerks = [_jerk(one, tick) for one in joints]
     steady = [(one, jerk) for one, jerk in zip(joints, jerks, strict=True) if jerk is not None]
     if len(steady) == len(joints):
@@ -80,17 +81,18 @@ def smoothly_steered(
     return segments_of(start, motion, _phased(joint_pieces(state, pieces, Phase.DECELERATE), tick))
 
 
-def _joints(state: JointState, target: Target, limits: JointLimits, room: Room) -> list[Joint]:
+def _joints(state: JointState, target: Target, limits: JointLimits) -> list[Joint]:
     rows = zip(
         state.joints,
         state.velocity,
-        state.acceleration if state.accelerating else (0.0,) * len(state.joints),
+        state.present_acceleration,
         *target,
         limits.velocity,
         limits.acceleration,
         limits.jerk,
         limits.peak,
-        *room,
+        limits.lower,
+        limits.upper,
         strict=True,
     )
     return [
@@ -193,8 +195,8 @@ def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[
             return []
     path = tuple([(q, v, 0.5 * a, (0.0 - a) / (6.0 * coasting)) for q, v, a in after])
     stretches.append((coasting, Phase.CRUISE, JointPath(path)))
-    lasting = [duration for duration in change if duration]
-    ways = [changed(q, v, 0.0, 0.0, change) if lasting else [] for q, v in coasted]
+    lasting = change.durations
+    ways = [change.polynomials(q, v, 0.0, 0.0) if lasting else [] for q, v in coasted]
     for duration, rows in zip(lasting, zip(*ways, strict=True), strict=True):
         stretches.append((duration, Phase.DECELERATE, JointPath(rows)))
     return stretches
@@ -215,17 +217,8 @@ def _has_room(one: Joint, here: tuple[float, float, float], v1: float, coasting:
     enough = max(abs(v), abs(v1)) * (coasting + change.lasts)
     if one.low + enough <= q <= one.high - enough:
         return True
-    low, high = farthest(q, v, a, ((coasting, -a / coasting), *_constant(change, v1)))
+    low, high = farthest(q, v, a, ((coasting, -a / coasting), *(change.pieces(v1, 0.0, 0.0) if v1 else ())))
     return one.low <= low and high <= one.high
-
-
-def _constant(change: Change, v: float) -> Pieces:
-    """The pieces of constant jerk of a change from velocity v to rest."""
-    if not v:
-        return ()
-    level = change.level(v, 0.0, 0.0)
-    rates = zip(change, (level / change.rise, 0.0, -level / change.fall), strict=True)
-    return tuple((duration, jerk) for duration, jerk in rates if duration)
 
 
 def _phased(stretches: Iterator[tuple[float, Phase, Path]], tick: float) -> Iterator[tuple[float, Phase, Path]]:

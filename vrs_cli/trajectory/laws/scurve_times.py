@@ -19,14 +19,16 @@ the change; those times are searched. (Biagiotti and Melchiorri, Trajectory Plan
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import cbrt, inf, sqrt
 from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import Vector
 from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.laws.law import NoTimes, Pieces
 from vrs_cli.trajectory.laws.lspb_times import MARGIN, ROOM, SAME, SLIVER
+from vrs_cli.trajectory.polynomial import Polynomial, value
 from vrs_cli.trajectory.state import NEGLIGIBLE
 from vrs_cli.trajectory.vector import added, dot, length, scaled, subtracted
 
@@ -39,10 +41,6 @@ MOST_TRIES = 240
 LONGEST = 1e4  # [s] of a change
 DOUBLINGS = 40
 HALVINGS = 50
-
-
-class NoTimes(ValueError):
-    """No times within the limits bring the motion to its target from the state that it starts in."""
 
 
 class Change(NamedTuple):
@@ -78,6 +76,29 @@ class Change(NamedTuple):
     def level(self, v0: float, a0: float, v1: float) -> float:
         """A, the acceleration that is held."""
         return (v1 - v0 - 0.5 * self.rise * a0) / self.reach
+
+    def pieces(self, v0: float, a0: float, v1: float) -> Pieces:
+        """The change from v0 to v1, piece by piece."""
+        level = self.level(v0, a0, v1) if self.rise else a0
+        rates = (level - a0) / (self.rise or 1.0), 0.0, -level / self.fall
+        return tuple((duration, rate) for duration, rate in zip(self, rates, strict=True) if duration)
+
+    def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:
+        """The change from v0 to v1 from position p on, a polynomial for each of its times that lasts."""
+        level = self.level(v0, a0, v1)
+        polynomials: list[Polynomial] = []
+        a, v = a0, v0
+        for duration, after in zip(self, (level, level, 0.0), strict=True):
+            if duration:
+                rate = (after - a) / duration
+                polynomials.append((p, v, 0.5 * a, rate / 6.0))
+                p, v, a = value(polynomials[-1], duration), v + 0.5 * duration * (a + after), after
+        return polynomials
+
+    @property
+    def durations(self) -> list[float]:
+        """The times that last."""
+        return [duration for duration in self if duration]
 
 
 NONE = Change(0.0, 0.0, 0.0)
@@ -117,7 +138,6 @@ class Bounds(NamedTuple):
 
 
 Demands = Callable[[Change], Bounds]
-Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) of one part, one after the other
 
 IMPOSSIBLE = Bounds(1.0, 0.0, 0.0, 0.0)
 
@@ -491,78 +511,3 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
     slow = ramps(bounds.by_acceleration * u, bounds.by_jerk * u)
     course = _without_sliver(change, up_to_grid(max(1.0 / u - bounds.lag - 0.5 * slow.lasts, 0.0)), slow)
     return course if bounds.low * course.reach <= 1.0 + SAME else None
-
-
-# --- one part alone: to stop as fast as it can -----------------------------------------------------------------
-
-
-def stop(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
-    """The quickest way to velocity and acceleration zero: (duration, jerk) piece by piece."""
-    acceleration, jerk = acceleration / CAREFUL, jerk / CAREFUL
-    left = v + 0.5 * a * abs(a) / jerk  # the velocity once the acceleration is gone
-    if abs(left) <= NEGLIGIBLE:
-        duration = up_to_grid(abs(a) / jerk)
-        return ((duration, -a / duration),) if duration else ()
-    sign = 1.0 if left > 0.0 else -1.0
-    v, a = v * sign, a * sign
-    level = min(sqrt(jerk * v + 0.5 * a * a), acceleration)
-    rise, fall = (a + level) / jerk, level / jerk
-    if fall < MOMENT:  # so little to do that the time grid would show in the jerk
-        rise, fall = max(rise, 10.0 * MOMENT), 10.0 * MOMENT
-    elif rise < MOMENT:  # the level is that which there is
-        return tuple((duration, -sign * rate) for duration, rate in _held(v, a, jerk))
-    hold = (v + 0.5 * (a - level) * rise) / level - 0.5 * fall
-    change = Change(up_to_grid(rise) + ROOM, up_to_grid(max(hold, 0.0)), up_to_grid(fall) + ROOM)
-    held = change.level(v, a, 0.0)
-    rates = (held - a) / change.rise, 0.0, -held / change.fall
-    return tuple((duration, sign * rate) for duration, rate in zip(change, rates, strict=True) if duration)
-
-
-def _held(v: float, a: float, jerk: float) -> Iterator[tuple[float, float]]:
-    """The deceleration a < 0 is kept, and then goes; the sign of the jerk is turned round."""
-    fall = up_to_grid(-a / jerk)
-    hold = up_to_grid(max(-v / a - 0.5 * fall, 0.0))
-    fall = up_to_grid(2.0 * (-v / a - hold))
-    if hold:
-        yield hold, 0.0
-    yield fall, a / fall
-
-
-def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
-    """The pieces that bring the velocity to zero soonest, whatever the acceleration is then: nothing goes less far."""
-    acceleration, jerk = acceleration / CAREFUL, jerk / CAREFUL
-    sign = 1.0 if v > 0.0 else -1.0
-    v, a = v * sign, a * sign
-    ramp = max((a + acceleration) / jerk, 0.0)
-    if v + a * ramp - 0.5 * jerk * ramp * ramp < 0.0:  # at rest before full acceleration is reached
-        ramp = (a + sqrt(a * a + 2.0 * jerk * v)) / jerk
-        return ((up_to_grid(ramp), -sign * jerk),)
-    v += a * ramp - 0.5 * jerk * ramp * ramp
-    pieces = ((up_to_grid(ramp), -sign * jerk), (up_to_grid(v / acceleration), 0.0))
-    return tuple(piece for piece in pieces if piece[0])
-
-
-def farthest(q: float, v: float, a: float, pieces: Pieces) -> tuple[float, float]:
-    """The least and the greatest position on a way of pieces of constant jerk."""
-    places = [q]
-    for duration, jerk in pieces:
-        places += [q + s * (v + s * (0.5 * a + s * jerk / 6.0)) for s in turns(v, a, jerk) if 0.0 < s < duration]
-        q, v, a = advanced(q, v, a, duration, jerk)
-        places.append(q)
-    return min(places), max(places)
-
-
-def advanced(q: float, v: float, a: float, s: float, jerk: float) -> tuple[float, float, float]:
-    """The state s seconds later."""
-    return q + s * (v + s * (0.5 * a + s * jerk / 6.0)), v + s * (a + 0.5 * s * jerk), a + s * jerk
-
-
-def turns(v: float, a: float, jerk: float) -> tuple[float, ...]:
-    """When a velocity v with acceleration a and this jerk is zero: v + a s + jerk s^2 / 2 = 0."""
-    if not jerk:
-        return (-v / a,) if a else ()
-    square = a * a - 2.0 * jerk * v
-    if square < 0.0:
-        return ()
-    middle = -(a + sqrt(square)) if a > 0.0 else sqrt(square) - a
-    return (middle / jerk, 2.0 * v / middle) if middle else (0.0,)

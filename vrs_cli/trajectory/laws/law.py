@@ -1,0 +1,47 @@
+"""What the planner asks of a profile of velocity. The file that is named after a profile has its `LAW`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.trajectory.limits import JointLimits, ToolLimits
+from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.segment import Segment
+from vrs_cli.trajectory.state import JointState, Target, ToolState
+from vrs_cli.trajectory.stretch import ToolStretch
+
+Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) of one joint, one after the other
+Coming = Callable[[], Sequence[Pieces] | None]  # what each joint was to do from now on, where its jerks are constant
+
+
+class NoTimes(ValueError):
+    """No times within the limits bring the motion to its target from the state that it starts in."""
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """How motions of a profile gain and lose velocity.
+
+    `smooth`: the acceleration does not jump, and the jerk is limited. `samples`: in how many places each stretch of a
+    straight line is looked at, before the joints ask for more. All end at rest:
+
+    `joint_motion(state, goal, limits, start, motion, least)`: the segments of a joint-interpolated motion to `goal`;
+    `least`: the least duration [s]. Raises NoTimes.
+    `joint_stops(state, limits, start, motion)`: ways of braking, the one to try first first.
+    `straight_motion(state, target, limits, least)`: the stretches of a straight line to T_robot_tool `target`; empty
+    when the tool is there already. Raises NoTimes.
+    `straight_stop(state, limits)`: the tool to rest on the line that it moves on. Raises NoTimes.
+    `steer(state, target, limits, hardest, tick, start, motion, coming)`: a tick [s] towards a target that moves, then
+    a stop; `hardest`: the limits of braking. Empty where neither a tick nor what is `coming` keeps the limits.
+    """
+
+    smooth: bool
+    samples: int
+    joint_motion: Callable[[JointState, Joints, JointLimits, float, Motion, float], tuple[Segment, ...]]
+    joint_stops: Callable[[JointState, JointLimits, float, Motion], Iterator[tuple[Segment, ...]]]
+    straight_motion: Callable[[ToolState, Transform, ToolLimits, float], list[ToolStretch]]
+    straight_stop: Callable[[ToolState, ToolLimits], list[ToolStretch]]
+    steer: Callable[[JointState, Target, JointLimits, JointLimits, float, float, Motion, Coming], tuple[Segment, ...]]
