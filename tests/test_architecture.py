@@ -32,7 +32,7 @@ LIVES_IN = {
     "lark": {"language/text/parser.py"},
     "prompt_toolkit": {"repl"},
     "rich": {"render"},
-    "msgspec": {"files"},
+    "msgspec": {"files", "dialogue", "interfaces", "render", "repl"},
     "filelock": {"files/lock.py"},
     "mcap": {"files/mcap_log.py"},
     "matplotlib": {"render"},

@@ -43,10 +43,10 @@ class Nobody:
 
     def type(self, text: str, newline: bool) -> None: ...
     def show(self, reply: object) -> None: ...
-    def ask(self, prompt: str) -> str:
-        raise AssertionError(prompt)
+    def ask(self, question: object) -> str:
+        raise AssertionError(question)
 
-    def confirm(self, question: str) -> bool:
+    def confirm(self, question: object) -> bool:
         raise AssertionError(question)
 
 

@@ -8,6 +8,7 @@ from random import Random
 from tempfile import TemporaryDirectory
 
 from tests.fuzz import numbers
+from vrs_cli.dialogue.questions import Confirmation, LineWanted
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.engine.commands import SetParameter
 from vrs_cli.errors import EndOfInput, VrsError
@@ -30,14 +31,14 @@ class Silent:
         assert isinstance(text, str)
         assert newline in (True, False)
 
-    def ask(self, prompt: str) -> str:
-        raise EndOfInput(f"PROMPT {prompt!r}")
+    def ask(self, question: LineWanted) -> str:
+        raise EndOfInput(f"PROMPT {question.text!r}")
 
     def show(self, reply: Reply) -> None:
         assert reply is not None
 
-    def confirm(self, question: str) -> bool:
-        return not question
+    def confirm(self, question: Confirmation) -> bool:
+        return not question.text
 
 
 def probe(text: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from vrs_cli.dialogue.questions import Confirmation, LineWanted
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.errors import IllegalValue
 
@@ -24,12 +25,12 @@ class RecordingTerminal:
     def type(self, text: str, newline: bool) -> None:
         self.typed += text + ("\n" if newline else "")
 
-    def ask(self, prompt: str) -> str:
-        self.asked.append(prompt)
+    def ask(self, question: LineWanted) -> str:
+        self.asked.append(question.text)
         if not self.answers:
             raise IllegalValue("PROMPT", "there is no more input")
         return self.answers.pop(0)
 
-    def confirm(self, question: str) -> bool:
-        self.asked.append(question)
+    def confirm(self, question: Confirmation) -> bool:
+        self.asked.append(question.text)
         return self.sure

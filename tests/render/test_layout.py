@@ -18,6 +18,7 @@ from vrs_cli.engine.position import Position
 from vrs_cli.interfaces.monitor.table import MONITOR
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.render.layout import LAYOUTS
 from vrs_cli.render.text import plain_text
@@ -89,9 +90,8 @@ def _answers() -> list[Reply]:
         terminal.show(replies.DiagnosticsReport((replies.Diagnosed(reply, "MOVF x", "p.v2"),)))
     for line in ["EXECUTE q", *(line for line in LINES if line != "EXECUTE p")]:
         session.perform(line)
-    engine = session.engine
-    replay = replies.Replay("t.vrst", engine.model, engine.timeline, 1, True)  # type: ignore[arg-type]
-    return [*terminal.replies, replay]
+    rows = tuple(replies.ReplayRow(k, "READY" * k, float(k), IDENTITY) for k in (0, 1))
+    return [*terminal.replies, replies.ReplayTable(rows)]
 
 
 def drawn(reply: Reply, width: int) -> str:

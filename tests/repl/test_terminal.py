@@ -5,6 +5,7 @@ from io import StringIO
 
 import pytest
 
+from vrs_cli.dialogue.questions import Confirmation, LineWanted
 from vrs_cli.dialogue.replies import Farewell, Message, ProgramStopped, Tone
 from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.errors import EndOfInput
@@ -90,17 +91,17 @@ def test_an_error_is_remembered_for_the_exit_status() -> None:
 
 def test_prompt_reads_on_in_the_input() -> None:
     terminal = plain("5\n", "6\r\n")
-    assert [terminal.ask("How many? "), terminal.ask("")] == ["5", "6"]
+    assert [terminal.ask(LineWanted("How many? ")), terminal.ask(LineWanted(""))] == ["5", "6"]
     assert text_of(terminal) == "How many? \n"
 
 
 def test_prompt_at_the_end_of_the_input() -> None:
     with pytest.raises(EndOfInput, match="How many"):
-        plain().ask("How many?")
+        plain().ask(LineWanted("How many?"))
 
 
 def test_nobody_agrees() -> None:
-    assert plain("Y").confirm("Are you sure (Y/N)?") is False
+    assert plain("Y").confirm(Confirmation("Are you sure (Y/N)?")) is False
 
 
 # --- with somebody there ---
@@ -116,13 +117,13 @@ def test_a_person_is_a_dialogue() -> None:
 )
 def test_questions(answer: str, agreed: bool) -> None:
     person = Person(answer)
-    assert person.terminal.confirm("Are you sure (Y/N)?") is agreed
+    assert person.terminal.confirm(Confirmation("Are you sure (Y/N)?")) is agreed
     assert person.asked == ["Are you sure (Y/N)? "]
 
 
 def test_what_is_no_answer_is_asked_again() -> None:
     person = Person("FOR i = 1 TO 3", "Yellow", "y")
-    assert person.terminal.confirm("Sure?")
+    assert person.terminal.confirm(Confirmation("Sure?"))
     assert person.asked == ["Sure? "] * 3
 
 
@@ -130,13 +131,13 @@ def test_ctrl_c_at_a_prompt_stops_the_program() -> None:
     person = Person(CTRL_C)
     stopped: list[bool] = []
     person.terminal.interrupt = lambda: not stopped.append(True)
-    assert person.terminal.ask("How many?") == ""
+    assert person.terminal.ask(LineWanted("How many?")) == ""
     assert stopped == [True]
 
 
 def test_ctrl_c_at_a_prompt_that_belongs_to_no_program() -> None:
     with pytest.raises(KeyboardInterrupt):
-        Person(CTRL_C).terminal.ask("How many?")
+        Person(CTRL_C).terminal.ask(LineWanted("How many?"))
 
 
 def test_the_latest_message_is_kept() -> None:

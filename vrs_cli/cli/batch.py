@@ -10,6 +10,7 @@ from vrs_cli.errors import EndOfInput
 from vrs_cli.render.control import for_stream
 
 if TYPE_CHECKING:
+    from vrs_cli.dialogue.questions import Confirmation, LineWanted
     from vrs_cli.dialogue.replies import Reply
     from vrs_cli.render.progress import RunProgress
 
@@ -33,17 +34,17 @@ class BatchTerminal:
         if not self.quiet:
             self._write(plain_text(reply))
 
-    def ask(self, prompt: str) -> str:
+    def ask(self, question: LineWanted) -> str:
         """One line of standard input. Raises EndOfInput, which names the PROMPT."""
-        self._write(prompt)
+        self._write(question.text)
         line = sys.stdin.readline()
         if not sys.stdin.isatty():
             self._write("\n")  # no terminal has shown the end of the line
         if not line:
-            raise EndOfInput(f"PROMPT {prompt!r} has nothing more to read", "give its answers on standard input")
+            raise EndOfInput(f"PROMPT {question.text!r} has nothing more to read", "give its answers on standard input")
         return line.rstrip("\r\n")
 
-    def confirm(self, question: str) -> bool:  # noqa: ARG002 (of the Terminal protocol)
+    def confirm(self, question: Confirmation) -> bool:  # noqa: ARG002 (of the Terminal protocol)
         """No: nobody is there to say yes."""
         return False
 

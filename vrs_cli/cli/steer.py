@@ -257,7 +257,7 @@ class _Run:
         if self.options.json:
             print(json.dumps(self._object(steering), indent=2))
             return
-        from vrs_cli.render.numbers import count
+        from vrs_cli.dialogue.numbers import count
 
         tell = partial(print, file=sys.stderr if self.outputs.takes_standard_output else sys.stdout)
         engine, following = steering.engine, steering.following

@@ -5,28 +5,20 @@ Metres, radians, seconds; `render` shows millimetres and degrees.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from enum import Enum
-from typing import TYPE_CHECKING
 
-from vrs_cli.kinematics.joints import TURNING, JointUnits
+from msgspec import Struct
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-    from pathlib import Path
-
-    from vrs_cli.engine.comparison import Comparison
-    from vrs_cli.engine.displacement import Displacement
-    from vrs_cli.engine.history import CommandRecord
-    from vrs_cli.engine.position import Position
-    from vrs_cli.engine.reach import Reach
-    from vrs_cli.kinematics.configuration import Configuration
-    from vrs_cli.kinematics.joints import Joints
-    from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.kinematics.transform import Transform
-    from vrs_cli.language.text.diagnostics import Diagnostic
-    from vrs_cli.trajectory.timeline import Timeline
-
+from vrs_cli.engine.comparison import Comparison
+from vrs_cli.engine.displacement import Displacement
+from vrs_cli.engine.history import CommandRecord
+from vrs_cli.engine.position import Position
+from vrs_cli.engine.reach import Reach
+from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.text.diagnostics import Diagnostic, Severity
 
 # --- messages ------------------------------------------------------------------------------------------------------
 
@@ -39,16 +31,14 @@ class Tone(Enum):
     ERROR = "error"
 
 
-@dataclass(frozen=True, slots=True)
-class Message:
+class Message(Struct, frozen=True):
     """One line of text, or a few."""
 
     text: str
     tone: Tone = Tone.NOTE
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnosed:
+class Diagnosed(Struct, frozen=True):
     """A diagnostic with the source line that it points into. `path` is None for what was typed."""
 
     diagnostic: Diagnostic
@@ -56,15 +46,13 @@ class Diagnosed:
     path: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class DiagnosticsReport:
+class DiagnosticsReport(Struct, frozen=True):
     """What is wrong with a line or a file, in the order of the lines."""
 
     items: tuple[Diagnosed, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ProgramStopped:
+class ProgramStopped(Struct, frozen=True):
     """A program ended before its end: `what` is VAL-II's word or message for it, `step` counts from 1.
 
     `source` is the text of the step, empty where there is none to show.
@@ -80,8 +68,7 @@ class ProgramStopped:
 # --- positions and values ------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Whereabouts:
+class Whereabouts(Struct, frozen=True):
     """WHERE. `stamped`: the time was asked for, and is shown."""
 
     position: Position
@@ -89,16 +76,14 @@ class Whereabouts:
     units: JointUnits = TURNING
 
 
-@dataclass(frozen=True, slots=True)
-class WhereaboutsTable:
+class WhereaboutsTable(Struct, frozen=True):
     """WHERE FROM t1 TO t2 STEP dt."""
 
     positions: tuple[Position, ...]
     units: JointUnits = TURNING
 
 
-@dataclass(frozen=True, slots=True)
-class ReachReport:
+class ReachReport(Struct, frozen=True):
     """WHY: the text of the location, and what was found."""
 
     name: str
@@ -106,32 +91,28 @@ class ReachReport:
     units: JointUnits = TURNING
 
 
-@dataclass(frozen=True, slots=True)
-class NamedLocation:
+class NamedLocation(Struct, frozen=True):
     """A transformation or the joints of a precision point; `value` is None where it is not defined."""
 
     name: str
     value: Transform | Joints | None
 
 
-@dataclass(frozen=True, slots=True)
-class LocationTable:
+class LocationTable(Struct, frozen=True):
     """LISTL, HERE, POINT, TOOL, BASE."""
 
     rows: tuple[NamedLocation, ...]
     units: JointUnits = TURNING
 
 
-@dataclass(frozen=True, slots=True)
-class RealTable:
+class RealTable(Struct, frozen=True):
     """LISTR: a name or the text of an expression, and its value. `truths`: the values say whether something is so."""
 
     rows: tuple[tuple[str, float], ...]
     truths: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class StringTable:
+class StringTable(Struct, frozen=True):
     """LISTS."""
 
     rows: tuple[tuple[str, str], ...]
@@ -140,8 +121,7 @@ class StringTable:
 # --- programs ------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class ListedStep:
+class ListedStep(Struct, frozen=True):
     """A step as LISTP shows it; `bad`: it could not be read."""
 
     number: int
@@ -149,47 +129,41 @@ class ListedStep:
     bad: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class ProgramText:
+class ProgramText(Struct, frozen=True):
     """LISTP: the header line, and the steps indented."""
 
     header: str
     steps: tuple[ListedStep, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ProgramPart:
+class ProgramPart(Struct, frozen=True):
     """EDIT: some steps of a program; its header on entry, otherwise ""."""
 
     header: str
     steps: tuple[ListedStep, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class FileText:
+class FileText(Struct, frozen=True):
     """FLIST: a text file, line by line."""
 
     lines: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class FileRow:
+class FileRow(Struct, frozen=True):
     """A row of FDIRECTORY: `size` in bytes, None for a folder."""
 
     name: str
     size: int | None
 
 
-@dataclass(frozen=True, slots=True)
-class FileTable:
+class FileTable(Struct, frozen=True):
     """FDIRECTORY."""
 
     folder: str
     rows: tuple[FileRow, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ProgramName:
+class ProgramName(Struct, frozen=True):
     """A row of DIRECTORY. `steps` is how many."""
 
     name: str
@@ -198,15 +172,13 @@ class ProgramName:
     comment: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class ProgramNames:
+class ProgramNames(Struct, frozen=True):
     """DIRECTORY."""
 
     rows: tuple[ProgramName, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Progress:
+class Progress(Struct, frozen=True):
     """How far a program is. `step` counts from 1; `cycles_left` is None when it runs for ever."""
 
     program: str
@@ -216,8 +188,7 @@ class Progress:
     cycles_left: int | None
 
 
-@dataclass(frozen=True, slots=True)
-class StatusReport:
+class StatusReport(Struct, frozen=True):
     """STATUS. Speeds in percent, times in seconds; `progress` is None when nothing was run yet.
 
     `next_motion`: what was said for the next motion alone, in the words of the language.
@@ -237,8 +208,7 @@ class StatusReport:
 # --- settings and the system ---------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class SignalBank:
+class SignalBank(Struct, frozen=True):
     """Consecutive signals from number `first` on."""
 
     title: str
@@ -246,30 +216,26 @@ class SignalBank:
     states: tuple[bool, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class SignalTable:
+class SignalTable(Struct, frozen=True):
     """IO."""
 
     banks: tuple[SignalBank, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class SettingRow:
+class SettingRow(Struct, frozen=True):
     name: str
     value: str
     summary: str
 
 
-@dataclass(frozen=True, slots=True)
-class SettingTable:
+class SettingTable(Struct, frozen=True):
     """SWITCH, PARAMETER, SPEED: the settings asked for and what each does."""
 
     title: str
     rows: tuple[SettingRow, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ClockReport:
+class ClockReport(Struct, frozen=True):
     """TIME, CLOCK: the robot clock [s], and in real time its rate."""
 
     clock: float
@@ -277,17 +243,17 @@ class ClockReport:
     paused: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Identification:
-    """ID."""
+class Identification(Struct, frozen=True):
+    """ID. `robot` is the title of the model, `name` what it is called on a command line."""
 
     version: str
     python: str
-    model: RobotModel
+    robot: str
+    name: str
+    joint_count: int
 
 
-@dataclass(frozen=True, slots=True)
-class FreeReport:
+class FreeReport(Struct, frozen=True):
     """FREE: what is in memory, and how much of the computer's memory is left (percent; None where it is not known)."""
 
     programs: int
@@ -300,21 +266,18 @@ class FreeReport:
 # --- help ----------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class HelpGroup:
+class HelpGroup(Struct, frozen=True):
     title: str
     words: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class HelpOverview:
+class HelpOverview(Struct, frozen=True):
     """HELP: every word, in groups."""
 
     groups: tuple[HelpGroup, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class HelpEntry:
+class HelpEntry(Struct, frozen=True):
     """One meaning of a word. `sort` is what it is ("instruction", "function", ...)."""
 
     sort: str
@@ -325,8 +288,7 @@ class HelpEntry:
     note: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class HelpPage:
+class HelpPage(Struct, frozen=True):
     """HELP word."""
 
     word: str
@@ -336,24 +298,34 @@ class HelpPage:
 # --- the timeline --------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Displaced:
+class Displaced(Struct, frozen=True):
     """What a command did to motions that were scheduled already."""
 
     displacement: Displacement
 
 
-@dataclass(frozen=True, slots=True)
-class TimelineTable:
-    """TIMELINE: the commands and what the planner made of them."""
+class SegmentRow(Struct, frozen=True):
+    """A segment of the motion with this number and text, from `start` to `finish` [s]."""
+
+    motion: int
+    text: str
+    start: float
+    finish: float
+    phase: str
+    space: str
+
+
+class TimelineTable(Struct, frozen=True):
+    """TIMELINE: the commands and what the planner made of them; `stops`: segments after which a motion rests on its
+    way."""
 
     commands: tuple[CommandRecord, ...]
-    timeline: Timeline
+    segments: tuple[SegmentRow, ...]
+    stops: tuple[SegmentRow, ...]
     clock: float
 
 
-@dataclass(frozen=True, slots=True)
-class BranchRow:
+class BranchRow(Struct, frozen=True):
     """A branch: how many commands hold on it, when its timeline ends, and its clock [s]."""
 
     name: str
@@ -363,15 +335,13 @@ class BranchRow:
     clock: float
 
 
-@dataclass(frozen=True, slots=True)
-class BranchTable:
+class BranchTable(Struct, frozen=True):
     """BRANCH."""
 
     rows: tuple[BranchRow, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ComparisonTable:
+class ComparisonTable(Struct, frozen=True):
     """COMPARE: two branches by name, and what is different."""
 
     a: str
@@ -380,8 +350,7 @@ class ComparisonTable:
     units: JointUnits = TURNING
 
 
-@dataclass(frozen=True, slots=True)
-class Curve:
+class Curve(Struct, frozen=True):
     """One line of a plot: `mark` is the character that draws it where there are no colours."""
 
     label: str
@@ -389,8 +358,7 @@ class Curve:
     values: tuple[float, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Plot:
+class Plot(Struct, frozen=True):
     """PLOT: curves over the same times [s], already in the unit that is shown."""
 
     title: str
@@ -399,22 +367,22 @@ class Plot:
     curves: tuple[Curve, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Replay:
-    """REPLAY: a recorded trajectory, animated on a terminal and summed up elsewhere.
+class ReplayRow(Struct, frozen=True):
+    """Where the tool is when the motion with this number and text ends [s]."""
 
-    `changes`: how many deltas it holds. `dropped_tail`: its last line was torn.
-    """
-
-    path: Path
-    model: RobotModel
-    timeline: Timeline
-    changes: int
-    dropped_tail: bool
+    motion: int
+    text: str
+    end: float
+    T_world_tool: Transform
 
 
-@dataclass(frozen=True, slots=True)
-class Farewell:
+class ReplayTable(Struct, frozen=True):
+    """REPLAY where nothing can be animated: the initial pose, and the end of each motion."""
+
+    rows: tuple[ReplayRow, ...]
+
+
+class Farewell(Struct, frozen=True):
     """EXIT, QUIT: the shell ends."""
 
 
@@ -446,7 +414,7 @@ Reply = (
     | BranchTable
     | ComparisonTable
     | Plot
-    | Replay
+    | ReplayTable
     | Farewell
 )
 
@@ -454,10 +422,8 @@ Reply = (
 def is_error(reply: Reply) -> bool:
     """Whether a reply says that something could not be done."""
     if isinstance(reply, DiagnosticsReport):
-        from vrs_cli.language.text.diagnostics import Severity
-
         return any(item.diagnostic.severity is Severity.ERROR for item in reply.items)
-    return getattr(reply, "tone", None) is Tone.ERROR
+    return isinstance(reply, Message | ProgramStopped) and reply.tone is Tone.ERROR
 
 
 def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:

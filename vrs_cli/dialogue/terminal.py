@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import Protocol, runtime_checkable
 
+from vrs_cli.dialogue.questions import Amendment, Confirmation, LineWanted, Parting
 from vrs_cli.dialogue.replies import Reply
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.timeline import Timeline
 
 
 class Console(Protocol):
@@ -13,8 +16,8 @@ class Console(Protocol):
     def type(self, text: str, newline: bool) -> None:
         """TYPE output."""
 
-    def ask(self, prompt: str) -> str:
-        """PROMPT: one line. Raises VrsError when there is no more input."""
+    def ask(self, question: LineWanted) -> str:
+        """One line. Raises VrsError when there is no more input."""
 
 
 class Terminal(Console, Protocol):
@@ -23,18 +26,18 @@ class Terminal(Console, Protocol):
     def show(self, reply: Reply) -> None:
         """An answer to a command."""
 
-    def confirm(self, question: str) -> bool:
-        """Are you sure (Y/N)? Where nobody can answer, the answer is no."""
+    def confirm(self, question: Confirmation) -> bool:
+        """Yes or no. Where nobody can answer, the answer is no."""
 
 
 @runtime_checkable
 class Dialogue(Protocol):
     """A terminal with somebody at it, who can be asked and may watch a program run. A pipe is none."""
 
-    def change(self, question: str) -> str | None:
+    def change(self, question: Amendment) -> str | None:
         """An answer; None when the question is left (Ctrl-C)."""
 
-    def leave(self, question: str) -> bool:
+    def leave(self, question: Parting) -> bool:
         """Whether the user leaves: Y, EXIT or Ctrl-D once more."""
 
     def begin_progress(self) -> None:
@@ -45,6 +48,14 @@ class Dialogue(Protocol):
 
     def end_progress(self) -> None:
         """It has ended."""
+
+
+@runtime_checkable
+class Player(Protocol):
+    """A terminal on which a trajectory can be animated."""
+
+    def play(self, arm: RobotArm, timeline: Timeline) -> None:
+        """Play it until the user leaves."""
 
 
 @runtime_checkable

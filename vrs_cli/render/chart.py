@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from vrs_cli.dialogue.numbers import fixed
 from vrs_cli.render.blocks import Line, Page, Piece, line
-from vrs_cli.render.numbers import fixed
 from vrs_cli.render.roles import CURVES, Role
 
 if TYPE_CHECKING:

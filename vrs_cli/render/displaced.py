@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from vrs_cli.dialogue.numbers import seconds
 from vrs_cli.engine.displacement import SAME_TIME, Displacement, Moved
-from vrs_cli.render.numbers import seconds
 
 NAMED = 5  # motions; of the rest it is said how many they are
 

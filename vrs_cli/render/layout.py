@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import zip_longest
 from math import degrees
@@ -10,24 +10,21 @@ from textwrap import wrap
 from typing import Any
 
 from vrs_cli.dialogue import replies
+from vrs_cli.dialogue.numbers import count, fixed, seconds
 from vrs_cli.dialogue.replies import Reply, Tone
 from vrs_cli.engine.comparison import Comparison, Extent, Pair
 from vrs_cli.engine.history import CommandRecord
-from vrs_cli.engine.position import Position, position_at
+from vrs_cli.engine.position import Position
 from vrs_cli.engine.reach import Branch, LineCheck, Overrun, WayOut
-from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.text.diagnostics import Severity, show
 from vrs_cli.language.words.values import default_form, numbers_of
 from vrs_cli.render.blocks import Block, Column, Grid, Line, Page, line, number_column
 from vrs_cli.render.chart import chart
 from vrs_cli.render.displaced import sentences
-from vrs_cli.render.numbers import count, fixed, seconds
 from vrs_cli.render.roles import Role
 from vrs_cli.render.scan import scan
-from vrs_cli.trajectory.motion import Motion
-from vrs_cli.trajectory.segment import Segment, stops_on_the_way
-from vrs_cli.trajectory.timeline import Timeline
 
 TONES: Mapping[Tone, Role] = {Tone.NOTE: Role.NOTE, Tone.WARNING: Role.WARNING, Tone.ERROR: Role.ERROR}
 
@@ -53,8 +50,6 @@ def _message(reply: replies.Message, _page: Page) -> Iterator[Block]:
 
 
 def _diagnostics(reply: replies.DiagnosticsReport, _page: Page) -> Iterator[Block]:
-    from vrs_cli.language.text.diagnostics import Severity, show
-
     for item in reply.items:
         role = Role.ERROR if item.diagnostic.severity is Severity.ERROR else Role.WARNING
         first, *others = show(item.diagnostic, item.source_line, item.path).split("\n")
@@ -331,10 +326,9 @@ def _clock(reply: replies.ClockReport, _page: Page) -> Iterator[Block]:
 
 
 def _identification(reply: replies.Identification, _page: Page) -> Iterator[Block]:
-    model = reply.model
     yield from _facts(
         ("Software", f"vrs {reply.version}, VAL-II for a virtual robot"),
-        ("Robot", f"{model.title} ({model.name}), {model.joint_count} joints"),
+        ("Robot", f"{reply.robot} ({reply.name}), {reply.joint_count} joints"),
         ("Python", reply.python),
     )
 
@@ -393,9 +387,9 @@ def _timeline(reply: replies.TimelineTable, page: Page) -> Iterator[Block]:
         return
     yield from _latest(_command_grid(reply.commands), "commands", page.rows)
     yield line()
-    yield from _latest(_segment_grid(_moving(reply.timeline)), "segments", page.rows)
-    for segment in stops_on_the_way(_moving(reply.timeline)):
-        text = f"{_labelled(segment.motion)} stops on its way, at {seconds(segment.finish)}, and goes on"
+    yield from _latest(_segment_grid(reply.segments), "segments", page.rows)
+    for row in reply.stops:
+        text = f"{_labelled(row)} stops on its way, at {seconds(row.finish)}, and goes on"
         yield from _told(text, Role.NOTE, page)
     yield line(f"The clock is at {seconds(reply.clock)}", Role.NOTE)
 
@@ -406,11 +400,6 @@ def _latest(grid: Grid, what: str, most: int | None) -> Iterator[Block]:
         yield line(f"The first {len(grid.rows) - most} {what} are not shown; SAVE writes all of them", Role.NOTE)
         grid = replace(grid, rows=grid.rows[-most:])
     yield grid
-
-
-def _moving(timeline: Timeline) -> Iterator[Segment]:
-    """All segments but s_0."""
-    return (segment for segment in timeline if segment.motion.number > 0)
 
 
 def _command_grid(commands: Sequence[CommandRecord]) -> Grid:
@@ -437,7 +426,7 @@ def _displaced(reply: replies.Displaced, _page: Page) -> Iterator[Block]:
     yield from (line(sentence, Role.WARNING) for sentence in sentences(reply.displacement))
 
 
-def _segment_grid(segments: Iterable[Segment]) -> Grid:
+def _segment_grid(segments: Sequence[replies.SegmentRow]) -> Grid:
     columns = (
         Column("No.", Role.NUMBER, right=True, width=3),
         *(Column(heading, Role.NUMBER, right=True, width=8) for heading in ("t_s", "t_f")),
@@ -446,15 +435,8 @@ def _segment_grid(segments: Iterable[Segment]) -> Grid:
         Column("Command", Role.INSTRUCTION, cut=True),
     )
     rows = tuple(
-        (
-            str(number),
-            fixed(segment.start),
-            fixed(segment.finish),
-            segment.phase.value,
-            segment.motion.kind.space,
-            _labelled(segment.motion),
-        )
-        for number, segment in enumerate(segments, 1)
+        (str(number), fixed(row.start), fixed(row.finish), row.phase, row.space, _labelled(row))
+        for number, row in enumerate(segments, 1)
     )
     return Grid(columns, rows, boxed=True)
 
@@ -542,43 +524,17 @@ def _apart(told: Comparison, units: JointUnits) -> str:
     )
 
 
-def _labelled(motion: Motion) -> str:
-    return f"{motion.number} {motion.text}".rstrip() if motion.number else ""
+def _labelled(row: replies.SegmentRow | replies.ReplayRow) -> str:
+    return f"{row.motion} {row.text}".rstrip() if row.motion else ""
 
 
-def _replay(reply: replies.Replay, page: Page) -> Iterator[Block]:
-    timeline = reply.timeline
-    yield from _message(replay_summary(reply), page)
-    if reply.dropped_tail:
-        yield line("its last line was not written to the end, and was left out", Role.WARNING)
+def _replay(reply: replies.ReplayTable, _page: Page) -> Iterator[Block]:
     columns = (*map(number_column, ("t", *POSE)), Column("   Command", Role.INSTRUCTION))
-    arm = arm_for(reply.model)
     rows = tuple(
-        (
-            fixed(segment.finish),
-            *map(fixed, numbers_of(position_at(arm, timeline, segment.finish).T_world_tool)),
-            f"   {_labelled(segment.motion)}".rstrip(),
-        )
-        for segment in _ends(timeline)
+        (fixed(row.end), *map(fixed, numbers_of(row.T_world_tool)), f"   {_labelled(row)}".rstrip())
+        for row in reply.rows
     )
     yield Grid(columns, rows, tight=True, keys=1)
-
-
-def replay_summary(reply: replies.Replay) -> replies.Message:
-    """What a recording is, in one line."""
-    timeline = reply.timeline
-    return replies.Message(
-        f"{reply.path}: {reply.model.title}, {count(reply.changes, 'change')}, {count(len(timeline), 'segment')}, "
-        f"{seconds(timeline.start)} to {seconds(timeline.end)}"
-    )
-
-
-def _ends(timeline: Timeline) -> Iterator[Segment]:
-    """The initial segment, and the last one of each motion, as they come."""
-    segments = list(timeline)
-    for segment, follower in zip(segments, [*segments[1:], None], strict=True):
-        if follower is None or follower.motion.number != segment.motion.number:
-            yield segment
 
 
 def _plot(reply: replies.Plot, page: Page) -> Iterator[Block]:
@@ -617,6 +573,6 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.BranchTable: _branches,
     replies.ComparisonTable: _comparison,
     replies.Plot: _plot,
-    replies.Replay: _replay,
+    replies.ReplayTable: _replay,
     replies.Farewell: _nothing,
 }

@@ -8,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vrs_cli.dialogue.numbers import count
+from vrs_cli.dialogue.questions import Parting
 from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone, report
 from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.errors import ProgramExists, VrsError
@@ -97,10 +99,8 @@ class Conversation:
             if before.get(key) is not stored:
                 ready = " (replaced)" if key in before else ""
                 ready += "" if stored.analysis.executable else "; it cannot be executed yet"
-                steps = len(stored.program.steps)
-                self.session.terminal.show(
-                    Message(f"Program {stored.name}: {steps} step{'s' if steps != 1 else ''}{ready}")
-                )
+                steps = count(len(stored.program.steps), "step")
+                self.session.terminal.show(Message(f"Program {stored.name}: {steps}{ready}"))
 
     def leave_entry(self, why: str = "") -> None:
         """Ctrl-C, or the end of the input: what was typed of a program is forgotten, and said to be. Somebody who is
@@ -110,7 +110,8 @@ class Conversation:
         terminal = self.session.terminal
         if not name:
             return
-        if self._typed and isinstance(terminal, Dialogue) and not terminal.leave(f"{name} is not stored. Leave (Y/N)?"):
+        leave = Parting(f"{name} is not stored. Leave (Y/N)?")
+        if self._typed and isinstance(terminal, Dialogue) and not terminal.leave(leave):
             return
         self.entry = self.session.editor = None
         terminal.show(Message(f"{why}{name} is not stored ({how})", Tone.ERROR if why else Tone.NOTE))

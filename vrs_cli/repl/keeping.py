@@ -8,9 +8,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vrs_cli.dialogue.numbers import count
+from vrs_cli.dialogue.questions import Confirmation
 from vrs_cli.dialogue.replies import Message, Tone, report
 from vrs_cli.files.recovery import Left, Recovery, left
-from vrs_cli.render.numbers import count
 
 if TYPE_CHECKING:
     from vrs_cli.repl.conversation import Conversation
@@ -56,7 +57,7 @@ class Keeper:
 
     def _offer(self, one: Left) -> None:
         terminal = self._conversation.session.terminal
-        if not terminal.confirm(f"Recovered from {_moment(one.written)}: {_held(one.text)}. Load (Y/N)?"):
+        if not terminal.confirm(Confirmation(f"Recovered from {_moment(one.written)}: {_held(one.text)}. Load (Y/N)?")):
             terminal.show(Message(f"Not loaded; LOAD {one.decline()} brings it back"))
             return
         found = self._conversation.session.load_text(one.text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vrs_cli.dialogue.numbers import count
 from vrs_cli.dialogue.replies import Message, Tone
 from vrs_cli.errors import FileError
 from vrs_cli.files.continuing import keep_journal
@@ -36,12 +37,10 @@ class Recorder:
         session.journal = self._journal = keep_journal(self._taken, session.branches, self._tell)
         if recording is None:
             return Message(f"{self.path} is begun")
-        commands = len(engine.history.done)
+        commands = count(len(engine.history.done), "command")
         torn = (TORN,) if recording.dropped_tail else ()
         wrong = "".join(f"{what}\n" for what in (*torn, *recording.warnings))
-        return Message(
-            f"{wrong}{self.path} goes on: {commands} command{'s' if commands != 1 else ''}, clock at {engine.now:.3f} s"
-        )
+        return Message(f"{wrong}{self.path} goes on: {commands}, clock at {engine.now:.3f} s")
 
     def _tell(self, text: str) -> None:
         if self._session is not None:

@@ -8,18 +8,20 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.dialogue import replies
+from vrs_cli.dialogue.questions import Amendment, Confirmation, LineWanted, Parting
 from vrs_cli.dialogue.replies import Reply, is_error
 from vrs_cli.errors import EndOfInput, UsageError
 from vrs_cli.render.blocks import shortened
 from vrs_cli.render.control import for_stream, visible
-from vrs_cli.render.layout import replay_summary
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.interrupt import Ended
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.editor.screen import ScreenDraft
     from vrs_cli.interfaces.jog.jogger import Jogger
+    from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.render.console import TerminalRenderer
+    from vrs_cli.trajectory.timeline import Timeline
 
 PATIENCE = 0.5  # [s] a program runs before its progress is shown
 REFRESH = 0.1  # [s] between two lines of progress
@@ -49,8 +51,9 @@ class PlainTerminal:
     def _write(self, text: str) -> None:
         self.stream.write(for_stream(text, self.stream))
 
-    def ask(self, prompt: str) -> str:
+    def ask(self, question: LineWanted) -> str:
         """The next line of the input. Raises EndOfInput."""
+        prompt = question.text
         if prompt:
             self._write(prompt)
         try:
@@ -61,7 +64,7 @@ class PlainTerminal:
             self.stream.write("\n")
         return answer
 
-    def confirm(self, question: str) -> bool:  # noqa: ARG002 (nobody is there to be asked)
+    def confirm(self, question: Confirmation) -> bool:  # noqa: ARG002 (nobody is there to be asked)
         return False
 
 
@@ -98,54 +101,54 @@ class ShellTerminal:
         self._clear_progress()
         if isinstance(reply, replies.Farewell):
             self.leaving = True
-        elif isinstance(reply, replies.Replay):
-            self._renderer().draw(replay_summary(reply))
-            self._play(reply)
         else:
             self._renderer().draw(reply)
         self.last = latest(reply) or self.last
 
-    def _play(self, reply: replies.Replay) -> None:
-        from vrs_cli.kinematics.arm import arm_for
+    def play(self, arm: RobotArm, timeline: Timeline) -> None:
+        """REPLAY: the trajectory at its own rate."""
         from vrs_cli.repl.player import play
 
-        play(arm_for(reply.model), reply.timeline, 1.0)
+        play(arm, timeline, 1.0)
 
     def type(self, text: str, newline: bool) -> None:
         self._clear_progress()
         self.stream.write(visible(text) + ("\n" if newline else ""))
         self.stream.flush()
 
-    def ask(self, prompt: str) -> str:
+    def ask(self, question: LineWanted) -> str:
         """One line for PROMPT. Ctrl-C stops the program; the line is empty then."""
         self._clear_progress()
         try:
-            return self._read(prompt or "? ")
+            return self._read(question.text or "? ")
         except (KeyboardInterrupt, EOFError):
             if self.interrupt():
                 return ""
             raise KeyboardInterrupt from None
 
-    def change(self, question: str) -> str | None:
+    def change(self, question: Amendment) -> str | None:
         """An answer to `Change?`; None for Ctrl-C: leave things as they were."""
+        return self._answer(question)
+
+    def _answer(self, question: Amendment | Confirmation) -> str | None:
         try:
-            return self._read(f"{question} ")
+            return self._read(f"{question.text} ")
         except (KeyboardInterrupt, EOFError):
             return None
 
-    def confirm(self, question: str) -> bool:
+    def confirm(self, question: Confirmation) -> bool:
         """Asked until the answer is one: a line of a paste is none. An empty line and Ctrl-C are no."""
         self._clear_progress()
         while True:
-            answer = (self.change(question) or "").partition(";")[0].strip().upper()
+            answer = (self._answer(question) or "").partition(";")[0].strip().upper()
             if answer in ("Y", "YES", "N", "NO", ""):
                 return answer.startswith("Y")
 
-    def leave(self, question: str) -> bool:
+    def leave(self, question: Parting) -> bool:
         """Whether the user leaves: Y, EXIT or QUIT, or Ctrl-D. Ctrl-C and an empty line are no."""
         while True:
             try:
-                answer = self._read(f"{question} ").strip().upper()
+                answer = self._read(f"{question.text} ").strip().upper()
             except Ended:
                 raise
             except KeyboardInterrupt:

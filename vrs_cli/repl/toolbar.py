@@ -47,8 +47,8 @@ def _pace(engine: Engine) -> tuple[str, ...]:
 
 
 def _state(session: Session) -> tuple[str, ...]:
+    from vrs_cli.dialogue.numbers import fixed
     from vrs_cli.language.words.values import numbers_of
-    from vrs_cli.render.numbers import fixed
 
     engine = session.engine
     position = engine.position()

@@ -122,7 +122,7 @@ def test_a_program_that_runs_is_not_edited(monkeypatch: pytest.MonkeyPatch) -> N
     session.load_text('.PROGRAM p\nPROMPT "?", $s\n.END\n.PROGRAM q\nMOVE a\n.END\n')
     tried: list[str] = []
 
-    def ask(_prompt: str) -> str:
+    def ask(_question: object) -> str:
         session.perform("EDIT q")
         session.editor = None
         with pytest.raises(UsageError, match="p is running"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.dialogue.questions import Amendment, Confirmation, Parting
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import numbers_of
@@ -42,12 +43,12 @@ class Person(RecordingTerminal):
         self.progressed: list[float] = []
         self.running = 0
 
-    def change(self, question: str) -> str | None:
-        self.asked.append(question)
+    def change(self, question: Amendment) -> str | None:
+        self.asked.append(question.text)
         return self.changes.pop(0)
 
-    def leave(self, question: str) -> bool:
-        return self.confirm(question)
+    def leave(self, question: Parting) -> bool:
+        return self.confirm(Confirmation(question.text))
 
     def begin_progress(self) -> None:
         self.running += 1

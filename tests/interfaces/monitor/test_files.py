@@ -88,6 +88,7 @@ def test_save_and_replay() -> None:
         "SAVE demo",
         "REPLAY demo",
     )
-    replayed = last(session, replies.Replay)
-    assert replayed.timeline == session.engine.timeline
-    assert (replayed.path, replayed.changes, replayed.dropped_tail) == (Path("demo.vrst"), 3, False)
+    replayed = last(session, replies.ReplayTable)
+    assert [row.end for row in replayed.rows] == [0.0, session.engine.end]
+    assert replayed.rows[-1].T_world_tool == session.engine.position(session.engine.end).T_world_tool
+    assert session.terminal.replies[-2].text.startswith("demo.vrst: Unimation PUMA 560, 3 changes, ")  # type: ignore[attr-defined]

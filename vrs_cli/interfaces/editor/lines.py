@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
+from vrs_cli.dialogue.numbers import count
 from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
 from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, UsageError
 from vrs_cli.language.text.ast import BadLine, Expression, Program, ProgramCall, ProgramHeader, Span, Step, Variable
@@ -107,13 +108,13 @@ def _nothing_after(argument: str, letter: str) -> None:
 
 
 def _delete(draft: Draft, argument: str, _line: str) -> Change:
-    count = _number(argument, "D n, n steps")
-    steps = (*draft.steps[: draft.at], *draft.steps[draft.at + count :])
+    wanted = _number(argument, "D n, n steps")
+    steps = (*draft.steps[: draft.at], *draft.steps[draft.at + wanted :])
     gone = len(draft.steps) - len(steps)
     if not gone:
         raise IllegalValue("D", "there is no step here to delete")
     changed = replace(draft, program=replace(draft.program, steps=steps)).moved(draft.at)
-    return Change(changed, (Message(f"{gone} step{'s' if gone != 1 else ''} deleted"),))
+    return Change(changed, (Message(f"{count(gone, 'step')} deleted"),))
 
 
 def _find(draft: Draft, argument: str, _line: str) -> Change:
@@ -345,9 +346,8 @@ def stored(session: Session, program: Program) -> tuple[Reply, ...]:
         bad = next((number for number, step in enumerate(whole.steps, 1) if isinstance(step.statement, BadLine)), None)
         if bad is not None:
             report = (Message(str(ProgramNotExecutable(f"step {bad} cannot be read", "retype it"))),)
-    count = len(whole.steps)
     ready = "" if session.environment.program(whole.name).analysis.executable else "; it cannot be executed yet"
-    return (*report, Message(f"Program {whole.name}: {count} step{'s' if count != 1 else ''}{ready}"))
+    return (*report, Message(f"Program {whole.name}: {count(len(whole.steps), 'step')}{ready}"))
 
 
 def named_program(text: str) -> Program:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vrs_cli.dialogue.questions import Confirmation, Parting
 from vrs_cli.dialogue.replies import Farewell, Message, Reply, Tone
 from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.errors import FileError, FileExists
@@ -19,7 +20,7 @@ def refusal(session: Session, question: str) -> Message | None:
     """None where the user agrees, or has said DISABLE INTERACTIVE; otherwise what is said of it."""
     if not session.robot.switch("INTERACTIVE"):
         return None
-    if session.terminal.confirm(f"{question} Are you sure (Y/N)?"):
+    if session.terminal.confirm(Confirmation(f"{question} Are you sure (Y/N)?")):
         return None
     if isinstance(session.terminal, Dialogue):
         return Message("Nothing is deleted")
@@ -33,7 +34,7 @@ def leaving(session: Session) -> Iterator[Reply]:
     named = "; ".join(listed(*row) for row in (("program", unstored.programs()), ("location", locations)) if row[1])
     if named and isinstance(terminal, Dialogue) and session.robot.switch("INTERACTIVE"):
         yield Message(f"Not stored: {named}. STORE file stores all", Tone.WARNING)
-        if not terminal.leave("Leave without storing (Y/N)?"):
+        if not terminal.leave(Parting("Leave without storing (Y/N)?")):
             return
     yield Farewell()
 
@@ -50,7 +51,7 @@ def listed(what: str, names: list[str]) -> str:
 def may_replace(session: Session, program: str) -> bool:
     """Whether a program of that name may be put in memory: none is there, or the user lets it go."""
     if key_of(program) in session.environment.programs and session.robot.switch("INTERACTIVE"):
-        return session.terminal.confirm(f"Program {program} exists. Replace it (Y/N)?")
+        return session.terminal.confirm(Confirmation(f"Program {program} exists. Replace it (Y/N)?"))
     return True
 
 
@@ -61,5 +62,5 @@ def may_write(session: Session, path: Path) -> None:
     if journal is not None and path.exists() and journal.path.exists() and path.samefile(journal.path):
         raise FileError(f"{path} holds all of this session already, and is being written", "name another file")
     if path.exists() and session.robot.switch("INTERACTIVE"):  # noqa: SIM102
-        if not session.terminal.confirm(f"{path} exists. Overwrite it (Y/N)?"):
+        if not session.terminal.confirm(Confirmation(f"{path} exists. Overwrite it (Y/N)?")):
             raise FileExists(str(path), "answer Y or name another file; DISABLE INTERACTIVE overwrites")

@@ -5,19 +5,26 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrs_cli.dialogue.replies import FileRow, FileTable, FileText, Message, Replay, Reply, Tone, report
-from vrs_cli.dialogue.terminal import Dialogue, Watched
+from vrs_cli.dialogue.numbers import count, seconds
+from vrs_cli.dialogue.questions import Confirmation
+from vrs_cli.dialogue.replies import FileRow, FileTable, FileText, Message, ReplayRow, ReplayTable, Reply, Tone, report
+from vrs_cli.dialogue.terminal import Dialogue, Player, Watched
+from vrs_cli.engine.position import position_at
 from vrs_cli.errors import ProgramExists, UsageError
 from vrs_cli.interfaces.controller.unstored import item_of
 from vrs_cli.interfaces.monitor.consent import listed, may_replace, may_write, refusal
 from vrs_cli.interfaces.monitor.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
+from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.language.run.environment import Item, StoredProgram
 from vrs_cli.language.text.ast import Instruction, Section
 from vrs_cli.language.words.values import Value
+from vrs_cli.trajectory.segment import Segment
+from vrs_cli.trajectory.timeline import Timeline
 
 if TYPE_CHECKING:
     from vrs_cli.files.store import Part
@@ -89,7 +96,7 @@ def _kept(session: Session, sections: Iterable[Section]) -> dict[Item, Value]:
     lost = [item for item in session.unstored.locations() if item in taken]
     are = "is" if len(lost) == 1 else "are"
     names = listed("location", sorted(map(environment.name_of, lost)))
-    if not lost or session.terminal.confirm(f"The {names} {are} not stored. Overwrite (Y/N)?"):
+    if not lost or session.terminal.confirm(Confirmation(f"The {names} {are} not stored. Overwrite (Y/N)?")):
         return {}
     values = environment.values()
     return {item: values[item] for item in lost}
@@ -111,9 +118,8 @@ def _load_trajectory(session: Session, path: Path) -> Iterator[Reply]:
     if recording.dropped_tail:
         yield Message(TORN, Tone.WARNING)
     yield from _warnings(recording)
-    commands = len(session.engine.history.done)
-    counted = f"{commands} command{'s' if commands != 1 else ''}"
-    yield Message(f"On {name}, a branch of {counted} from {path}; the clock is at {session.engine.now:.3f} s")
+    commands = count(len(session.engine.history.done), "command")
+    yield Message(f"On {name}, a branch of {commands} from {path}; the clock is at {session.engine.now:.3f} s")
 
 
 def _recording(session: Session, path: Path) -> Recording:
@@ -175,8 +181,7 @@ def _save(session: Session, it: Instruction) -> Iterator[Reply]:
     path = _with_extension(path_of(it), EXTENSION)
     may_write(session, path)
     write_trajectory(path, engine.model, engine.initial, engine.deltas)
-    commands = len(engine.records())
-    yield Message(f"{path} saved: {commands} command{'s' if commands != 1 else ''}, {engine.end:.3f} s")
+    yield Message(f"{path} saved: {count(len(engine.records()), 'command')}, {engine.end:.3f} s")
 
 
 def _replay(session: Session, it: Instruction) -> Iterator[Reply]:
@@ -186,7 +191,36 @@ def _replay(session: Session, it: Instruction) -> Iterator[Reply]:
     path = path if path.exists() else _with_extension(path, EXTENSION)
     recording = _recording(session, path)
     yield from _warnings(recording)
-    yield Replay(path, recording.model, recording.timeline, len(recording.deltas), recording.dropped_tail)
+    yield Message(_summary(path, recording))
+    arm, timeline, terminal = arm_for(recording.model), recording.timeline, session.terminal
+    if isinstance(terminal, Player):
+        terminal.play(arm, timeline)
+        return
+    if recording.dropped_tail:
+        yield Message(TORN, Tone.WARNING)
+    yield ReplayTable(tuple(_replay_row(arm, timeline, segment) for segment in _last_of_motions(timeline)))
+
+
+def _summary(path: Path, recording: Recording) -> str:
+    """What a recording is, in one line."""
+    timeline = recording.timeline
+    changes, segments = count(len(recording.deltas), "change"), count(len(timeline), "segment")
+    return (
+        f"{path}: {recording.model.title}, {changes}, {segments}, {seconds(timeline.start)} to {seconds(timeline.end)}"
+    )
+
+
+def _replay_row(arm: RobotArm, timeline: Timeline, segment: Segment) -> ReplayRow:
+    motion, end = segment.motion, segment.finish
+    return ReplayRow(motion.number, motion.text, end, position_at(arm, timeline, end).T_world_tool)
+
+
+def _last_of_motions(timeline: Timeline) -> Iterator[Segment]:
+    """The initial segment, and the last one of each motion."""
+    segments = list(timeline)
+    for segment, follower in zip_longest(segments, segments[1:]):
+        if follower is None or follower.motion.number != segment.motion.number:
+            yield segment
 
 
 def _flist(_session: Session, it: Instruction) -> Iterator[Reply]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
+from vrs_cli.dialogue.questions import Amendment
 from vrs_cli.dialogue.replies import (
     LocationTable,
     Message,
@@ -138,7 +139,7 @@ def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
     value = _present(session, reference)
     while True:
         yield _one_location(session, reference.name, value)
-        answer = terminal.change("Change?")
+        answer = terminal.change(Amendment("Change?"))
         if answer is None:
             yield Message(f"{reference.name} is left as it was")
             return

@@ -82,7 +82,8 @@ def _time(session: Session, _it: Instruction) -> Iterator[Reply]:
 
 
 def _id(session: Session, _it: Instruction) -> Iterator[Reply]:
-    yield Identification(__version__, ".".join(map(str, sys.version_info[:3])), session.engine.model)
+    model, python = session.engine.model, ".".join(map(str, sys.version_info[:3]))
+    yield Identification(__version__, python, model.title, model.name, model.joint_count)
 
 
 def _free(session: Session, _it: Instruction) -> Iterator[Reply]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from vrs_cli.dialogue.replies import BranchRow, BranchTable, ComparisonTable, Message, Reply, TimelineTable
+from vrs_cli.dialogue.replies import BranchRow, BranchTable, ComparisonTable, Message, Reply, SegmentRow, TimelineTable
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.errors import IllegalValue, InvalidName, UsageError
 from vrs_cli.interfaces.monitor.consent import refusal
@@ -14,6 +14,7 @@ from vrs_cli.interfaces.monitor.plotting import plotted, selected
 from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import whole
+from vrs_cli.trajectory.segment import Segment, stops_on_the_way
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session.session import Session
@@ -114,7 +115,14 @@ def _deleteb(session: Session, it: Instruction) -> Iterator[Reply]:
 
 def _timeline(session: Session, _it: Instruction) -> Iterator[Reply]:
     engine = session.engine
-    yield TimelineTable(engine.records(), engine.timeline, engine.now)
+    segments = [segment for segment in engine.timeline if segment.motion.number > 0]
+    stops = tuple(map(_segment_row, stops_on_the_way(segments)))
+    yield TimelineTable(engine.records(), tuple(map(_segment_row, segments)), stops, engine.now)
+
+
+def _segment_row(segment: Segment) -> SegmentRow:
+    motion = segment.motion
+    return SegmentRow(motion.number, motion.text, segment.start, segment.finish, segment.phase.value, motion.kind.space)
 
 
 def _plot(session: Session, it: Instruction) -> Iterator[Reply]:

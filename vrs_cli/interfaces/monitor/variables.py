@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
 from vrs_cli.dialogue.replies import LocationTable, Message, NamedLocation, RealTable, Reply, StringTable
@@ -32,8 +31,12 @@ def _places(session: Session, rows: Rows) -> Reply:
     return LocationTable(named, session.environment.units)
 
 
-def _reals(_session: Session, rows: Rows) -> RealTable:
-    return RealTable(tuple((name, cast(float, value)) for name, value in rows))
+def _reals(_session: Session, rows: Rows) -> Reply:
+    return RealTable(_real_rows(rows))
+
+
+def _real_rows(rows: Rows) -> tuple[tuple[str, float], ...]:
+    return tuple((name, cast(float, value)) for name, value in rows)
 
 
 def _strings(_session: Session, rows: Rows) -> Reply:
@@ -54,7 +57,7 @@ def shown_value(session: Session, expression: Expression) -> Iterator[Reply]:
     rows = _values(session, expression)
     kind = kind_of_value(rows[0][1])
     if kind is Kind.REAL:
-        yield replace(_reals(session, rows), truths=_is_truth(expression))
+        yield RealTable(_real_rows(rows), _is_truth(expression))
     else:
         yield _strings(session, rows) if kind is Kind.STRING else _places(session, rows)
 

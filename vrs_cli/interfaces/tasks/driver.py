@@ -16,6 +16,7 @@ from math import inf
 from pathlib import Path
 from typing import TypeVar, cast
 
+from vrs_cli.dialogue.questions import LineWanted
 from vrs_cli.dialogue.terminal import Console
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, LimitReached, VrsError
@@ -117,7 +118,7 @@ class Driver:
         """A line for a program; an empty one where Ctrl-C comes instead, which stops the run."""
         self.asks = True
         try:
-            return self.console.ask(prompt)
+            return self.console.ask(LineWanted(prompt))
         except KeyboardInterrupt:
             self._interrupted = True
             return ""
