@@ -65,7 +65,6 @@ def many_poses(model: RobotModel, q: list[Joints], peers: Peers) -> list[Figure]
         Figure("- inverse, 8 branches", at_once(lambda: arm.inverse_batch(T), MANY), "EAIK / 3", inverse),
         Figure("- inverse, 1 branch", at_once(lambda: arm.inverse_branch_batch(T, own, joints), MANY)),
         Figure("- Jacobian", at_once(lambda: arm.jacobian_batch(joints), MANY)),
-        Figure("- joint velocity", at_once(lambda: arm.joint_velocity_batch(joints, joints), MANY)),
     ]
 
 

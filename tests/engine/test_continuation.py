@@ -15,9 +15,9 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_over
 from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import arm_for
-from vrs_cli.kinematics.continuation import Continuation, Gaps
 from vrs_cli.kinematics.model import PROFILES, RobotModel
-from vrs_cli.kinematics.numeric_arm import NumericArm
+from vrs_cli.kinematics.numeric.arm import NumericArm
+from vrs_cli.kinematics.numeric.continuation import Continuation, Gaps
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import at_position, compose, position, rotation_x
 

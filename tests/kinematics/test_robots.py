@@ -142,11 +142,9 @@ def test_velocities_there_and_back(arm: RobotArm) -> None:
     q = random_joints(arm, 200)
     rates = np.random.default_rng(1).uniform(-1, 1, q.shape)
     tool = translation(0.0, 0.0, 0.1)
-    batch = arm.joint_velocity_batch(q, np.einsum("nij,nj->ni", arm.jacobian_batch(q, tool), rates), tool)
-    for row, qd, found in zip(map(tuple, q.tolist()), rates, batch, strict=True):
+    for row, qd in zip(map(tuple, q.tolist()), rates, strict=True):
         if min(arm.singularity(row)) > 1e-3:
             assert arm.joint_velocity(row, arm.twist(row, tuple(qd), tool), tool) == pytest.approx(qd, abs=1e-7)
-            assert found == pytest.approx(qd, abs=1e-7)
 
 
 @pytest.mark.parametrize("name", ["irb120", "puma260", "puma560", "ur5e"])

@@ -11,9 +11,9 @@ from vrs_cli.engine.planner import segment_joints, state_at
 from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.kinematics.serial_arm import LEVEL, STRAIGHT
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform, angle_between, compose, distance
+from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import Kind, Start
 from vrs_cli.trajectory.polynomial import derivative, value

@@ -84,12 +84,14 @@ def test_the_jacobian_is_the_derivative(q: Floats) -> None:
 
 
 def test_velocities_there_and_back(q: Floats) -> None:
-    part = q[:PART]
+    part = q[:1000]
     qd = np.random.default_rng(1).uniform(-1, 1, part.shape)
     J = ARM.jacobian_batch(part)
-    twist = np.einsum("nij,nj->ni", J, qd)
-    found = ARM.joint_velocity_batch(part, twist)
-    assert np.abs(np.einsum("nij,nj->ni", J, found) - twist).max() < 1e-9
+    twists = np.einsum("nij,nj->ni", J, qd)
+    found = [
+        ARM.joint_velocity(tuple(row), tuple(twist)) for row, twist in zip(part.tolist(), twists.tolist(), strict=True)
+    ]
+    assert np.abs(np.einsum("nij,nj->ni", J, found) - twists).max() < 1e-9
 
 
 def test_oat_there_and_back(q: Floats) -> None:

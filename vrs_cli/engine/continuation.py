@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from vrs_cli.kinematics.continuation import Gaps
+    from vrs_cli.kinematics.numeric.continuation import Gaps
 
     Floats = NDArray[np.float64]
 
@@ -103,7 +103,7 @@ def _unproved(follower: Follower, gaps: list[Gap]) -> list[Gap]:
 def _arrays(follower: Follower, gaps: list[Gap]) -> Gaps:
     import numpy as np
 
-    from vrs_cli.kinematics.continuation import Gaps
+    from vrs_cli.kinematics.numeric.continuation import Gaps
 
     h = np.array([gap.lasting for gap in gaps])
     rows = [(gap.a.joints, gap.b.joints, gap.a.velocity, gap.b.velocity) for gap in gaps]

@@ -7,6 +7,7 @@ import numpy when first called.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING, Protocol
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from vrs_cli.kinematics.continuation import Continuation
+    from vrs_cli.kinematics.numeric.continuation import Continuation
 
     Floats = NDArray[np.float64]
     Flags = NDArray[np.bool_]
@@ -173,20 +174,59 @@ class RobotArm(Protocol):
     def jacobian_batch(self, q: Floats, T_flange_tool: Transform = IDENTITY) -> Floats:
         """(N, n) -> (N, 6, n)."""
 
-    def joint_velocity_batch(self, q: Floats, twist: Floats, T_flange_tool: Transform = IDENTITY) -> Floats:
-        """(N, n) and (N, 6) -> (N, n); NaN in a row that is singular."""
-
 
 @lru_cache
 def arm_for(model: RobotModel) -> RobotArm:
-    """The arm of a model: the first class that knows its axes; the numerical one knows all."""
-    from vrs_cli.kinematics.spherical_wrist_arm import spherical_wrist_arm
+    """The arm of a model: of the first closed form that knows its axes; the numerical one knows all."""
+    return next(arm for form in _FORMS if (arm := form(model)) is not None)
 
-    arm: RobotArm | None = spherical_wrist_arm(model)
-    if arm is not None:
-        return arm
-    from vrs_cli.kinematics.numeric_arm import NumericArm
-    from vrs_cli.kinematics.offset_wrist import offset_wrist_arm
-    from vrs_cli.kinematics.parallel_axes import parallel_axes_arm
 
-    return offset_wrist_arm(model) or parallel_axes_arm(model) or NumericArm(model)
+# A form is imported when a robot may be of it: most are of the first.
+
+
+def _spherical_wrist(model: RobotModel) -> RobotArm | None:
+    from vrs_cli.kinematics.spherical_wrist.arm import SphericalWristArm
+    from vrs_cli.kinematics.spherical_wrist.geometry import ALPHAS, geometry_of
+
+    geometry = geometry_of(model)
+    if geometry is not None:
+        return SphericalWristArm(model, geometry)
+    from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
+
+    way = canonical(model, ALPHAS[:5])
+    geometry = None if way is None else geometry_of(way.model)
+    if way is None or geometry is None:
+        return None
+    return MappedArm(model, way, SphericalWristArm(way.model, geometry))
+
+
+def _offset_wrist(model: RobotModel) -> RobotArm | None:
+    from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
+    from vrs_cli.kinematics.offset_wrist.arm import OffsetWristArm
+    from vrs_cli.kinematics.offset_wrist.offsets import ALPHAS, offsets_of
+
+    way = canonical(model, ALPHAS)
+    offsets = None if way is None else offsets_of(way.model)
+    return None if way is None or offsets is None else MappedArm(model, way, OffsetWristArm(way.model, offsets))
+
+
+def _parallel_axes(model: RobotModel) -> RobotArm | None:
+    from vrs_cli.kinematics.parallel_axes.arm import ParallelAxesArm
+    from vrs_cli.kinematics.parallel_axes.bars import bars_of
+
+    bars = bars_of(model)
+    return None if bars is None else ParallelAxesArm(model, bars)
+
+
+def _numeric(model: RobotModel) -> RobotArm:
+    from vrs_cli.kinematics.numeric.arm import NumericArm
+
+    return NumericArm(model)
+
+
+_FORMS: tuple[Callable[[RobotModel], RobotArm | None], ...] = (
+    _spherical_wrist,
+    _offset_wrist,
+    _parallel_axes,
+    _numeric,
+)

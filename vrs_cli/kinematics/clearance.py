@@ -19,6 +19,8 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import Transform, Vector
 
+SINGULAR = 1e-10  # sine, or [m]: below it a joint's angle is noise
+BOUNDARY = 1e-11  # cosine of the elbow, or [m2] at the axis of joint 1: rounding beyond the reach that is forgiven
 ON_BOUNDARY = 1e-9  # [m, rad] within which a pose is on the boundary of the reach, or two axes of a wrist are one
 UNKNOWN = -inf  # the least clearance where a clearance that it depends on may be 0
 

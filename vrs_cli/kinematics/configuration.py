@@ -57,6 +57,11 @@ class Configuration:
     def flags(self) -> tuple[Flag | None, ...]:
         return self.arm, self.elbow, self.wrist
 
+    @property
+    def flipped(self) -> Configuration:
+        """The same with the other wrist."""
+        return Configuration(self.arm, self.elbow, Wrist.FLIP if self.wrist is Wrist.NOFLIP else Wrist.NOFLIP)
+
     def words_beside(self, others: tuple[Configuration, ...]) -> tuple[str, ...]:
         """The words of this one that none of the others has: what to say to get from them to it."""
         return tuple(
@@ -69,6 +74,7 @@ class Configuration:
         return " ".join(flag.name for flag in self.flags if flag is not None)
 
 
+WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP meet
 NONE = Configuration()  # of an arm that has one way, or too many to be told by words
 SIDES: tuple[Configuration, ...] = tuple(map(Configuration, Arm))  # of an arm that has no other choice, as a SCARA
 ALL: tuple[Configuration, ...] = tuple(Configuration(a, e, w) for a, e, w in product(Arm, Elbow, Wrist))

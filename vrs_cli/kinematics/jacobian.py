@@ -1,27 +1,14 @@
-"""Velocities of an arm with a spherical wrist, both ways, in closed form; plain floats, one pose at a time.
+"""The velocities of any serial arm: its Jacobian, and what of the derivatives the joint rates make themselves.
 
 A twist is (vx, vy, vz, wx, wy, wz): velocity of the tool's point [m/s] and angular velocity [rad/s], both in
-the base frame. The tool is T_flange_tool; only its position matters to a velocity.
-
-Seen from the wrist centre the arm moves it and the wrist turns about it, so the 6x6 falls into three small
-ones (Hollerbach and Sahar 1983), each with its own singularity:
-
-    shoulder    wrist centre in the plane through the axis of joint 1        u = 0
-    elbow       arm stretched or folded flat                                 sin psi = 0
-    wrist       axes of joints 4 and 6 in one line                           sin q5 = 0
+the base frame.
 """
 
 from __future__ import annotations
 
-from math import cos, hypot, sin
 from typing import NamedTuple
 
-from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.spherical_wrist import SINGULAR, Geometry
-from vrs_cli.kinematics.transform import IDENTITY, Transform
-
-_new = tuple.__new__
 
 Twist = tuple[float, float, float, float, float, float]
 Jacobian = tuple[Joints, Joints, Joints, Joints, Joints, Joints]  # six rows of n
@@ -42,173 +29,6 @@ class Singularity(NamedTuple):
     @property
     def nearest(self) -> str:
         return min(zip(self, self._fields, strict=True))[1]
-
-
-class Terms(NamedTuple):
-    """What the formulas share: the arm's plane (`spherical_wrist`), the wrist, the tool seen from the wrist."""
-
-    c1: float
-    s1: float
-    c23: float
-    s23: float
-    c4: float
-    s4: float
-    c5: float
-    s5: float
-    uu: float  # upper arm: outward
-    uv: float  # - and down
-    fu: float  # forearm: outward
-    fv: float  # - and down
-    u: float  # wrist centre from the axis of joint 1
-    ax: float  # axis of joint 6, base frame
-    ay: float
-    az: float
-    rx: float  # wrist centre to tool, base frame
-    ry: float
-    rz: float
-
-
-def terms_of(geometry: Geometry, q: Joints, T_flange_tool: Transform) -> Terms:
-    _, a1, a2, a3, d4, d6, _, _, _ = geometry
-    q1, q2, q3, q4, q5, q6 = q
-    c1, s1 = cos(q1), sin(q1)
-    c23, s23 = cos(q2 + q3), sin(q2 + q3)
-    c4, s4 = cos(q4), sin(q4)
-    c5, s5 = cos(q5), sin(q5)
-    uu, uv = a2 * cos(q2), a2 * sin(q2)
-    fu, fv = a3 * c23 + d4 * s23, a3 * s23 - d4 * c23
-    x, y = c4 * s5, s4 * s5
-    e = c23 * x + s23 * c5
-    ax, ay, az = c1 * e - s1 * y, s1 * e + c1 * y, c23 * c5 - s23 * x
-    tx, ty, tz = T_flange_tool[3], T_flange_tool[7], d6 + T_flange_tool[11]
-    rx, ry, rz = tz * ax, tz * ay, tz * az
-    if tx or ty:  # off the axis of joint 6
-        c6, s6 = cos(q6), sin(q6)
-        along, across = c6 * tx - s6 * ty, s6 * tx + c6 * ty
-        x = c4 * c5 * along - s4 * across
-        y = s4 * c5 * along + c4 * across
-        z = -s5 * along
-        e = c23 * x + s23 * z
-        rx += c1 * e - s1 * y
-        ry += s1 * e + c1 * y
-        rz += c23 * z - s23 * x
-    shared = (c1, s1, c23, s23, c4, s4, c5, s5, uu, uv, fu, fv, a1 + uu + fu, ax, ay, az, rx, ry, rz)
-    return _new(Terms, shared)
-
-
-def singularity(geometry: Geometry, q: Joints) -> Singularity:
-    """The measures of a pose."""
-    arm = terms_of(geometry, q, IDENTITY)
-    a2, forearm = geometry.a2, geometry.forearm
-    stretch = (arm.uu * arm.fv - arm.uv * arm.fu) / (a2 * forearm)
-    return Singularity(abs(arm.u) / (geometry.a1 + a2 + forearm), abs(stretch), abs(arm.s5))
-
-
-def jacobian(geometry: Geometry, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
-    """Six rows (vx, vy, vz, wx, wy, wz) of six joints: twist = J qd."""
-    c1, s1, c23, s23, c4, s4, _, _, _, uv, fu, fv, u, ax, ay, az, rx, ry, rz = terms_of(geometry, q, T_flange_tool)
-    side = geometry.side
-    out = c1 * rx + s1 * ry  # tool from the wrist, outward in the arm's plane
-    zx, zy = c1 * s23, s1 * s23  # axis of joint 4 is (zx, zy, c23)
-    e = -s4 * c23
-    yx, yy, yz = c1 * e - s1 * c4, s1 * e + c1 * c4, s4 * s23  # axis of joint 5
-    lift2, lift3 = rz - uv - fv, rz - fv
-    reach2, reach3 = u - geometry.a1 + out, fu + out
-    return (
-        (
-            -s1 * u - c1 * side - ry,
-            c1 * lift2,
-            c1 * lift3,
-            zy * rz - c23 * ry,
-            yy * rz - yz * ry,
-            ay * rz - az * ry,
-        ),
-        (
-            c1 * u - s1 * side + rx,
-            s1 * lift2,
-            s1 * lift3,
-            c23 * rx - zx * rz,
-            yz * rx - yx * rz,
-            az * rx - ax * rz,
-        ),
-        (0.0, -reach2, -reach3, zx * ry - zy * rx, yx * ry - yy * rx, ax * ry - ay * rx),
-        (0.0, -s1, -s1, zx, yx, ax),
-        (0.0, c1, c1, zy, yy, ay),
-        (1.0, 0.0, 0.0, c23, yz, az),
-    )
-
-
-def twist(geometry: Geometry, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
-    """Velocity of the tool for joint rates qd [rad/s]."""
-    d1, d2, d3, d4, d5, d6 = qd
-    vx, vy, vz, wx, wy, wz = (
-        a * d1 + b * d2 + c * d3 + d * d4 + e * d5 + f * d6 for a, b, c, d, e, f in jacobian(geometry, q, T_flange_tool)
-    )
-    return vx, vy, vz, wx, wy, wz
-
-
-def joint_velocity(geometry: Geometry, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-    """Joint rates [rad/s] that give the tool this twist.
-
-    In a singularity a twist that asks nothing of the lost direction is solved (joint 1, 3 or 4 standing
-    still); any other raises StraightLineSingular, which says which singularity it is. Near one the rates are
-    large: compare them with the limits.
-    """
-    terms = terms_of(geometry, q, T_flange_tool)
-    c1, s1, c23, s23, _, _, _, _, _, _, _, _, _, _, _, _, rx, ry, rz = terms
-    vx, vy, vz, wx, wy, wz = twist
-    x = vx - wy * rz + wz * ry
-    y = vy - wz * rx + wx * rz
-    down = wx * ry - wy * rx - vz
-    turn = c1 * wx + s1 * wy
-    across, turn_across = c1 * y - s1 * x, c1 * wy - s1 * wx
-    return rates(
-        geometry, terms, c1 * x + s1 * y, across, down, c23 * turn - s23 * wz, turn_across, s23 * turn + c23 * wz
-    )
-
-
-def rates(
-    geometry: Geometry, terms: Terms, out: float, across: float, down: float, x: float, y: float, z: float
-) -> Joints:
-    """Joint rates for a velocity of the wrist centre, outward, across and down in the arm's plane, and a turn of the
-    hand about the axes of frame 3. Raises StraightLineSingular.
-
-    Accelerations and jerks follow from the same equations, once what the lower rates make of them is taken away.
-    """
-    _, _, c23, s23, c4, s4, c5, s5, uu, uv, fu, fv, u, _, _, _, _, _, _ = terms
-    if u > SINGULAR or u < -SINGULAR:
-        qd1 = across / u
-    elif -AT_REST < across < AT_REST:
-        qd1 = 0.0
-    else:
-        raise _singular("shoulder", "the wrist is above or below the axis of joint 1")
-    out += geometry.side * qd1
-    stretch = uu * fv - uv * fu  # a2 forearm sin psi
-    if abs(stretch) > SINGULAR * geometry.a2 * geometry.forearm:
-        qd2 = (out * fu + down * fv) / stretch
-        qd23 = -(out * uu + down * uv) / stretch
-    else:
-        h, v = uu + fu, uv + fv
-        reach = hypot(h, v)
-        if reach < SINGULAR or abs(out * h + down * v) > AT_REST * reach:
-            raise _singular("elbow", "the arm is stretched or folded flat")
-        qd2 = qd23 = (down * h - out * v) / (reach * reach)
-    # what is left for the wrist to turn
-    x += s23 * qd1
-    y -= qd23
-    z -= c23 * qd1
-    lost = c4 * x + s4 * y
-    qd5 = c4 * y - s4 * x
-    if s5 > SINGULAR or s5 < -SINGULAR:
-        qd6 = lost / s5
-        return qd1, qd2, qd23 - qd2, z - c5 * qd6, qd5, qd6
-    if not -AT_REST < lost < AT_REST:
-        raise _singular("wrist", "the axes of joints 4 and 6 are in one line")
-    return qd1, qd2, qd23 - qd2, 0.0, qd5, z / c5
-
-
-def _singular(which: str, why: str) -> StraightLineSingular:
-    return StraightLineSingular(f"{which}: {why}", "take another path, or go there by MOVE")
 
 
 def bias_of(J: Jacobian, qd: Joints) -> Twist:

@@ -19,7 +19,7 @@ from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, rotate
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.serial_batch import MappedBatch
+    from vrs_cli.kinematics.serial_batch import SerialBatch
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class MappedArm(SerialArm):
         return self.inner.singularity(self.way.to(q))
 
     @cached_property
-    def _batch(self) -> MappedBatch:
-        from vrs_cli.kinematics.serial_batch import MappedBatch
+    def _batch(self) -> SerialBatch:
+        from vrs_cli.kinematics.mapped_batch import MappedBatch  # here: it brings numpy
 
-        return MappedBatch(self)
+        return MappedBatch(self.model, self.unchanging, self.way.chain, self.inner._batch)

@@ -9,11 +9,11 @@ from itertools import accumulate
 from math import dist
 
 from vrs_cli.errors import JointOutOfRange
-from vrs_cli.kinematics.axes import EXACT, Line, Link, axis_of, cross, link_transform
-from vrs_cli.kinematics.joints import Joints, JointUnits
+from vrs_cli.kinematics.axes import EXACT, Line, Link, along, axis_of, cross, dot, from_to, link_transform
+from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import IDENTITY, Transform, compose
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, position
 
 PROFILES = tuple(Profile.__members__)  # the first is that of a robot that names none
 SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show what an arm cannot change
@@ -97,3 +97,19 @@ def link_frames(model: RobotModel, q: Joints) -> tuple[Transform, ...]:
     steps = [link_transform(link, x) for link, x in zip(model.links, q, strict=True)]
     steps[-1] = compose(steps[-1], model.flange)
     return tuple(accumulate(steps, compose, initial=model.base))
+
+
+def levers(model: RobotModel) -> tuple[Vector, tuple[float, ...]]:
+    """A point on the axis of joint 1, and for each axis a distance from it that the flange never exceeds [m].
+
+    The foot of the flange on the last axis, the foot of that on the one before, ...: each keeps its distance
+    from the next, but for what a joint slides.
+    """
+    at, far, found = position(link_frames(model, (0.0,) * model.joint_count)[-1]), 0.0, list[float]()
+    rows = zip(joint_axes(model), model.links, model.lower, model.upper, strict=True)
+    for axis, link, low, high in reversed(list(rows)):
+        foot = along(axis.point, axis.direction, dot(from_to(axis.point, at), axis.direction))
+        far += dist(foot, at) + (max(abs(low), abs(high)) if link.kind is JointKind.PRISMATIC else 0.0)
+        found.append(far)
+        at = foot
+    return at, tuple(reversed(found))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
-from math import acos, degrees, dist
+from math import dist
 from typing import TYPE_CHECKING, NamedTuple, cast
 
 from vrs_cli.errors import (
@@ -18,40 +18,25 @@ from vrs_cli.errors import (
     LocationTooFar,
     StraightLineSingular,
 )
-from vrs_cli.kinematics.axes import along, any_normal, axis_of, cross, dot, from_to, unit
 from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
 from vrs_cli.kinematics.compiled import Formulas, formulas
 from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.elimination import solve
 from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, beyond, bias_of, jerk_bias_of
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, JointKind, Joints, joints_outside, nearest_turn, turn_within
-from vrs_cli.kinematics.model import SAMPLES, RobotModel, joint_axes, link_frames
-from vrs_cli.kinematics.task import ALL_PARTS
-from vrs_cli.kinematics.transform import (
-    IDENTITY,
-    Transform,
-    Vector,
-    angle_between,
-    at_position,
-    compose,
-    inverse,
-    position,
-    rotation_about,
-    to_oat,
-)
+from vrs_cli.kinematics.model import RobotModel, levers, link_frames
+from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
+from vrs_cli.kinematics.unchanging import LEVEL, Unchanging, difference, unchanging
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from vrs_cli.kinematics.continuation import Continuation
+    from vrs_cli.kinematics.numeric.continuation import Continuation
     from vrs_cli.kinematics.serial_batch import SerialBatch
 
     Floats = NDArray[np.float64]
     Flags = NDArray[np.bool_]
-
-LEVEL, STRAIGHT = 1e-5, 2e-4  # [m, rad] what a location may be beside the arm's plane or tilted: three decimals do it
-CONSTANT = 1e-9  # [m, sine] an arm that changes it by less does not
 
 
 class Solution(NamedTuple):
@@ -64,20 +49,6 @@ class Solution(NamedTuple):
     @property
     def usable(self) -> bool:
         return self.joints is not None and not self.outside
-
-
-class Unchanging(NamedTuple):
-    """What no joint of an arm changes: coordinates of the flange (0 to 2 and the value [m]), and where it points."""
-
-    places: tuple[tuple[int, float], ...]
-    approach: Vector | None
-
-
-class Forbidden(NamedTuple):
-    """What an arm cannot do about a pose of its flange, in words, and the nearest pose of which that is not so."""
-
-    what: str
-    right: Transform
 
 
 _new = tuple.__new__
@@ -233,7 +204,7 @@ class SerialArm:
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:  # noqa: ARG002
         """Too far, in millimetres, or out of reach in a way that has no name."""
-        start, most = self._reach
+        start, (most, *_) = levers(self.model)
         far = dist(position(T), start)
         if far > most:
             return LocationTooFar(
@@ -245,66 +216,19 @@ class SerialArm:
             )
         return LocationOutOfRange("no joints bring the flange there", hint or "turn the location, or move it nearer")
 
-    @cached_property
-    def _reach(self) -> tuple[Vector, float]:
-        """A point on the axis of joint 1, and a distance from it that the flange never exceeds [m].
-
-        The foot of the flange on the last axis, the foot of that on the one before, ...: each keeps its distance
-        from the next, but for what a joint slides.
-        """
-        at = position(link_frames(self.model, (0.0,) * self.model.joint_count)[-1])
-        length = 0.0
-        rows = zip(joint_axes(self.model), self._limits, self.turning, strict=True)
-        for axis, limits, turns in reversed(list(rows)):
-            foot = along(axis.point, axis.direction, dot(from_to(axis.point, at), axis.direction))
-            length += dist(foot, at) + (0.0 if turns else max(map(abs, limits)))
-            at = foot
-        return at, length
-
     # --- the part of a pose that counts --------------------------------------------------------------------
 
     @cached_property
     def unchanging(self) -> Unchanging:
-        """What no joint changes, seen on a few poses; nothing for an arm that has all six freedoms."""
-        if self.model.joint_count >= ALL_PARTS and all(self.model.task.counts):
-            return Unchanging((), None)
-        poses = [self.forward(tuple(low + part * (high - low) for low, high in self._limits)) for part in SAMPLES]
-        first = poses[0]
-        places = tuple(
-            (i, first[k]) for i, k in enumerate((3, 7, 11)) if all(abs(T[k] - first[k]) < CONSTANT for T in poses)
-        )
-        approach = axis_of(first).direction
-        steady = all(dist(axis_of(T).direction, approach) < CONSTANT for T in poses)
-        return Unchanging(places, approach if steady else None)
+        return unchanging(self.model, self.forward)
 
     def check_task(
         self, T: Transform, T_robot_world: Transform = IDENTITY, T_flange_tool: Transform = IDENTITY
     ) -> None:
-        if (forbidden := self._forbidden(T)) is not None:
+        if (forbidden := self.unchanging.forbids(T)) is not None:
             what, right = forbidden
             asked, instead = (compose(inverse(T_robot_world), compose(P, T_flange_tool)) for P in (T, right))
-            raise LocationOutOfRange(f"this robot {what}", f"give {_difference(asked, instead)} instead")
-
-    def _forbidden(self, T: Transform) -> Forbidden | None:
-        places, approach = self.unchanging
-        if approach is not None and (tilt := _angle(approach, axis_of(T).direction)) > STRAIGHT:
-            what = f"keeps its tool {_direction(approach)}; the location tilts it by {degrees(tilt):.2f} deg"
-            return Forbidden(what, _turned_along(T, approach))
-        at = list(position(T))
-        for i, value in places:
-            if abs(at[i] - value) > LEVEL:
-                axis, plane, flange = "XYZ"[i], f"{1000.0 * value:.1f} mm", f"{1000.0 * at[i]:.1f} mm"
-                at[i] = value
-                what = f"moves in the plane {axis} = {plane} of its own frame, its flange would be at {axis} = {flange}"
-                return Forbidden(what, at_position(T, *at))
-        return None
-
-    def in_task(self, T: Transform) -> bool:
-        """Whether `check_task` has nothing to say."""
-        places, approach = self.unchanging
-        return all(abs(position(T)[i] - value) <= LEVEL for i, value in places) and (
-            approach is None or _angle(approach, axis_of(T).direction) <= STRAIGHT
-        )
+            raise LocationOutOfRange(f"this robot {what}", f"give {difference(asked, instead)} instead")
 
     def check_tool(self, T_flange_tool: Transform) -> None:
         free = [not counts for counts in self.model.task.counts[3:]]
@@ -402,51 +326,17 @@ class SerialArm:
     def jacobian_batch(self, q: Floats, T_flange_tool: Transform = IDENTITY) -> Floats:
         return self._batch.jacobian(q, T_flange_tool)
 
-    def joint_velocity_batch(self, q: Floats, twist: Floats, T_flange_tool: Transform = IDENTITY) -> Floats:
-        return self._batch.joint_velocity(q, twist, T_flange_tool)
-
     @cached_property
     def _batch(self) -> SerialBatch:
         # Here and not above: it brings numpy, which is most of the start-up time of a shell that needs no arrays.
         from vrs_cli.kinematics.serial_batch import SerialBatch
 
-        return SerialBatch(self)
+        return SerialBatch(self.model, self.ways, self.unchanging)
 
 
 def _within(x: float, low: float, high: float) -> float | None:
     """A joint that slides has no other turn; rounding beyond a limit is forgiven."""
     return min(max(x, low), high) if low - LIMIT_TOLERANCE <= x <= high + LIMIT_TOLERANCE else None
-
-
-def _angle(a: Vector, b: Vector) -> float:
-    """Between two directions [rad]."""
-    sine = dist(cross(a, b), (0.0, 0.0, 0.0))
-    return sine if dot(a, b) > 0.0 and sine < STRAIGHT else acos(min(max(dot(a, b), -1.0), 1.0))
-
-
-def _direction(approach: Vector) -> str:
-    """Where a tool points that always points there, in words."""
-    if abs(approach[2]) <= 1.0 - CONSTANT:
-        return "in one direction"
-    return "vertical, pointing down" if approach[2] < 0.0 else "vertical, pointing up"
-
-
-def _turned_along(T: Transform, approach: Vector) -> Transform:
-    """The pose at the same place, turned the shortest way until its Z lies along a direction."""
-    z = axis_of(T).direction
-    axis, angle = cross(z, approach), _angle(z, approach)
-    if dist(axis, (0.0, 0.0, 0.0)) < CONSTANT:
-        axis = any_normal(z)
-    return at_position(compose(rotation_about(unit(axis), angle), T), *position(T))
-
-
-def _difference(asked: Transform, instead: Transform) -> str:
-    """What to give instead of a location: the angles or the coordinates that differ, as the user writes them."""
-    rows = list(zip("OAT", map(degrees, to_oat(instead)), strict=True))
-    if angle_between(asked, instead) <= STRAIGHT:
-        places = zip("XYZ", position(asked), position(instead), strict=True)
-        rows = [(name, 1000.0 * b) for name, a, b in places if abs(a - b) > 0.5 * LEVEL]
-    return ", ".join(f"{name} {round(x, 3) + 0.0:.10g}" for name, x in rows)
 
 
 def turned_near(angles: Iterable[float], near: Joints) -> Joints:

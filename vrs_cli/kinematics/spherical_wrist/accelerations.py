@@ -1,6 +1,6 @@
 """Joint accelerations and jerks of an arm with a spherical wrist, in closed form; plain floats, one pose at a time.
 
-`jacobian.rates` solves for every derivative, once what the lower ones make of it is taken away. That is seen along the
+`rates.rates` solves for every derivative, once what the lower ones make of it is taken away. That is seen along the
 axes of frame 3, which joints 1 to 3 turn; a hand that joints 4 to 6 turn against it is resolved along the axes of
 frame 3 turned by joint 4: `n`, `m` (the axis of joint 5) and z.
 """
@@ -10,9 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import cross
-from vrs_cli.kinematics.jacobian import Terms, Twist, rates, terms_of
+from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.spherical_wrist import Geometry
+from vrs_cli.kinematics.spherical_wrist.geometry import Geometry
+from vrs_cli.kinematics.spherical_wrist.rates import Terms, rates, terms_of
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector
 
 CONSTANT = (0.0,) * 6  # rates that do not change

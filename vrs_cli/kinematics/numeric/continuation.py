@@ -18,16 +18,14 @@ most n, the first at most the root of n; those of the place follow from how far 
 from __future__ import annotations
 
 from functools import cached_property
-from math import dist, hypot, sqrt
+from math import hypot, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from vrs_cli.kinematics.axes import along, dot, from_to
-from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
-from vrs_cli.kinematics.numeric_arm import NumericArm
+from vrs_cli.kinematics.model import levers
+from vrs_cli.kinematics.numeric.batch import NumericBatch
 from vrs_cli.kinematics.serial_batch import Flags, Floats
-from vrs_cli.kinematics.transform import position
 
 LENGTH = 0.4  # of the longest lever: the proof is easiest about there
 MOST = 0.5  # of beta L eta, and of what F' may lose on a piece
@@ -53,21 +51,18 @@ class Gaps(NamedTuple):
         q = p + x * (v + x * (square + x * cube))
         return q, v + x * (2.0 * square + 3.0 * x * cube), np.concatenate((square, square + 3.0 * cube), axis=1) * 2.0
 
-    def only(self, rows: Flags) -> Gaps:
-        return Gaps(*(column[rows] for column in self))
-
 
 class Continuation:
     """The proof for one arm, whose joints but the held are as many as the parts of its task."""
 
-    def __init__(self, arm: NumericArm) -> None:
-        self.arm, model = arm, arm.model
-        self.free = np.array([i for i in range(model.joint_count) if i not in arm.held])
-        self.turns = np.array(arm.turning)[self.free]
-        levers = _levers(model, arm.turning)
-        self.length = LENGTH * levers[0]
-        sliding = np.cumsum(~np.array(arm.turning)[::-1])[::-1]  # joints beyond their ranges, by a length at most
-        self.levers = np.where(self.turns, (np.array(levers) / self.length + sliding)[self.free], 1.0)
+    def __init__(self, batch: NumericBatch) -> None:
+        self.batch, model = batch, batch.model
+        self.free = np.array([i for i in range(model.joint_count) if i not in batch.held])
+        self.turns = batch.turning[self.free]
+        _, reached = levers(model)
+        self.length = LENGTH * reached[0]
+        sliding = np.cumsum(~batch.turning[::-1])[::-1]  # joints beyond their ranges, by a length at most
+        self.levers = np.where(self.turns, (np.array(reached) / self.length + sliding)[self.free], 1.0)
         self.units = np.where(self.turns, 1.0, self.length)
         self.places = sum(model.task.counts[:3])
 
@@ -99,7 +94,7 @@ class Continuation:
 
     def _at(self, q: Floats, T: Floats) -> tuple[Floats, Floats]:
         """Of joints (N, n) for poses (N, 3, 4): |J^-1|, infinite where there is none, and what is missed (N,)."""
-        J, missed = self.arm.missed_batch(q, T)
+        J, missed = self.batch.error(q, T)
         J, missed = J[:, :, self.free] * self.units, missed.copy()
         J[:, : self.places] /= self.length
         missed[:, : self.places] /= self.length
@@ -113,16 +108,3 @@ class Continuation:
     def _size(self, changes: Floats) -> Floats:
         """(..., n) -> (...): of a change of the joints."""
         return np.asarray(np.linalg.norm(changes[..., self.free] / self.units, axis=-1))
-
-
-def _levers(model: RobotModel, turning: tuple[bool, ...]) -> list[float]:
-    """How far the flange ever is from each axis [m]: by its feet on the axes, as in `SerialArm._reach`."""
-    at, far = position(link_frames(model, (0.0,) * model.joint_count)[-1]), 0.0
-    levers = []
-    rows = zip(joint_axes(model), model.lower, model.upper, turning, strict=True)
-    for axis, low, high, turns in reversed(list(rows)):
-        foot = along(axis.point, axis.direction, dot(from_to(axis.point, at), axis.direction))
-        far += dist(foot, at) + (0.0 if turns else max(abs(low), abs(high)))
-        levers.append(far)
-        at = foot
-    return levers[::-1]

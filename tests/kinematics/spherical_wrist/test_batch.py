@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.configuration import ALL, Configuration
@@ -142,22 +141,9 @@ def test_a_wrist_that_is_almost_singular_keeps_its_last_bits() -> None:
 
 @pytest.mark.parametrize("arm", [ARM, SHOULDERED])
 @pytest.mark.parametrize("tool", [IDENTITY, TOOL])
-def test_velocities(arm: RobotArm, tool: Transform) -> None:
+def test_jacobians(arm: RobotArm, tool: Transform) -> None:
     q = joints(500, 5)
-    twists = np.random.default_rng(6).uniform(-1, 1, (500, 6))
-    twists[20:60] = 0.0
     assert np.abs(arm.jacobian_batch(q, tool) - [arm.jacobian(row, tool) for row in rows(q)]).max() < 1e-15
-    found = arm.joint_velocity_batch(q, twists, tool)
-    lost = 0
-    for row, twist, qd in zip(rows(q), rows(twists), found, strict=True):
-        try:
-            expected = arm.joint_velocity(row, twist, tool)  # type: ignore[arg-type]
-        except StraightLineSingular:
-            assert np.isnan(qd).any()
-            lost += 1
-        else:
-            assert qd == pytest.approx(expected, rel=1e-9, abs=1e-9)
-    assert 50 < lost < 150
 
 
 @pytest.mark.parametrize("arm", [ARM, SHOULDERED])
@@ -165,21 +151,10 @@ def test_velocities(arm: RobotArm, tool: Transform) -> None:
 def test_a_twist_that_is_possible_at_a_singularity_has_its_rates(arm: RobotArm, tool: Transform) -> None:
     """Singular wrists and stretched arms: what some rates give, is given by the rates that are found."""
     q = joints(500, 9)
-    rates = np.random.default_rng(10).uniform(-1.0, 1.0, (500, 6))
     J = arm.jacobian_batch(q, tool)
-    twists = np.einsum("nij,nj->ni", J, rates)
-    found = arm.joint_velocity_batch(q, twists, tool)
+    twists = np.einsum("nij,nj->ni", J, np.random.default_rng(10).uniform(-1.0, 1.0, (500, 6)))
+    found = [arm.joint_velocity(row, twist, tool) for row, twist in zip(rows(q), rows(twists), strict=True)]  # type: ignore[arg-type]
     assert np.abs(np.einsum("nij,nj->ni", J, found) - twists).max() < 1e-7
-    for k in range(0, 500, 5):
-        assert found[k] == pytest.approx(arm.joint_velocity(rows(q)[k], rows(twists)[k], tool), abs=1e-7)  # type: ignore[arg-type]
-
-
-def test_straight_down_from_ready() -> None:
-    ready = np.array([PUMA.poses["ready"]])
-    down = np.array([[0.0, 0.0, -0.1, 0.0, 0.0, 0.0]])
-    qd = ARM.joint_velocity_batch(ready, down)
-    assert np.abs(ARM.jacobian_batch(ready)[0] @ qd[0] - down[0]).max() < 1e-12
-    assert qd[0] == pytest.approx(ARM.joint_velocity(PUMA.poses["ready"], (0, 0, -0.1, 0, 0, 0)))
 
 
 def test_degrees_of_the_reference_table_through_arrays() -> None:

@@ -1,6 +1,6 @@
 """Inverse kinematics in closed form, for an arm with a spherical wrist; plain floats, one pose at a time.
 
-Formulas and signs: `spherical_wrist`. Every branch is solved without a sine or cosine of a joint: their
+Formulas and signs: `spherical_wrist.geometry`. Every branch is solved without a sine or cosine of a joint: their
 ratios come from the location itself, and the angles from them by atan2 once.
 
 Joint 6 is read against the joint 4 just found and not, as books do, from the third row of the rotation: near a
@@ -12,10 +12,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import acos, atan2, cos, pi, sin, sqrt
 
+from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.spherical_wrist import BOUNDARY, SINGULAR, Geometry
+from vrs_cli.kinematics.spherical_wrist.geometry import Geometry
 from vrs_cli.kinematics.transform import Transform
 
 TURN = 2 * pi

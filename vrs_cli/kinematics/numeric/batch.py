@@ -1,30 +1,29 @@
-"""`numeric_arm` over arrays: many searches at once, each row by itself."""
+"""`NumericArm` over arrays: many searches at once, each row by itself."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.numeric_arm import CONVERGED, LARGEST_STEP, LEAST_DAMPING, STEPS, NumericArm
+from vrs_cli.kinematics.configuration import NONE, Configuration
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.numeric.search import CONVERGED, LARGEST_STEP, LEAST_DAMPING, STEPS, starts
 from vrs_cli.kinematics.serial_batch import Flags, Floats, SerialBatch
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
 
 
 class NumericBatch(SerialBatch):
     """Rows that do not converge are NaN."""
 
-    def __init__(self, arm: NumericArm) -> None:
-        super().__init__(arm)
-        self.numeric = arm
-
-    def held(self) -> Flags:
-        return np.isin(np.arange(self.joints), self.numeric.held)
+    def __init__(self, model: RobotModel, unchanging: Unchanging, held: tuple[int, ...]) -> None:
+        super().__init__(model, (NONE,), unchanging)
+        self.held, self.short = held, model.joint_count < model.task.size
+        self.counts = np.array(model.task.counts)
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         """One way: from the middle of the ranges, and for the rows that fail from one start after the other."""
         q = np.full((len(T), self.joints), np.nan)
-        for start in self.numeric.starts():
+        for start in starts(self.model):
             missing = np.flatnonzero(np.isnan(q[:, 0]))
             if not len(missing):
                 break
@@ -32,7 +31,7 @@ class NumericBatch(SerialBatch):
         return q[:, None], self.inside(q)[:, None]
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
-        return self.search(T, near, fixed=self.held(), bounded=False)
+        return self.search(T, near, fixed=np.isin(np.arange(self.joints), self.held), bounded=False)
 
     def search(
         self, T: Floats, near: Floats, *, bounded: bool, fixed: Flags | None = None, enough: int | None = None
@@ -50,18 +49,18 @@ class NumericBatch(SerialBatch):
             rows, J, error = rows[~done], J[~done], error[~done]
             before = q[rows]
             q[rows] = self._stepped(before, J, error, bounded=bounded, fixed=fixed)
-            if self.numeric.short:
+            if self.short:
                 stuck = rows[np.abs(q[rows] - before).max(axis=1) < CONVERGED]
-                for row in stuck[self._reached(q[stuck], T[stuck])]:
-                    found[row] = q[row]
+                there = stuck[self._reached(q[stuck], T[stuck])]
+                found[there] = q[there]
                 rows = np.setdiff1d(rows, stuck)
         return found
 
     def _reached(self, q: Floats, T: Floats) -> Flags:
         """(N, n) and (N, 3, 4) -> (N,): whether what is missed is no more than three decimals tell."""
-        poses = map(Transform._make, T.reshape(-1, 12).tolist())
-        rows = zip(map(tuple, q.tolist()), poses, strict=True)
-        return np.array([self.numeric.reaches(at, pose) for at, pose in rows], dtype=np.bool_)
+        missing = self._missing(q, T)
+        away, turned = (np.linalg.norm(part, axis=1) for part in (missing[:, :3], missing[:, 3:]))
+        return np.asarray((away <= LEVEL) & (turned <= STRAIGHT))
 
     def _stepped(self, q: Floats, J: Floats, error: Floats, *, bounded: bool, fixed: Flags | None) -> Floats:
         """One damped step; where it pushes joints out of their range, again without these."""
@@ -86,17 +85,29 @@ class NumericBatch(SerialBatch):
         return step
 
     def error(self, q: Floats, T: Floats) -> tuple[Floats, Floats]:
-        """Rows of the Jacobian that count, and what is missing in them."""
+        """Rows of the Jacobian that count, and what is missing in them: (N, m, n) and (N, m) [m, rad].
+
+        Turns are those about the axes of the flange.
+        """
+        J, missing = self.jacobian(q), self._missing(q, T)
+        if self.counts.all():
+            return J, missing
+        R = np.swapaxes(self.forward(q)[..., :3], -1, -2)
+        J = np.concatenate((J[:, :3], R @ J[:, 3:]), axis=1)
+        missing = np.concatenate((missing[:, :3], np.einsum("nij,nj->ni", R, missing[:, 3:])), axis=1)
+        return J[:, self.counts], missing[:, self.counts]
+
+    def _missing(self, q: Floats, T: Floats) -> Floats:
+        """(N, 6): the way and the turn from the flange of these joints to the poses [m, rad]."""
         have = self.forward(q)
-        if self.arm.model.task is Task.POINTING:
+        if self.model.task is Task.POINTING:
             a, b = have[..., 2], T[..., 2]
             turn = _as_long_as_angle(np.cross(a, b), (a * b).sum(axis=1))
         else:
             h, w = have[..., :3], T[..., :3]
             v = 0.5 * np.cross(h, w, axis=1).sum(axis=2)
             turn = _as_long_as_angle(v, 0.5 * ((h * w).sum(axis=(1, 2)) - 1.0))
-        missing = np.concatenate((T[..., 3] - have[..., 3], turn), axis=1)
-        return self.counted(q, self.jacobian(q), missing)
+        return np.concatenate((T[..., 3] - have[..., 3], turn), axis=1)
 
 
 def _as_long_as_angle(v: Floats, cosine: Floats) -> Floats:

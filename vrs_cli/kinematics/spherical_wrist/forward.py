@@ -6,7 +6,7 @@ from collections.abc import Callable
 from math import cos, sin
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.spherical_wrist import Geometry
+from vrs_cli.kinematics.spherical_wrist.geometry import Geometry
 from vrs_cli.kinematics.transform import Transform
 
 _new = tuple.__new__

@@ -1,23 +1,11 @@
-"""Any serial arm, without a closed form: damped least squares, within the limits of the joints.
-
-Levenberg and Marquardt with the damping of Sugihara (2011), half the squared error: far from the goal a step follows
-the gradient, near it it is Newton's. Joints at a limit that would leave it are held. Starts: the joints that are near,
-then a fixed sequence of others in the joints' ranges, so that the same question always has the same answer.
-
-An arm with fewer joints than six reaches a pose or does not; what misses by less than three decimals tell is reached.
-
-An arm with more joints than the task has parts can be at one place in many ways. A MOVE takes what the search finds
-from where the arm is. On a straight line the joints that are one too many stand still, which makes it definite: the
-joints are then a function of the pose alone.
-"""
+"""Any serial arm, without a closed form; how it is searched stands in `numeric.search`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from itertools import islice
-from math import atan2, degrees, hypot, inf, sqrt
-from random import Random
+from math import degrees, hypot, inf, sqrt
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
@@ -26,25 +14,28 @@ from vrs_cli.kinematics.elimination import determinant, solve, square
 from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.serial_arm import LEVEL, STRAIGHT, SerialArm
+from vrs_cli.kinematics.numeric.search import (
+    CONVERGED,
+    ENOUGH,
+    HOPELESS,
+    LARGEST_STEP,
+    LEAST_DAMPING,
+    MEASURED,
+    NEWTON,
+    STEPS,
+    rotation_vector,
+    some_joints,
+    starts,
+    turn_between,
+)
+from vrs_cli.kinematics.serial_arm import SerialArm
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.continuation import Continuation
-    from vrs_cli.kinematics.numeric_batch import NumericBatch
-    from vrs_cli.kinematics.serial_batch import Floats
-
-CONVERGED = 1e-10  # [m, rad] an error that is none
-STEPS = 60  # of one search
-LARGEST_STEP = 0.5  # [rad, m] of a joint
-LEAST_DAMPING = 1e-13
-HOPELESS = 1e-3  # a step, as a part of the error, from which steps that do not grow lead nowhere
-NEWTON = 1e-3  # [m2, rad2] with less damping the step is Newton's, which costs half
-STARTS = 40  # beside the middle of the ranges
-ENOUGH = 3  # solutions among which the nearest is taken
-SEED = 560
-MEASURED = 16  # poses of a range over which freedoms are measured
+    from vrs_cli.kinematics.numeric.batch import NumericBatch
+    from vrs_cli.kinematics.numeric.continuation import Continuation
 
 
 class NumericArm(SerialArm):
@@ -76,7 +67,7 @@ class NumericArm(SerialArm):
     def _freedom(self, joints: Sequence[int]) -> float:
         """How well these joints alone move the flange: the sum of Yoshikawa's measure over some poses."""
         total = 0.0
-        for q in islice(self._others(), MEASURED):
+        for q in islice(some_joints(self.model), MEASURED):
             rows, _ = self._counted(q, self.jacobian(q), (0.0,) * 6)
             rows = [tuple(row[i] for i in joints) for row in rows]
             gram = [[sum(a * b for a, b in zip(u, v, strict=True)) for v in rows] for u in rows]
@@ -92,16 +83,6 @@ class NumericArm(SerialArm):
             wanted = [sum([a * v for a, v in zip(column, wanted, strict=True)]) for column in columns]
             rows = [tuple([sum([a * b for a, b in zip(u, v, strict=True)]) for v in columns]) for u in columns]
         return self._solved(q, rows, wanted)
-
-    def _others(self) -> Iterator[Joints]:
-        random = Random(SEED)
-        while True:
-            yield tuple(random.uniform(low, high) for low, high in self._limits)
-
-    def starts(self) -> Iterator[Joints]:
-        """Where a search begins that has no joints near: the middle of the ranges, then a fixed sequence."""
-        yield self._middle
-        yield from islice(self._others(), STARTS)
 
     # --- inverse ---------------------------------------------------------------------------------------------
 
@@ -141,9 +122,9 @@ class NumericArm(SerialArm):
         """Inside the limits: the first that are found, from all starts at once."""
         import numpy as np
 
-        starts = np.array(list(self.starts()))
-        poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(starts), 3, 4))
-        found = self._batch.search(poses, starts, bounded=True, enough=ENOUGH)
+        begin = np.array(list(starts(self.model)))
+        poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(begin), 3, 4))
+        found = self._batch.search(poses, begin, bounded=True, enough=ENOUGH)
         turned = (self._inside(tuple(q), near) for q in found[~np.isnan(found[:, 0])].tolist())
         return [q for q in turned if q is not None]
 
@@ -161,25 +142,21 @@ class NumericArm(SerialArm):
 
     @cached_property
     def continuation(self) -> Continuation | None:  # type: ignore[override] # made when asked for: it brings numpy
-        from vrs_cli.kinematics.continuation import Continuation
+        from vrs_cli.kinematics.numeric.continuation import Continuation
 
-        return None if self.short else Continuation(self)
-
-    def missed_batch(self, q: Floats, T: Floats) -> tuple[Floats, Floats]:
-        """`_error` over arrays: (N, n) and (N, 3, 4) -> (N, m, n) and (N, m)."""
-        return self._batch.error(q, T)
+        return None if self.short else Continuation(self._batch)
 
     @cached_property
     def _batch(self) -> NumericBatch:
-        from vrs_cli.kinematics.numeric_batch import NumericBatch
+        from vrs_cli.kinematics.numeric.batch import NumericBatch  # here: it brings numpy
 
-        return NumericBatch(self)
+        return NumericBatch(self.model, self.unchanging, self.held)
 
     def _search(
         self, T: Transform, q: Joints, free: Sequence[int], *, bounded: bool
     ) -> tuple[Joints | None, tuple[float, float]]:
         """Joints that reach T from the start q, moving only `free`; None, and the miss [m, rad], if they do not."""
-        if not self.in_task(T):
+        if not self.unchanging.allows(T):
             return None, (0.0, 0.0)
         held = [q[i] for i in self._all]
         before = inf
@@ -234,9 +211,9 @@ class NumericArm(SerialArm):
 
     def _missing(self, have: Transform, want: Transform) -> Twist:
         if self.model.task is Task.POINTING:
-            turn = _turn_between((have.ax, have.ay, have.az), (want.ax, want.ay, want.az))
+            turn = turn_between((have.ax, have.ay, have.az), (want.ax, want.ay, want.az))
         else:
-            turn = _rotation_vector(have, want)
+            turn = rotation_vector(have, want)
         return want.px - have.px, want.py - have.py, want.pz - have.pz, *turn
 
     def _miss(self, q: Joints, T: Transform) -> tuple[float, float]:
@@ -260,35 +237,3 @@ def _damped(J: Sequence[Sequence[float]], error: Sequence[float], damping: float
         row[k] += damping
     weights = solve(gram, error) or (0.0,) * len(J)
     return [sum([w * a for w, a in zip(weights, column, strict=True)]) for column in zip(*J, strict=True)]
-
-
-Turn = tuple[float, float, float]
-
-
-def _turn_between(a: Turn, b: Turn) -> Turn:
-    """The shortest rotation vector that brings direction a to b."""
-    x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-    return _scaled((x, y, z), a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
-
-
-def _rotation_vector(have: Transform, want: Transform) -> Turn:
-    """The rotation vector of R_want R_have^T, about axes of the base [rad]."""
-    h, w = have, want
-    x = 0.5 * (h.ny * w.nz - h.nz * w.ny + h.sy * w.sz - h.sz * w.sy + h.ay * w.az - h.az * w.ay)
-    y = 0.5 * (h.nz * w.nx - h.nx * w.nz + h.sz * w.sx - h.sx * w.sz + h.az * w.ax - h.ax * w.az)
-    z = 0.5 * (h.nx * w.ny - h.ny * w.nx + h.sx * w.sy - h.sy * w.sx + h.ax * w.ay - h.ay * w.ax)
-    trace = (
-        h.nx * w.nx + h.ny * w.ny + h.nz * w.nz
-        + h.sx * w.sx + h.sy * w.sy + h.sz * w.sz
-        + h.ax * w.ax + h.ay * w.ay + h.az * w.az
-    )  # fmt: skip
-    return _scaled((x, y, z), 0.5 * (trace - 1.0))
-
-
-def _scaled(v: Turn, cosine: float) -> Turn:
-    """A vector as long as the sine of its angle made as long as the angle."""
-    sine = hypot(*v)
-    if sine < 1e-12:  # no turn, or half a turn: about any axis, the next step sees which
-        return v if cosine > 0.0 else (1e-3, 0.0, 0.0)
-    factor = atan2(sine, cosine) / sine
-    return v[0] * factor, v[1] * factor, v[2] * factor

@@ -14,13 +14,13 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.elimination import determinant, solve
-from vrs_cli.kinematics.numeric_arm import _turn_between
+from vrs_cli.kinematics.numeric.search import turn_between
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import compose, rotate, rotation_about, rotation_x, translation
 from vrs_cli.trajectory.segment import CartesianPath
 
-URDF = Path(__file__).parent / "urdf"
+URDF = Path(__file__).parents[1] / "urdf"
 
 
 def arm_of(name: str) -> RobotArm:
@@ -153,7 +153,7 @@ def test_the_shortest_turn_brings_one_direction_to_another() -> None:
     random = Random(1)
     for _ in range(100):
         a, b = ((sin(u) * cos(w), sin(u) * sin(w), cos(u)) for u, w in (_angles(random), _angles(random)))
-        turn = _turn_between(a, b)
+        turn = turn_between(a, b)
         assert rotate(rotation_about(turn, hypot(*turn)), a) == pytest.approx(b, abs=1e-12)
         assert hypot(*turn) <= pi
 

@@ -1,35 +1,17 @@
-"""Six joints without a common point of the wrist: the arm of Universal Robots and its like, in closed form.
-
-    i   theta   d     a    alpha
-    1   q1      d1    0    +90 deg
-    2   q2      d2    a2     0
-    3   q3      d3    a3     0
-    4   q4      d4    0    +90
-    5   q5      d5    0    -90
-    6   q6      d6    0      0
-
-The axes of joints 2, 3 and 4 are parallel; joint 6 does not turn its own axis, and the axis of joint 5 leaves the plane
-of the arm at w = d2 + d3 + d4 from the axis of joint 1. With p the origin of frame 5 and y = (s1, -c1, 0) the axes of
-joints 2 to 4:  p . y = w  gives joint 1,  a . y = cos q5  joint 5,  (n . y, s . y) = sin q5 (c6, -s6)  joint 6, and two
-bars a2 and a3 in the plane the rest. Source: Hawkins, "Analytic inverse kinematics for the Universal Robots" (2013).
-
-The configurations, in V+'s words as they suit this arm:
-
-    RIGHTY / LEFTY    the arm to the right / left of the axis of joint 1, seen along the arm
-    ABOVE / BELOW     the elbow above / below the line from shoulder to wrist
-    NOFLIP / FLIP     joint 5 positive (or zero) / negative, as on a PUMA
-"""
+"""The arm of six joints without a common point of the wrist; its formulas stand in `offset_wrist.offsets`."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from math import acos, atan2, cos, hypot, pi, sin, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from math import acos, atan2, cos, hypot, sin, sqrt
+from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
-from vrs_cli.kinematics.axes import EXACT, cross
+from vrs_cli.kinematics.axes import cross
 from vrs_cli.kinematics.clearance import (
+    BOUNDARY,
+    SINGULAR,
     UNKNOWN,
     Clearance,
     Hand,
@@ -40,49 +22,20 @@ from vrs_cli.kinematics.clearance import (
     shortest,
     turning,
 )
-from vrs_cli.kinematics.configuration import ALL, Configuration, Wrist
+from vrs_cli.kinematics.configuration import ALL, WRIST_SINGULAR, Configuration
 from vrs_cli.kinematics.jacobian import Singularity
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.offset_wrist.offsets import Offsets
 from vrs_cli.kinematics.serial_arm import SerialArm, turned_near
-from vrs_cli.kinematics.spherical_wrist import BOUNDARY, SINGULAR
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.serial_batch import OffsetWristBatch
-
-ALPHAS = (pi / 2, 0.0, 0.0, pi / 2, -pi / 2)
-WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP meet
-
-
-class Offsets(NamedTuple):
-    """Lengths [m]; `right` is the side of the arm: +1.0 where w is positive, else -1.0."""
-
-    d1: float
-    a2: float
-    a3: float
-    side: float
-    d5: float
-    d6: float
-    right: float
-
-
-def offset_wrist_arm(model: RobotModel) -> MappedArm | None:
-    """The arm of a model of this kind; None for every other robot."""
-    way = canonical(model, ALPHAS)
-    if way is None:
-        return None
-    l1, l2, l3, l4, l5, l6 = way.model.links
-    if max(abs(l1.a), abs(l4.a), abs(l5.a)) > EXACT or min(l2.a, l3.a) <= EXACT:
-        return None
-    side = l2.d + l3.d + l4.d
-    offsets = Offsets(l1.d, l2.a, l3.a, side, l5.d, l6.d, -1.0 if side < 0.0 else 1.0)
-    return MappedArm(model, way, OffsetWristArm(way.model, offsets))
+    from vrs_cli.kinematics.serial_batch import SerialBatch
 
 
 class OffsetWristArm(SerialArm):
-    """Documented in `arm.RobotArm`; the links are those above."""
+    """Documented in `arm.RobotArm`; the links are those of `offsets`."""
 
     ways = ALL
     method = "closed form, joints 2 to 4 parallel"
@@ -109,11 +62,7 @@ class OffsetWristArm(SerialArm):
         return g.a2 * cos(q2) + g.a3 * cos(q2 + q3) + g.d5 * sin(q2 + q3 + q4)
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:
-        present = self.configuration(q)
-        if abs(sin(q[4])) >= WRIST_SINGULAR:
-            return ()
-        other = Wrist.FLIP if present.wrist is Wrist.NOFLIP else Wrist.NOFLIP
-        return (Configuration(present.arm, present.elbow, other),)
+        return () if abs(sin(q[4])) >= WRIST_SINGULAR else (self.configuration(q).flipped,)
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
         arm, elbow, wrist = configuration.signs
@@ -256,10 +205,10 @@ class OffsetWristArm(SerialArm):
         return hypot(outward, up)
 
     @cached_property
-    def _batch(self) -> OffsetWristBatch:
-        from vrs_cli.kinematics.serial_batch import OffsetWristBatch
+    def _batch(self) -> SerialBatch:
+        from vrs_cli.kinematics.offset_wrist.batch import OffsetWristBatch  # here: it brings numpy
 
-        return OffsetWristBatch(self)
+        return OffsetWristBatch(self.model, self.offsets)
 
     def singularity(self, q: Joints) -> Singularity:
         g = self.offsets

@@ -28,14 +28,13 @@ from math import atan2, cos, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import EXACT
+from vrs_cli.kinematics.clearance import SINGULAR
 from vrs_cli.kinematics.configuration import ALL, Configuration
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 ALPHAS = (-pi / 2, 0.0, pi / 2, -pi / 2, pi / 2, 0.0)
-SINGULAR = 1e-10  # sine, or [m]: below it a joint's angle is noise
-BOUNDARY = 1e-11  # cosine of the elbow, or [m2] at the axis of joint 1: rounding beyond the reach that is forgiven
 
 
 class Geometry(NamedTuple):

@@ -1,7 +1,6 @@
-"""Arms with six joints of which the last three meet in one point, as the PUMA 560.
+"""The arm with six joints of which the last three meet in one point, as the PUMA 560.
 
-Formulas: `spherical_wrist`, `inverse`, `jacobian`. A robot whose links are those of the formulas is solved as it is;
-one that only has its axes like that, by way of `mapped_arm`.
+Formulas: `spherical_wrist.geometry`, `forward`, `inverse`, `rates`, `accelerations`.
 """
 
 from __future__ import annotations
@@ -11,8 +10,6 @@ from math import cos, hypot, sin, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
-from vrs_cli.kinematics import accelerations
-from vrs_cli.kinematics import jacobian as velocity
 from vrs_cli.kinematics.axes import cross
 from vrs_cli.kinematics.clearance import (
     UNKNOWN,
@@ -26,33 +23,19 @@ from vrs_cli.kinematics.clearance import (
     shortest,
     turning,
 )
-from vrs_cli.kinematics.configuration import ALL, Configuration, Wrist
-from vrs_cli.kinematics.forward import make_forward
-from vrs_cli.kinematics.inverse import make_branch, make_branches, make_outside, make_within
+from vrs_cli.kinematics.configuration import ALL, WRIST_SINGULAR, Configuration
 from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.serial_arm import SerialArm
-from vrs_cli.kinematics.spherical_wrist import ALPHAS, Geometry, configuration_of, geometry_of, wrist_centre
+from vrs_cli.kinematics.spherical_wrist import accelerations, rates
+from vrs_cli.kinematics.spherical_wrist.forward import make_forward
+from vrs_cli.kinematics.spherical_wrist.geometry import Geometry, configuration_of, wrist_centre
+from vrs_cli.kinematics.spherical_wrist.inverse import make_branch, make_branches, make_outside, make_within
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.arm_batch import ArmBatch
-
-WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP meet
-
-
-def spherical_wrist_arm(model: RobotModel) -> SphericalWristArm | MappedArm | None:
-    """The arm of a model of this kind; None for every other robot."""
-    geometry = geometry_of(model)
-    if geometry is not None:
-        return SphericalWristArm(model, geometry)
-    way = canonical(model, ALPHAS[:5])
-    geometry = None if way is None else geometry_of(way.model)
-    if way is None or geometry is None:
-        return None
-    return MappedArm(model, way, SphericalWristArm(way.model, geometry))
+    from vrs_cli.kinematics.serial_batch import SerialBatch
 
 
 class Reach(NamedTuple):
@@ -67,10 +50,7 @@ class Reach(NamedTuple):
 
 
 class SphericalWristArm(SerialArm):
-    """Six revolute joints, the last three meeting in one point; the formulas are those of `spherical_wrist`.
-
-    The methods are documented in `RobotArm`.
-    """
+    """Documented in `arm.RobotArm`."""
 
     ways = ALL
     method = "closed form, spherical wrist"
@@ -93,11 +73,7 @@ class SphericalWristArm(SerialArm):
         return configuration_of(self.geometry, q)
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:
-        present = self.configuration(q)
-        if abs(q[4]) >= WRIST_SINGULAR:
-            return ()
-        other = Wrist.FLIP if present.wrist is Wrist.NOFLIP else Wrist.NOFLIP
-        return (Configuration(present.arm, present.elbow, other),)
+        return () if abs(q[4]) >= WRIST_SINGULAR else (self.configuration(q).flipped,)
 
     def _inside(self, q: Joints, near: Joints) -> Joints | None:
         return q if self._within(q) else super()._inside(q, near)
@@ -175,13 +151,13 @@ class SphericalWristArm(SerialArm):
     # --- velocities --------------------------------------------------------------------------------------
 
     def jacobian(self, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
-        return velocity.jacobian(self.geometry, q, T_flange_tool)
+        return rates.jacobian(self.geometry, q, T_flange_tool)
 
     def twist(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
-        return velocity.twist(self.geometry, q, qd, T_flange_tool)
+        return rates.twist(self.geometry, q, qd, T_flange_tool)
 
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-        return velocity.joint_velocity(self.geometry, q, twist, T_flange_tool)
+        return rates.joint_velocity(self.geometry, q, twist, T_flange_tool)
 
     def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
         return accelerations.joint_acceleration(self.geometry, q, qd, rate, T_flange_tool)
@@ -192,13 +168,12 @@ class SphericalWristArm(SerialArm):
         return accelerations.joint_jerk(self.geometry, q, qd, qdd, rate, T_flange_tool)
 
     def singularity(self, q: Joints) -> Singularity:
-        return velocity.singularity(self.geometry, q)
+        return rates.singularity(self.geometry, q)
 
     # --- arrays ------------------------------------------------------------------------------------------
 
     @cached_property
-    def _batch(self) -> ArmBatch:  # type: ignore[override] # the same methods, by the closed form
-        # Here and not above: it brings numpy, which is most of the start-up time of a shell that needs no arrays.
-        from vrs_cli.kinematics.arm_batch import ArmBatch
+    def _batch(self) -> SerialBatch:
+        from vrs_cli.kinematics.spherical_wrist.batch import SphericalWristBatch  # here: it brings numpy
 
-        return ArmBatch(self.geometry, self.model)
+        return SphericalWristBatch(self.model, self.geometry)

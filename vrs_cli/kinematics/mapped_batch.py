@@ -1,0 +1,36 @@
+"""`mapped_arm` over arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vrs_cli.kinematics.axes import Chain
+from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.serial_batch import Flags, Floats, SerialBatch
+from vrs_cli.kinematics.transform import inverse
+from vrs_cli.kinematics.transform_batch import compose_batch, stack
+from vrs_cli.kinematics.unchanging import Unchanging
+
+
+class MappedBatch(SerialBatch):
+    """Asks the batch of the arm that the closed form solves."""
+
+    def __init__(self, model: RobotModel, unchanging: Unchanging, chain: Chain, inner: SerialBatch) -> None:
+        super().__init__(model, inner.ways, unchanging)
+        self.inner = inner
+        self.signs, self.zeros = np.array(chain.signs), np.array([link.theta for link in chain.links])
+        self.ends = stack([inverse(chain.base), inverse(chain.flange)])
+
+    def _seen(self, T: Floats) -> Floats:
+        return compose_batch(compose_batch(self.ends[0], T), self.ends[1])
+
+    def _back(self, q: Floats) -> Floats:
+        return np.asarray(self.signs * (q - self.zeros))
+
+    def inverse(self, T: Floats) -> tuple[Floats, Flags]:
+        q, inside = self.inner.inverse(self._seen(T))
+        return self._back(q), inside
+
+    def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
+        return self._back(self.inner.inverse_branch(self._seen(T), configuration, self.signs * near + self.zeros))

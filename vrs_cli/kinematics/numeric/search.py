@@ -1,0 +1,76 @@
+"""Any serial arm, without a closed form: damped least squares, within the limits of the joints.
+
+Levenberg and Marquardt with the damping of Sugihara (2011), half the squared error: far from the goal a step follows
+the gradient, near it it is Newton's. Joints at a limit that would leave it are held. Starts: the joints that are near,
+then a fixed sequence of others in the joints' ranges, so that the same question always has the same answer.
+
+An arm with fewer joints than six reaches a pose or does not; what misses by less than three decimals tell is reached.
+
+An arm with more joints than the task has parts can be at one place in many ways. A MOVE takes what the search finds
+from where the arm is. On a straight line the joints that are one too many stand still, which makes it definite: the
+joints are then a function of the pose alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+from math import atan2, hypot
+from random import Random
+
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.transform import Transform, Vector
+
+CONVERGED = 1e-10  # [m, rad] an error that is none
+STEPS = 60  # of one search
+LARGEST_STEP = 0.5  # [rad, m] of a joint
+LEAST_DAMPING = 1e-13
+HOPELESS = 1e-3  # a step, as a part of the error, from which steps that do not grow lead nowhere
+NEWTON = 1e-3  # [m2, rad2] with less damping the step is Newton's, which costs half
+STARTS = 40  # beside the middle of the ranges
+ENOUGH = 3  # solutions among which the nearest is taken
+SEED = 560
+MEASURED = 16  # poses of a range over which freedoms are measured
+
+
+def starts(model: RobotModel) -> Iterator[Joints]:
+    """Where a search begins that has no joints near: the middle of the ranges, then a fixed sequence."""
+    yield tuple((low + high) / 2 for low, high in zip(model.lower, model.upper, strict=True))
+    yield from islice(some_joints(model), STARTS)
+
+
+def some_joints(model: RobotModel) -> Iterator[Joints]:
+    """A fixed sequence of joints in their ranges, without an end."""
+    random, limits = Random(SEED), list(zip(model.lower, model.upper, strict=True))
+    while True:
+        yield tuple(random.uniform(low, high) for low, high in limits)
+
+
+def turn_between(a: Vector, b: Vector) -> Vector:
+    """The shortest rotation vector that brings direction a to b."""
+    x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    return _scaled((x, y, z), a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def rotation_vector(have: Transform, want: Transform) -> Vector:
+    """The rotation vector of R_want R_have^T, about axes of the base [rad]."""
+    h, w = have, want
+    x = 0.5 * (h.ny * w.nz - h.nz * w.ny + h.sy * w.sz - h.sz * w.sy + h.ay * w.az - h.az * w.ay)
+    y = 0.5 * (h.nz * w.nx - h.nx * w.nz + h.sz * w.sx - h.sx * w.sz + h.az * w.ax - h.ax * w.az)
+    z = 0.5 * (h.nx * w.ny - h.ny * w.nx + h.sx * w.sy - h.sy * w.sx + h.ax * w.ay - h.ay * w.ax)
+    trace = (
+        h.nx * w.nx + h.ny * w.ny + h.nz * w.nz
+        + h.sx * w.sx + h.sy * w.sy + h.sz * w.sz
+        + h.ax * w.ax + h.ay * w.ay + h.az * w.az
+    )  # fmt: skip
+    return _scaled((x, y, z), 0.5 * (trace - 1.0))
+
+
+def _scaled(v: Vector, cosine: float) -> Vector:
+    """A vector as long as the sine of its angle made as long as the angle."""
+    sine = hypot(*v)
+    if sine < 1e-12:  # no turn, or half a turn: about any axis, the next step sees which
+        return v if cosine > 0.0 else (1e-3, 0.0, 0.0)
+    factor = atan2(sine, cosine) / sine
+    return v[0] * factor, v[1] * factor, v[2] * factor
