@@ -5,7 +5,7 @@ python docs/make_words.py
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from vrs_cli.language.words.functions import FUNCTIONS, Function
@@ -20,32 +20,41 @@ HEAD = """# Every word
 
 All words that the shell knows, from the tables that HELP, completion and the analyzer read. `1` is a word of VAL, `2`
 of VAL-II, `+` of V+, and a word without any is ours. A word that is not available is still known, and refused by name.
-`DISABLE VPLUS` refuses those that are of `+` alone.
+`DISABLE VPLUS` refuses those that are of `+` alone. Each word has an anchor: `words.md#instruction-move`.
 Made by `python docs/make_words.py`.
 """
 COLUMNS = "| form | what it does | example | from | state |\n| --- | --- | --- | --- | --- |"
-TABLES = (
-    ("Monitor commands", COMMANDS),
-    ("Control structures", CONTROL),
-    ("Instructions", INSTRUCTIONS),
-    ("Functions and constants", FUNCTIONS),
-    ("Operators", OPERATORS),
-    ("Words that link", LINKS),
+TABLES: tuple[tuple[str, str, Mapping[str, Row]], ...] = (  # title, beginning of the anchors, rows
+    ("Monitor commands", "command", COMMANDS),
+    ("Control structures", "control", CONTROL),
+    ("Instructions", "instruction", INSTRUCTIONS),
+    ("Functions and constants", "function", FUNCTIONS),
+    ("Operators", "operator", OPERATORS),
+    ("Words that link", "link", LINKS),
 )
+SIGILS = {"$": "string-", "#": "precision-"}  # a sigil in an anchor
 
 
 def page() -> str:
     """The whole page."""
-    return "\n".join((HEAD, *(_table(title, rows.values()) for title, rows in TABLES)))
+    return "\n".join((HEAD, *(_table(title, sort, rows.values()) for title, sort, rows in TABLES)))
 
 
-def _table(title: str, rows: Iterable[Row]) -> str:
-    return "\n".join((f"## {title}\n", COLUMNS, *map(row_text, rows), ""))
+def _table(title: str, sort: str, rows: Iterable[Row]) -> str:
+    return "\n".join((f"## {title}\n", COLUMNS, *(row_text(row, sort) for row in rows), ""))
 
 
-def row_text(row: Row) -> str:
+def row_text(row: Row, sort: str) -> str:
     """A row of the tables as a line of the page."""
-    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in _cells(row))} |"
+    cells = " | ".join(cell.replace("|", chr(92) + "|") for cell in _cells(row))
+    return f"| {_anchor(row.name, sort)}{cells} |"
+
+
+def _anchor(name: str, sort: str) -> str:
+    """`instruction-move`, `function-string-mid`; the signs among the operators have none."""
+    sigil = SIGILS.get(name[0], "")
+    word = name[1:] if sigil else name
+    return f'<a id="{sort}-{sigil}{word.lower()}"></a>' if word[0].isalpha() else ""
 
 
 def _cells(row: Row) -> Iterator[str]:

@@ -100,9 +100,10 @@ def dead_links(page: Path, text: str) -> Iterator[str]:
 
 
 def slugs(text: str) -> set[str]:
-    """The anchors of the headings of a page, as GitHub makes them."""
+    """The anchors of a page: those of its headings, as GitHub makes them, and its own."""
     headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
-    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+    own = re.findall(r'<a id="([^"]+)"></a>', text)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings} | set(own)
 
 
 def test_the_figures_of_the_robot_are_those_of_its_file() -> None:

@@ -36,6 +36,14 @@ def test_the_page_is_what_the_tables_say() -> None:
     assert text == maker().page(), "run python docs/make_words.py"
 
 
+def test_every_word_has_an_anchor_of_its_own() -> None:
+    found = re.findall(r'^\| <a id="([a-z0-9.-]+)"></a>`', (DOCS / "words.md").read_text("utf-8"), re.MULTILINE)
+    assert len(set(found)) == len(found)
+    rows = (*ROWS, *OPERATORS.values(), *LINKS.values())
+    assert len(found) == sum(row.name.strip("#$")[0].isalpha() for row in rows)
+    assert {"command-here", "instruction-here", "function-here", "function-string-mid", "operator-mod"} <= set(found)
+
+
 @pytest.mark.parametrize("row", [*OPERATORS.values(), *LINKS.values()], ids=lambda row: row.name)
 def test_help_knows_the_operator(row: Operator) -> None:
     assert row.form in {entry.form for entry in help_page(row.name).entries}
