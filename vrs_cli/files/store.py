@@ -10,7 +10,7 @@ from vrs_cli.files.layout import Layout
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.analysis.declarations import own_variables
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.environment import Variable as Stored
+from vrs_cli.language.run.variables import NamedValue
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Entry, File, Program, Section, Span
 from vrs_cli.language.words.instructions import INSTRUCTIONS
@@ -94,11 +94,11 @@ def _section(environment: Environment, row: _SectionRow, used: Collection[str] |
         yield Section(row.name, entries, NOWHERE)
 
 
-def _key(variable: Stored) -> str:
+def _key(variable: NamedValue) -> str:
     return key_of(variable.name.partition("[")[0])
 
 
-def _entry(stored: Stored, units: JointUnits) -> Entry:
+def _entry(stored: NamedValue, units: JointUnits) -> Entry:
     value = stored.value
     if isinstance(value, str):
         return Entry(_variable(stored.name), (), value, NOWHERE)

@@ -17,7 +17,8 @@ from vrs_cli.language.analysis.analyzer import Analysis, analyze_among
 from vrs_cli.language.analysis.reachability import unreachable
 from vrs_cli.language.analysis.surroundings import Surroundings, names_given_by
 from vrs_cli.language.run.constants import Constants
-from vrs_cli.language.run.environment import Context, Environment
+from vrs_cli.language.run.environment import Environment
+from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operations import trans
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section

@@ -26,6 +26,7 @@ from vrs_cli.language.analysis.analyzer import Analysis, analyze
 from vrs_cli.language.compile.compiler import compile_program
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.events import Budget, Completed, Failed
+from vrs_cli.language.run.library import LIBRARY
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text.ast import (
     Assignment,
@@ -413,13 +414,13 @@ def test_a_program_with_errors_is_not_compiled() -> None:
     whole_program = assigned(Number(1.0, "1", NOWHERE)).program
     broken = Analysis(whole_program, {}, (), {}, (error(IllegalValue, NOWHERE),))
     with pytest.raises(ProgramNotExecutable, match="main"):
-        compile_program(broken)
+        compile_program(LIBRARY, broken)
 
 
 def test_a_program_with_a_line_that_could_not_be_read_is_not_compiled() -> None:
     bad = Program("main", (), (Step(None, BadLine("MOVE MOVE", NOWHERE), None, NOWHERE),), None, NOWHERE)
     with pytest.raises(ProgramNotExecutable, match="main"):
-        compile_program(Analysis(bad, {}, (), {}, ()))
+        compile_program(LIBRARY, Analysis(bad, {}, (), {}, ()))
 
 
 def test_an_expression_of_a_thousand_levels_is_refused_not_crashed() -> None:
@@ -429,7 +430,7 @@ def test_an_expression_of_a_thousand_levels_is_refused_not_crashed() -> None:
     statement = Assignment(Variable("x", "", None, NOWHERE), tree, NOWHERE)
     deep = Program("deep", (), (Step(None, statement, None, NOWHERE),), None, NOWHERE)
     with pytest.raises(ProgramNotExecutable, match="nested too deeply"):
-        compile_program(Analysis(deep, {"a": Kind.REAL, "x": Kind.REAL}, (), {}, ()))
+        compile_program(LIBRARY, Analysis(deep, {"a": Kind.REAL, "x": Kind.REAL}, (), {}, ()))
 
 
 def test_long_programs_compile() -> None:
@@ -453,7 +454,8 @@ def test_the_collector_runs_again_after_what_goes_wrong() -> None:
 def test_the_collector_stays_off_where_it_was() -> None:
     gc.disable()
     try:
-        environment_with(program("x = 1")).program("main").compiled  # noqa: B018
+        environment = environment_with(program("x = 1"))
+        environment.executable(environment.program("main")).compiled  # noqa: B018
         assert not gc.isenabled()
     finally:
         gc.enable()

@@ -18,7 +18,8 @@ from vrs_cli.errors import (
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.run.constants import Constants
-from vrs_cli.language.run.environment import Context, Environment
+from vrs_cli.language.run.environment import Environment
+from vrs_cli.language.run.memory import Context
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.diagnostics import Diagnostic, Severity
 from vrs_cli.language.text.parser import parse_file
@@ -35,10 +36,10 @@ class Robot(StillRobot):
         self.engine = engine
 
     def switch(self, name: str) -> bool:
-        return self.engine.parameters.switch(name)
+        return self.engine.settings.switch(name)
 
     def parameter(self, name: str) -> float | str:
-        return self.engine.parameters.parameter(name)
+        return self.engine.settings.parameter(name)
 
 
 def found(*lines: str) -> list[Diagnostic]:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
-from vrs_cli.language.run.environment import Environment, Index, Item, StoredProgram
+from vrs_cli.language.run.cells import Index
+from vrs_cli.language.run.environment import Environment
+from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.ast import Entry, Number, Program, Section
 from vrs_cli.language.words.values import Value, whole
 

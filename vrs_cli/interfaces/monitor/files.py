@@ -20,7 +20,8 @@ from vrs_cli.interfaces.monitor.consent import listed, may_replace, may_write, r
 from vrs_cli.interfaces.monitor.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.kinematics.arm import RobotArm, arm_for
-from vrs_cli.language.run.environment import Item, StoredProgram
+from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.ast import Instruction, Section
 from vrs_cli.language.words.values import Value
 from vrs_cli.trajectory.segment import Segment

@@ -23,7 +23,7 @@ from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedVal
 from vrs_cli.interfaces.monitor.operands import Handler, operand, real, real_or, shown, sight
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
-from vrs_cli.language.run.environment import Reference
+from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.text.ast import Instruction, Number, Variable
 from vrs_cli.language.words.kind import NAME_LENGTH, Kind
 from vrs_cli.language.words.values import (

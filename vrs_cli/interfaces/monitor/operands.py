@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.errors import NoProgramSpecified, TypeMismatch
-from vrs_cli.language.run.environment import Reference
+from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.text.ast import Call, Expression, Instruction, ProgramCall, Variable, Word
 from vrs_cli.language.words.values import Value, kind_of_value
 

@@ -12,7 +12,7 @@ from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, Usag
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.monitor.consent import refusal
 from vrs_cli.interfaces.monitor.operands import Handler, operand, real_or, word
-from vrs_cli.language.run.environment import StoredProgram
+from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.text.ast import BadLine, Instruction, Program
 from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.language.words.kind import key_of

@@ -9,7 +9,7 @@ from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply, Tone
 from vrs_cli.errors import NoProgramSpecified
 from vrs_cli.interfaces.monitor.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.tasks.runs import Outcome, RunResult
-from vrs_cli.language.run.environment import Reference
+from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL, checked_task
 from vrs_cli.language.text.ast import Instruction, ProgramCall
 from vrs_cli.language.words.values import whole

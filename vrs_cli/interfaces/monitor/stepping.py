@@ -10,7 +10,8 @@ from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.monitor.operands import Handler, operand, real_or, shown, sight, word
 from vrs_cli.interfaces.monitor.running import asked_program, run
 from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.language.run.environment import StoredProgram
+from vrs_cli.language.run.environment import Environment
+from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import Value, numbers_of, plain, whole
 
@@ -42,7 +43,7 @@ def _bpt(session: Session, it: Instruction) -> Iterator[Reply]:
         if abs(step) > last:
             raise IllegalValue(f"step {abs(step)}", f"{stored.name} has the steps 1 to {last}")
         if step > 0:
-            debugging.breakpoints.add((key, _breakable(stored, step)))
+            debugging.breakpoints.add((key, _breakable(session.environment, stored, step)))
         else:
             gone = {point for point in debugging.breakpoints if point[0] == key and step in (0, -point[1])}
             debugging.breakpoints -= gone
@@ -52,9 +53,9 @@ def _bpt(session: Session, it: Instruction) -> Iterator[Reply]:
         yield Message("No breakpoints")
 
 
-def _breakable(stored: StoredProgram, step: int) -> int:
+def _breakable(environment: Environment, stored: StoredProgram, step: int) -> int:
     """The step itself, or the first behind it at which something is done. Raises IllegalValue, ProgramNotExecutable."""
-    found = stored.compiled.stand(step - 1)
+    found = environment.executable(stored).compiled.stand(step - 1)
     if found is None:
         raise IllegalValue(f"step {step}", f"nothing is done there or after it in {stored.name}")
     return found + 1

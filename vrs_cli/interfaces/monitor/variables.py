@@ -11,7 +11,7 @@ from vrs_cli.interfaces.monitor.consent import refusal
 from vrs_cli.interfaces.monitor.operands import Handler, own, real, shown, sight
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.run.environment import Index, Reference, subscript
+from vrs_cli.language.run.cells import Index, Reference, subscript
 from vrs_cli.language.text.ast import Binary, Expression, Instruction, Unary, Variable
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
 from vrs_cli.language.words.kind import Kind, key_of

@@ -34,8 +34,10 @@ from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import CYCLE_SETTINGS
-from vrs_cli.language.run.environment import Environment, Reference, StoredProgram
+from vrs_cli.language.run.environment import Environment
+from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.run.prompt import statement_task
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text.ast import (
@@ -145,6 +147,7 @@ class Session:
 
     def _store(self, file: File, text: str) -> tuple[Diagnostic, ...]:
         from vrs_cli.language.analysis.analyzer import analyze_among
+        from vrs_cli.language.analysis.lineage import program_beyond_val2
         from vrs_cli.language.analysis.surroundings import Surroundings
 
         programs = {part.key: part for part in file.parts if isinstance(part, Program)}
@@ -154,9 +157,9 @@ class Session:
         diagnostics: list[Diagnostic] = []
         for program in programs.values():
             analysis = analyze_among(surroundings, program)
-            stored = self.environment.store(analysis, lines)
+            self.environment.store(analysis, lines)
             diagnostics += analysis.diagnostics
-            diagnostics += () if self.robot.switch("VPLUS") else stored.beyond_val2
+            diagnostics += () if self.robot.switch("VPLUS") else tuple(program_beyond_val2(program))
         return tuple(diagnostics)
 
     # --- running ---
@@ -244,7 +247,8 @@ class Session:
         stored = self.environment.program(name)
         if not stored.analysis.executable:
             raise ProgramNotExecutable(stored.name, _why_not(stored))
-        stored.check_lineage(vplus=self.robot.switch("VPLUS"))
+        if not self.robot.switch("VPLUS"):
+            self.environment.executable(stored).refuse_beyond_val2()
         return stored
 
     def _nothing_runs(self) -> None:

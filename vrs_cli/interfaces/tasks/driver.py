@@ -29,9 +29,10 @@ from vrs_cli.interfaces.tasks.system import SystemReadings
 from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Pending, Track
 from vrs_cli.interfaces.tasks.transcript import Transcript
-from vrs_cli.language.run.environment import Environment, Robot
+from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.events import Budget, Event, Failed
 from vrs_cli.language.run.inputs import NO_INPUTS, Inputs
+from vrs_cli.language.run.robot import Robot
 from vrs_cli.language.run.runtime import BUDGET, Task
 
 _P = TypeVar("_P", bound=Pending)

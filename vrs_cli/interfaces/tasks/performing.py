@@ -32,8 +32,9 @@ from vrs_cli.language.run.effects import (
     Wait,
     WaitEvent,
 )
-from vrs_cli.language.run.environment import Environment, Robot
+from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.events import Budget, Completed, Failed, Halted, Paused, TaskState
+from vrs_cli.language.run.robot import Robot
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.units import UnitEffect
 from vrs_cli.trajectory.instant import on_grid

@@ -9,6 +9,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Span
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.text.precedence import LOGICAL, VAL_ORDER, Grouping
+from vrs_cli.language.text.printer import expression_text
 
 # A tree without places: a value as its text, a sign with one or two trees.
 Tree = str | tuple["Tree", ...]
@@ -25,8 +26,6 @@ class OtherGrouping:
 
 def val_grouping(expression: Expression) -> Iterator[OtherGrouping]:
     """Each part of an expression, between parentheses, that VAL-II groups otherwise."""
-    from vrs_cli.language.text.printer import expression_text
-
     flat: list[Token | Tree] = []
     values: list[Expression] = []
     ours = _flatten(expression, flat, values, expression_text)

@@ -9,6 +9,7 @@ from vrs_cli.errors import IllegalArrayIndex, InvalidName, TypeMismatch, VrsErro
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Span
 from vrs_cli.language.text.diagnostics import Diagnostic, error, warning
+from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.instructions import RESERVED, reserved
 from vrs_cli.language.words.kind import NAME_LENGTH, SIGIL_KINDS, Kind
 
@@ -201,8 +202,6 @@ class Names:
 
     def mismatch(self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None) -> None:
         """An expression is of a kind that is not wanted; `step`: what decided it."""
-        from vrs_cli.language.text.printer import expression_text
-
         text = expression_text(expression)
         shown = text if len(text) <= LONGEST_SHOWN else "this"
         since = f" since step {step}" if step not in (None, self.step) else ""

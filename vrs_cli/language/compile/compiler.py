@@ -35,6 +35,7 @@ from vrs_cli.language.analysis.analyzer import Analysis
 from vrs_cli.language.analysis.channels import channel, signals_on
 from vrs_cli.language.compile import python_tree as tree
 from vrs_cli.language.compile.expressions import CELLS, Array, Expressions, Place
+from vrs_cli.language.compile.library import Library
 from vrs_cli.language.compile.lowering import (
     Branch,
     CaseBegin,
@@ -49,20 +50,15 @@ from vrs_cli.language.compile.lowering import (
     Perform,
     lower,
 )
-from vrs_cli.language.run.effects import Yielded
-from vrs_cli.language.run.environment import Context, Reference
-from vrs_cli.language.run.operands import Definable
-from vrs_cli.language.run.semantics.table import HANDLERS
-from vrs_cli.language.run.support import UNSET, overflow
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.collector import collector_paused
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import LIMIT, Value
+from vrs_cli.language.words.values import LIMIT
 from vrs_cli.language.words.word import Argument, Shape
 
-Steps = Generator[int | Yielded, str | None, int | None]
+Steps = Generator[Any, str | None, int | None]
 
 PART = 2048  # operations in one function
 
@@ -93,19 +89,19 @@ class _Jumps:
 class _ProgramCompiler(Expressions):
     """The operations of one program as the body of its Python function."""
 
-    def __init__(self, analysis: Analysis, lowered: Lowered) -> None:
+    def __init__(self, library: Library, analysis: Analysis, lowered: Lowered) -> None:
         declared = (*analysis.program.parameters, *(own.variable for own in analysis.own))
-        super().__init__(analysis.kinds, {variable.key: number for number, variable in enumerate(declared)})
+        super().__init__(library, analysis.kinds, {variable.key: number for number, variable in enumerate(declared)})
         self.array_parameters.update(variable.key for variable in declared if variable.indexes is not None)
         self._lowered = lowered
         self._jumps = _Jumps({})
 
-    def variant(self, everywhere: bool) -> _Variant:
+    def variant(self, everywhere: bool) -> Variant:
         leaders = self._leaders(everywhere)
         numbers = {op: number for number, op in enumerate(leaders)}
         cuts = [numbers[op] for op in range(0, len(self._lowered.ops), PART)]
         parts = [self._part(range(*cut), leaders, numbers) for cut in pairwise([*cuts, len(leaders)])]
-        return _Variant(parts[0] if len(parts) == 1 else _joined(parts, cuts), tuple(self.arrays), numbers)
+        return Variant(parts[0] if len(parts) == 1 else _joined(parts, cuts), tuple(self.arrays), numbers)
 
     def _part(self, here: range, leaders: list[int], numbers: Mapping[int, int]) -> Callable[..., Steps]:
         """The function of some of the blocks. What it knows of arrays, the parts after it know too."""
@@ -298,10 +294,10 @@ class _ProgramCompiler(Expressions):
         return [py.Expr(py.YieldFrom(tree.call(self._handler(statement.word), tree.name("X"), operands)))]
 
     def _handler(self, word: str) -> str:
-        if word not in HANDLERS:
+        if word not in self.library.handlers:
             raise ProgramNotExecutable(f"{word} is not available in a program")
         name = f"h_{word.replace('.', '__')}"
-        self.namespace[name] = HANDLERS[word]
+        self.namespace[name] = self.library.handlers[word]
         return name
 
     def _operand(self, word: str, expression: ast.Expression | None, row: Argument) -> py.expr:
@@ -396,7 +392,7 @@ def _joined(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Cal
 
 
 @dataclass(frozen=True)
-class _Variant:
+class Variant:
     """The Python function, the arrays it takes after its fixed arguments, and the block that begins at an operation."""
 
     function: Callable[..., Steps]
@@ -409,32 +405,27 @@ class Compiled:
     """A program ready to run. `spelling`: the names it uses, as it first spells them, by key. `array_parameters`: the
     keys of those that stand for whole arrays."""
 
+    library: Library
     analysis: Analysis
     lowered: Lowered
     spelling: Mapping[str, str]
     array_parameters: frozenset[str]
-    ordinary: _Variant
+    ordinary: Variant
 
     @cached_property
-    def everywhere(self) -> _Variant:
+    def everywhere(self) -> Variant:
         """The variant that can be entered at every operation."""
         with collector_paused():
-            return _ProgramCompiler(self.analysis, self.lowered).variant(everywhere=True)
+            return _ProgramCompiler(self.library, self.analysis, self.lowered).variant(everywhere=True)
 
-    def start(self, context: Context, arguments: Sequence[Reference], slots: list[object], op: int = 0) -> Steps:
-        """An activation, from an operation on; one argument for each parameter, and the variables of the program's own.
+    def variant(self, op: int) -> Variant:
+        """The variant that can be entered at an operation."""
+        return self.ordinary if op in self.ordinary.numbers else self.everywhere
 
-        `slots`: `fresh_slots()` to begin with; when the activation has ended in any way they hold what it kept.
-        """
-        variant = self.ordinary if op in self.ordinary.numbers else self.everywhere
-        environment = context.environment
-        cells = (environment.cells(kind) for kind in CELLS)
-        bound = (part for reference in arguments for part in reference)
-        arrays = (environment.cells(array.kind, array.key) for array in variant.arrays)
-        return variant.function(context, *cells, slots, variant.numbers[op], *bound, *arrays)
-
-    def fresh_slots(self) -> list[object]:
-        return [UNSET] * (2 * self.lowered.slots)
+    @property
+    def slots(self) -> int:
+        """How many values a frame keeps: the limit and the step of each FOR, the subject of each CASE."""
+        return 2 * self.lowered.slots
 
     def step_of(self, op: int) -> int:
         """The step (from 0) that an operation belongs to."""
@@ -455,61 +446,55 @@ def _silent(op: Op) -> bool:
     return isinstance(op, Mark | Finish) or (isinstance(op, Jump) and not op.counted)
 
 
-def compile_program(analysis: Analysis) -> Compiled:
+def compile_program(library: Library, analysis: Analysis) -> Compiled:
     """Raises ProgramNotExecutable for a program with errors."""
     if not analysis.executable:
         raise ProgramNotExecutable(analysis.program.name, "mend its errors first")
     try:
         lowered = lower(analysis)
-        compiler = _ProgramCompiler(analysis, lowered)
+        compiler = _ProgramCompiler(library, analysis, lowered)
         with collector_paused():
             variant = compiler.variant(everywhere=False)
     except RecursionError:
         raise ProgramNotExecutable(analysis.program.name, "an expression is nested too deeply") from None
-    return Compiled(analysis, lowered, compiler.spelling, frozenset(compiler.array_parameters), variant)
+    return Compiled(library, analysis, lowered, compiler.spelling, frozenset(compiler.array_parameters), variant)
 
 
-def _with_context(compiler: Expressions, value: py.expr) -> Callable[..., Any]:
-    """A function of the context, and of a reference for each of the compiler's parameters."""
+@dataclass(frozen=True)
+class CompiledExpression:
+    """A function of the context, the cells of each kind, what the references given consist of, and those arrays."""
+
+    function: Callable[..., Any]
+    arrays: tuple[Array, ...]
+
+
+def _with_context(compiler: Expressions, value: py.expr) -> CompiledExpression:
     bound = [f"{letter}{number}" for number in range(len(compiler.parameters)) for letter in "pqk"]
     names = ["X", *CELLS.values(), *bound, *compiler.arrays.values()]
-    function = tree.made(
-        py.FunctionDef("value", tree.parameters(names), [py.Return(value)], [], None), compiler.namespace
-    )
-    arrays = tuple(compiler.arrays)
-
-    def evaluate(context: Context, *references: Reference) -> Any:
-        cells = context.environment.cells
-        given = (part for reference in references for part in reference)
-        simple, elements = (cells(kind) for kind in CELLS), (cells(array.kind, array.key) for array in arrays)
-        try:
-            return function(context, *simple, *given, *elements)
-        except ArithmeticError as error:
-            raise overflow(error) from None
-
-    return evaluate
+    definition = py.FunctionDef("value", tree.parameters(names), [py.Return(value)], [], None)
+    return CompiledExpression(tree.made(definition, compiler.namespace), tuple(compiler.arrays))
 
 
 def compile_expression(
-    expression: ast.Expression, kinds: Mapping[str, Kind], own: Sequence[str] = ()
-) -> Callable[..., Value]:
+    library: Library, expression: ast.Expression, kinds: Mapping[str, Kind], own: Sequence[str] = ()
+) -> CompiledExpression:
     """One expression at the prompt. `kinds`: those of the bare names that have a value. `own`: the keys of variables
-    for which the function takes references."""
-    compiler = Expressions(kinds, {key: number for number, key in enumerate(own)})
+    for which references are given."""
+    compiler = Expressions(library, kinds, {key: number for number, key in enumerate(own)})
     if isinstance(expression, ast.Variable):
         return _with_context(compiler, compiler.read(expression))
     return _with_context(compiler, compiler.checked(expression))
 
 
 def compile_argument(
-    expression: ast.Expression | None, kinds: Mapping[str, Kind]
-) -> Callable[[Context], Reference | None]:
-    """One argument of EXECUTE at the prompt, as CALL passes it."""
-    compiler = Expressions(kinds)
+    library: Library, expression: ast.Expression | None, kinds: Mapping[str, Kind]
+) -> CompiledExpression:
+    """One argument of EXECUTE at the prompt, as CALL passes it: a reference, or None."""
+    compiler = Expressions(library, kinds)
     return _with_context(compiler, compiler.argument_of_call(expression))
 
 
-def compile_definable(expression: ast.Expression, kinds: Mapping[str, Kind]) -> Callable[[Context], Definable]:
+def compile_definable(library: Library, expression: ast.Expression, kinds: Mapping[str, Kind]) -> CompiledExpression:
     """What HERE, POINT and TEACH define at the prompt: `a`, `#p`, `a:b`, `row[3]`."""
-    compiler = Expressions(kinds)
+    compiler = Expressions(library, kinds)
     return _with_context(compiler, compiler.operand(expression, Argument("location", Shape.LOCATION_VARIABLE)))

@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.compile import python_tree as tree
-from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES
-from vrs_cli.language.run.support import NAMES
+from vrs_cli.language.compile.library import Library
 from vrs_cli.language.text import ast
 from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.kind import SIGIL_KINDS, Kind
@@ -67,12 +66,16 @@ class Expressions:
     """Expressions as Python's. Remembers what else the Python function has to be given: `arrays` of the environment,
     with the names of their Python variables, and `namespace`, its globals. `parameters`: their numbers, by key."""
 
+    library: Library
     kinds: Mapping[str, Kind]
     parameters: Mapping[str, int] = field(default_factory=dict)
     arrays: dict[Array, str] = field(default_factory=dict)
-    namespace: dict[str, object] = field(default_factory=lambda: dict(NAMES))
     spelling: dict[str, str] = field(default_factory=dict)
     array_parameters: set[str] = field(default_factory=set)
+    namespace: dict[str, object] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.namespace = dict(self.library.names)
 
     def bound(self, prefix: str, value: object) -> py.expr:
         """A value of the compiler as a global of the program."""
@@ -221,8 +224,8 @@ class Expressions:
 
     def _function(self, call: ast.Call) -> py.expr:
         function = FUNCTIONS[call.name]
-        contextual = IN_CONTEXT.get(call.name)
-        evaluate = contextual or OF_VALUES.get(call.name)
+        contextual = self.library.in_context.get(call.name)
+        evaluate = contextual or self.library.of_values.get(call.name)
         if evaluate is None:
             raise ProgramNotExecutable(f"{function.name} is not available")
         if not function.arguments and contextual is None:

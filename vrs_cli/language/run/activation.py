@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from vrs_cli.language.compile.compiler import Steps
-from vrs_cli.language.run.environment import Context, Reference, StoredProgram
+from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.events import Event
+from vrs_cli.language.run.executable import Executable, Steps
+from vrs_cli.language.run.memory import Context
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,17 +29,17 @@ class Activation:
 
     __slots__ = ("_arguments", "_context", "_slots", "between", "interruption", "op", "program", "reached", "steps")
 
-    def __init__(self, context: Context, program: StoredProgram, arguments: Sequence[Reference], step: int = 0) -> None:
-        program.check_lineage(vplus=context.robot.switch("VPLUS"))
-        compiled = program.compiled
+    def __init__(self, context: Context, program: Executable, arguments: Sequence[Reference], step: int = 0) -> None:
+        if not context.robot.switch("VPLUS"):
+            program.refuse_beyond_val2()
         self.program = program
-        self.op = compiled.entry(step)
+        self.op = program.compiled.entry(step)
         self._context = context
         self._arguments = (*arguments, *program.own())
-        self._slots = compiled.fresh_slots()
+        self._slots = program.fresh_slots()
         self.between, self.reached = True, False
         self.interruption: Interruption | None = None
-        self.steps: Steps = compiled.start(context, self._arguments, self._slots, self.op)
+        self.steps: Steps = program.start(context, self._arguments, self._slots, self.op)
 
     @property
     def step(self) -> int:
@@ -63,7 +64,7 @@ class Activation:
         """Go on from another operation."""
         self.steps.close()
         self.op, self.between, self.reached = op, True, False
-        self.steps = self.program.compiled.start(self._context, self._arguments, self._slots, op)
+        self.steps = self.program.start(self._context, self._arguments, self._slots, op)
 
     def skip(self, more: int = 0) -> None:
         """Go on with the next step, or so many steps after that."""

@@ -5,26 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vrs_cli.errors import ArgumentMismatch
-from vrs_cli.language.run.environment import NO_CELLS, Cells, Environment, Reference, StoredProgram
+from vrs_cli.language.run.cells import Reference, new_variable
+from vrs_cli.language.run.executable import Executable
+from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text.ast import Variable
 from vrs_cli.language.text.diagnostics import counted
-from vrs_cli.language.words.kind import SIGIL_KINDS, Kind
+from vrs_cli.language.words.kind import Kind, kind_of_name
 
 
-def _left_out(environment: Environment, parameter: Variable) -> Reference:
+def _left_out(memory: Memory, parameter: Variable) -> Reference:
     """What stands for an argument that is not given: undefined until the program assigns it."""
     name = parameter.sigil + parameter.name
-    kind = SIGIL_KINDS.get(parameter.sigil, Kind.REAL)
-    locations = NO_CELLS if parameter.sigil else Cells(environment, Kind.LOCATION, omitted=name)
-    key = None if parameter.indexes is not None else name
-    return Reference(Cells(environment, kind, omitted=name), locations, key)
+    is_array = parameter.indexes is not None
+    return new_variable(memory.spelling, name, kind_of_name(name), array=is_array, omitted=name)
 
 
-def _checked_argument(
-    program: StoredProgram, parameter: Variable, given: Reference, arrays: frozenset[str]
-) -> Reference:
+def _checked_argument(program: Executable, parameter: Variable, given: Reference, arrays: frozenset[str]) -> Reference:
     name = f"{parameter.sigil}{parameter.name} of {program.name}"
-    kind = SIGIL_KINDS.get(parameter.sigil, Kind.REAL)
+    kind = kind_of_name(parameter.key)
     if given.cells.kind is not kind:
         wanted = kind.value if parameter.sigil else "real or a transformation"
         raise ArgumentMismatch(f"{name} is given a {given.cells.kind.value}", f"a {wanted} is wanted")
@@ -38,9 +36,7 @@ def _checked_argument(
     return given
 
 
-def bind(
-    environment: Environment, program: StoredProgram, arguments: Sequence[Reference | None]
-) -> tuple[Reference, ...]:
+def bind(memory: Memory, program: Executable, arguments: Sequence[Reference | None]) -> tuple[Reference, ...]:
     """One reference for each parameter. Raises ArgumentMismatch."""
     parameters = program.program.parameters
     if len(arguments) > len(parameters):
@@ -51,6 +47,6 @@ def bind(
     arrays = program.compiled.array_parameters
     padded = (*arguments, *(None,) * (len(parameters) - len(arguments)))
     return tuple(
-        _left_out(environment, parameter) if given is None else _checked_argument(program, parameter, given, arrays)
+        _left_out(memory, parameter) if given is None else _checked_argument(program, parameter, given, arrays)
         for parameter, given in zip(parameters, padded, strict=True)
     )

@@ -35,11 +35,12 @@ from vrs_cli.language.analysis.channels import channel, signals_on
 from vrs_cli.language.compile.compiler import compile_expression
 from vrs_cli.language.compile.expressions import VARIABLES, WORDS, word_of
 from vrs_cli.language.run.effects import CallProgram
-from vrs_cli.language.run.environment import Context
+from vrs_cli.language.run.evaluation import evaluator
+from vrs_cli.language.run.library import LIBRARY, for_step
+from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Operand, Operands, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT
 from vrs_cli.language.run.semantics.table import HANDLERS
-from vrs_cli.language.run.support import for_step
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, Span, Statement
 from vrs_cli.language.text.diagnostics import Diagnostic, warning
@@ -110,7 +111,7 @@ class Constants:
 
     def _error(self, expression: Expression) -> VrsError | None:
         try:
-            compile_expression(expression, {})(self.context)
+            evaluator(compile_expression(LIBRARY, expression, {}))(self.context)
         except (*NEVER_RIGHT, UsageError) as error:
             return error
         except VrsError:  # what only a run can tell: a unit, a program
@@ -125,7 +126,8 @@ class Constants:
             return number
         if not _constant(expression):
             return Gap.REAL
-        return compile_expression(expression, {})(self.context)
+        value: Value = evaluator(compile_expression(LIBRARY, expression, {}))(self.context)
+        return value
 
     # --- statements ---
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from vrs_cli.engine.commands import Mode, Request, SetDuration, SetMode, SetSpeed, SpeedUnit
-from vrs_cli.language.run.environment import Reference
+from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.reactions import Reaction
 from vrs_cli.language.run.units import UnitEffect
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import inf
 
-from vrs_cli.language.run.environment import Signals
+from vrs_cli.language.run.signals import Signals
 
 
 @dataclass(frozen=True, slots=True)

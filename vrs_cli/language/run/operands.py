@@ -10,9 +10,10 @@ from vrs_cli.engine.commands import Stamp
 from vrs_cli.errors import IllegalValue, TypeMismatch
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import CallProgram, Yielded
-from vrs_cli.language.run.environment import Context, Reference
 from vrs_cli.language.run.formats import TypeItem
+from vrs_cli.language.run.memory import Context
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, plain
 

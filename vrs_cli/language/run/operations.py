@@ -31,8 +31,9 @@ from vrs_cli.kinematics.transform import (
     translation,
 )
 from vrs_cli.kinematics.transform import distance as metres_between
-from vrs_cli.language.run.environment import Context, Reference
+from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.formats import TypeItem, encode
+from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.units import NO_WAIT, checked_unit
 from vrs_cli.language.words.values import (
     FALSE,

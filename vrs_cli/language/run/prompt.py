@@ -5,10 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterable, Mapping
 
 from vrs_cli.errors import ProgramNotExecutable
+from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.compile.compiler import compile_argument, compile_definable, compile_expression
-from vrs_cli.language.run.environment import Context, Environment, Reference, Robot, StoredProgram
+from vrs_cli.language.run.cells import Reference
+from vrs_cli.language.run.environment import Environment
+from vrs_cli.language.run.evaluation import evaluator
 from vrs_cli.language.run.events import Completed, Event, Failed, Halted, TaskState
+from vrs_cli.language.run.executable import Executable
+from vrs_cli.language.run.library import LIBRARY
+from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Definable
+from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.robot import Robot
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Step, Variable
@@ -31,14 +39,12 @@ def statement_task(environment: Environment, robot: Robot, statement: ast.Statem
 
     Raises ProgramNotExecutable with the first fault that the analyzer finds.
     """
-    from vrs_cli.language.analysis.analyzer import analyze
-
     program = Program("", (), (Step(None, statement, None, statement.span),), None, statement.span)
     programs = {key: stored.program for key, stored in environment.programs.items()}
     analysis = analyze(program, environment.kinds(), programs)
     if not analysis.executable:
         raise ProgramNotExecutable(analysis.diagnostics[0].message)
-    return _LineTask(environment, robot, StoredProgram(environment, analysis))
+    return _LineTask(environment, robot, Executable(environment, StoredProgram(analysis)))
 
 
 def execute_statement(
@@ -79,7 +85,7 @@ class Sight:
         kinds = {key: kind for key in self._keys if (kind := self._kind(key, used.get(key))) is not None}
         sorts = (*used, None, *kinds.items())
         if sorts not in self._compiled:
-            self._compiled[sorts] = compile_expression(self._expression, kinds, tuple(used))
+            self._compiled[sorts] = evaluator(compile_expression(LIBRARY, self._expression, kinds, tuple(used)))
         return self._compiled[sorts](self._context, *used.values())
 
     def _kind(self, key: str, own: Reference | None) -> Kind | None:
@@ -98,9 +104,11 @@ def arguments_of(
 ) -> tuple[Reference | None, ...]:
     """The arguments of EXECUTE at the prompt: variables by reference, as CALL passes them. Raises VrsError."""
     context, kinds = Context(environment, robot), environment.kinds()
-    return tuple(compile_argument(argument, kinds)(context) for argument in arguments)
+    return tuple(evaluator(compile_argument(LIBRARY, argument, kinds))(context) for argument in arguments)
 
 
 def definable(environment: Environment, robot: Robot, expression: ast.Expression) -> Definable:
     """What HERE and POINT at the prompt define: `a`, `#p`, `row[3]`, or the last name of `a:b`. Raises VrsError."""
-    return compile_definable(expression, environment.kinds())(Context(environment, robot))
+    compiled = compile_definable(LIBRARY, expression, environment.kinds())
+    made: Definable = evaluator(compiled)(Context(environment, robot))
+    return made

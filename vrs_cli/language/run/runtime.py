@@ -25,6 +25,7 @@ from vrs_cli.engine.commands import Brake, Break
 from vrs_cli.errors import IllegalValue, LimitReached, StackOverflow, VrsError
 from vrs_cli.language.run.activation import Activation, Interruption
 from vrs_cli.language.run.arguments import bind
+from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
     CallProgram,
@@ -41,10 +42,14 @@ from vrs_cli.language.run.effects import (
     Wait,
     Yielded,
 )
-from vrs_cli.language.run.environment import Context, Environment, Reference, Robot, StoredProgram, sizes
+from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.events import Budget, Completed, Event, Failed, Halted, Paused, ProgramFault, TaskState
+from vrs_cli.language.run.executable import Executable
+from vrs_cli.language.run.library import at_once, by_value, overflow
+from vrs_cli.language.run.memory import Context
+from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.run.reactions import OF_ERRORS, Reaction, Reactions
-from vrs_cli.language.run.support import at_once, by_value, overflow
+from vrs_cli.language.run.robot import Robot
 from vrs_cli.language.words.kind import key_of
 from vrs_cli.language.words.values import Value
 
@@ -72,13 +77,15 @@ class Task:
         self,
         environment: Environment,
         robot: Robot,
-        program: str | StoredProgram,
+        program: str | StoredProgram | Executable,
         arguments: Sequence[Reference | Value | None] = (),
         cycles: int = 1,
         step: int = 1,
     ) -> None:
+        self._environment = environment
         self._context = Context(environment, robot)
-        self._main = environment.program(program) if isinstance(program, str) else program
+        stored = environment.program(program) if isinstance(program, str) else program
+        self._main = stored if isinstance(stored, Executable) else environment.executable(stored)
         self._arguments = tuple(self._referred(argument) for argument in arguments)
         self._first_step = self._checked_step(step) - 1
         if cycles == 0 or cycles > MOST_CYCLES:
@@ -179,7 +186,7 @@ class Task:
 
     def held(self) -> int:
         """Elements of arrays and characters of strings that its programs have for themselves until they return."""
-        return sum(sizes(activation.automatic) for activation in self._activations)
+        return sum(one.size() for activation in self._activations for one in activation.automatic)
 
     def uses(self, program: str) -> bool:
         """Whether a program is on the stack, so that it cannot be changed."""
@@ -191,7 +198,7 @@ class Task:
         """The text of the present step."""
         activation = self._activations[-1] if self._activations else None
         return (
-            activation.program.source(activation.step)
+            activation.program.stored.source(activation.step)
             if activation is not None and activation.program.program.steps
             else ""
         )
@@ -238,7 +245,7 @@ class Task:
         del self._activations[1:]
 
     def _begin(self) -> None:
-        arguments = bind(self._context.environment, self._main, self._arguments)
+        arguments = bind(self._environment, self._main, self._arguments)
         self._activations = [Activation(self._context, self._main, arguments, self._first_step)]
         self._first_step = 0
         self._tried = None
@@ -333,7 +340,7 @@ class Task:
         program = self.reactions.on_error
         if program is None or self.reactions.priority >= OF_ERRORS or isinstance(error, LimitReached):
             return False
-        self._context.environment.last_error = error.code
+        self._environment.last_error = error.code
         try:
             self._interrupt(program, OF_ERRORS, Interruption(self.reactions.priority, failed=True))
         except VrsError:
@@ -387,8 +394,8 @@ class Task:
     def _call(self, call: CallProgram) -> None:
         if len(self._activations) > STACK_LIMIT:
             raise StackOverflow(f"{STACK_LIMIT} calls deep", f"does {call.name} call itself for ever?")
-        environment = self._context.environment
-        program = environment.program(call.name)
+        environment = self._environment
+        program = environment.executable(environment.program(call.name))
         self._activations.append(Activation(self._context, program, bind(environment, program, call.arguments)))
 
     def broken_by(self, error: VrsError) -> ProgramFault:
@@ -399,7 +406,7 @@ class Task:
         activation = self._activations[-1]
         program = activation.program.program
         span = program.steps[activation.step].span if program.steps else program.span
-        self._context.environment.last_error = error.code
+        self._environment.last_error = error.code
         self.state = TaskState.FAILED
         self.fault = ProgramFault(
             error.code,
@@ -408,7 +415,7 @@ class Task:
             program.name,
             activation.step + 1,
             span.line,
-            activation.program.source(activation.step),
+            activation.program.stored.source(activation.step),
         )
         return Failed(self.fault, error)
 

@@ -20,6 +20,11 @@ class Kind(Enum):
 SIGIL_KINDS: Mapping[str, Kind] = {"#": Kind.PRECISION, "$": Kind.STRING}
 
 
+def kind_of_name(name: str) -> Kind:
+    """The kind that a name shows; REAL for a bare one, which can be a transformation too."""
+    return SIGIL_KINDS.get(name[:1], Kind.REAL)
+
+
 def key_of(name: str) -> str:
     """The key of a name as typed, sigil included (`ast.Variable.key`)."""
     sigil = name[:1] if name[:1] in SIGIL_KINDS else ""

@@ -8,8 +8,9 @@ from typing import cast
 from vrs_cli.errors import TypeMismatch
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, inverse
+from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Yielded
-from vrs_cli.language.run.environment import Context, Reference
+from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import NOTHING, Handler, Operands
 from vrs_cli.language.run.operations import frame, pack, shift
 from vrs_cli.language.words.values import kind_of_value, numbers_of

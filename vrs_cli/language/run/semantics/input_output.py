@@ -8,9 +8,10 @@ from typing import cast
 
 from vrs_cli.engine.commands import Break
 from vrs_cli.errors import IllegalValue, InvalidNumber, TypeMismatch, UnitNotAttached, VrsError
+from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Answers, AttachRobot, DetachRobot, Prompt, Type, Yielded
-from vrs_cli.language.run.environment import Context, Reference
 from vrs_cli.language.run.formats import TypeItem, encode
+from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Handler, Operand, Operands
 from vrs_cli.language.run.units import (
     CHOOSE,

@@ -22,7 +22,7 @@ from vrs_cli.errors import IllegalJoint, IllegalValue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language.run.effects import Yielded
-from vrs_cli.language.run.environment import Context
+from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Handler, Operands
 from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import plain, whole

@@ -26,7 +26,7 @@ from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 from vrs_cli.kinematics.transform import IDENTITY, compose, rotation_z, translation
 from vrs_cli.language.run.effects import Yielded
-from vrs_cli.language.run.environment import Context
+from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import NOTHING, Handler, Operands
 from vrs_cli.language.words.values import plain, whole
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import cast
 
 from vrs_cli.language.run.effects import CallProgram, Ignore, Lock, ReactToErrors, RunSignal, SignalsSet, Yielded
-from vrs_cli.language.run.environment import Context
+from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import NOTHING, Handler, Operands
 from vrs_cli.language.run.reactions import DEFAULT, Reaction, checked_priority, checked_signal
 from vrs_cli.language.words.values import integer

@@ -22,7 +22,7 @@ from vrs_cli.language.run.effects import (
     WaitEvent,
     Yielded,
 )
-from vrs_cli.language.run.environment import Context
+from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Handler, Operands
 from vrs_cli.language.words.values import integer_between, plain, whole
 

@@ -1,24 +1,20 @@
-"""Variables, signals and timers as programs share them."""
+"""Variables as programs share them."""
 
 from __future__ import annotations
 
 import pytest
 
-from tests.language.running import environment_with, program, run
+from tests.language.running import program, run
 from vrs_cli.errors import (
     IllegalArrayIndex,
-    IllegalSignal,
-    IllegalValue,
     StringOverflow,
     TypeMismatch,
-    UndefinedName,
     UndefinedValue,
 )
 from vrs_cli.kinematics.transform import IDENTITY, translation
-from vrs_cli.language.run.environment import Environment, Signals, Timers
+from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.text.ast import Entry, Number, Span, Variable
 from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.language.words.values import Value
 
 NOWHERE = Span(1, 1, 1)
@@ -26,9 +22,6 @@ NOWHERE = Span(1, 1, 1)
 
 def names(environment: Environment, kind: Kind) -> list[str]:
     return [variable.name for variable in environment.variables(kind)]
-
-
-# --- variables ---
 
 
 def test_the_four_kinds_are_apart() -> None:
@@ -158,82 +151,6 @@ def test_an_entry_may_be_an_element() -> None:
     row = Variable("row", "", (Number(3.0, "3", NOWHERE),), NOWHERE)
     environment.define(Entry(row, (7.0,), None, NOWHERE))
     assert environment.reference("row", 3).value() == 7.0
-
-
-# --- programs ---
-
-
-def test_a_program_that_is_not_there_has_a_near_name() -> None:
-    environment = environment_with(program(name="Pick.place"))
-    assert environment.program("PICK.PLACE").name == "Pick.place"
-    with pytest.raises(UndefinedName, match=r"did you mean Pick\.place\?"):
-        environment.program("pick.plase")
-
-
-def test_the_source_of_a_step_is_as_it_was_written() -> None:
-    stored = environment_with(program("  x   =1 ; one", "", "y = 2")).program("main")
-    assert [stored.source(step) for step in range(3)] == ["x   =1 ; one", "", "y = 2"]
-
-
-# --- signals ---
-
-
-def test_signals_are_on_off_and_inverted() -> None:
-    signals = Signals()
-    assert not signals.read(5)
-    assert signals.read(-5)
-    signals.write(5)
-    assert signals.read(5)
-    assert not signals.read(-5)
-    signals.write(-5)
-    assert not signals.read(5)
-
-
-def test_reset_leaves_internal_signals() -> None:
-    signals = Signals()
-    signals.write(1)
-    signals.write(2001)
-    signals.reset()
-    assert not signals.read(1)
-    assert signals.read(2001)
-
-
-def test_only_the_world_outside_sets_inputs() -> None:
-    signals = Signals()
-    with pytest.raises(IllegalSignal, match="1001"):
-        signals.write(1001)
-    signals.write(1001, inputs=True)
-    assert signals.read(1001)
-    assert [sum(signals.state(bank)) for bank in (OUTPUTS, INPUTS, INTERNAL)] == [0, 1, 0]
-
-
-@pytest.mark.parametrize("number", [0, 513, -513, 1000, 1513, 2000, 2513, 1e20])
-def test_signals_that_do_not_exist(number: float) -> None:
-    with pytest.raises(IllegalSignal, match="1-512, 1001-1512, 2001-2512"):
-        Signals().read(number)
-
-
-def test_bits_are_signals_from_the_lowest() -> None:
-    signals = Signals()
-    signals.write_bits(3, 4, 0b1010)
-    assert [signals.read(number) for number in range(3, 7)] == [False, True, False, True]
-    assert signals.read_bits(3, 4) == 10
-    assert signals.read_bits(4) == 1
-
-
-# --- timers ---
-
-
-def test_timers_count_from_what_they_were_set_to() -> None:
-    timers = Timers()
-    timers.set(1, -2.0, now=10.0)
-    assert timers.read(1, now=13.0) == 1.0
-    assert timers.read(2, now=13.0) == 13.0
-    with pytest.raises(IllegalValue, match="timer 16"):
-        timers.set(16, 0.0, now=0.0)
-
-
-# --- what programs see of it ---
 
 
 def test_a_program_may_not_turn_a_location_into_a_real() -> None:

@@ -1,4 +1,4 @@
-"""What compiled programs call, besides functions and instructions: the names they find as globals."""
+"""What compiled programs call: functions and instructions by name, and the names that they find as globals."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from typing import NoReturn
 from vrs_cli.engine.commands import Break
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, UndefinedValue
 from vrs_cli.kinematics.transform import compose
+from vrs_cli.language.compile.library import Library
+from vrs_cli.language.run.cells import NO_CELLS, Reference, new_variable
 from vrs_cli.language.run.effects import CallProgram, Return, Wait
-from vrs_cli.language.run.environment import NO_CELLS, Cells, Context, Reference
+from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Definable, Operands, stamp_of
-from vrs_cli.language.run.operations import modulo, power
+from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, modulo, power
+from vrs_cli.language.run.semantics.table import HANDLERS
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, integer, kind_of_value, storable, whole, within_range, wrapped
 
@@ -46,11 +49,9 @@ def setting(name: str, variable: Reference) -> Value:
 def by_value(context: Context, value: Value) -> Reference:
     """An expression as the argument of a CALL: a variable that nobody else can see."""
     kind = kind_of_value(value)
-    environment = context.environment
-    cells = Cells(environment, Kind.REAL if kind is Kind.LOCATION else kind)
-    locations = Cells(environment, Kind.LOCATION) if kind in (Kind.REAL, Kind.LOCATION) else NO_CELLS
-    reference = Reference(cells, locations, "the argument")
-    (locations if kind is Kind.LOCATION else cells)["the argument"] = value
+    key = "the argument"
+    reference = new_variable(context.environment.spelling, key, Kind.REAL if kind is Kind.LOCATION else kind)
+    (reference.locations if kind is Kind.LOCATION else reference.cells)[key] = value
     return reference
 
 
@@ -88,7 +89,7 @@ class Unset:
 
 UNSET = Unset()
 
-NAMES: dict[str, object] = {
+_NAMES: dict[str, object] = {
     "compose": compose,
     "modulo": modulo,
     "power": power,
@@ -114,3 +115,5 @@ NAMES: dict[str, object] = {
     "BREAK": Break(),
     "RETURN": Return(),
 }
+
+LIBRARY = Library(_NAMES, OF_VALUES, IN_CONTEXT, HANDLERS)

@@ -1,0 +1,17 @@
+"""Programs by name."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.language.running import environment_with, program
+from vrs_cli.errors import (
+    UndefinedName,
+)
+
+
+def test_a_program_that_is_not_there_has_a_near_name() -> None:
+    environment = environment_with(program(name="Pick.place"))
+    assert environment.program("PICK.PLACE").name == "Pick.place"
+    with pytest.raises(UndefinedName, match=r"did you mean Pick\.place\?"):
+        environment.program("pick.plase")

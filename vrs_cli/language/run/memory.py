@@ -1,0 +1,59 @@
+"""What functions and instructions work on: variables, signals, timers, the random numbers, the programs by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from random import Random
+
+from vrs_cli.errors import UndefinedName
+from vrs_cli.kinematics.joints import TURNING, JointUnits
+from vrs_cli.language.analysis.analyzer import Analysis
+from vrs_cli.language.run.cells import closest
+from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.robot import Alone, Robot, System
+from vrs_cli.language.run.signals import Signals
+from vrs_cli.language.run.timers import Timers
+from vrs_cli.language.run.variables import Variables
+from vrs_cli.language.words.kind import key_of
+
+
+class Memory(Variables):
+    """What programs share and keep between runs. The same `seed` gives the same random numbers.
+
+    `system` is who runs the programs.
+    """
+
+    def __init__(self, seed: int = 0, units: JointUnits = TURNING) -> None:
+        super().__init__(units)
+        self.programs: dict[str, StoredProgram] = {}
+        self.signals = Signals()
+        self.timers = Timers()
+        self.random = Random(seed)
+        self.last_error = 0
+        self.system: System = Alone()
+
+    def store(self, analysis: Analysis, lines: tuple[str, ...] = ()) -> StoredProgram:
+        """Keep a program, in the place of one of the same name. `lines`: those of its whole file."""
+        stored = StoredProgram(analysis, lines)
+        self.programs[analysis.program.key] = stored
+        return stored
+
+    def program(self, name: str) -> StoredProgram:
+        """Raises UndefinedName, with a similar name where there is one."""
+        key = key_of(name)
+        if key not in self.programs:
+            names = {other: stored.name for other, stored in self.programs.items()}
+            raise UndefinedName(f"program {name}", closest(key, names))
+        return self.programs[key]
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What functions and instructions work on."""
+
+    environment: Memory
+    robot: Robot
+
+    def folded(self, text: str) -> str:
+        """A string as comparisons see it: without regard to case while the switch UPPER is on."""
+        return text.upper() if self.robot.switch("UPPER") else text

@@ -1,0 +1,33 @@
+"""A program in memory: what the analyzer found, and the lines that it was read from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vrs_cli.language.analysis.analyzer import Analysis
+from vrs_cli.language.text.ast import Program
+from vrs_cli.language.text.printer import statement_text
+
+
+@dataclass(frozen=True, eq=False)
+class StoredProgram:
+    """A program as it was stored. `lines`: those of its whole file, which all of its programs share."""
+
+    analysis: Analysis
+    lines: tuple[str, ...] = ()
+
+    @property
+    def program(self) -> Program:
+        return self.analysis.program
+
+    @property
+    def name(self) -> str:
+        return self.program.name
+
+    def source(self, step: int) -> str:
+        """The text of a step (counted from 0) as it was read, or in canonical form where it was not."""
+        line = self.program.steps[step].span.line
+        if 1 <= line <= len(self.lines):
+            return self.lines[line - 1].strip()
+        statement = self.program.steps[step].statement
+        return "" if statement is None else statement_text(statement)

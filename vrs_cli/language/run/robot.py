@@ -1,0 +1,101 @@
+"""What programs may ask of the robot, and of the system that runs them."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from vrs_cli.errors import UnitNotAttached
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform
+
+
+class Robot(Protocol):
+    """What a program may ask of the robot, always at the task's present instant. Metres, radians, seconds."""
+
+    @property
+    def dof(self) -> int: ...
+    def here(self) -> Transform:
+        """T_world_tool now."""
+
+    def destination(self) -> Transform:
+        """T_world_tool where the last motion ends."""
+
+    def joints(self) -> Joints: ...
+    def destination_joints(self) -> Joints: ...
+    def tool(self) -> Transform:
+        """T_flange_tool."""
+
+    def base(self) -> Transform:
+        """T_robot_world."""
+
+    def hand(self) -> float:
+        """1 open, 0 closed."""
+
+    def time(self) -> float:
+        """The robot clock [s]."""
+
+    def speed(self, number: int) -> float: ...
+    def state(self, number: int) -> float: ...
+    def moving(self) -> bool: ...
+    def switch(self, name: str) -> bool:
+        """Raises UsageError for a switch that does not exist."""
+
+    def parameter(self, name: str) -> float | str:
+        """Raises UsageError for a parameter that does not exist."""
+
+    def in_range(self, place: Transform | Joints) -> int:
+        """0 where the place can be reached, otherwise the reasons as bits."""
+
+
+class System(Protocol):
+    """What a program may ask of the system that runs it; always for the task that asks."""
+
+    def task(self) -> int:
+        """Its number; -1 for a line of the prompt."""
+
+    def priority(self) -> int: ...
+    def run_state(self, task: int) -> int:
+        """What a task does (`operations.RUN_STATES`)."""
+
+    def program_status(self, name: str) -> int:
+        """What a program does (`STATUS` in the table of functions)."""
+
+    def identity(self, component: int) -> float:
+        """Raises IllegalValue for a component that there is not."""
+
+    def unit_status(self, unit: int) -> int:
+        """Of the last operation on a logical unit: 1, or a code."""
+
+    def record_length(self, unit: int) -> int:
+        """Characters of the last record of a logical unit."""
+
+    def character(self, unit: int, wait: bool) -> int:
+        """The code of the next character of a logical unit, or of what went wrong."""
+
+
+class Alone:
+    """The system of a program that runs by itself: one task, and no devices."""
+
+    def task(self) -> int:
+        return 0
+
+    def priority(self) -> int:
+        return 0
+
+    def run_state(self, task: int) -> int:  # noqa: ARG002 (of the protocol, as are those below)
+        return 0
+
+    def program_status(self, name: str) -> int:  # noqa: ARG002
+        return 0
+
+    def identity(self, component: int) -> float:  # noqa: ARG002
+        return 0.0
+
+    def unit_status(self, unit: int) -> int:  # noqa: ARG002
+        return UnitNotAttached.code
+
+    def record_length(self, unit: int) -> int:  # noqa: ARG002
+        return 0
+
+    def character(self, unit: int, wait: bool) -> int:  # noqa: ARG002
+        return UnitNotAttached.code

@@ -1,0 +1,82 @@
+"""Digital signals: outputs 1.., inputs 1001.., internal (software) 2001... A negative number is the inverse."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from vrs_cli.errors import IllegalSignal
+from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
+from vrs_cli.language.words.values import integer_between, plain
+
+MOST_BITS = 32
+
+
+class Signals:
+    """Digital signals: outputs 1.., inputs 1001.., internal (software) 2001... A negative number is the inverse.
+
+    `listeners` are told the number and the new state of each signal that changes.
+    """
+
+    def __init__(self) -> None:
+        self._on: set[int] = set()
+        self.listeners: list[Callable[[int, bool], None]] = []
+
+    def read(self, number: float) -> bool:
+        """Raises IllegalSignal."""
+        signal = self._known(number)
+        return (abs(signal) in self._on) is (signal > 0)
+
+    def write(self, number: float, *, inputs: bool = False) -> None:
+        """On, or off for a negative number. `inputs`: also those that only the world outside drives.
+
+        Raises IllegalSignal.
+        """
+        signal = self._known(number) if inputs else self.writable(number)
+        if self.read(signal):
+            return
+        self._on.symmetric_difference_update({abs(signal)})
+        for listener in self.listeners:
+            listener(abs(signal), signal > 0)
+
+    def writable(self, number: float) -> int:
+        """A signal that a program may set. Raises IllegalSignal."""
+        signal = self._known(number)
+        if abs(signal) in INPUTS:
+            raise IllegalSignal(str(signal), "an input cannot be set by a program")
+        return signal
+
+    def reset(self) -> None:
+        """All outputs off."""
+        for number in sorted(self._on.intersection(OUTPUTS)):
+            self.write(-number)
+
+    def exists(self, number: float) -> bool:
+        signal = abs(round(number))
+        return any(signal in bank for bank in (OUTPUTS, INPUTS, INTERNAL))
+
+    def read_bits(self, first: float, count: float = 1.0) -> int:
+        """`count` signals as a binary number, `first` the lowest bit. Raises IllegalSignal, IllegalValue."""
+        return sum(self.read(number) << bit for bit, number in enumerate(self._group(first, count)))
+
+    def write_bits(self, first: float, count: float, value: int) -> None:
+        """The lowest `count` bits of `value`. Raises IllegalSignal, IllegalValue."""
+        for bit, number in enumerate(self._group(first, count)):
+            self.write(number if value >> bit & 1 else -number)
+
+    def state(self, bank: range) -> tuple[bool, ...]:
+        """Every signal of a bank (OUTPUTS, INPUTS, INTERNAL) in order."""
+        return tuple(number in self._on for number in bank)
+
+    def _group(self, first: float, count: float) -> range:
+        start = self._known(first)
+        if start < 0:
+            raise IllegalSignal(str(start), "a group of bits begins with a positive signal number")
+        size = integer_between(count, 1, MOST_BITS, "a number of bits of")
+        self._known(start + size - 1)
+        return range(start, start + size)
+
+    def _known(self, number: float) -> int:
+        if not self.exists(number):
+            banks = ", ".join(f"{bank[0]}-{bank[-1]}" for bank in (OUTPUTS, INPUTS, INTERNAL))
+            raise IllegalSignal(plain(number), f"signals are {banks}")
+        return round(number)

@@ -1,0 +1,158 @@
+"""All variables of a robot, by name: every one is global, unless a program declares it its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from vrs_cli.kinematics.joints import TURNING, JointUnits
+from vrs_cli.language.run.cells import NO_CELLS, OTHER_KIND, Cells, Index, Reference, bare_cells, subscript
+from vrs_cli.language.text.ast import Entry, Number
+from vrs_cli.language.words.kind import Kind, key_of, kind_of_name
+from vrs_cli.language.words.values import Value, kind_of_value, precision_point, transformation, whole
+
+Item = tuple[str, Index | None]  # a variable by its key, an element of an array by its index, too
+
+
+class NamedValue(NamedTuple):
+    """A row of a listing: the name as it was first typed, with its indexes, and the value."""
+
+    name: str
+    value: Value
+
+
+class Variables:
+    """Variables by key, and how their names were first typed. `units`: how the joints of the robot are said."""
+
+    def __init__(self, units: JointUnits = TURNING) -> None:
+        self.units = units
+        self.spelling: dict[str, str] = {}
+        reals, locations = bare_cells(self.spelling)
+        strings, precision_points = (Cells(self.spelling, kind) for kind in (Kind.STRING, Kind.PRECISION))
+        self._simple = {
+            Kind.REAL: reals,
+            Kind.STRING: strings,
+            Kind.LOCATION: locations,
+            Kind.PRECISION: precision_points,
+        }
+        self._arrays: dict[Kind, dict[str, Cells]] = {kind: {} for kind in Kind}
+
+    def cells(self, kind: Kind, array: str | None = None) -> Cells:
+        """The simple variables of a kind, or the elements of one array (empty where it has none yet)."""
+        if array is None:
+            return self._simple[kind]
+        arrays = self._arrays[kind]
+        if array not in arrays:
+            if kind in OTHER_KIND:
+                self._arrays[Kind.REAL][array], self._arrays[Kind.LOCATION][array] = bare_cells(self.spelling, array)
+            else:
+                arrays[array] = Cells(self.spelling, kind, array)
+        return arrays[array]
+
+    def reference(self, name: str, index: Index | None = None, *, array: bool = False) -> Reference:
+        """The variable of that name (as typed); an element of an array; or, with `array`, the whole of it."""
+        key = key_of(name)
+        self.spell(key, name)
+        kind = kind_of_name(key)
+        owner = key if array or index is not None else None
+        cells = self.cells(kind, owner)
+        locations = self.cells(Kind.LOCATION, owner) if kind is Kind.REAL else NO_CELLS
+        return Reference(cells, locations, index if owner else key)
+
+    def define(self, entry: Entry) -> None:
+        """A line of a .LOCATIONS, .REALS or .STRINGS section, in place of what the name was. Raises IllegalValue."""
+        name = entry.variable.sigil + entry.variable.name
+        numbers = [number.value for number in entry.variable.indexes or () if isinstance(number, Number)]
+        indexes = tuple(map(whole, numbers))
+        index = None if not indexes else indexes if len(indexes) > 1 else indexes[0]
+        value = _entered(entry, self.units)
+        if self.kind_of(name) not in (None, kind_of_value(value)):
+            self.delete(name)
+        self.reference(name, index).assign(value)
+
+    def spell(self, key: str, name: str) -> None:
+        """Keep the spelling of the first use of a name."""
+        self.spelling.setdefault(key, name)
+
+    def kind_of(self, name: str) -> Kind | None:
+        """The kind of a name that has a value, simple or array; None for one that has none."""
+        key = key_of(name)
+        for kind in Kind:
+            if key in self._simple[kind] or self._arrays[kind].get(key):
+                return kind
+        return None
+
+    def kinds(self) -> dict[str, Kind]:
+        """Every name that has a value, by key, and its kind."""
+        known: dict[str, Kind] = {}
+        for kind in Kind:
+            known.update((key, kind) for key, cells in self._arrays[kind].items() if cells)
+            known.update((str(key), kind) for key in self._simple[kind])
+        return known
+
+    def variables(self, kind: Kind) -> Iterator[NamedValue]:
+        """Every value of a kind in the order of names and indexes, arrays element by element."""
+        rows: list[tuple[str, tuple[int, ...], str, Value]]
+        rows = [(str(key), (), self._simple[kind].name(key), value) for key, value in self._simple[kind].items()]
+        rows += [
+            (array, index if isinstance(index, tuple) else (index,), cells.name(index), value)
+            for array, cells in self._arrays[kind].items()
+            for index, value in cells.items()
+            if not isinstance(index, str)
+        ]
+        for _, _, name, value in sorted(rows, key=lambda row: (row[0], row[1])):
+            yield NamedValue(name, value)
+
+    def values(self) -> dict[Item, Value]:
+        """Every value."""
+        found: dict[Item, Value] = {}
+        for kind in Kind:
+            found.update(((str(key), None), value) for key, value in self._simple[kind].items())
+            for array, cells in self._arrays[kind].items():
+                found.update(((array, index), value) for index, value in cells.items() if not isinstance(index, str))
+        return found
+
+    def put_back(self, item: Item, value: Value) -> None:
+        """Give a variable a value that it had, whatever it is now."""
+        key, index = item
+        if self.kind_of(key) not in (None, kind_of_value(value)):
+            self.delete(key)
+        self.reference(key, index).assign(value)
+
+    def name_of(self, item: Item) -> str:
+        """A variable as a listing shows it."""
+        key, index = item
+        spelled = self.spelling.get(key, key)
+        return spelled if index is None else f"{spelled}[{subscript(index)}]"
+
+    def size(self) -> int:
+        """Elements of all arrays, and characters of all strings."""
+        arrays = (cells for of_kind in self._arrays.values() for cells in of_kind.values())
+        return self._simple[Kind.STRING].size() + sum(cells.size() for cells in arrays)
+
+    def delete(self, name: str, index: Index | None = None) -> bool:
+        """Forget a variable and the array of that name, or one element. False where there was none."""
+        key = key_of(name)
+        if self.kind_of(name) is None:
+            return False
+        if index is not None:
+            return any(self.cells(kind, key).pop(index, None) is not None for kind in Kind)
+        for kind in Kind:
+            self._simple[kind].pop(key, None)
+            self.cells(kind, key).clear()
+        return True
+
+    def clear_variables(self, *kinds: Kind) -> None:
+        """Forget all variables of some kinds, of all kinds when none is named."""
+        for kind in kinds or tuple(Kind):
+            self._simple[kind].clear()
+            for cells in self._arrays[kind].values():
+                cells.clear()
+
+
+def _entered(entry: Entry, units: JointUnits) -> Value:
+    if entry.text is not None:
+        return entry.text
+    if entry.variable.sigil == "#":
+        return precision_point(entry.numbers, units)
+    return entry.numbers[0] if len(entry.numbers) == 1 else transformation(entry.numbers)
