@@ -15,8 +15,8 @@ def test_folders_come_first_and_hidden_files_not_at_all(tmp_path: Path) -> None:
     (tmp_path / "a.V2").write_text("")
     (tmp_path / ".secret").write_text("")
     (tmp_path / "sub").mkdir()
-    assert [(row.name, row.size) for row in folder.listed(tmp_path)] == [("sub", None), ("a.V2", 0), ("b.v2", 5)]
-    assert [row.name for row in folder.listed(tmp_path / "*.v2")] == ["a.V2", "b.v2"]
+    assert [(row.name, row.size) for row in folder.entries(tmp_path)] == [("sub", None), ("a.V2", 0), ("b.v2", 5)]
+    assert [row.name for row in folder.entries(tmp_path / "*.v2")] == ["a.V2", "b.v2"]
 
 
 def test_what_is_not_there_is_named_with_what_is_near(tmp_path: Path) -> None:
@@ -24,7 +24,7 @@ def test_what_is_not_there_is_named_with_what_is_near(tmp_path: Path) -> None:
     with pytest.raises(NonexistentFile, match=r"did you mean cell\.v2"):
         folder.existing(tmp_path / "cel.v2")
     with pytest.raises(NonexistentFile):
-        folder.listed(tmp_path / "nowhere" / "*.v2")
+        folder.entries(tmp_path / "nowhere" / "*.v2")
     with pytest.raises(FileError, match="folder"):
         folder.existing(tmp_path)
 

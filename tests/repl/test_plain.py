@@ -161,10 +161,12 @@ def test_main_takes_the_pipe_where_there_is_no_terminal(
     assert capsys.readouterr().out.split() == ["7", "7"]
 
 
-def test_another_robot(folder: Path) -> None:
+def test_another_robot(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     source = (Path(shell.__file__).parents[1] / "kinematics" / "robots" / "puma560.toml").read_text()
     (folder / "mine.toml").write_text(source.replace('name = "puma560"', 'name = "mine"'))
-    assert shell.load("mine.toml").name == "mine"
+    monkeypatch.setattr("sys.stdin", StringIO("ID\n"))
+    assert shell.main(robot="mine.toml") == 0
+    assert "(mine)" in capsys.readouterr().out
 
 
 def test_a_signal_that_ends_the_process_stops_the_program_and_the_lines_after_it() -> None:

@@ -22,7 +22,7 @@ from vrs_cli.errors import FileError, LimitReached, UndefinedName
 if TYPE_CHECKING:
     from vrs_cli.cli.batch import BatchTerminal
     from vrs_cli.cli.reports import Object
-    from vrs_cli.interfaces.session.session import Session
+    from vrs_cli.interfaces.station.station import Station
     from vrs_cli.interfaces.tasks.runs import Beside, Limits, RunResult
     from vrs_cli.language.text.diagnostics import Diagnostic
 
@@ -130,50 +130,50 @@ class _Batch:
         options = self.options
         with memory(options.max_memory) as lift, RunProgress(self.source.path, options.max_time) as progress:
             terminal = BatchTerminal(self._typed_to(), progress, options.quiet)
-            session = self._session(terminal)
-            with wall(options.max_wall, session.driver.end_by):
-                diagnostics = session.load_text(self.source.text)
+            station = self._station(terminal)
+            with wall(options.max_wall, station.driver.end_by):
+                diagnostics = station.load_text(self.source.text)
                 if has_errors(diagnostics):
-                    return self._refused(session, diagnostics)
+                    return self._refused(station, diagnostics)
                 print(self.source.shown(diagnostics), end="", file=sys.stderr)
-                program = self._program(session)
-                session.engine.clock.set(0.0)
-                stop = Stoppable(session.interrupt)
+                program = self._program(station)
+                station.engine.clock.set(0.0)
+                stop = Stoppable(station.interrupt)
                 tell, durable = told_by("vrs run", progress.hide), options.realtime is not None
-                with journal(options.save, session.engine, tell, durable=durable) as kept, stop:
-                    result = self._executed(session, program, progress, lift)
-        status = max(self._ended(session, terminal, result), OK if kept.sound else FAILED)
+                with journal(options.save, station.engine, tell, durable=durable) as kept, stop:
+                    result = self._executed(station, program, progress, lift)
+        status = max(self._ended(station, terminal, result), OK if kept.sound else FAILED)
         stop.end(signal.SIGINT)
         return status
 
     def _executed(
-        self, session: Session, program: str, progress: Callable[[float], None], lift: Callable[[], None]
+        self, station: Station, program: str, progress: Callable[[float], None], lift: Callable[[], None]
     ) -> RunResult:
         """Execute it; a fence that is run against in the middle of a step ends it too."""
         try:
-            return session.execute(program, cycles=self.options.cycles, progress=progress)
+            return station.execute(program, cycles=self.options.cycles, progress=progress)
         except LimitReached as error:
-            return session.driver.broken_off(error)
+            return station.driver.broken_off(error)
         except MemoryError:
             lift()
-            return session.driver.broken_off(out_of_memory(self.options.max_memory))
+            return station.driver.broken_off(out_of_memory(self.options.max_memory))
 
     def _typed_to(self) -> TextIO:
         """Where TYPE and PROMPT write: standard output, when nothing else is to stand there."""
         return sys.stderr if self.options.json or self.outputs.takes_standard_output else sys.stdout
 
-    def _session(self, terminal: BatchTerminal) -> Session:
-        from vrs_cli.interfaces.session.session import Session
+    def _station(self, terminal: BatchTerminal) -> Station:
+        from vrs_cli.interfaces.station.station import Station
         from vrs_cli.kinematics.robot_file import load_robot
 
         model = load_robot(self.options.robot)
-        session = Session(terminal, model, clock=clock_of(self.options.realtime), limits=self._limits())
-        session.driver.tasks.told = partial(self._tell_beside, terminal)
+        station = Station(terminal, model, clock=clock_of(self.options.realtime), limits=self._limits())
+        station.tasks.told = partial(self._tell_beside, terminal)
         if self.options.signals is not None:
             from vrs_cli.files.signal_file import read_signals
 
-            session.driver.inputs = read_signals(self.options.signals)
-        return session
+            station.driver.inputs = read_signals(self.options.signals)
+        return station
 
     def _limits(self) -> Limits:
         """Those of the options, and the usual ones of the rest."""
@@ -182,9 +182,9 @@ class _Batch:
         given = {name: value for name in COUNTED if (value := getattr(self.options, name)) is not None}
         return Limits(**given, told_by=lambda name: f"give it more with --{name.replace('_', '-')}")
 
-    def _program(self, session: Session) -> str:
+    def _program(self, station: Station) -> str:
         """The program asked for, or the first of the file. Raises CommandLineError."""
-        environment = session.environment
+        environment = station.environment
         if not environment.programs:
             raise CommandLineError(f"{self.source.path} holds no program", "a program begins with .PROGRAM name")
         if self.options.program is None:
@@ -198,16 +198,16 @@ class _Batch:
 
     # --- what is told -----------------------------------------------------------------------------------
 
-    def _refused(self, session: Session, diagnostics: Sequence[Diagnostic]) -> int:
+    def _refused(self, station: Station, diagnostics: Sequence[Diagnostic]) -> int:
         """A file with errors is not executed."""
         if self.options.json:
             from vrs_cli.cli.reports import diagnostic_objects
 
-            self._print_json(session, None, diagnostic_objects(diagnostics))
+            self._print_json(station, None, diagnostic_objects(diagnostics))
         print(self.source.shown(diagnostics, most=MOST_TOLD), end="", file=sys.stderr)
         return FAILED
 
-    def _ended(self, session: Session, terminal: BatchTerminal, result: RunResult) -> int:
+    def _ended(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
         """Tell how the run ended, and write the files: what there is of the trajectory, also after an error."""
         from vrs_cli.cli.reports import fault_object, fault_text
         from vrs_cli.dialogue.replies import Message
@@ -215,12 +215,12 @@ class _Batch:
 
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
         if self.options.json:
-            self._print_json(session, result, [fault_object(fault) for fault in faults])
+            self._print_json(station, result, [fault_object(fault) for fault in faults])
         if result.fault is None:
             terminal.show(Message(result.outcome.value))
         else:
             print(for_stream(fault_text(self.source.path, result.fault), sys.stderr), file=sys.stderr)
-        return max(self._write_files(session), FAILED if faults else OK)
+        return max(self._write_files(station), FAILED if faults else OK)
 
     def _tell_beside(self, terminal: BatchTerminal, one: Beside) -> None:
         """Another task has stopped with an error."""
@@ -231,8 +231,8 @@ class _Batch:
         said = f"{fault_text(self.source.path, one.fault)} ({one.where})"
         print(for_stream(said, sys.stderr), file=sys.stderr)
 
-    def _write_files(self, session: Session) -> int:
-        engine = session.engine
+    def _write_files(self, station: Station) -> int:
+        engine = station.engine
         try:
             self.outputs.write(engine.arm, engine.timeline, self.source.path)
         except FileError as error:  # the command line was right when the run began: the disk is full
@@ -240,7 +240,7 @@ class _Batch:
             return FAILED
         return OK
 
-    def _print_json(self, session: Session, result: RunResult | None, errors: list[Object]) -> None:
+    def _print_json(self, station: Station, result: RunResult | None, errors: list[Object]) -> None:
         from vrs_cli.cli.reports import run_object
 
-        print(json.dumps(run_object(session.engine, result, errors), indent=2))
+        print(json.dumps(run_object(station.engine, result, errors), indent=2))

@@ -15,10 +15,11 @@ from vrs_cli.engine.displacement import Displacement
 from vrs_cli.engine.history import CommandRecord
 from vrs_cli.engine.position import Position
 from vrs_cli.engine.reach import Reach
+from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.text.diagnostics import Diagnostic, Severity
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity
 
 # --- messages ------------------------------------------------------------------------------------------------------
 
@@ -436,3 +437,10 @@ def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None
 def _line(lines: Sequence[str], number: int) -> str:
     """A line, counted from 1; empty behind the end."""
     return lines[number] if number < len(lines) else ""
+
+
+def refusal(error: VrsError, line: str) -> Reply:
+    """The reply for a line that cannot be carried out, with its place where that is known."""
+    if isinstance(error, LineRefused):
+        return DiagnosticsReport((Diagnosed(error.diagnostic, line),))
+    return Message(str(error), Tone.ERROR)

@@ -25,7 +25,7 @@ class Listed:
     size: int | None
 
 
-def listed(asked: Path) -> tuple[Listed, ...]:
+def entries(asked: Path) -> tuple[Listed, ...]:
     """What is in a folder, folders first; of a path that is none, what its last part matches (`*.v2`).
 
     Hidden files are left out. Raises NonexistentFile, FileError.

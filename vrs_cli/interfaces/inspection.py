@@ -9,7 +9,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch, row_of
 from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, MotionError, UsageError
-from vrs_cli.interfaces.session.session import defined
+from vrs_cli.interfaces.station.sections import define_sections
 from vrs_cli.interfaces.tasks.readings import Readings
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
@@ -78,7 +78,7 @@ class Inspector:
         found += repeated(parts)
         for placed in parts:
             if isinstance(placed.part.node, Section):
-                found += placed.found(defined(environment, (placed.part.node,)))
+                found += placed.found(define_sections(environment, (placed.part.node,)))
         programs = {program.key: placed for placed, program in programs_of(parts)}
         for placed, inspected in self._analysed(environment, programs):
             found += placed.found(inspected.analysis.diagnostics)

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.numbers import count
 from vrs_cli.dialogue.questions import Parting
-from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, Message, Reply, Tone, report
+from vrs_cli.dialogue.replies import Message, Tone, refusal, report
 from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.errors import ProgramExists, VrsError
-from vrs_cli.interfaces.monitor.consent import leaving, may_replace
+from vrs_cli.interfaces.monitor.consent import leave, may_replace
 from vrs_cli.interfaces.monitor.files import load
 from vrs_cli.repl.entry import Entry, closes_entry, opens_entry
 from vrs_cli.repl.mishap import internal_error
@@ -118,7 +118,7 @@ class Conversation:
 
     def leave(self) -> None:
         """Ctrl-D: as EXIT, which an error of the shell itself does not keep the user from."""
-        for reply in leaving(self.session):
+        for reply in leave(self.session):
             self.session.terminal.show(reply)
 
     def _being_typed(self) -> tuple[str, str]:
@@ -143,10 +143,9 @@ class Conversation:
     @property
     def unfinished(self) -> str:
         """The program that is being typed or edited, as a file would hold it."""
-        from vrs_cli.language.text.printer import print_program
 
         if self.session.editor is not None:
-            return print_program(self.session.editor.draft.program)
+            return self.session.editor.text
         if self.session.drafted:
             return self.session.drafted
         return self.entry.text if self.entry is not None and not self._refused else ""
@@ -173,12 +172,3 @@ def _named(header: str) -> str:
     """The name in a header, empty where there is none."""
     found = _NAME.match(header)
     return found.group(1) if found else ""
-
-
-def refusal(error: VrsError, line: str) -> Reply:
-    """The reply for a line that cannot be carried out, with its place where that is known."""
-    from vrs_cli.language.text.diagnostics import LineRefused
-
-    if isinstance(error, LineRefused):
-        return DiagnosticsReport((Diagnosed(error.diagnostic, line),))
-    return Message(str(error), Tone.ERROR)

@@ -60,13 +60,11 @@ class Workplace:
         clock: Clock | None = None,
     ) -> None:
         from vrs_cli.interfaces.session.session import Session
-        from vrs_cli.kinematics.robot_file import load_robot
         from vrs_cli.language.text import parser
         from vrs_cli.render.console import TerminalRenderer
         from vrs_cli.repl import names, validate  # noqa: F401 (the first key must not wait for them)
         from vrs_cli.repl.conversation import Conversation
         from vrs_cli.repl.keeping import Keeper
-        from vrs_cli.repl.shell import DEFAULT_ROBOT
         from vrs_cli.repl.terminal import ShellTerminal
 
         renderer: list[TerminalRenderer] = []
@@ -77,7 +75,7 @@ class Workplace:
             return renderer[0]
 
         self.terminal: ShellTerminal = ShellTerminal(read, draw)
-        session = Session(self.terminal, model or load_robot(DEFAULT_ROBOT), clock=clock)
+        session = Session(self.terminal, model, clock=clock)
         self.conversation: Conversation = Conversation(session)
         self.keeper = Keeper(self.conversation, recovery_folder(os.environ))
         self.conversation.after = self.terminal.line_left = self.keeper.keep
@@ -95,7 +93,7 @@ class Workplace:
     def at_rest(self) -> bool:
         """Whether nothing goes on by itself."""
         session = self.conversation.session
-        return session.engine.now >= session.engine.end and not any(session.driver.tasks.running)
+        return session.engine.now >= session.engine.end and not any(session.tasks.running)
 
     def keep_up(self) -> None:
         """Let the robot do what has become due while nobody was looking."""

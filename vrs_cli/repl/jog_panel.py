@@ -50,8 +50,8 @@ class JogPanel:
     def text(self) -> str:
         """What is shown now."""
         panel = self.panel
-        session, engine = panel.jogger.session, panel.jogger.engine
-        session.settle(asking=False)
+        engine = panel.jogger.engine
+        panel.jogger.settle()
         axes = "  ".join(f"[{axis.name}]" if axis == panel.axis else f" {axis.name} " for axis in self._axes())
         doing = f"moves until {engine.end:.1f} s" if engine.now < engine.end else "at rest"
         paused = ", clock paused" if engine.clock.paused else ""

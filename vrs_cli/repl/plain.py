@@ -18,7 +18,7 @@ BYTE_ORDER_MARK = "\ufeff"
 
 
 def run(
-    model: RobotModel,
+    model: RobotModel | None,
     file: str | None,
     source: Iterable[str],
     sink: TextIO,

@@ -34,7 +34,8 @@ class Recorder:
         """Write from now on; what is said of it. Raises UsageError for a file of another robot, FileError."""
         engine, recording = session.engine, self._taken.recording
         self._session = session
-        session.journal = self._journal = keep_journal(self._taken, session.branches, self._tell)
+        self._journal = keep_journal(self._taken, session.branches, self._tell)
+        session.journal = self._journal.path
         if recording is None:
             return Message(f"{self.path} is begun")
         commands = count(len(engine.history.done), "command")

@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.repl.recorder import Recorder
 
-DEFAULT_ROBOT = "puma560"
 FAILED = 1
 
 
@@ -30,7 +29,7 @@ def main(robot: str | None = None, file: str | None = None, save: str | None = N
 
 
 def _run(robot: str | None, file: str | None, recorder: Recorder | None, clock: Clock | None) -> int:
-    model = None if robot is None else load(robot)
+    model = None if robot is None else _load(robot)
     if recorder is not None and model is None:
         model = recorder.model
     if sys.stdin.isatty() and sys.stdout.isatty():
@@ -39,7 +38,7 @@ def _run(robot: str | None, file: str | None, recorder: Recorder | None, clock: 
         return run(model, file, recorder, clock)
     from vrs_cli.repl import plain
 
-    return plain.run(model or load(None), file, sys.stdin, sys.stdout, recorder, clock)
+    return plain.run(model, file, sys.stdin, sys.stdout, recorder, clock)
 
 
 def _recorder(path: str | None) -> Recorder | None:
@@ -51,8 +50,7 @@ def _recorder(path: str | None) -> Recorder | None:
     return Recorder(path)
 
 
-def load(robot: str | None) -> RobotModel:
-    """The robot of that name or file, or the usual one."""
-    from vrs_cli.kinematics.robot_file import load_robot
+def _load(robot: str) -> RobotModel:
+    from vrs_cli.kinematics.robot_file import load_robot  # the first prompt does not wait for the usual robot
 
-    return load_robot(robot or DEFAULT_ROBOT)
+    return load_robot(robot)

@@ -12,19 +12,19 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from vrs_cli.dialogue.numbers import count
 from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
 from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, UsageError
+from vrs_cli.interfaces.station.station import Station
+from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.text.ast import BadLine, Expression, Program, ProgramCall, ProgramHeader, Span, Step, Variable
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity
 from vrs_cli.language.text.meaning import as_meant, line_as_meant, variables_for_functions
-from vrs_cli.language.text.printer import program_header, step_texts
+from vrs_cli.language.text.parser import parse_prompt, parse_step
+from vrs_cli.language.text.printer import print_program, program_header, step_texts
 from vrs_cli.language.words.kind import Kind, key_of
-
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
 
 HEADER_LINE = 1  # of a program's text; its steps follow
 _SUBCOMMAND = re.compile(r"\s*(?P<word>[A-Za-z]{1,2})(?:\s+(?P<argument>(?![=\[]).*))?$")
@@ -221,8 +221,6 @@ def taken(draft: Draft, line: str, known: Mapping[str, Kind]) -> Change:
 
 def checked_step(program: Program, line: str, known: Mapping[str, Kind]) -> tuple[Step, tuple[Reply, ...]]:
     """A step of a program, and the warnings about it. Raises LineRefused."""
-    from vrs_cli.language.analysis.analyzer import check_line
-
     step = _step(line)
     if step.statement is None:
         return step, ()
@@ -237,8 +235,6 @@ def checked_step(program: Program, line: str, known: Mapping[str, Kind]) -> tupl
 
 
 def _step(text: str, line: int = 1) -> Step:
-    from vrs_cli.language.text.parser import parse_step
-
     return parse_step(text, line)
 
 
@@ -269,10 +265,10 @@ def _relocated(step: Step, text: str, line: int) -> Step:
 
 
 class Editor:
-    """EDIT: a draft of a program of a session, from the line that opens it to `E`."""
+    """EDIT: a draft of a program of a station, from the line that opens it to `E`."""
 
-    def __init__(self, session: Session, draft: Draft) -> None:
-        self._session = session
+    def __init__(self, station: Station, draft: Draft) -> None:
+        self._station = station
         self.draft = draft
         self.done = False
         self._opened = draft.program
@@ -290,6 +286,10 @@ class Editor:
         """Whether something would be lost without E."""
         return self.draft.program != self._opened
 
+    @property
+    def text(self) -> str:
+        return print_program(self.draft.program)
+
     def take(self, line: str) -> tuple[Reply, ...]:
         """What a line is answered with. Raises LineRefused, VrsError: the same step is asked for again then."""
         asked = subcommand(line)
@@ -298,7 +298,7 @@ class Editor:
             return self._leave(argument) if letter == "E" else self._change(argument)
         if line.strip().upper() == ".END":
             return self._leave("")
-        change = taken(self.draft, line, self._session.environment.kinds())
+        change = taken(self.draft, line, self._station.environment.kinds())
         self.draft = change.draft
         return (*change.replies, *self.draft.present())
 
@@ -307,7 +307,7 @@ class Editor:
         if not line.strip() or subcommand(line) is not None or line.strip().upper() == ".END":
             return None
         try:
-            checked_step(self.draft.program, line, self._session.environment.kinds())
+            checked_step(self.draft.program, line, self._station.environment.kinds())
         except LineRefused as refused:
             return refused.diagnostic
         return None
@@ -323,20 +323,20 @@ class Editor:
             raise UsageError("C", LEAVING["C"])
         at = _number(step, "C program, step")
         program = named_program(name)
-        refuse_running(self._session, program.name)
+        refuse_running(self._station, program.name)
         replies = self._stored()
-        self.draft = opened(self._session, program, at)
+        self.draft = opened(self._station, program, at)
         self._opened = self.draft.program
         return (*replies, *self.draft.screen())
 
     def _stored(self) -> tuple[Reply, ...]:
-        return stored(self._session, self.draft.program)
+        return stored(self._station, self.draft.program)
 
 
-def stored(session: Session, program: Program) -> tuple[Reply, ...]:
+def stored(station: Station, program: Program) -> tuple[Reply, ...]:
     """Put an edited program in memory: its first fault, and what it is now."""
     whole, source = rebuilt(program)
-    found = session.keep(whole, source)
+    found = station.keep(whole, source)
     lines = ["", *source.split("\n")]
     first = next((one for one in found if one.severity is Severity.ERROR), None)
     report: tuple[Reply, ...] = ()
@@ -346,22 +346,20 @@ def stored(session: Session, program: Program) -> tuple[Reply, ...]:
         bad = next((number for number, step in enumerate(whole.steps, 1) if isinstance(step.statement, BadLine)), None)
         if bad is not None:
             report = (Message(str(ProgramNotExecutable(f"step {bad} cannot be read", "retype it"))),)
-    ready = "" if session.environment.program(whole.name).analysis.executable else "; it cannot be executed yet"
+    ready = "" if station.environment.program(whole.name).analysis.executable else "; it cannot be executed yet"
     return (*report, Message(f"Program {whole.name}: {count(len(whole.steps), 'step')}{ready}"))
 
 
 def named_program(text: str) -> Program:
     """An empty program by its name and parameters, `pick(part, height)`. Raises LineRefused."""
-    from vrs_cli.language.text.parser import parse_prompt
-
     header = parse_prompt(f".PROGRAM {text}")
     assert isinstance(header, ProgramHeader)
     return Program(header.name, header.parameters, (), None, Span(HEADER_LINE, 1, 1))
 
 
-def opened(session: Session, asked: Program, step: int = 1) -> Draft:
+def opened(station: Station, asked: Program, step: int = 1) -> Draft:
     """The program of that name as it is in memory, or a new one. Parameters that are named replace its own."""
-    programs = session.environment.programs
+    programs = station.environment.programs
     if key_of(asked.name) not in programs:
         return Draft(asked)
     program = programs[key_of(asked.name)].program
@@ -370,9 +368,9 @@ def opened(session: Session, asked: Program, step: int = 1) -> Draft:
     return Draft(program).moved(step - 1)
 
 
-def refuse_running(session: Session, name: str) -> None:
+def refuse_running(station: Station, name: str) -> None:
     """Raises UsageError for a program that runs now."""
-    if session.running and session.task is not None and session.task.uses(name):
+    if station.running and station.task is not None and station.task.uses(name):
         raise UsageError(f"{name} is running", "ABORT stops it")
 
 

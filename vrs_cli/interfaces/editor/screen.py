@@ -7,19 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from vrs_cli.dialogue.replies import Message, Reply
 from vrs_cli.errors import CannotInterpret, ProgramExists
 from vrs_cli.interfaces.editor.lines import opened, stored
+from vrs_cli.interfaces.station.station import Station
+from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Span, Step
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, error
 from vrs_cli.language.text.meaning import as_meant
+from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import program_header, step_texts
 from vrs_cli.language.words.kind import key_of
-
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
 
 
 @runtime_checkable
@@ -38,11 +38,11 @@ class Reading(NamedTuple):
 
 
 class ScreenDraft:
-    """A program of a session while it is edited as a text. `row`: the line (from 0) where the cursor begins."""
+    """A program of a station while it is edited as a text. `row`: the line (from 0) where the cursor begins."""
 
-    def __init__(self, session: Session, asked: Program, step: int = 1) -> None:
-        self._session = session
-        draft = opened(session, asked, step)
+    def __init__(self, station: Station, asked: Program, step: int = 1) -> None:
+        self._station = station
+        draft = opened(station, asked, step)
         self.name = draft.program.name
         self.text = "\n".join((program_header(draft.program), *step_texts(draft.program), *("",) * (not draft.steps)))
         self.row = draft.at + 1 if draft.at < len(draft.steps) else max(len(draft.steps), 1)
@@ -50,8 +50,6 @@ class ScreenDraft:
 
     def read(self, text: str) -> Reading:
         """The program and all findings, those of its structure too."""
-        from vrs_cli.language.analysis.analyzer import analyze
-
         first, *rest = text.split("\n")
         header = read_header(first)
         steps = [read_step(line, number) for number, line in enumerate(_trimmed(rest), 2)]
@@ -60,7 +58,7 @@ class ScreenDraft:
             return Reading(None, (header, *findings))
         body = tuple(step for step, _ in steps)
         program = as_meant(Program(header.name, header.parameters, body, header.comment, header.span))
-        environment = self._session.environment
+        environment = self._station.environment
         programs = {key: one.program for key, one in environment.programs.items()} | {program.key: program}
         findings += analyze(program, environment.kinds(), programs).diagnostics
         return Reading(program, tuple(sorted(findings, key=lambda one: (one.span.line, one.span.column))))
@@ -80,17 +78,17 @@ class ScreenDraft:
 
     def note(self, text: str, *, stored: bool) -> None:
         """What a file would hold of the text, where it is not stored."""
-        self._session.drafted = "" if stored else f"{text}\n.END\n"
+        self._station.drafted = "" if stored else f"{text}\n.END\n"
 
     def save(self, text: str) -> str:
         """Store the program; what is said of it. Raises LineRefused, ProgramExists for the name of another program."""
         program, findings = self.read(text)
         if program is None:
             raise LineRefused(findings[0])
-        if program.key != key_of(self.name) and program.key in self._session.environment.programs:
+        if program.key != key_of(self.name) and program.key in self._station.environment.programs:
             raise ProgramExists(program.name, "give this one another name")
-        self.said = stored(self._session, program)
-        self.name = self._session.last_edited = program.name
+        self.said = stored(self._station, program)
+        self.name = self._station.last_edited = program.name
         return next((reply.text for reply in reversed(self.said) if isinstance(reply, Message)), "")
 
 
@@ -110,8 +108,6 @@ def _shown(program: Program, text: str) -> Iterable[str]:
 
 def read_header(line: str) -> ProgramHeader | Diagnostic:
     """The heading, or what is wrong with it."""
-    from vrs_cli.language.text.parser import parse_prompt
-
     try:
         header = parse_prompt(line)
     except LineRefused as refused:
@@ -124,8 +120,6 @@ def read_header(line: str) -> ProgramHeader | Diagnostic:
 @lru_cache(maxsize=20_000)
 def read_step(text: str, line: int) -> tuple[Step, Diagnostic | None]:
     """A step, or a bad line with what is wrong. Raises nothing. Remembered: a key changes one line of many."""
-    from vrs_cli.language.text.parser import parse_step
-
     try:
         return parse_step(text, line), None
     except LineRefused as refused:

@@ -14,10 +14,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from math import ceil, copysign, radians
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 from vrs_cli.dialogue.replies import Message, Reply, Tone
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
+from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import (
     FileError,
     IllegalJoint,
@@ -29,15 +30,12 @@ from vrs_cli.errors import (
     TooNear,
     UsageError,
 )
-from vrs_cli.interfaces.monitor.operands import real
+from vrs_cli.interfaces.station.operands import real
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
 from vrs_cli.language.text.ast import Instruction, Variable
 from vrs_cli.language.words.values import plain
-
-if TYPE_CHECKING:
-    from vrs_cli.engine.engine import Engine
-    from vrs_cli.interfaces.session.session import Session
 
 AHEAD = 0.3  # [s] before the arm comes to rest: when the next step of a sequence may come, so that it does not stop
 JUMP = radians(45.0)  # [rad, m] a joint that would move so much more than was asked for: a singularity is too near
@@ -102,33 +100,33 @@ class JogTerminal(Protocol):
         """Jog with the keys until the user leaves. Raises UsageError for a terminal that is too simple."""
 
 
-def jog(session: Session, it: Instruction) -> Iterator[Reply]:
+def jog(station: Station, it: Instruction) -> Iterator[Reply]:
     """JOG axis, amount; or with the keys. Raises UsageError, IllegalValue, RobotNotAttached, MotionError."""
-    session.driver.tasks.check_robot_free()
+    station.tasks.check_robot_free()
     if it.arguments:
-        axis, amount = _asked(session, it)
-        said = Jogger(session).step(axis, amount)
+        axis, amount = _asked(station, it)
+        said = Jogger(station).step(axis, amount)
         if said:
             yield Message(said, Tone.WARNING)
         return
-    terminal = session.terminal
+    terminal = station.terminal
     if not isinstance(terminal, JogTerminal):
         raise UsageError("JOG alone needs a terminal with keys", FORM)
-    terminal.jog(Jogger(session, SLOW))
+    terminal.jog(Jogger(station, SLOW))
 
 
-def _asked(session: Session, it: Instruction) -> tuple[Axis, float]:
+def _asked(station: Station, it: Instruction) -> tuple[Axis, float]:
     if len(it.arguments) != 2 or None in it.arguments:
         raise UsageError("JOG takes an axis and an amount, or nothing", FORM)
     named, by = it.arguments
     assert named is not None
     assert by is not None
-    amount = real(session, by)
+    amount = real(station, by)
     if not abs(amount) <= LONGEST:
         right = f"a number of mm or degrees, up to {LONGEST:g}"
         raise IllegalValue(f"an amount of {plain(amount)}", right, value=amount, lower=-LONGEST, upper=LONGEST)
-    name = named.name if isinstance(named, Variable) and named.indexes is None else plain(real(session, named))
-    axis = axis_of(session.engine, name)
+    name = named.name if isinstance(named, Variable) and named.indexes is None else plain(real(station, named))
+    axis = axis_of(station.engine, name)
     if axis.turns and not abs(amount) < LONGEST_TURN:
         raise IllegalValue(
             f"a turn of {plain(amount)} deg", f"the tool turns by less than {LONGEST_TURN:g} deg in a step"
@@ -149,16 +147,20 @@ def axis_of(engine: Engine, name: str) -> Axis:
 
 
 class Jogger:
-    """Moves the arm of a session by steps. `speed` [% of full speed]."""
+    """Moves the arm of a station by steps. `speed` [% of full speed]."""
 
-    def __init__(self, session: Session, speed: float = 100.0) -> None:
-        self.session, self.speed = session, speed
+    def __init__(self, station: Station, speed: float = 100.0) -> None:
+        self.station, self.speed = station, speed
         self._key: tuple[Axis, float, float] | None = None  # axis, amount and speed of the step under way
         self._goes_on = False  # that step began while the one before it, of the same key, was under way
 
     @property
     def engine(self) -> Engine:
-        return self.session.engine
+        return self.station.engine
+
+    def settle(self) -> None:
+        """Do what has become due. Nobody can answer a PROMPT now."""
+        self.station.settle(asking=False)
 
     def axes(self, frame: Frame) -> tuple[Axis, ...]:
         count = self.engine.model.joint_count if frame is Frame.JOINT else len(CARTESIAN)
@@ -168,7 +170,7 @@ class Jogger:
         """One step of many, as keys give them: left out while the arm has enough to do of the same; another one takes
         over, and where it cannot be, the arm brakes. What is to be said of it. Raises MotionError.
         """
-        self.session.settle(asking=False)
+        self.settle()
         key, before, engine = (axis, amount, self.speed), self._key, self.engine
         left, self._key = engine.end - engine.now, key
         if left > 0.0 and key != before:
@@ -233,14 +235,14 @@ class Jogger:
             move = Move(PoseTarget(goal), straight=True, speed=speed, text=text)
         else:
             move = Move(JointTarget(goal), straight=False, speed=speed, text=text)
-        self.session.settle(engine.begin(move, program=False))
+        self.station.settle(engine.begin(move, program=False))
 
     def stop(self) -> None:
         """Brake now."""
-        self.session.settle(asking=False)
+        self.settle()
         self.engine.stop()
         if not self.engine.realtime:
-            self.session.settle(self.engine.end)
+            self.station.settle(self.engine.end)
 
     def _farthest(self, begin: Joints, axis: Axis, amount: float) -> tuple[Joints, float, str]:
         """Where a step ends, what part of it that is, and why not all of it, if so."""

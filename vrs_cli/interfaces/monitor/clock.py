@@ -3,38 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.replies import ClockReport, Reply
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, WallClock
 from vrs_cli.errors import IllegalValue, UsageError
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.text.ast import Instruction, Word
 from vrs_cli.language.words.values import read_number
-
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
 
 RATES = f"CLOCK RATE = {SLOWEST_RATE:g} to {FASTEST_RATE:g}"
 
 
-def clock(session: Session, it: Instruction) -> Iterator[Reply]:
+def clock(station: Station, it: Instruction) -> Iterator[Reply]:
     """CLOCK, CLOCK PAUSE, CLOCK GO, CLOCK RATE = r. Raises UsageError, IllegalValue."""
     if it.arguments:
         word = it.arguments[0]
         assert isinstance(word, Word)
-        _change(_wall_clock(session), word.text.upper(), it.value)
-        session.settle()  # it has gone on since the line was given, and may stand now
-    yield clock_report(session)
+        _change(_wall_clock(station), word.text.upper(), it.value)
+        station.settle()  # it has gone on since the line was given, and may stand now
+    yield clock_report(station)
 
 
-def clock_report(session: Session) -> ClockReport:
+def clock_report(station: Station) -> ClockReport:
     """The clock as it is."""
-    time = session.engine.clock
+    time = station.engine.clock
     return ClockReport(time.now, time.rate if isinstance(time, WallClock) else None, time.paused)
 
 
-def _wall_clock(session: Session) -> WallClock:
-    time = session.engine.clock
+def _wall_clock(station: Station) -> WallClock:
+    time = station.engine.clock
     if not isinstance(time, WallClock):
         raise UsageError("time is the robot's own here, and passes only when something waits", "vrs --realtime")
     return time

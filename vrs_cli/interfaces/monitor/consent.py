@@ -4,35 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.questions import Confirmation, Parting
 from vrs_cli.dialogue.replies import Farewell, Message, Reply, Tone
 from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.errors import FileError, FileExists
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.words.kind import key_of
 
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
 
-
-def refusal(session: Session, question: str) -> Message | None:
+def refusal(station: Station, question: str) -> Message | None:
     """None where the user agrees, or has said DISABLE INTERACTIVE; otherwise what is said of it."""
-    if not session.robot.switch("INTERACTIVE"):
+    if not station.robot.switch("INTERACTIVE"):
         return None
-    if session.terminal.confirm(Confirmation(f"{question} Are you sure (Y/N)?")):
+    if station.terminal.confirm(Confirmation(f"{question} Are you sure (Y/N)?")):
         return None
-    if isinstance(session.terminal, Dialogue):
+    if isinstance(station.terminal, Dialogue):
         return Message("Nothing is deleted")
     return Message("*Not confirmed* nothing is deleted (DISABLE INTERACTIVE deletes without a question)", Tone.ERROR)
 
 
-def leaving(session: Session) -> Iterator[Reply]:
+def leave(station: Station) -> Iterator[Reply]:
     """EXIT: Farewell, once the user knows what is not stored. Where nobody is there, at once."""
-    terminal, unstored = session.terminal, session.unstored
-    locations = sorted(map(session.environment.name_of, unstored.locations()))
+    terminal, unstored = station.terminal, station.unstored
+    locations = sorted(map(station.environment.name_of, unstored.locations()))
     named = "; ".join(listed(*row) for row in (("program", unstored.programs()), ("location", locations)) if row[1])
-    if named and isinstance(terminal, Dialogue) and session.robot.switch("INTERACTIVE"):
+    if named and isinstance(terminal, Dialogue) and station.robot.switch("INTERACTIVE"):
         yield Message(f"Not stored: {named}. STORE file stores all", Tone.WARNING)
         if not terminal.leave(Parting("Leave without storing (Y/N)?")):
             return
@@ -48,19 +45,19 @@ def listed(what: str, names: list[str]) -> str:
     return f"{what}{'s' if len(names) > 1 else ''} {', '.join(names[:MOST_NAMED])}{more}"
 
 
-def may_replace(session: Session, program: str) -> bool:
+def may_replace(station: Station, program: str) -> bool:
     """Whether a program of that name may be put in memory: none is there, or the user lets it go."""
-    if key_of(program) in session.environment.programs and session.robot.switch("INTERACTIVE"):
-        return session.terminal.confirm(Confirmation(f"Program {program} exists. Replace it (Y/N)?"))
+    if key_of(program) in station.environment.programs and station.robot.switch("INTERACTIVE"):
+        return station.terminal.confirm(Confirmation(f"Program {program} exists. Replace it (Y/N)?"))
     return True
 
 
-def may_write(session: Session, path: Path) -> None:
+def may_write(station: Station, path: Path) -> None:
     """Raises FileExists where the user does not want a file overwritten, or nobody can be asked, FileError for the
     journal of this session."""
-    journal = session.journal
-    if journal is not None and path.exists() and journal.path.exists() and path.samefile(journal.path):
-        raise FileError(f"{path} holds all of this session already, and is being written", "name another file")
-    if path.exists() and session.robot.switch("INTERACTIVE"):  # noqa: SIM102
-        if not session.terminal.confirm(Confirmation(f"{path} exists. Overwrite it (Y/N)?")):
+    journal = station.journal
+    if journal is not None and path.exists() and journal.exists() and path.samefile(journal):
+        raise FileError(f"{path} holds all of this station already, and is being written", "name another file")
+    if path.exists() and station.robot.switch("INTERACTIVE"):  # noqa: SIM102
+        if not station.terminal.confirm(Confirmation(f"{path} exists. Overwrite it (Y/N)?")):
             raise FileExists(str(path), "answer Y or name another file; DISABLE INTERACTIVE overwrites")

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.numbers import count, seconds
 from vrs_cli.dialogue.questions import Confirmation
@@ -15,70 +14,67 @@ from vrs_cli.dialogue.replies import FileRow, FileTable, FileText, Message, Repl
 from vrs_cli.dialogue.terminal import Dialogue, Player, Watched
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import ProgramExists, UsageError
-from vrs_cli.interfaces.controller.unstored import item_of
+from vrs_cli.files import store as files
+from vrs_cli.files.continuing import line_of
+from vrs_cli.files.folder import copy, delete, entries, existing, rename, target
+from vrs_cli.files.program_file import find_program_file, read_program_file, write_atomically
+from vrs_cli.files.store import Part
+from vrs_cli.files.trajectory_file import EXTENSION, Recording, read_trajectory, write_trajectory
 from vrs_cli.interfaces.monitor.consent import listed, may_replace, may_write, refusal
-from vrs_cli.interfaces.monitor.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
+from vrs_cli.interfaces.station.operands import Handler, operand, path_of, word
+from vrs_cli.interfaces.station.sections import item_of
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.ast import Instruction, Section
+from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import Value
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 
-if TYPE_CHECKING:
-    from vrs_cli.files.store import Part
-    from vrs_cli.files.trajectory_file import Recording
-    from vrs_cli.interfaces.session.session import Session
-
-
 TORN = "its last line was not written to the end, and was left out"
 
 
-def _load(session: Session, it: Instruction) -> Iterator[Reply]:
-    yield from load(session, path_of(it))
+def _load(station: Station, it: Instruction) -> Iterator[Reply]:
+    yield from load(station, path_of(it))
 
 
-def load(session: Session, named: Path) -> Iterator[Reply]:
+def load(station: Station, named: Path) -> Iterator[Reply]:
     """Programs that are there already are replaced where the user agrees, else they stay as they are; variables are
     overwritten. Where no program was run yet, EXECUTE alone runs the first of the file.
 
     Raises NonexistentFile, FileError, FileDamaged.
     """
-    from vrs_cli.files.program_file import find_program_file, read_program_file
-    from vrs_cli.files.trajectory_file import EXTENSION
-
     path = find_program_file(named)
     if path.suffix.lower() == EXTENSION:
-        yield from _load_trajectory(session, path)
+        yield from _load_trajectory(station, path)
         return
-    from vrs_cli.language.text.parser import parse_file
-
     text = read_program_file(path)
-    programs = session.environment.programs
-    before, layout = dict(programs), session.layout
+    programs = station.environment.programs
+    before, layout = dict(programs), station.layout
     file, diagnostics = parse_file(text)
     sections = [part for part in file.parts if isinstance(part, Section)]
-    kept = _kept(session, sections)
-    diagnostics = (*diagnostics, *session.put(file, text))
-    session.unstored.stored(sections)
+    kept = _kept(station, sections)
+    diagnostics = (*diagnostics, *station.put(file, text))
+    station.unstored.stored(sections)
     for item, value in kept.items():
-        session.environment.put_back(item, value)
+        station.environment.put_back(item, value)
     if diagnostics:
         yield report(diagnostics, text, str(path))
     brought = [stored for key, stored in programs.items() if before.get(key) is not stored]
-    old = [stored for stored in brought if stored.program.key in before and not may_replace(session, stored.name)]
+    old = [stored for stored in brought if stored.program.key in before and not may_replace(station, stored.name)]
     for stored in old:
         programs[stored.program.key] = before[stored.program.key]
-        session.layout = session.layout.with_part(stored.program.key, layout.parts.get(stored.program.key, ()))
-        if not isinstance(session.terminal, Dialogue):
+        station.layout = station.layout.with_part(stored.program.key, layout.parts.get(stored.program.key, ()))
+        if not isinstance(station.terminal, Dialogue):
             hint = "DELETEP deletes it, DISABLE INTERACTIVE lets it be replaced"
             yield Message(str(ProgramExists(stored.name, hint)), Tone.ERROR)
     new = [stored for stored in brought if stored not in old]
-    session.unstored.stored(stored.program for stored in new)
-    if session.last_program is None and new:
-        session.last_program = new[0].name
+    station.unstored.stored(stored.program for stored in new)
+    if station.last_program is None and new:
+        station.last_program = new[0].name
     names = [_loaded(stored, replaced=stored.program.key in before) for stored in new]
     stay = (
         f"; {', '.join(stored.name for stored in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
@@ -86,48 +82,44 @@ def load(session: Session, named: Path) -> Iterator[Reply]:
     yield Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
 
 
-def _kept(session: Session, sections: Iterable[Section]) -> dict[Item, Value]:
+def _kept(station: Station, sections: Iterable[Section]) -> dict[Item, Value]:
     """Locations that are not stored, which the sections would overwrite and the user does not want to be. Where nobody
     can be asked they are overwritten, as all variables are.
     """
-    environment = session.environment
-    if not isinstance(session.terminal, Dialogue) or not session.robot.switch("INTERACTIVE"):
+    environment = station.environment
+    if not isinstance(station.terminal, Dialogue) or not station.robot.switch("INTERACTIVE"):
         return {}
     taken = {item_of(entry) for section in sections for entry in section.entries}
-    lost = [item for item in session.unstored.locations() if item in taken]
+    lost = [item for item in station.unstored.locations() if item in taken]
     are = "is" if len(lost) == 1 else "are"
     names = listed("location", sorted(map(environment.name_of, lost)))
-    if not lost or session.terminal.confirm(Confirmation(f"The {names} {are} not stored. Overwrite (Y/N)?")):
+    if not lost or station.terminal.confirm(Confirmation(f"The {names} {are} not stored. Overwrite (Y/N)?")):
         return {}
     values = environment.values()
     return {item: values[item] for item in lost}
 
 
-def _load_trajectory(session: Session, path: Path) -> Iterator[Reply]:
+def _load_trajectory(station: Station, path: Path) -> Iterator[Reply]:
     """A trajectory becomes a branch of its own: it can be gone on with, compared, and merged into main."""
-    from vrs_cli.files.continuing import line_of
-
-    branches = session.branches
+    branches = station.branches
     name = re.sub(r"\W", ".", path.stem)
     name = name if name[0].isalpha() else f"t{name}"
     if name in branches:
         raise UsageError(f"there is a branch {name} already", f"DELETEB {name}, then LOAD again; or rename the file")
-    check_tasks_stand(session)
-    recording = _recording(session, path)
-    branches.add(name, line_of(path, recording, session.engine))
+    check_tasks_stand(station)
+    recording = _recording(station, path)
+    branches.add(name, line_of(path, recording, station.engine))
     branches.change_over(name)
     if recording.dropped_tail:
         yield Message(TORN, Tone.WARNING)
     yield from _warnings(recording)
-    commands = count(len(session.engine.history.done), "command")
-    yield Message(f"On {name}, a branch of {commands} from {path}; the clock is at {session.engine.now:.3f} s")
+    commands = count(len(station.engine.history.done), "command")
+    yield Message(f"On {name}, a branch of {commands} from {path}; the clock is at {station.engine.now:.3f} s")
 
 
-def _recording(session: Session, path: Path) -> Recording:
+def _recording(station: Station, path: Path) -> Recording:
     """Read a trajectory file, with progress where somebody watches."""
-    from vrs_cli.files.trajectory_file import read_trajectory
-
-    terminal = session.terminal
+    terminal = station.terminal
     if not isinstance(terminal, Watched):
         return read_trajectory(path)
     terminal.begin_progress()
@@ -150,22 +142,19 @@ def _loaded(stored: StoredProgram, *, replaced: bool) -> str:
 def _store(extension: str, *parts: str) -> Handler:
     """Parts by the names of `files.store.Part`."""
 
-    def store(session: Session, it: Instruction) -> Iterator[Reply]:
-        from vrs_cli.files import store as files
-        from vrs_cli.files.program_file import write_atomically
-
+    def store(station: Station, it: Instruction) -> Iterator[Reply]:
         path = _with_extension(path_of(it), extension)
         what: list[Part] = [files.Part[name] for name in parts]
         programs = [word(argument) for argument in it.arguments[1:]]
-        chosen = files.chosen(session.environment, what, programs)
+        chosen = files.chosen(station.environment, what, programs)
         everything = not programs and set(what) >= files.EVERYTHING
-        text = files.text_of(chosen, session.layout, everything=everything)
+        text = files.text_of(chosen, station.layout, everything=everything)
         if not text.strip():
             yield Message("There is nothing to store", Tone.WARNING)
             return
-        may_write(session, path)
+        may_write(station, path)
         write_atomically(path, text)
-        session.unstored.stored(chosen)
+        station.unstored.stored(chosen)
         yield Message(f"{path} stored")
 
     return store
@@ -175,25 +164,21 @@ def _with_extension(path: Path, extension: str) -> Path:
     return path if path.suffix else path.with_name(path.name + extension)
 
 
-def _save(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.files.trajectory_file import EXTENSION, write_trajectory
-
-    engine = session.engine
+def _save(station: Station, it: Instruction) -> Iterator[Reply]:
+    engine = station.engine
     path = _with_extension(path_of(it), EXTENSION)
-    may_write(session, path)
+    may_write(station, path)
     write_trajectory(path, engine.model, engine.initial, engine.deltas)
     yield Message(f"{path} saved: {count(len(engine.records()), 'command')}, {engine.end:.3f} s")
 
 
-def _replay(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.files.trajectory_file import EXTENSION
-
+def _replay(station: Station, it: Instruction) -> Iterator[Reply]:
     path = path_of(it)
     path = path if path.exists() else _with_extension(path, EXTENSION)
-    recording = _recording(session, path)
+    recording = _recording(station, path)
     yield from _warnings(recording)
     yield Message(_summary(path, recording))
-    arm, timeline, terminal = arm_for(recording.model), recording.timeline, session.terminal
+    arm, timeline, terminal = arm_for(recording.model), recording.timeline, station.terminal
     if isinstance(terminal, Player):
         terminal.play(arm, timeline)
         return
@@ -224,24 +209,18 @@ def _last_of_motions(timeline: Timeline) -> Iterator[Segment]:
             yield segment
 
 
-def _flist(_session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.files.program_file import read_program_file
-
+def _flist(_station: Station, it: Instruction) -> Iterator[Reply]:
     yield FileText(tuple(read_program_file(path_of(it)).splitlines()))
 
 
-def _fdirectory(_session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.files.folder import listed
-
+def _fdirectory(_station: Station, it: Instruction) -> Iterator[Reply]:
     asked = Path(".") if operand(it, 0) is None else path_of(it)
-    yield FileTable(str(asked), tuple(FileRow(entry.name, entry.size) for entry in listed(asked)))
+    yield FileTable(str(asked), tuple(FileRow(entry.name, entry.size) for entry in entries(asked)))
 
 
-def _fdelete(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.files.folder import delete, existing
-
+def _fdelete(station: Station, it: Instruction) -> Iterator[Reply]:
     path = existing(path_of(it))
-    refused = refusal(session, f"The file {path} will be deleted.")
+    refused = refusal(station, f"The file {path} will be deleted.")
     if refused:
         yield refused
         return
@@ -249,36 +228,24 @@ def _fdelete(session: Session, it: Instruction) -> Iterator[Reply]:
     yield Message(f"{path} deleted")
 
 
-def _fcopy(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.files.folder import copy
-
-    old, new = _two_files(session, it)
+def _fcopy(station: Station, it: Instruction) -> Iterator[Reply]:
+    old, new = _two_files(station, it)
     copy(old, new)
     yield Message(f"{old} copied to {new}")
 
 
-def _frename(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.files.folder import rename
-
-    old, new = _two_files(session, it)
+def _frename(station: Station, it: Instruction) -> Iterator[Reply]:
+    old, new = _two_files(station, it)
     rename(old, new)
     yield Message(f"{old} renamed to {new}")
 
 
-def _two_files(session: Session, it: Instruction) -> tuple[Path, Path]:
+def _two_files(station: Station, it: Instruction) -> tuple[Path, Path]:
     """`new = old`: the old file, and the new one, which may be written. Raises FileError and what is under it."""
-    from vrs_cli.files.folder import existing, target
-
     old = existing(Path(word(it.value)).expanduser())
     new = target(old, path_of(it))
-    may_write(session, new)
+    may_write(station, new)
     return old, new
-
-
-def _commands(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.interfaces.monitor.command_file import carried_out
-
-    yield from carried_out(session, path_of(it))
 
 
 FILES: Mapping[str, Handler] = {
@@ -298,5 +265,4 @@ FILES: Mapping[str, Handler] = {
     "FDELETE": _fdelete,
     "FCOPY": _fcopy,
     "FRENAME": _frename,
-    "COMMANDS": _commands,
 }

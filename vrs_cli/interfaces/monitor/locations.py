@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from vrs_cli.dialogue.questions import Amendment
 from vrs_cli.dialogue.replies import (
@@ -20,10 +20,12 @@ from vrs_cli.dialogue.replies import (
 from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.engine.commands import JointTarget, PoseTarget
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
-from vrs_cli.interfaces.monitor.operands import Handler, operand, real, real_or, shown, sight
+from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, shown, sight
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.run.cells import Reference
+from vrs_cli.language.run.prompt import definable
 from vrs_cli.language.text.ast import Instruction, Number, Variable
 from vrs_cli.language.words.kind import NAME_LENGTH, Kind
 from vrs_cli.language.words.values import (
@@ -36,42 +38,39 @@ from vrs_cli.language.words.values import (
     whole,
 )
 
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
-
 MOST_ROWS = 100_000
 DEFAULT_ROWS = 10
 
 
-def _where(session: Session, it: Instruction) -> Iterator[Reply]:
-    _only_robot(session, it, 0)
-    engine, at, units = session.engine, it.modifiers, session.environment.units
+def _where(station: Station, it: Instruction) -> Iterator[Reply]:
+    _only_robot(station, it, 0)
+    engine, at, units = station.engine, it.modifiers, station.units
     over_time = any(operand(it, index) is not None for index in (1, 2, 3))
     if over_time and (at.at is not None or at.within is not None):
         raise UsageError("AT and FROM do not go together", "WHERE AT t, or WHERE FROM t1 TO t2 STEP dt")
     if at.at is not None:
-        yield Whereabouts(engine.position(real(session, at.at)), stamped=True, units=units)
+        yield Whereabouts(engine.position(real(station, at.at)), stamped=True, units=units)
     elif at.within is not None:
-        yield Whereabouts(engine.position(engine.now + real(session, at.within)), stamped=True, units=units)
+        yield Whereabouts(engine.position(engine.now + real(station, at.within)), stamped=True, units=units)
     elif over_time:
-        yield WhereaboutsTable(tuple(engine.position(t) for t in _times(session, it)), units)
+        yield WhereaboutsTable(tuple(engine.position(t) for t in _times(station, it)), units)
     else:
         yield Whereabouts(engine.position(), units=units)
 
 
-def _only_robot(session: Session, it: Instruction, index: int) -> None:
-    number = real_or(session, it, index, 1.0)
+def _only_robot(station: Station, it: Instruction, index: int) -> None:
+    number = real_or(station, it, index, 1.0)
     if whole(number) != 1:
         raise IllegalValue(f"robot {plain(number)}", "there is one robot, number 1")
 
 
-def _times(session: Session, it: Instruction) -> Iterator[float]:
+def _times(station: Station, it: Instruction) -> Iterator[float]:
     """FROM t1 TO t2 STEP dt, and the exact end."""
-    first = real_or(session, it, 1, 0.0)
-    last = real_or(session, it, 2, session.engine.end)
+    first = real_or(station, it, 1, 0.0)
+    last = real_or(station, it, 2, station.engine.end)
     if last < first:
         raise IllegalValue(f"FROM {plain(first)} TO {plain(last)}", "the first time comes first")
-    step = real_or(session, it, 3, (last - first) / DEFAULT_ROWS or 1.0)
+    step = real_or(station, it, 3, (last - first) / DEFAULT_ROWS or 1.0)
     if not step > 0.0 or (last - first) / step > MOST_ROWS:
         raise IllegalValue(f"STEP {plain(step)}", f"more than 0 s, for at most {MOST_ROWS} rows")
     for k in range(int((last - first) / step - 1e-9) + 1):
@@ -80,45 +79,43 @@ def _times(session: Session, it: Instruction) -> Iterator[float]:
         yield last
 
 
-def _here(session: Session, it: Instruction) -> Iterator[Reply]:
-    session.do(it)
-    yield from _defined(session, it)
+def _here(station: Station, it: Instruction) -> Iterator[Reply]:
+    station.do(it)
+    yield from _defined(station, it)
 
 
-def _point(session: Session, it: Instruction) -> Iterator[Reply]:
+def _point(station: Station, it: Instruction) -> Iterator[Reply]:
     if it.value is not None:
-        session.do(it)
-    yield from _defined(session, it)
+        station.do(it)
+    yield from _defined(station, it)
 
 
-def _teach(session: Session, it: Instruction) -> Iterator[Reply]:
+def _teach(station: Station, it: Instruction) -> Iterator[Reply]:
     """HERE without a question, under the next name of a series: there is no pendant whose button records."""
     expression = operand(it, 0)
     if not isinstance(expression, Variable):
         raise IllegalValue(shown(expression) if expression else "TEACH", "the name of a location, as TEACH part")
-    name = next_in_series(session, expression)
-    session.do(replace(it, word="HERE", arguments=(name,)))
-    reference = _defined_by(session, replace(it, arguments=(name,)))
-    yield _one_location(session, reference.name, cast("Transform | Joints", reference.value()))
+    name = next_in_series(station, expression)
+    station.do(replace(it, word="HERE", arguments=(name,)))
+    reference = _defined_by(station, replace(it, arguments=(name,)))
+    yield _one_location(station, reference.name, cast("Transform | Joints", reference.value()))
 
 
-def next_in_series(session: Session, first: Variable) -> Variable:
+def next_in_series(station: Station, first: Variable) -> Variable:
     """The name itself while it has no value, then the next one: part, part1, part2; row[3], row[4].
 
     Raises InvalidName for a name that cannot be counted up.
     """
-    from vrs_cli.language.run.prompt import definable
-
-    environment, name = session.environment, first
-    while definable(environment, session.robot, name).reference.defined():
-        name = _counted_up(session, name)
+    environment, name = station.environment, first
+    while definable(environment, station.robot, name).reference.defined():
+        name = _counted_up(station, name)
     return name
 
 
-def _counted_up(session: Session, name: Variable) -> Variable:
+def _counted_up(station: Station, name: Variable) -> Variable:
     if name.indexes:
         *others, last = name.indexes
-        following = real(session, last) + 1.0
+        following = real(station, last) + 1.0
         return replace(name, indexes=(*others, Number(following, plain(following), last.span)))
     letters = name.name.rstrip("0123456789")
     longer = f"{letters}{int(name.name[len(letters) :] or 0) + 1}"
@@ -127,18 +124,18 @@ def _counted_up(session: Session, name: Variable) -> Variable:
     return replace(name, name=longer)
 
 
-def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
+def _defined(station: Station, it: Instruction) -> Iterator[Reply]:
     """Show a location, and where somebody is there, ask for changes until an empty line."""
-    reference = _defined_by(session, it)
-    terminal = session.terminal
+    reference = _defined_by(station, it)
+    terminal = station.terminal
     if not isinstance(terminal, Dialogue):
         if not reference.defined():
             raise UndefinedValue(reference.name, f"POINT {reference.name} = location gives it one")
-        yield _one_location(session, reference.name, cast("Transform | Joints", reference.value()))
+        yield _one_location(station, reference.name, cast("Transform | Joints", reference.value()))
         return
-    value = _present(session, reference)
+    value = _present(station, reference)
     while True:
-        yield _one_location(session, reference.name, value)
+        yield _one_location(station, reference.name, value)
         answer = terminal.change(Amendment("Change?"))
         if answer is None:
             yield Message(f"{reference.name} is left as it was")
@@ -148,24 +145,22 @@ def _defined(session: Session, it: Instruction) -> Iterator[Reply]:
             reference.assign(value)
             return
         try:
-            value = changed(value, answer, session.environment.units)
+            value = changed(value, answer, station.units)
         except VrsError as error:
             yield Message(str(error), Tone.ERROR)
 
 
-def _defined_by(session: Session, it: Instruction) -> Reference:
-    from vrs_cli.language.run.prompt import definable
-
+def _defined_by(station: Station, it: Instruction) -> Reference:
     expression = operand(it, 0)
     assert expression is not None
-    return definable(session.environment, session.robot, expression).reference
+    return definable(station.environment, station.robot, expression).reference
 
 
-def _present(session: Session, reference: Reference) -> Transform | Joints:
+def _present(station: Station, reference: Reference) -> Transform | Joints:
     """The value; where there is none, what the six zeros of VAL stand for."""
     if reference.defined():
         return cast("Transform | Joints", reference.value())
-    return (0.0,) * session.engine.model.joint_count if reference.cells.kind is Kind.PRECISION else IDENTITY
+    return (0.0,) * station.engine.model.joint_count if reference.cells.kind is Kind.PRECISION else IDENTITY
 
 
 def changed(value: Transform | Joints, answer: str, units: JointUnits = TURNING) -> Transform | Joints:
@@ -183,28 +178,28 @@ def changed(value: Transform | Joints, answer: str, units: JointUnits = TURNING)
     return transformation(numbers) if isinstance(value, Transform) else precision_point(numbers, units)
 
 
-def _one_location(session: Session, name: str, value: Transform | Joints) -> LocationTable:
-    return LocationTable((NamedLocation(name, value),), session.environment.units)
+def _one_location(station: Station, name: str, value: Transform | Joints) -> LocationTable:
+    return LocationTable((NamedLocation(name, value),), station.units)
 
 
-def _tool(session: Session, it: Instruction) -> Iterator[Reply]:
-    session.do(it)
-    yield _one_location(session, "TOOL", session.engine.frames.tool)
+def _tool(station: Station, it: Instruction) -> Iterator[Reply]:
+    station.do(it)
+    yield _one_location(station, "TOOL", station.engine.frames.tool)
 
 
-def _base(session: Session, it: Instruction) -> Iterator[Reply]:
-    session.do(it)
-    yield _one_location(session, "BASE", session.engine.frames.base)
+def _base(station: Station, it: Instruction) -> Iterator[Reply]:
+    station.do(it)
+    yield _one_location(station, "BASE", station.engine.frames.base)
 
 
-def _why(session: Session, it: Instruction) -> Iterator[Reply]:
+def _why(station: Station, it: Instruction) -> Iterator[Reply]:
     asked = operand(it, 0)
     assert asked is not None
-    value = sight(session, asked)()
+    value = sight(station, asked)()
     if not isinstance(value, tuple):
         raise TypeMismatch(f"{shown(asked)} is a {kind_of_value(value).value}", "WHY explains a location")
     target = PoseTarget(value) if isinstance(value, Transform) else JointTarget(value)
-    yield ReachReport(shown(asked), session.engine.explain(target), session.environment.units)
+    yield ReachReport(shown(asked), station.engine.explain(target), station.units)
 
 
 LOCATIONS: Mapping[str, Handler] = {

@@ -5,25 +5,26 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.replies import ListedStep, ProgramName, ProgramNames, ProgramText, Reply
 from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, UsageError
 from vrs_cli.files.layout import Layout
+from vrs_cli.files.store import variables_used, with_called
+from vrs_cli.interfaces.editor.lines import Editor, asked_program, named_program, opened, refuse_running
+from vrs_cli.interfaces.editor.screen import ScreenDraft, ScreenTerminal
 from vrs_cli.interfaces.monitor.consent import refusal
-from vrs_cli.interfaces.monitor.operands import Handler, operand, real_or, word
+from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.text.ast import BadLine, Instruction, Program
 from vrs_cli.language.text.diagnostics import Severity
+from vrs_cli.language.text.printer import program_header, step_texts
 from vrs_cli.language.words.kind import key_of
 from vrs_cli.language.words.values import whole
 
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
 
-
-def _listp(session: Session, it: Instruction) -> Iterator[Reply]:
-    environment = session.environment
+def _listp(station: Station, it: Instruction) -> Iterator[Reply]:
+    environment = station.environment
     names = [word(argument) for argument in it.arguments if argument is not None]
     stored = [environment.program(name) for name in names] or list(environment.programs.values())
     if not stored:
@@ -34,8 +35,6 @@ def _listp(session: Session, it: Instruction) -> Iterator[Reply]:
 
 def listing(stored: StoredProgram) -> ProgramText:
     """The canonical text of a program, its steps numbered, and those marked that have a mistake."""
-    from vrs_cli.language.text.printer import program_header, step_texts
-
     program = stored.program
     wrong = {one.span.line for one in stored.analysis.diagnostics if one.severity is Severity.ERROR}
     steps = tuple(
@@ -45,9 +44,9 @@ def listing(stored: StoredProgram) -> ProgramText:
     return ProgramText(program_header(program), steps)
 
 
-def _directory(session: Session, it: Instruction) -> Iterator[Reply]:
+def _directory(station: Station, it: Instruction) -> Iterator[Reply]:
     pattern = word(it.arguments[0]).lower() if operand(it, 0) is not None else "*"
-    stored = session.environment.programs
+    stored = station.environment.programs
     yield ProgramNames(
         tuple(
             ProgramName(
@@ -62,118 +61,109 @@ def _directory(session: Session, it: Instruction) -> Iterator[Reply]:
     )
 
 
-def _copy(session: Session, it: Instruction) -> Iterator[Reply]:
-    copied(session, it)
+def _copy(station: Station, it: Instruction) -> Iterator[Reply]:
+    copied(station, it)
     yield from ()
 
 
-def copied(session: Session, it: Instruction) -> StoredProgram:
+def copied(station: Station, it: Instruction) -> StoredProgram:
     """COPY new = old. Returns the old one. Raises ProgramExists, UndefinedName."""
-    new, old = word(it.arguments[0]), session.environment.program(word(it.value))
-    if key_of(new) in session.environment.programs:
+    new, old = word(it.arguments[0]), station.environment.program(word(it.value))
+    if key_of(new) in station.environment.programs:
         raise ProgramExists(new, f"DELETEP {new} deletes it")
     program = replace(old.program, name=new)
-    session.environment.store(replace(old.analysis, program=program), old.lines)
+    station.environment.store(replace(old.analysis, program=program), old.lines)
     return old
 
 
-def _rename(session: Session, it: Instruction) -> Iterator[Reply]:
-    session.check_free(word(it.value))
-    old = copied(session, it)
-    session.layout = session.layout.renamed(old.name, word(it.arguments[0]))
-    del session.environment.programs[old.program.key]
-    if session.last_program is not None and key_of(session.last_program) == old.program.key:
-        session.last_program = word(it.arguments[0])
+def _rename(station: Station, it: Instruction) -> Iterator[Reply]:
+    station.check_free(word(it.value))
+    old = copied(station, it)
+    station.layout = station.layout.renamed(old.name, word(it.arguments[0]))
+    del station.environment.programs[old.program.key]
+    if station.last_program is not None and key_of(station.last_program) == old.program.key:
+        station.last_program = word(it.arguments[0])
     yield from ()
 
 
-def _delete(session: Session, it: Instruction) -> Iterator[Reply]:
+def _delete(station: Station, it: Instruction) -> Iterator[Reply]:
     """Programs, what only they call, and the variables that only these use."""
-    from vrs_cli.files.store import variables_used, with_called
-
-    environment = session.environment
+    environment = station.environment
     named = {environment.program(word(argument)).program.key for argument in it.arguments}
     under = {program.key for program in with_called(environment, sorted(named))}
     outside = [key for key in environment.programs if key not in under]
     kept = {program.key for program in with_called(environment, outside)} - named
     doomed = [environment.programs[key] for key in environment.programs if key in under - kept]
     for program in doomed:
-        session.check_free(program.name)
-    refused = refusal(session, f"{', '.join(program.name for program in doomed)} and what only they use go.")
+        station.check_free(program.name)
+    refused = refusal(station, f"{', '.join(program.name for program in doomed)} and what only they use go.")
     if refused:
         yield refused
         return
     still_used = variables_used(environment.programs[key].program for key in kept)
     for name in variables_used(program.program for program in doomed) - still_used:
         environment.delete(name)
-    _drop_programs(session, doomed)
+    _drop_programs(station, doomed)
 
 
-def _deletep(session: Session, it: Instruction) -> Iterator[Reply]:
-    doomed = [session.environment.program(word(argument)) for argument in it.arguments]
+def _deletep(station: Station, it: Instruction) -> Iterator[Reply]:
+    doomed = [station.environment.program(word(argument)) for argument in it.arguments]
     for program in doomed:
-        session.check_free(program.name)
-    refused = refusal(session, f"{', '.join(program.name for program in doomed)} will be deleted.")
+        station.check_free(program.name)
+    refused = refusal(station, f"{', '.join(program.name for program in doomed)} will be deleted.")
     if refused:
         yield refused
     else:
-        _drop_programs(session, doomed)
+        _drop_programs(station, doomed)
 
 
-def _drop_programs(session: Session, doomed: Iterable[StoredProgram]) -> None:
+def _drop_programs(station: Station, doomed: Iterable[StoredProgram]) -> None:
     for program in doomed:
-        session.environment.programs.pop(program.program.key, None)
-        session.layout = session.layout.with_part(program.program.key, ())
-        if session.last_program is not None and key_of(session.last_program) == program.program.key:
-            session.last_program = None
+        station.environment.programs.pop(program.program.key, None)
+        station.layout = station.layout.with_part(program.program.key, ())
+        if station.last_program is not None and key_of(station.last_program) == program.program.key:
+            station.last_program = None
 
 
-def _zero(session: Session, _it: Instruction) -> Iterator[Reply]:
-    for stored in session.environment.programs.values():
-        session.check_free(stored.name)
-    refused = refusal(session, "All programs and variables will be deleted.")
+def _zero(station: Station, _it: Instruction) -> Iterator[Reply]:
+    for stored in station.environment.programs.values():
+        station.check_free(stored.name)
+    refused = refusal(station, "All programs and variables will be deleted.")
     if refused:
         yield refused
         return
-    session.environment.programs.clear()
-    session.environment.clear_variables()
-    session.layout = Layout()
-    session.last_program = None
-    session.driver.tasks.forget_all()
+    station.environment.programs.clear()
+    station.environment.clear_variables()
+    station.layout = Layout()
+    station.last_program = None
+    station.tasks.forget_all()
 
 
-def _edit(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.interfaces.editor.lines import Editor, opened, refuse_running
-
-    program, step = _to_edit(session, it)
-    refuse_running(session, program.name)
-    session.editor = Editor(session, opened(session, program, step))
-    session.last_edited = program.name
-    yield from session.editor.draft.screen()
+def _edit(station: Station, it: Instruction) -> Iterator[Reply]:
+    program, step = _to_edit(station, it)
+    refuse_running(station, program.name)
+    editor = station.editor = Editor(station, opened(station, program, step))
+    station.last_edited = program.name
+    yield from editor.draft.screen()
 
 
-def _see(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.interfaces.editor.lines import refuse_running
-    from vrs_cli.interfaces.editor.screen import ScreenDraft, ScreenTerminal
-
-    program, step = _to_edit(session, it)
-    terminal = session.terminal
+def _see(station: Station, it: Instruction) -> Iterator[Reply]:
+    program, step = _to_edit(station, it)
+    terminal = station.terminal
     if not isinstance(terminal, ScreenTerminal):
         raise UsageError("SEE fills a terminal, and there is none", f"EDIT {program.name} edits line by line")
-    refuse_running(session, program.name)
-    session.last_edited = program.name
-    yield from terminal.see(ScreenDraft(session, program, step))
+    refuse_running(station, program.name)
+    station.last_edited = program.name
+    yield from terminal.see(ScreenDraft(station, program, step))
 
 
-def _to_edit(session: Session, it: Instruction) -> tuple[Program, int]:
+def _to_edit(station: Station, it: Instruction) -> tuple[Program, int]:
     """The program that is asked for, or the last one, and the step. Raises NoProgramSpecified, IllegalValue."""
-    from vrs_cli.interfaces.editor.lines import asked_program, named_program
-
     asked = operand(it, 0)
-    last = session.last_edited or session.last_program
+    last = station.last_edited or station.last_program
     if asked is None and last is None:
         raise NoProgramSpecified("none was edited before", f"{it.word} name")
-    step = whole(real_or(session, it, 1, 1.0))
+    step = whole(real_or(station, it, 1, 1.0))
     if step < 1:
         raise IllegalValue(f"step {step}", "steps count from 1")
     return (named_program(last or "") if asked is None else asked_program(asked)), step

@@ -3,104 +3,100 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply, Tone
 from vrs_cli.errors import NoProgramSpecified
-from vrs_cli.interfaces.monitor.operands import Handler, operand, real_or, word
+from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.runs import Outcome, RunResult
 from vrs_cli.language.run.cells import Reference
+from vrs_cli.language.run.prompt import arguments_of
 from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL, checked_task
 from vrs_cli.language.text.ast import Instruction, ProgramCall
 from vrs_cli.language.words.values import whole
 
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
 
-
-def _execute(session: Session, it: Instruction) -> Iterator[Reply]:
-    number = whole(real_or(session, it, 3, 0.0))
+def _execute(station: Station, it: Instruction) -> Iterator[Reply]:
+    number = whole(real_or(station, it, 3, 0.0))
     if number:
-        _start(session, it, checked_task(number))
+        _start(station, it, checked_task(number))
         return
-    name, arguments, cycles, step = asked_program(session, it)
-    yield from run(session, lambda progress: session.execute(name, arguments, cycles, step, progress=progress))
+    name, arguments, cycles, step = asked_program(station, it)
+    yield from run(station, lambda progress: station.execute(name, arguments, cycles, step, progress=progress))
 
 
-def asked_program(session: Session, it: Instruction) -> tuple[str | None, tuple[Reference | None, ...], int, int]:
+def asked_program(station: Station, it: Instruction) -> tuple[str | None, tuple[Reference | None, ...], int, int]:
     """Program, arguments, cycles and first step of EXECUTE and its like."""
-    from vrs_cli.language.run.prompt import arguments_of
-
     asked = operand(it, 0)
     name = None if asked is None else word(asked)
     given = asked.arguments if isinstance(asked, ProgramCall) else ()
-    arguments = arguments_of(session.environment, session.robot, given)
-    return name, arguments, whole(real_or(session, it, 1, 1.0)), whole(real_or(session, it, 2, 1.0))
+    arguments = arguments_of(station.environment, station.robot, given)
+    return name, arguments, whole(real_or(station, it, 1, 1.0)), whole(real_or(station, it, 2, 1.0))
 
 
-def _start(session: Session, it: Instruction, number: int) -> None:
+def _start(station: Station, it: Instruction, number: int) -> None:
     """A task beside the robot program."""
-    name, arguments, cycles, step = asked_program(session, it)
+    name, arguments, cycles, step = asked_program(station, it)
     if name is None:
         raise NoProgramSpecified(f"task {number} needs a program", "name it")
-    session.start(number, name, arguments, cycles, step)
+    station.start(number, name, arguments, cycles, step)
 
 
-def _pc_execute(session: Session, it: Instruction) -> Iterator[Reply]:
-    _start(session, it, PROCESS_CONTROL)
+def _pc_execute(station: Station, it: Instruction) -> Iterator[Reply]:
+    _start(station, it, PROCESS_CONTROL)
     yield from ()
 
 
-def task_number(session: Session, it: Instruction) -> int:
-    return checked_task(real_or(session, it, 0, 0.0))
+def task_number(station: Station, it: Instruction) -> int:
+    return checked_task(real_or(station, it, 0, 0.0))
 
 
-def _proceed(session: Session, it: Instruction) -> Iterator[Reply]:
-    yield from _go_on(session, task_number(session, it), retry=False)
+def _proceed(station: Station, it: Instruction) -> Iterator[Reply]:
+    yield from _go_on(station, task_number(station, it), retry=False)
 
 
-def _retry(session: Session, it: Instruction) -> Iterator[Reply]:
-    yield from _go_on(session, task_number(session, it), retry=True)
+def _retry(station: Station, it: Instruction) -> Iterator[Reply]:
+    yield from _go_on(station, task_number(station, it), retry=True)
 
 
-def _go_on(session: Session, number: int, retry: bool) -> Iterator[Reply]:
+def _go_on(station: Station, number: int, retry: bool) -> Iterator[Reply]:
     if number:
-        session.driver.tasks.proceed(number, retry=retry)
-        session.settle()
+        station.tasks.proceed(number, retry=retry)
+        station.settle()
     else:
-        yield from run(session, session.retry if retry else session.proceed)
+        yield from run(station, station.retry if retry else station.proceed)
 
 
-def _kill(session: Session, it: Instruction) -> Iterator[Reply]:
-    session.driver.tasks.kill(task_number(session, it))
+def _kill(station: Station, it: Instruction) -> Iterator[Reply]:
+    station.tasks.kill(task_number(station, it))
     yield from ()
 
 
-def _cycle_end(session: Session, it: Instruction) -> Iterator[Reply]:
-    yield _ends(session, task_number(session, it))
+def _cycle_end(station: Station, it: Instruction) -> Iterator[Reply]:
+    yield _ends(station, task_number(station, it))
 
 
-def _ends(session: Session, number: int) -> Reply:
-    track = session.driver.tasks.end_cycles(number)
+def _ends(station: Station, number: int) -> Reply:
+    track = station.tasks.end_cycles(number)
     return Message(f"{track.task.program} ends after its present cycle")
 
 
-def process_control(act: Callable[[Session, int], Iterable[Reply]]) -> Handler:
+def process_control(act: Callable[[Station, int], Iterable[Reply]]) -> Handler:
     """A command for the process control program."""
-    return lambda session, _it: act(session, PROCESS_CONTROL)
+    return lambda station, _it: act(station, PROCESS_CONTROL)
 
 
-def run(session: Session, way: Callable[[Callable[[float], None] | None], RunResult]) -> Iterator[Reply]:
+def run(station: Station, way: Callable[[Callable[[float], None] | None], RunResult]) -> Iterator[Reply]:
     """Run, with progress where somebody watches; how it ended."""
-    yield ending(session, session.watched(way))
+    yield ending(station, station.watched(way))
 
 
-def ending(session: Session, result: RunResult) -> Reply:
+def ending(station: Station, result: RunResult) -> Reply:
     """What is said when a program ends."""
     if result.fault is not None:
         fault = result.fault
         return ProgramStopped(fault.message, fault.program, fault.step, fault.source, Tone.ERROR)
-    task = session.task
+    task = station.task
     if result.outcome is Outcome.COMPLETED or task is None:
         return Message(result.outcome.value)
     before = result.outcome in (Outcome.STEPPED, Outcome.BREAKPOINT, Outcome.WATCHED)
@@ -108,14 +104,14 @@ def ending(session: Session, result: RunResult) -> Reply:
     return ProgramStopped(what, result.program, task.step, task.source if before else "")
 
 
-def _abort(session: Session, it: Instruction) -> Iterator[Reply]:
-    number = task_number(session, it)
-    yield from _abort_task(session, number) if number else _abort_robot(session)
+def _abort(station: Station, it: Instruction) -> Iterator[Reply]:
+    number = task_number(station, it)
+    yield from _abort_task(station, number) if number else _abort_robot(station)
 
 
-def _abort_task(session: Session, number: int) -> Iterator[Reply]:
-    track = session.driver.tasks.abort(number)
-    session.settle()
+def _abort_task(station: Station, number: int) -> Iterator[Reply]:
+    track = station.tasks.abort(number)
+    station.settle()
     yield (
         Message("Nothing is running")
         if track is None
@@ -123,10 +119,10 @@ def _abort_task(session: Session, number: int) -> Iterator[Reply]:
     )
 
 
-def _abort_robot(session: Session) -> Iterator[Reply]:
-    scheduled = session.engine.now < session.engine.end
-    task = session.task
-    session.abort()
+def _abort_robot(station: Station) -> Iterator[Reply]:
+    scheduled = station.engine.now < station.engine.end
+    task = station.task
+    station.abort()
     if task is not None and not task.ended:
         yield ProgramStopped(Outcome.ABORTED.value, task.program, task.step)
     elif scheduled:
@@ -144,7 +140,7 @@ RUNNING: Mapping[str, Handler] = {
     "CYCLE.END": _cycle_end,
     "PCEXECUTE": _pc_execute,
     "PCABORT": process_control(_abort_task),
-    "PCEND": process_control(lambda session, number: (_ends(session, number),)),
-    "PCPROCEED": process_control(lambda session, number: _go_on(session, number, retry=False)),
-    "PCRETRY": process_control(lambda session, number: _go_on(session, number, retry=True)),
+    "PCEND": process_control(lambda station, number: (_ends(station, number),)),
+    "PCPROCEED": process_control(lambda station, number: _go_on(station, number, retry=False)),
+    "PCRETRY": process_control(lambda station, number: _go_on(station, number, retry=True)),
 }

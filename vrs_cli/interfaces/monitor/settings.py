@@ -3,52 +3,50 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vrs_cli.dialogue.replies import Message, Reply, SettingRow, SettingTable
 from vrs_cli.engine.commands import SetMonitorSpeed
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, row_of
-from vrs_cli.interfaces.monitor.operands import Handler, operand, real, word
+from vrs_cli.interfaces.station.operands import Handler, operand, real, word
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import plain
 
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
 
-
-def _speed(session: Session, it: Instruction) -> Iterator[Reply]:
+def _speed(station: Station, it: Instruction) -> Iterator[Reply]:
     argument = operand(it, 0)
     assert argument is not None
-    session.engine.perform(SetMonitorSpeed(real(session, argument)))
+    station.engine.perform(SetMonitorSpeed(real(station, argument)))
     yield from ()
 
 
-def _signal(session: Session, it: Instruction) -> Iterator[Reply]:
+def _signal(station: Station, it: Instruction) -> Iterator[Reply]:
     """As the instruction, and inputs too: at the prompt one stands at the cabinet."""
-    numbers = [real(session, argument) for argument in it.arguments if argument is not None]
+    numbers = [real(station, argument) for argument in it.arguments if argument is not None]
     for number in numbers:
-        session.environment.signals.read(number)
+        station.environment.signals.read(number)
     for number in numbers:
-        session.environment.signals.write(number, inputs=True)
-    session.settle()
+        station.environment.signals.write(number, inputs=True)
+    station.settle()
     yield from ()
 
 
-def _as_instruction(session: Session, it: Instruction) -> Iterator[Reply]:
+def _as_instruction(station: Station, it: Instruction) -> Iterator[Reply]:
     """A word that does the same at the prompt as in a program, and answers nothing."""
-    session.do(it)
+    station.do(it)
     yield from ()
 
 
-def _calibrate(_session: Session, _it: Instruction) -> Iterator[Reply]:
+def _calibrate(_station: Station, _it: Instruction) -> Iterator[Reply]:
     yield Message("A virtual robot is calibrated")
 
 
-def _switch(session: Session, it: Instruction) -> Iterator[Reply]:
+def _switch(station: Station, it: Instruction) -> Iterator[Reply]:
     if it.value is not None:
-        session.do(it)
+        station.do(it)
         return
-    switches = session.engine.settings.switches
+    switches = station.engine.settings.switches
     rows = _asked(it, SWITCHES, "switch")
     yield SettingTable(
         "Switch",
@@ -56,11 +54,11 @@ def _switch(session: Session, it: Instruction) -> Iterator[Reply]:
     )
 
 
-def _parameter(session: Session, it: Instruction) -> Iterator[Reply]:
+def _parameter(station: Station, it: Instruction) -> Iterator[Reply]:
     if it.value is not None:
-        session.do(it)
+        station.do(it)
         return
-    values = session.engine.settings.parameters
+    values = station.engine.settings.parameters
     rows = _asked(it, PARAMETERS, "parameter")
     yield SettingTable(
         "Parameter", tuple(SettingRow(row.name, _with_unit(row, values[row.name]), row.summary) for row in rows)

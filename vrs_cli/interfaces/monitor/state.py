@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 from vrs_cli import __version__
 from vrs_cli.dialogue.replies import (
@@ -19,28 +18,28 @@ from vrs_cli.dialogue.replies import (
 )
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.monitor.clock import clock_report
+from vrs_cli.interfaces.monitor.consent import leave
+from vrs_cli.interfaces.monitor.help import overview, page
 from vrs_cli.interfaces.monitor.next_motion import said_for_next_motion
-from vrs_cli.interfaces.monitor.operands import Handler, operand, real, word
 from vrs_cli.interfaces.monitor.running import process_control, task_number
+from vrs_cli.interfaces.station.operands import Handler, operand, real, word
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.language.words.values import plain, whole
 
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
+
+def _status(station: Station, it: Instruction) -> Iterator[Reply]:
+    yield _status_of(station, task_number(station, it))
 
 
-def _status(session: Session, it: Instruction) -> Iterator[Reply]:
-    yield _status_of(session, task_number(session, it))
-
-
-def _status_of(session: Session, number: int) -> Reply:
-    engine, settings = session.engine, session.engine.settings
+def _status_of(station: Station, number: int) -> Reply:
+    engine, settings = station.engine, station.engine.settings
     speed = settings.speed.always
     return StatusReport(
         robot=engine.model.title,
-        progress=_progress(session, number),
+        progress=_progress(station, number),
         monitor_speed=settings.monitor_speed,
         program_speed=f"{plain(speed.value)} {speed.unit.value}",
         power=settings.switch("POWER"),
@@ -51,8 +50,8 @@ def _status_of(session: Session, number: int) -> Reply:
     )
 
 
-def _progress(session: Session, number: int) -> Progress | None:
-    track = session.driver.tasks.get(number)
+def _progress(station: Station, number: int) -> Progress | None:
+    track = station.tasks.get(number)
     if track is None:
         return None
     task = track.task
@@ -67,32 +66,32 @@ BANKS: Mapping[int, tuple[str, range]] = {
 }
 
 
-def _io(session: Session, it: Instruction) -> Iterator[Reply]:
+def _io(station: Station, it: Instruction) -> Iterator[Reply]:
     asked = operand(it, 0)
-    number = None if asked is None else whole(real(session, asked))
+    number = None if asked is None else whole(real(station, asked))
     if number is not None and number not in BANKS:
         raise IllegalValue(f"IO {number}", "0 inputs, 1 outputs, 2 internal signals")
     chosen = BANKS.values() if number is None else (BANKS[number],)
-    signals = session.environment.signals
+    signals = station.environment.signals
     yield SignalTable(tuple(SignalBank(title, bank[0], signals.state(bank)) for title, bank in chosen))
 
 
-def _time(session: Session, _it: Instruction) -> Iterator[Reply]:
-    yield clock_report(session)
+def _time(station: Station, _it: Instruction) -> Iterator[Reply]:
+    yield clock_report(station)
 
 
-def _id(session: Session, _it: Instruction) -> Iterator[Reply]:
-    model, python = session.engine.model, ".".join(map(str, sys.version_info[:3]))
+def _id(station: Station, _it: Instruction) -> Iterator[Reply]:
+    model, python = station.engine.model, ".".join(map(str, sys.version_info[:3]))
     yield Identification(__version__, python, model.title, model.name, model.joint_count)
 
 
-def _free(session: Session, _it: Instruction) -> Iterator[Reply]:
-    environment = session.environment
+def _free(station: Station, _it: Instruction) -> Iterator[Reply]:
+    environment = station.environment
     yield FreeReport(
         programs=len(environment.programs),
         steps=sum(len(stored.program.steps) for stored in environment.programs.values()),
         variables=sum(1 for kind in Kind for _ in environment.variables(kind)),
-        segments=len(session.engine.timeline),
+        segments=len(station.engine.timeline),
         percent=free_memory(),
     )
 
@@ -105,19 +104,23 @@ def free_memory() -> float | None:
         return None
 
 
-def _help(_session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.interfaces.monitor.help import overview, page
-
+def _help(_station: Station, it: Instruction) -> Iterator[Reply]:
     asked = operand(it, 0)
     yield overview() if asked is None else page(word(asked))
 
 
+def _exit(station: Station, _it: Instruction) -> Iterator[Reply]:
+    return leave(station)
+
+
 STATE: Mapping[str, Handler] = {
     "STATUS": _status,
-    "PCSTATUS": process_control(lambda session, number: (_status_of(session, number),)),
+    "PCSTATUS": process_control(lambda station, number: (_status_of(station, number),)),
     "IO": _io,
     "TIME": _time,
     "ID": _id,
     "FREE": _free,
     "HELP": _help,
+    "EXIT": _exit,
+    "QUIT": _exit,
 }

@@ -3,47 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply
 from vrs_cli.errors import IllegalValue
-from vrs_cli.interfaces.monitor.operands import Handler, operand, real_or, shown, sight, word
 from vrs_cli.interfaces.monitor.running import asked_program, run
+from vrs_cli.interfaces.station.operands import Handler, operand, real_or, shown, sight, word
+from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.tasks.debugging import Watch
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import Value, numbers_of, plain, whole
 
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
 
-
-def _prime(session: Session, it: Instruction) -> Iterator[Reply]:
-    task = session.prime(*asked_program(session, it)).task
+def _prime(station: Station, it: Instruction) -> Iterator[Reply]:
+    task = station.prime(*asked_program(station, it)).task
     yield ProgramStopped("(PRIMED)", task.program, task.step)
 
 
 def _step(over: bool) -> Handler:
     """SSTEP, XSTEP: of a program that is named, or of the one that has stopped."""
 
-    def step(session: Session, it: Instruction) -> Iterator[Reply]:
+    def step(station: Station, it: Instruction) -> Iterator[Reply]:
         if operand(it, 0) is not None:
-            session.prime(*asked_program(session, it))
-        yield from run(session, lambda progress: session.step(over=over, progress=progress))
+            station.prime(*asked_program(station, it))
+        yield from run(station, lambda progress: station.step(over=over, progress=progress))
 
     return step
 
 
-def _bpt(session: Session, it: Instruction) -> Iterator[Reply]:
-    debugging, asked, step = session.driver.debugging, operand(it, 0), whole(real_or(session, it, 1, 0.0))
+def _bpt(station: Station, it: Instruction) -> Iterator[Reply]:
+    debugging, asked, step = station.debugging, operand(it, 0), whole(real_or(station, it, 1, 0.0))
     if asked is not None:
-        stored = session.environment.program(word(asked))
+        stored = station.environment.program(word(asked))
         key, last = stored.program.key, len(stored.program.steps)
         if abs(step) > last:
             raise IllegalValue(f"step {abs(step)}", f"{stored.name} has the steps 1 to {last}")
         if step > 0:
-            debugging.breakpoints.add((key, _breakable(session.environment, stored, step)))
+            debugging.breakpoints.add((key, _breakable(station.environment, stored, step)))
         else:
             gone = {point for point in debugging.breakpoints if point[0] == key and step in (0, -point[1])}
             debugging.breakpoints -= gone
@@ -61,16 +59,14 @@ def _breakable(environment: Environment, stored: StoredProgram, step: int) -> in
     return found + 1
 
 
-def _watch(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.interfaces.tasks.debugging import Watch
-
-    watches, expression = session.driver.debugging.watches, operand(it, 0)
+def _watch(station: Station, it: Instruction) -> Iterator[Reply]:
+    watches, expression = station.debugging.watches, operand(it, 0)
     if expression is None:
         watches.clear()
         yield Message("Nothing is watched")
         return
-    units = session.environment.units
-    watch = Watch(shown(expression), sight(session, expression), lambda value: _value_text(value, units))
+    units = station.units
+    watch = Watch(shown(expression), sight(station, expression), lambda value: _value_text(value, units))
     watch.changed()
     watches.append(watch)
     yield Message(f"Programs stop when {watch.text} changes")

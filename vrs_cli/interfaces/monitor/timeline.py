@@ -3,40 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.replies import BranchRow, BranchTable, ComparisonTable, Message, Reply, SegmentRow, TimelineTable
 from vrs_cli.engine.branches import MAIN
+from vrs_cli.engine.comparison import compare
 from vrs_cli.errors import IllegalValue, InvalidName, UsageError
 from vrs_cli.interfaces.monitor.consent import refusal
-from vrs_cli.interfaces.monitor.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
+from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import whole
 from vrs_cli.trajectory.segment import Segment, stops_on_the_way
 
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
 
-
-def _undo(session: Session, it: Instruction) -> Iterator[Reply]:
-    engine, count = session.engine, _steps_back(session, it)
+def _undo(station: Station, it: Instruction) -> Iterator[Reply]:
+    engine, count = station.engine, _steps_back(station, it)
     texts = [step.delta.motion.text for step in engine.history.done[: -count - 1 : -1]]
     engine.undo(count)
     yield Message(f"{_counted(texts, 'undone')}; the clock is at {engine.now:.3f} s")
 
 
-def _redo(session: Session, it: Instruction) -> Iterator[Reply]:
-    engine, count = session.engine, _steps_back(session, it)
+def _redo(station: Station, it: Instruction) -> Iterator[Reply]:
+    engine, count = station.engine, _steps_back(station, it)
     texts = [undone.step.delta.motion.text for undone in engine.history.undone[: -count - 1 : -1]]
     engine.redo(count)
     yield Message(f"{_counted(texts, 'done again')}; the clock is at {engine.now:.3f} s")
 
 
-def _steps_back(session: Session, it: Instruction) -> int:
+def _steps_back(station: Station, it: Instruction) -> int:
     """How many commands UNDO or REDO is to take. Raises IllegalValue."""
-    count = whole(real_or(session, it, 0, 1.0))
+    count = whole(real_or(station, it, 0, 1.0))
     if count < 1:
         raise IllegalValue(f"{it.word} {count}", "at least one command")
     return count
@@ -48,64 +46,62 @@ def _counted(texts: Sequence[str], what: str) -> str:
     return f"{last} is {what}" if len(texts) == 1 else f"{len(texts)} commands are {what}, up to {last}"
 
 
-def _branch(session: Session, it: Instruction) -> Iterator[Reply]:
-    branches, asked = session.branches, operand(it, 0)
+def _branch(station: Station, it: Instruction) -> Iterator[Reply]:
+    branches, asked = station.branches, operand(it, 0)
     if asked is None:
-        yield BranchTable(tuple(_branch_row(session, name) for name in branches.names))
+        yield BranchTable(tuple(_branch_row(station, name) for name in branches.names))
         return
     name = word(asked)
     if not name[:1].isalpha():
         raise InvalidName(name, "a branch is named as a program is: BRANCH trial")
-    check_tasks_stand(session)
+    check_tasks_stand(station)
     if name in branches:
         branches.change_over(name)
-        yield Message(f"On {branches.present}; the clock is at {session.engine.now:.3f} s")
+        yield Message(f"On {branches.present}; the clock is at {station.engine.now:.3f} s")
     else:
         origin = branches.present
         branches.make(name)
-        yield Message(f"On {name}, a new branch of {origin}; the clock is at {session.engine.now:.3f} s")
+        yield Message(f"On {name}, a new branch of {origin}; the clock is at {station.engine.now:.3f} s")
 
 
-def _branch_row(session: Session, name: str) -> BranchRow:
-    line = session.branches.line(name)
-    present = name == session.branches.present
+def _branch_row(station: Station, name: str) -> BranchRow:
+    line = station.branches.line(name)
+    present = name == station.branches.present
     return BranchRow(name, present, len(line.history.done), line.timeline.end, line.clock)
 
 
-def check_tasks_stand(session: Session) -> None:
+def check_tasks_stand(station: Station) -> None:
     """Raises UsageError while a task waits for a time of the present branch."""
-    running = next(session.driver.tasks.running, None)
+    running = next(station.tasks.running, None)
     if running is not None:
         number = "" if running.number == ROBOT_PROGRAM else f" {running.number}"
         raise UsageError(f"{running.task.program} is running", f"ABORT{number} stops it")
 
 
-def _compare(session: Session, it: Instruction) -> Iterator[Reply]:
-    from vrs_cli.engine.comparison import compare
-
-    branches = session.branches
+def _compare(station: Station, it: Instruction) -> Iterator[Reply]:
+    branches = station.branches
     a, b = operand(it, 0), operand(it, 1)
     first, second = MAIN if a is None else word(a), branches.present if b is None else word(b)
     if first.lower() == second.lower():
         raise UsageError(f"{first} is the same as {second}", "COMPARE a, b; BRANCH lists the branches")
-    comparison = compare(session.engine.arm, branches.line(first), branches.line(second))
-    yield ComparisonTable(branches.spelled(first), branches.spelled(second), comparison, session.environment.units)
+    comparison = compare(station.engine.arm, branches.line(first), branches.line(second))
+    yield ComparisonTable(branches.spelled(first), branches.spelled(second), comparison, station.units)
 
 
-def _merge(session: Session, it: Instruction) -> Iterator[Reply]:
+def _merge(station: Station, it: Instruction) -> Iterator[Reply]:
     asked = operand(it, 0)
-    name = session.branches.spelled(session.branches.present if asked is None else word(asked))
-    check_tasks_stand(session)
-    again = session.branches.merge(name)
+    name = station.branches.spelled(station.branches.present if asked is None else word(asked))
+    check_tasks_stand(station)
+    again = station.branches.merge(name)
     how = f", {again} command{'' if again == 1 else 's'} of it planned again" if again else ""
-    yield Message(f"{name} is merged into main{how}; the timeline ends at {session.engine.end:.3f} s")
+    yield Message(f"{name} is merged into main{how}; the timeline ends at {station.engine.end:.3f} s")
 
 
-def _deleteb(session: Session, it: Instruction) -> Iterator[Reply]:
-    branches = session.branches
+def _deleteb(station: Station, it: Instruction) -> Iterator[Reply]:
+    branches = station.branches
     doomed = [branches.droppable(word(argument)) for argument in it.arguments]
-    check_tasks_stand(session)
-    refused = refusal(session, f"{', '.join(doomed)} will be deleted.")
+    check_tasks_stand(station)
+    refused = refusal(station, f"{', '.join(doomed)} will be deleted.")
     if refused:
         yield refused
         return
@@ -113,8 +109,8 @@ def _deleteb(session: Session, it: Instruction) -> Iterator[Reply]:
         branches.drop(name)
 
 
-def _timeline(session: Session, _it: Instruction) -> Iterator[Reply]:
-    engine = session.engine
+def _timeline(station: Station, _it: Instruction) -> Iterator[Reply]:
+    engine = station.engine
     segments = [segment for segment in engine.timeline if segment.motion.number > 0]
     stops = tuple(map(_segment_row, stops_on_the_way(segments)))
     yield TimelineTable(engine.records(), tuple(map(_segment_row, segments)), stops, engine.now)
@@ -125,8 +121,8 @@ def _segment_row(segment: Segment) -> SegmentRow:
     return SegmentRow(motion.number, motion.text, segment.start, segment.finish, segment.phase.value, motion.kind.space)
 
 
-def _plot(session: Session, it: Instruction) -> Iterator[Reply]:
-    engine = session.engine
+def _plot(station: Station, it: Instruction) -> Iterator[Reply]:
+    engine = station.engine
     asked = selected(engine.arm, [word(argument) for argument in it.arguments if argument is not None])
     if engine.end <= engine.timeline.start:
         yield Message("No motions yet")

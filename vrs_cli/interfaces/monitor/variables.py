@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from vrs_cli.dialogue.replies import LocationTable, Message, NamedLocation, RealTable, Reply, StringTable
 from vrs_cli.errors import TypeMismatch, UndefinedValue
 from vrs_cli.interfaces.monitor.consent import refusal
-from vrs_cli.interfaces.monitor.operands import Handler, own, real, shown, sight
+from vrs_cli.interfaces.station.operands import Handler, own, real, shown, sight
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.cells import Index, Reference, subscript
@@ -17,21 +18,17 @@ from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
 from vrs_cli.language.words.kind import Kind, key_of
 from vrs_cli.language.words.values import Value, kind_of_value, whole
 
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
-
-
 Rows = tuple[tuple[str, Value], ...]
 
 PLACES, REALS, STRINGS = frozenset({Kind.LOCATION, Kind.PRECISION}), frozenset({Kind.REAL}), frozenset({Kind.STRING})
 
 
-def _places(session: Session, rows: Rows) -> Reply:
+def _places(station: Station, rows: Rows) -> Reply:
     named = tuple(NamedLocation(name, cast("Transform | Joints", value)) for name, value in rows)
-    return LocationTable(named, session.environment.units)
+    return LocationTable(named, station.units)
 
 
-def _reals(_session: Session, rows: Rows) -> Reply:
+def _reals(_station: Station, rows: Rows) -> Reply:
     return RealTable(_real_rows(rows))
 
 
@@ -39,27 +36,27 @@ def _real_rows(rows: Rows) -> tuple[tuple[str, float], ...]:
     return tuple((name, cast(float, value)) for name, value in rows)
 
 
-def _strings(_session: Session, rows: Rows) -> Reply:
+def _strings(_station: Station, rows: Rows) -> Reply:
     return StringTable(tuple((name, cast(str, value)) for name, value in rows))
 
 
-def _list(kinds: frozenset[Kind], table: Callable[[Session, Rows], Reply], otherwise: str) -> Handler:
-    def listed(session: Session, it: Instruction) -> Iterator[Reply]:
-        yield table(session, tuple(_rows(session, it, kinds, otherwise)))
+def _list(kinds: frozenset[Kind], table: Callable[[Station, Rows], Reply], otherwise: str) -> Handler:
+    def listed(station: Station, it: Instruction) -> Iterator[Reply]:
+        yield table(station, tuple(_rows(station, it, kinds, otherwise)))
 
     return listed
 
 
-def shown_value(session: Session, expression: Expression) -> Iterator[Reply]:
+def shown_value(station: Station, expression: Expression) -> Iterator[Reply]:
     """An expression alone at the prompt: what LISTR, LISTL or LISTS of it answers."""
     if isinstance(expression, Binary) and expression.operator == "==" and isinstance(expression.left, Variable):
         yield Message(f"== compares; {shown(expression.left)} = {shown(expression.right)} assigns")
-    rows = _values(session, expression)
+    rows = _values(station, expression)
     kind = kind_of_value(rows[0][1])
     if kind is Kind.REAL:
         yield RealTable(_real_rows(rows), _is_truth(expression))
     else:
-        yield _strings(session, rows) if kind is Kind.STRING else _places(session, rows)
+        yield _strings(station, rows) if kind is Kind.STRING else _places(station, rows)
 
 
 def _is_truth(expression: Expression) -> bool:
@@ -67,37 +64,37 @@ def _is_truth(expression: Expression) -> bool:
     return isinstance(expression, Binary | Unary) and expression.operator in RELATIONS | LOGICAL
 
 
-def _rows(session: Session, it: Instruction, kinds: frozenset[Kind], otherwise: str) -> Iterator[tuple[str, Value]]:
+def _rows(station: Station, it: Instruction, kinds: frozenset[Kind], otherwise: str) -> Iterator[tuple[str, Value]]:
     """What was asked for, each with its name or text; everything of these kinds when nothing was."""
     asked = [argument for argument in it.arguments if argument is not None]
     if not asked:
         for kind in (one for one in Kind if one in kinds):
-            yield from session.environment.variables(kind)
+            yield from station.environment.variables(kind)
     for expression in asked:
-        for name, value in _values(session, expression):
+        for name, value in _values(station, expression):
             if kind_of_value(value) not in kinds:
                 raise TypeMismatch(f"{name} is a {kind_of_value(value).value}", otherwise)
             yield name, value
 
 
-def _values(session: Session, expression: Expression) -> Rows:
+def _values(station: Station, expression: Expression) -> Rows:
     """An expression with its value; of a name alone, all that it stands for."""
-    return _elements(session, expression) or ((shown(expression), sight(session, expression)()),)
+    return _elements(station, expression) or ((shown(expression), sight(station, expression)()),)
 
 
-def _elements(session: Session, expression: Expression) -> tuple[tuple[str, Value], ...]:
+def _elements(station: Station, expression: Expression) -> tuple[tuple[str, Value], ...]:
     """What a name alone stands for: the simple variable and all elements of the array of that name."""
     if not isinstance(expression, Variable) or expression.indexes:
         return ()
-    if expression.key in own(session):
-        return tuple(_own_elements(session, expression, own(session)[expression.key]))
-    rows = (row for kind in Kind for row in session.environment.variables(kind))
+    if expression.key in own(station):
+        return tuple(_own_elements(station, expression, own(station)[expression.key]))
+    rows = (row for kind in Kind for row in station.environment.variables(kind))
     return tuple(row for row in rows if key_of(row.name.partition("[")[0]) == expression.key)
 
 
-def _own_elements(session: Session, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:
+def _own_elements(station: Station, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:
     """The same of a variable of the program that has stopped. Raises UndefinedValue where there is none."""
-    program, name = session.task.program if session.task is not None else "", asked.sigil + asked.name
+    program, name = station.task.program if station.task is not None else "", asked.sigil + asked.name
     if reference.key is not None:
         yield f"{name} ({program})", reference.value()
         return
@@ -108,29 +105,29 @@ def _own_elements(session: Session, asked: Variable, reference: Reference) -> It
 
 
 def _delete_variables(kinds: frozenset[Kind]) -> Handler:
-    def delete(session: Session, it: Instruction) -> Iterator[Reply]:
-        doomed = [_variable_of(session, argument, kinds) for argument in it.arguments]
-        refused = refusal(session, f"{', '.join(name for name, _ in doomed)} will be deleted.")
+    def delete(station: Station, it: Instruction) -> Iterator[Reply]:
+        doomed = [_variable_of(station, argument, kinds) for argument in it.arguments]
+        refused = refusal(station, f"{', '.join(name for name, _ in doomed)} will be deleted.")
         if refused:
             yield refused
             return
         for name, index in doomed:
-            session.environment.delete(name, index)
+            station.environment.delete(name, index)
 
     return delete
 
 
-def _variable_of(session: Session, expression: Expression | None, kinds: frozenset[Kind]) -> tuple[str, Index | None]:
+def _variable_of(station: Station, expression: Expression | None, kinds: frozenset[Kind]) -> tuple[str, Index | None]:
     """The name, and the index of one element. Raises UndefinedValue, TypeMismatch."""
     if not isinstance(expression, Variable):
         raise TypeMismatch("an expression", "the name of a variable is wanted")
     name = expression.sigil + expression.name
-    kind = session.environment.kind_of(name)
+    kind = station.environment.kind_of(name)
     if kind is None:
         raise UndefinedValue(name, "there is nothing to delete")
     if kind not in kinds:
         raise TypeMismatch(f"{name} is a {kind.value}")
-    indexes = tuple(whole(real(session, index)) for index in expression.indexes or ())
+    indexes = tuple(whole(real(station, index)) for index in expression.indexes or ())
     return name, None if not indexes else indexes[0] if len(indexes) == 1 else indexes
 
 

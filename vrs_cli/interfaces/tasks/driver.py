@@ -76,6 +76,10 @@ class Driver:
     def running(self) -> bool:
         return self._running
 
+    def close(self) -> None:
+        """Close the files of programs."""
+        self.devices.disk.close_all()
+
     def end_by(self, error: LimitReached) -> None:
         """End the run before its next step with this error. Safe in a signal handler."""
         self._ended_by = error

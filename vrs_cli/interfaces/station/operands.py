@@ -4,55 +4,50 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.errors import NoProgramSpecified, TypeMismatch
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.cells import Reference
+from vrs_cli.language.run.prompt import Sight, evaluate
 from vrs_cli.language.text.ast import Call, Expression, Instruction, ProgramCall, Variable, Word
+from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.values import Value, kind_of_value
 
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
-
-Handler = Callable[["Session", Instruction], Iterable[Reply]]
+Handler = Callable[["Station", Instruction], Iterable[Reply]]
 
 
-def value(session: Session, expression: Expression) -> Value:
+def value(station: Station, expression: Expression) -> Value:
     """What an expression is now. Raises ProgramError."""
-    from vrs_cli.language.run.prompt import evaluate
-
-    return evaluate(session.environment, session.robot, expression)
+    return evaluate(station.environment, station.robot, expression)
 
 
-def real(session: Session, expression: Expression) -> float:
+def real(station: Station, expression: Expression) -> float:
     """A real. Raises TypeMismatch for another kind of value."""
-    found = value(session, expression)
+    found = value(station, expression)
     if not isinstance(found, float):
         raise TypeMismatch(f"a {kind_of_value(found).value}", "a real is wanted here")
     return found
 
 
-def sight(session: Session, expression: Expression) -> Callable[[], Value]:
+def sight(station: Station, expression: Expression) -> Callable[[], Value]:
     """Looks at an expression as the program that has stopped sees it."""
-    from vrs_cli.language.run.prompt import Sight
-
-    seen = Sight(session.environment, session.robot, expression)
-    return lambda: seen.value(own(session))
+    seen = Sight(station.environment, station.robot, expression)
+    return lambda: seen.value(own(station))
 
 
-def own(session: Session) -> Mapping[str, Reference]:
+def own(station: Station) -> Mapping[str, Reference]:
     """What the program that has stopped has for itself: its arguments, and the variables of AUTO and LOCAL."""
-    return {} if session.task is None else session.task.own
+    return {} if station.task is None else station.task.own
 
 
 def operand(it: Instruction, index: int) -> Expression | None:
     return it.arguments[index] if index < len(it.arguments) else None
 
 
-def real_or(session: Session, it: Instruction, index: int, default: float) -> float:
+def real_or(station: Station, it: Instruction, index: int, default: float) -> float:
     given = operand(it, index)
-    return default if given is None else real(session, given)
+    return default if given is None else real(station, given)
 
 
 def word(expression: Expression | None) -> str:
@@ -69,6 +64,4 @@ def path_of(it: Instruction) -> Path:
 
 
 def shown(expression: Expression) -> str:
-    from vrs_cli.language.text.printer import expression_text
-
     return expression_text(expression)

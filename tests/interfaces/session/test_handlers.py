@@ -7,14 +7,14 @@ import pytest
 from tests.interfaces.monitor.people import at, last
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue import replies
-from vrs_cli.interfaces.monitor.table import MONITOR
+from vrs_cli.interfaces.session.session import HANDLERS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import State
 
 
 def test_every_supported_command_has_a_handler_and_no_other_has() -> None:
     supported = {name for name, word in COMMANDS.items() if word.state is State.SUPPORTED}
-    assert set(MONITOR) == supported - {"DO"}  # DO is a statement of its own: Session carries it out
+    assert set(HANDLERS) == supported - {"DO"}  # DO is a statement of its own: Session carries it out
 
 
 @pytest.mark.parametrize("name", [name for name, word in COMMANDS.items() if word.state is not State.SUPPORTED])

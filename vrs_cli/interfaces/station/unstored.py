@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
-from vrs_cli.language.run.cells import Index
+from vrs_cli.interfaces.station.sections import item_of
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.run.variables import Item
-from vrs_cli.language.text.ast import Entry, Number, Program, Section
-from vrs_cli.language.words.values import Value, whole
+from vrs_cli.language.text.ast import Program, Section
+from vrs_cli.language.text.printer import print_program
+from vrs_cli.language.words.values import Value
 
 Memory = tuple[Mapping[str, Program], Mapping[Item, Value]]
 
@@ -73,15 +74,6 @@ class Unstored:
 
 def _same(program: Program | None, stored: StoredProgram) -> bool:
     """Whether a program is in memory as it is in a file."""
-    from vrs_cli.language.text.printer import print_program
-
     if program is None or program is stored.program:
         return program is not None
     return print_program(program) == print_program(stored.program)
-
-
-def item_of(entry: Entry) -> Item:
-    """The variable that a line of a section defines."""
-    indexes = tuple(whole(number.value) for number in entry.variable.indexes or () if isinstance(number, Number))
-    index: Index | None = None if not indexes else indexes if len(indexes) > 1 else indexes[0]
-    return entry.variable.key, index

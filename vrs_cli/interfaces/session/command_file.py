@@ -7,16 +7,17 @@ command program of V+ has it), and so are blank lines and comments. Lines after 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, Farewell, Message, Reply, Tone, is_error
+from vrs_cli.dialogue.replies import Farewell, Message, Reply, Tone, is_error, refusal
 from vrs_cli.errors import CannotInterpret, UsageError, VrsError
+from vrs_cli.files.program_file import find_program_file, read_program_file
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, lines_of
 
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
+Answers = Callable[[str], Iterator[Reply]]
 
 _MC = re.compile(r"(\s*)MC(?=\s)", re.IGNORECASE)
 
@@ -48,45 +49,35 @@ def command_lines(text: str) -> tuple[CommandLine, ...]:
     return tuple(found)
 
 
-def carried_out(session: Session, named: Path) -> Iterator[Reply]:
-    """The answers of the commands; the first that fails is named with its line, and ends it.
+def carry_out_file(station: Station, answers: Answers, named: Path) -> Iterator[Reply]:
+    """Give the `answers` to its commands; the first that fails is named with its line, and ends it.
 
     Raises NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError.
     """
-    from vrs_cli.files.program_file import find_program_file, read_program_file
-
     path = find_program_file(named)
     lines = command_lines(read_program_file(path))
-    if any(path.samefile(running) for running in session.command_files):
+    if any(path.samefile(running) for running in station.command_files):
         raise UsageError(f"{path} is being carried out", "a command file cannot call itself")
-    session.command_files.append(path)
+    station.command_files.append(path)
     try:
-        yield from _answers(session, path, lines)
+        yield from _answers(station, answers, path, lines)
     finally:
-        session.command_files.pop()
+        station.command_files.pop()
 
 
-def _answers(session: Session, path: Path, lines: tuple[CommandLine, ...]) -> Iterator[Reply]:
+def _answers(station: Station, answers: Answers, path: Path, lines: tuple[CommandLine, ...]) -> Iterator[Reply]:
     for line in lines:
         failed = leaving = False
         try:
-            for reply in session.answers(line.text):
+            for reply in answers(line.text):
                 failed = failed or is_error(reply)
                 leaving = leaving or isinstance(reply, Farewell)
                 yield reply
         except VrsError as error:
             failed = True
-            yield _told(error, line)
+            yield refusal(error, line.text)
         if failed:
-            session.editor = None
+            station.editor = None
             yield Message(f"{path} stopped at line {line.number}: {line.text}", Tone.ERROR)
-        if failed or leaving or session.interrupted:
+        if failed or leaving or station.interrupted:
             return
-
-
-def _told(error: VrsError, line: CommandLine) -> Reply:
-    from vrs_cli.language.text.diagnostics import LineRefused
-
-    if isinstance(error, LineRefused):
-        return DiagnosticsReport((Diagnosed(error.diagnostic, line.text),))
-    return Message(str(error), Tone.ERROR)

@@ -1,0 +1,363 @@
+"""A station: one robot with its programs, variables and clock; what `vrs run` and every command act on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Protocol
+from weakref import finalize
+
+from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply, Tone
+from vrs_cli.dialogue.terminal import Dialogue, Terminal
+from vrs_cli.engine.branches import Branches
+from vrs_cli.engine.clock import Clock
+from vrs_cli.engine.engine import Engine, Postponement
+from vrs_cli.errors import (
+    ClockPaused,
+    NoProgramSpecified,
+    ProgramInterlocked,
+    ProgramNotExecutable,
+    TaskNotActive,
+    UsageError,
+)
+from vrs_cli.files.layout import Layout
+from vrs_cli.interfaces.station.sections import define_sections
+from vrs_cli.interfaces.station.unstored import Unstored
+from vrs_cli.interfaces.tasks.debugging import Stepping
+from vrs_cli.interfaces.tasks.driver import Driver
+from vrs_cli.interfaces.tasks.readings import Readings
+from vrs_cli.interfaces.tasks.runs import USUAL, Beside, Limits, Outcome, RunResult
+from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Track
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.language.analysis.analyzer import analyze_among
+from vrs_cli.language.analysis.lineage import program_beyond_val2
+from vrs_cli.language.analysis.surroundings import Surroundings
+from vrs_cli.language.run.cells import Reference
+from vrs_cli.language.run.effects import CYCLE_SETTINGS
+from vrs_cli.language.run.environment import Environment
+from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.prompt import statement_task
+from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.text.ast import (
+    BadLine,
+    File,
+    Program,
+    Section,
+    Statement,
+)
+from vrs_cli.language.text.collector import collector_paused
+from vrs_cli.language.text.diagnostics import Diagnostic, Severity
+from vrs_cli.language.text.parser import parse_file
+from vrs_cli.language.words.values import Value
+
+
+class LineEditor(Protocol):
+    """An editor that is open: lines go to it, and it puts a program in memory."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def prompt(self) -> str: ...
+    @property
+    def done(self) -> bool: ...
+    @property
+    def changed(self) -> bool:
+        """Whether something would be lost if it were left now."""
+
+    @property
+    def text(self) -> str:
+        """The program as a file would hold it."""
+
+    def take(self, line: str) -> Iterable[Reply]:
+        """Do what a line says. Raises LineRefused, VrsError."""
+
+    def mistake(self, line: str) -> Diagnostic | None:
+        """What is wrong with a line that is not sent yet."""
+
+
+class Station:
+    """One robot, its programs and variables, one clock.
+
+    `driver` runs its tasks. `task` is the robot program that runs or ran last, `last_program` its name,
+    `last_statement` what a bare DO repeats.
+    `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before.
+    `folder`: where programs have their files; `close` sees to it that all of what they wrote is in these.
+    """
+
+    def __init__(
+        self,
+        terminal: Terminal,
+        model: RobotModel | None = None,
+        *,
+        start: Joints | None = None,
+        clock: Clock | None = None,
+        limits: Limits = USUAL,
+        folder: Path = Path(),
+    ) -> None:
+        self.terminal = terminal
+        self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
+        self.branches = Branches(self.engine)
+        self.units = self.engine.model.units
+        self.environment = Environment(units=self.units)
+        self.unstored = Unstored(self.environment)
+        self.robot = Readings(self.engine)
+        self.limits = limits
+        self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder)
+        self.tasks, self.debugging = self.driver.tasks, self.driver.debugging
+        self.tasks.told = self._tell
+        self._closing = finalize(self, self.driver.close)
+        self.engine.postponed.append(self._postponed)
+        self.last_program: str | None = None
+        self.last_statement: Statement | None = None
+        self.editor: LineEditor | None = None
+        self.drafted = ""  # the program in SEE while it is changed and not stored, as a file would hold it
+        self.last_edited: str | None = None
+        self.layout = Layout()
+        self.journal: Path | None = None  # the file that all motions are written to as they are commanded
+        self.command_files: list[Path] = []  # those that are carried out, the innermost last
+        self.interrupted = False  # by Ctrl-C: what was to come after the present line does not
+
+    @property
+    def task(self) -> Task | None:
+        track = self.tasks.get(ROBOT_PROGRAM)
+        return None if track is None else track.task
+
+    def close(self) -> None:
+        """The end of the session: the files of programs are closed. It comes by itself when a process ends."""
+        self._closing()
+
+    # --- programs ---
+
+    @collector_paused()
+    def load_text(self, text: str) -> tuple[Diagnostic, ...]:
+        """Put the programs and variables of a file in memory; all that is wrong with it.
+
+        A program with errors is kept, and not executable. Programs of the same name are replaced. Raises
+        ProgramInterlocked where one of these is on the stack of a task.
+        """
+        file, diagnostics = parse_file(text)
+        return tuple(diagnostics) + self.put(file, text)
+
+    def put(self, file: File, text: str) -> tuple[Diagnostic, ...]:
+        """The same of a file that has been parsed; what is wrong with what it means."""
+        for part in file.parts:
+            if isinstance(part, Program):
+                self.check_free(part.name)
+        refused = define_sections(self.environment, (part for part in file.parts if isinstance(part, Section)))
+        self.layout = self.layout.with_file(file)
+        return refused + self._store(file, text)
+
+    def keep(self, program: Program, text: str) -> tuple[Diagnostic, ...]:
+        """Put one program in memory, in the place of one of its name; `text` is its source. What is wrong with it."""
+        return self._store(File((program,)), text)
+
+    def _store(self, file: File, text: str) -> tuple[Diagnostic, ...]:
+        programs = {part.key: part for part in file.parts if isinstance(part, Program)}
+        lines = tuple(text.split("\n"))
+        everything = {key: stored.program for key, stored in self.environment.programs.items()} | programs
+        surroundings = Surroundings(self.environment.kinds(), everything)
+        diagnostics: list[Diagnostic] = []
+        for program in programs.values():
+            analysis = analyze_among(surroundings, program)
+            self.environment.store(analysis, lines)
+            diagnostics += analysis.diagnostics
+            diagnostics += () if self.robot.switch("VPLUS") else tuple(program_beyond_val2(program))
+        return tuple(diagnostics)
+
+    # --- running ---
+
+    @property
+    def running(self) -> bool:
+        return self.driver.running
+
+    def check_free(self, program: str) -> None:
+        """Raises ProgramInterlocked for a program on the stack of a task, which cannot be changed."""
+        track = self.tasks.uses(program)
+        if track is not None:
+            number = "" if track.number == ROBOT_PROGRAM else f" {track.number}"
+            clears = f"ABORT{number}, then KILL{number}" if track.running else f"KILL{number}"
+            raise ProgramInterlocked(
+                f"{program} is on the stack of task {track.number}, which is {track.task.state.value}",
+                f"{clears} clears it",
+            )
+
+    def execute(
+        self,
+        program: str | None = None,
+        arguments: Sequence[Reference | Value | None] = (),
+        cycles: int = 1,
+        step: int = 1,
+        *,
+        limits: Limits | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> RunResult:
+        """Run a program, the last one when none is named. Raises NoProgramSpecified, UndefinedName,
+        ProgramNotExecutable, ArgumentMismatch; what goes wrong in the program is in the result.
+        """
+        task = self._prepared(program, arguments, cycles, step)
+        self._nothing_runs()
+        self._clock_runs()
+        return self._run(self.tasks.start(ROBOT_PROGRAM, task), limits or self.limits, progress)
+
+    def _run(self, track: Track, limits: Limits, progress: Callable[[float], None] | None) -> RunResult:
+        """SPEED and the like of a program end with it: the prompt has what every program starts with."""
+        asked = isinstance(self.terminal, Dialogue)  # about what is not stored; elsewhere nobody looks
+        with self.unstored.running() if asked else nullcontext():
+            result = self.driver.run(track, limits, progress)
+        if track.task.ended:
+            for setting in CYCLE_SETTINGS:
+                self.engine.perform(setting)
+        return result
+
+    def prime(
+        self,
+        program: str | None = None,
+        arguments: Sequence[Reference | Value | None] = (),
+        cycles: int = 1,
+        step: int = 1,
+    ) -> Track:
+        """Get a program ready: `proceed` and `step` begin it. Raises as `execute` does."""
+        task = self._prepared(program, arguments, cycles, step)
+        self._nothing_runs()
+        return self.tasks.prime(ROBOT_PROGRAM, task)
+
+    def start(
+        self,
+        number: int,
+        program: str,
+        arguments: Sequence[Reference | Value | None] = (),
+        cycles: int = 1,
+        step: int = 1,
+    ) -> None:
+        """Start a task that runs whenever time goes on. Raises TaskActive, and as `execute` does."""
+        stored = self._executable(program)
+        self.tasks.start(number, Task(self.environment, self.robot, stored.name, arguments, cycles, step))
+        self.settle()
+
+    def _prepared(
+        self, program: str | None, arguments: Sequence[Reference | Value | None], cycles: int, step: int
+    ) -> Task:
+        name = program or self.last_program
+        if name is None:
+            raise NoProgramSpecified("there is no last program", "EXECUTE name")
+        stored = self._executable(name)
+        task = Task(self.environment, self.robot, stored.name, arguments, cycles, step)
+        self.last_program = stored.name
+        return task
+
+    def _executable(self, name: str) -> StoredProgram:
+        stored = self.environment.program(name)
+        if not stored.analysis.executable:
+            raise ProgramNotExecutable(stored.name, _why_not(stored))
+        if not self.robot.switch("VPLUS"):
+            self.environment.executable(stored).refuse_beyond_val2()
+        return stored
+
+    def _nothing_runs(self) -> None:
+        if self.running:
+            raise UsageError("a program is running", "ABORT stops it")
+
+    def _clock_runs(self) -> None:
+        if self.engine.clock.paused:
+            raise ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "CLOCK GO lets it go on")
+
+    def proceed(self, progress: Callable[[float], None] | None = None) -> RunResult:
+        """Go on with a program that was paused, aborted or stopped by an error, at the next step."""
+        return self._go_on(progress)
+
+    def retry(self, progress: Callable[[float], None] | None = None) -> RunResult:
+        """Like `proceed`, but the step that failed or was interrupted is done again."""
+        return self._go_on(progress, retry=True)
+
+    def step(self, *, over: bool, progress: Callable[[float], None] | None = None) -> RunResult:
+        """Do one step of a program that was stopped or primed. `over`: a program that it calls is part of it."""
+        return self._go_on(progress, stepping=Stepping(over))
+
+    def _go_on(
+        self,
+        progress: Callable[[float], None] | None,
+        *,
+        retry: bool = False,
+        stepping: Stepping | None = None,
+    ) -> RunResult:
+        self._nothing_runs()
+        self._clock_runs()
+        try:
+            track = self.tasks.proceed(ROBOT_PROGRAM, retry=retry)
+        except TaskNotActive:
+            raise NoProgramSpecified("no program was stopped", "EXECUTE name starts one") from None
+        track.stepping = stepping
+        return self._run(track, self.limits, progress)
+
+    def watched(self, run: Callable[[Callable[[float], None] | None], RunResult]) -> RunResult:
+        """Run, with progress where somebody watches."""
+        terminal = self.terminal
+        if not isinstance(terminal, Dialogue):
+            return run(None)
+        terminal.begin_progress()
+        try:
+            return run(terminal.progress)
+        finally:
+            terminal.end_progress()
+
+    def settle(self, until: float | None = None, *, asking: bool = True) -> None:
+        """Let the other tasks see what has changed; do all that has become due in real time, or is `until` then.
+
+        Without `asking` nobody can answer a PROMPT, which waits.
+        """
+        self.driver.settle(until, asking=asking)
+
+    def _postponed(self, it: Postponement) -> None:
+        what = it.text or "the motion"
+        self.terminal.show(Message(f"{what} is postponed from {it.asked:.3f} to {it.executed:.3f} s", Tone.WARNING))
+
+    def _tell(self, one: Beside) -> None:
+        """Show what became of another task."""
+        fault = one.fault
+        what = f"{fault.message} [{one.where}]"
+        self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
+
+    def interrupt(self) -> bool:
+        """Stop the program that runs before its next step; False when none does, or one that waits for a line: whoever
+        reads that has to be stopped. Safe in a signal handler.
+        """
+        if self.running:
+            self.interrupted = True
+            self.driver.interrupt()
+        return self.running and not self.driver.asks
+
+    def abort(self) -> None:
+        """ABORT at the prompt: brake now and drop what is scheduled; a stopped program cannot go on by itself."""
+        self.interrupt()
+        self.engine.stop()
+        if not self.engine.realtime:
+            self.settle(self.engine.end)
+
+    def do(self, statement: Statement) -> None:
+        """One instruction now, as a program of one step. Raises VrsError where it cannot be done, KeyboardInterrupt
+        where it was stopped.
+        """
+        self.last_statement = statement
+        task = statement_task(self.environment, self.robot, statement)
+        self._nothing_runs()
+        track = self.tasks.start(PROMPT_LINE, task)
+        try:
+            result = self.watched(lambda progress: self.driver.run(track, self.limits, progress))
+        finally:
+            self.tasks.forget(PROMPT_LINE)
+        self.settle()
+        if result.outcome is Outcome.ABORTED:
+            raise KeyboardInterrupt
+        if track.error is not None:
+            raise track.error
+
+
+def _why_not(stored: StoredProgram) -> str:
+    """Why a program is not executable: its bad lines, or its first mistake."""
+    if any(isinstance(step.statement, BadLine) for step in stored.program.steps):
+        return f"LISTP {stored.name} shows its bad lines with a ?"
+    mistakes = (one for one in stored.analysis.diagnostics if one.severity is Severity.ERROR)
+    return next((one.detail for one in mistakes), "")
