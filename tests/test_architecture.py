@@ -32,7 +32,7 @@ LIVES_IN = {
     "lark": {"language/text/parser.py"},
     "prompt_toolkit": {"repl"},
     "rich": {"render"},
-    "msgspec": {"files", "dialogue", "interfaces", "render", "repl"},
+    "msgspec": {"engine", "language", "dialogue", "files", "interfaces", "render", "repl", "lsp", "cli"},
     "filelock": {"files/lock.py"},
     "mcap": {"files/mcap_log.py"},
     "matplotlib": {"render"},

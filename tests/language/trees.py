@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+import msgspec
 from hypothesis import strategies as st
 
 from vrs_cli.language.text import ast
@@ -213,10 +213,10 @@ def without_places(node: Any, groups: bool = True) -> Any:
     """A tree as plain tuples, with no spans in it; without `groups`, wherever its source had parentheses."""
     if isinstance(node, tuple):
         return tuple(without_places(child, groups) for child in node)
-    if not dataclasses.is_dataclass(node):
+    if not isinstance(node, msgspec.Struct):
         return node
     left_out = ("span",) if groups else ("span", "grouped")
-    names = (field.name for field in dataclasses.fields(node) if field.name not in left_out)
+    names = (name for name in node.__struct_fields__ if name not in left_out)
     return (type(node).__name__, *(without_places(getattr(node, name), groups) for name in names))
 
 
@@ -224,7 +224,7 @@ def groups_in(node: Any) -> int:
     """How many parentheses the source of a tree has."""
     if isinstance(node, tuple):
         return sum(map(groups_in, node))
-    if not dataclasses.is_dataclass(node):
+    if not isinstance(node, msgspec.Struct):
         return 0
     own = getattr(node, "grouped", False)
-    return own + sum(groups_in(getattr(node, field.name)) for field in dataclasses.fields(node))
+    return own + sum(groups_in(getattr(node, name)) for name in node.__struct_fields__)

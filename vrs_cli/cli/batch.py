@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TextIO
+
+from msgspec import Struct
 
 from vrs_cli.errors import EndOfInput
 from vrs_cli.render.control import for_stream
@@ -15,8 +16,7 @@ if TYPE_CHECKING:
     from vrs_cli.render.progress import RunProgress
 
 
-@dataclass(frozen=True, slots=True)
-class BatchTerminal:
+class BatchTerminal(Struct, frozen=True):
     """Writes to `output`; `quiet` leaves out all but what programs TYPE."""
 
     output: TextIO

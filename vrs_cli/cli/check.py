@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from vrs_cli.cli.command_line import Parser
 from vrs_cli.cli.main import status_of
@@ -27,8 +28,7 @@ Exit status: 0 without errors (there may be warnings), 1 with errors.
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
+class Finding(Struct, frozen=True):
     """A file and what is wrong with it, in the order of its lines."""
 
     source: Source

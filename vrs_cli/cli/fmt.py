@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser
 from vrs_cli.cli.sources import Source, read_source
@@ -20,8 +21,7 @@ A file with mistakes is left as it is. Formatting twice changes nothing more.
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Formatted:
+class Formatted(Struct, frozen=True):
     """A file and its canonical text; None where it has mistakes."""
 
     source: Source

@@ -5,9 +5,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from vrs_cli.errors import FileError
 
@@ -15,8 +16,7 @@ if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
 
 
-@dataclass(slots=True)
-class Kept:
+class Kept(Struct):
     """What became of a journal: `sound` where all is in the file that was asked for."""
 
     sound: bool = True

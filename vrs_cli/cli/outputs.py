@@ -6,9 +6,10 @@ import argparse
 import os
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, sampling_rate
 from vrs_cli.files.rates import DEFAULT_RATE
@@ -33,8 +34,7 @@ def add_rate_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Outputs:
+class Outputs(Struct, frozen=True):
     """Where to write: paths, or None."""
 
     csv: str | None

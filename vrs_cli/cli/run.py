@@ -7,9 +7,10 @@ import json
 import signal
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, TextIO
+
+from msgspec import Struct
 
 from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, positive, size, whole
@@ -113,8 +114,7 @@ def _check_outputs(options: argparse.Namespace, outputs: Outputs) -> None:
         check_writable(options.save)
 
 
-@dataclass(frozen=True, slots=True)
-class _Batch:
+class _Batch(Struct, frozen=True):
     """One run: the options, and the text to load."""
 
     options: argparse.Namespace

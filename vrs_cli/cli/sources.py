@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from vrs_cli.cli.command_line import STANDARD_STREAM
 
@@ -13,8 +14,7 @@ if TYPE_CHECKING:
     from vrs_cli.language.text.diagnostics import Diagnostic
 
 
-@dataclass(frozen=True, slots=True)
-class Source:
+class Source(Struct, frozen=True):
     """The text of a program file, and what to call it in messages."""
 
     path: str

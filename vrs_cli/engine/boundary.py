@@ -9,10 +9,11 @@ Source: the branch-and-bound search of Moore, Kearfott and Cloud, "Introduction 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import reduce
 from math import hypot, inf
 from typing import NamedTuple
+
+from msgspec import Struct
 
 from vrs_cli.engine.following import Follower
 from vrs_cli.kinematics.clearance import NAMES, Clearance, Hand, Pace
@@ -36,8 +37,7 @@ class Touch(NamedTuple):
     which: str
 
 
-@dataclass(frozen=True, slots=True)
-class Survey:
+class Survey(Struct, frozen=True):
     """What a path comes to. `marks`: places around those where it passes close to a boundary, closer and closer.
 
     `beyond`: a place beyond the reach, if there is one; `endless`: a place where it could not be decided.

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+
+from msgspec import Struct
 
 from vrs_cli.engine.engine import Engine, Line
 from vrs_cli.engine.history import Step
@@ -25,16 +27,14 @@ from vrs_cli.trajectory.timeline import Timeline
 MAIN = "main"
 
 
-@dataclass(frozen=True, slots=True)
-class Fork:
+class Fork(Struct, frozen=True):
     """Where a branch left main: the timeline then, and the commands that held."""
 
     timeline: Timeline
     done: tuple[Step, ...]
 
 
-@dataclass(slots=True)
-class _Branch:
+class _Branch(Struct):
     """`fork` is None for main, `line` while the branch is the present one (the engine has it)."""
 
     name: str

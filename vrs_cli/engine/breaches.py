@@ -9,10 +9,10 @@ seeds change; `on_lines` goes all the way along.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from vrs_cli.engine.following import Follower
@@ -36,8 +36,7 @@ EXCESS = 1e-4  # of a limit, as a part of it
 FAR = 3.0  # [rad] of a joint from its seed: at half a turn another turn of it would be nearer
 
 
-@dataclass(frozen=True, slots=True)
-class Breach:
+class Breach(Struct, frozen=True):
     """A law that is broken in a segment, counted from 0, or where that begins."""
 
     index: int

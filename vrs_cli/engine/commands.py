@@ -6,8 +6,9 @@ The language yields these; it knows no clock. The engine stamps a motion with it
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+
+from msgspec import Struct
 
 from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 from vrs_cli.kinematics.joints import Joints
@@ -18,8 +19,7 @@ from vrs_cli.trajectory.motion import RelativeTarget
 from vrs_cli.trajectory.motion import ToolOffsetTarget as ToolOffsetTarget
 
 
-@dataclass(frozen=True, slots=True)
-class Stamp:
+class Stamp(Struct, frozen=True):
     """When a motion is executed: `AT seconds` on the timeline, or `IN seconds` from now (`relative`)."""
 
     seconds: float
@@ -29,22 +29,19 @@ class Stamp:
 # --- targets: where a motion goes ------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class PoseTarget:
+class PoseTarget(Struct, frozen=True):
     """A transformation: the tool tip in the world (BASE) frame, T_world_tool."""
 
     T_world_tool: Transform
 
 
-@dataclass(frozen=True, slots=True)
-class JointTarget:
+class JointTarget(Struct, frozen=True):
     """A precision point."""
 
     joints: Joints
 
 
-@dataclass(frozen=True, slots=True)
-class NamedTarget:
+class NamedTarget(Struct, frozen=True):
     """A pose of the robot model: "ready", "nest"."""
 
     name: str
@@ -56,8 +53,7 @@ Target = PoseTarget | JointTarget | NamedTarget | RelativeTarget
 # --- what programs and the prompt ask for ----------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Move:
+class Move(Struct, frozen=True):
     """A motion: joint-interpolated, or a straight line of the tool tip.
 
     `hand`: opening during the motion (1 open, 0 closed, None as it is). `speed`: fraction in (0, 1] that replaces the
@@ -72,26 +68,22 @@ class Move:
     text: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Delay:
+class Delay(Struct, frozen=True):
     """DELAY: a null motion of so many seconds."""
 
     seconds: float
     text: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Break:
+class Break(Struct, frozen=True):
     """Wait until the robot has come to rest."""
 
 
-@dataclass(frozen=True, slots=True)
-class Brake:
+class Brake(Struct, frozen=True):
     """Stop the present motion at once, within limits, and drop what was scheduled after it."""
 
 
-@dataclass(frozen=True, slots=True)
-class OperateHand:
+class OperateHand(Struct, frozen=True):
     """OPENI, CLOSEI, RELAXI (`immediate`): break, operate, wait HAND.TIME. OPEN, CLOSE, RELAX: during the next motion.
 
     `opening`: 1 open, 0 closed; None relaxed.
@@ -108,8 +100,7 @@ class SpeedUnit(Enum):
     IPS = "IPS"
 
 
-@dataclass(frozen=True, slots=True)
-class SetSpeed:
+class SetSpeed(Struct, frozen=True):
     """Program speed: percent of nominal, or tool-tip speed in mm/s or inch/s; for the next motion unless `always`."""
 
     value: float
@@ -118,29 +109,25 @@ class SetSpeed:
     always: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class SetMonitorSpeed:
+class SetMonitorSpeed(Struct, frozen=True):
     percent: float
 
 
-@dataclass(frozen=True, slots=True)
-class SetDuration:
+class SetDuration(Struct, frozen=True):
     """Minimum time of motions [s]."""
 
     seconds: float
     always: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class SetAcceleration:
+class SetAcceleration(Struct, frozen=True):
     """ACCEL: percent of nominal acceleration and deceleration."""
 
     acceleration: float
     deceleration: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class SetConfiguration:
+class SetConfiguration(Struct, frozen=True):
     """RIGHTY, LEFTY, ABOVE, BELOW, FLIP, NOFLIP: asked of the next joint-interpolated motion to a transformation."""
 
     flag: Arm | Elbow | Wrist
@@ -157,38 +144,33 @@ class Mode(Enum):
     INTEGRAL = "INT"
 
 
-@dataclass(frozen=True, slots=True)
-class SetMode:
+class SetMode(Struct, frozen=True):
     mode: Mode
     on: bool
     always: bool = False
     tolerance: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class SetTool:
+class SetTool(Struct, frozen=True):
     """T_flange_tool."""
 
     T_flange_tool: Transform
 
 
-@dataclass(frozen=True, slots=True)
-class SetBase:
+class SetBase(Struct, frozen=True):
     """The world frame seen from the robot's own: T_robot_world."""
 
     T_robot_world: Transform
 
 
-@dataclass(frozen=True, slots=True)
-class SetParameter:
+class SetParameter(Struct, frozen=True):
     """`PARAMETER name = value`; the value is a number or a word (`LSPB`)."""
 
     name: str
     value: float | str
 
 
-@dataclass(frozen=True, slots=True)
-class SetSwitch:
+class SetSwitch(Struct, frozen=True):
     name: str
     on: bool
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from vrs_cli.engine.engine import Line
 from vrs_cli.engine.history import CommandRecord, Step
@@ -29,8 +30,7 @@ NOISE = 1e-12  # [m, rad] what rounding makes of one distance
 Distance = Callable[[Positions, Positions], "Floats"]
 
 
-@dataclass(frozen=True, slots=True)
-class Extent:
+class Extent(Struct, frozen=True):
     """`duration`: from the start of the timeline to its end [s]. `segments`: without s_0. `tool_path`: how far the tool
     goes [m], `joint_travel`: how far all joints together turn [rad], `joint_slide`: those that slide [m]."""
 
@@ -42,8 +42,7 @@ class Extent:
     joint_slide: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Pair:
+class Pair(Struct, frozen=True):
     """A command on both sides, or on one of them only."""
 
     a: CommandRecord | None
@@ -54,8 +53,7 @@ class Pair:
         return next(record.text for record in (self.a, self.b) if record is not None)
 
 
-@dataclass(frozen=True, slots=True)
-class Apart:
+class Apart(Struct, frozen=True):
     """The greatest distance and when it is reached [s]; `joint` (from 1) of joints, 0 of the tool."""
 
     distance: float
@@ -63,8 +61,7 @@ class Apart:
     joint: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Comparison:
+class Comparison(Struct, frozen=True):
     """`since`: the first time at which the robot may be elsewhere [s], None where the two are the same throughout.
 
     `tool` [m] and `joints` [rad] are the greatest distances at one time.

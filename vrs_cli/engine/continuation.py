@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby, pairwise
 from math import hypot
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from vrs_cli.engine.boundary import most
 from vrs_cli.engine.following import Follower, Sample
@@ -29,8 +30,7 @@ FINEST = 2.0**-24  # of a stretch, between samples
 MOST_SAMPLES = 2000  # of a line more than it had
 
 
-@dataclass(frozen=True)
-class Followed:
+class Followed(Struct, frozen=True, dict=True):
     """A stretch of a line, and what was sampled of it."""
 
     path: CartesianPath
@@ -47,8 +47,7 @@ class Followed:
         return hypot(*places), spin, spin_rate + (spin * spin if len(rates) > 1 else 0.0)
 
 
-@dataclass(frozen=True)
-class Gap:
+class Gap(Struct, frozen=True):
     """The way between two neighbouring samples."""
 
     of: Followed

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import islice
+
+from msgspec import Struct
 
 from vrs_cli.engine.history import Step
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
@@ -15,8 +16,7 @@ MOST = 100  # motions that are looked at: what it costs does not depend on how m
 SAME_TIME = 5e-4  # [s] two times that are shown alike
 
 
-@dataclass(frozen=True, slots=True)
-class Moved:
+class Moved(Struct, frozen=True):
     """A scheduled motion, when it began and when it begins now [s]. `asked`: its own time, None for one that follows
     another; `after`: None for one that was dropped.
     """
@@ -32,8 +32,7 @@ class Moved:
         return 0.0 if self.after is None else self.after - self.before
 
 
-@dataclass(frozen=True, slots=True)
-class Displacement:
+class Displacement(Struct, frozen=True):
     """Motions that begin later than they did, that begin earlier, and that were dropped, each in order of time.
 
     `more`: there are others behind them, which were not looked at.

@@ -6,9 +6,11 @@ Nothing runs here between two requests. Readers of a timeline keep the version t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import isfinite
 from typing import Protocol
+
+from msgspec import Struct, structs
 
 from vrs_cli.engine.clock import Clock, VirtualClock
 from vrs_cli.engine.commands import (
@@ -72,8 +74,7 @@ class Journal(Protocol):
         """Raises FileError where it cannot be written, and must not happen then; never for what `happens` anyway."""
 
 
-@dataclass(frozen=True, slots=True)
-class Postponement:
+class Postponement(Struct, frozen=True):
     """A motion that came too late for its execution time, and what that is now [s]."""
 
     text: str
@@ -81,8 +82,7 @@ class Postponement:
     executed: float
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
+class Line(Struct, frozen=True):
     """All that an engine has of one course of events: another may be taken up in its place, and this one again."""
 
     initial: Timeline
@@ -337,7 +337,7 @@ class Engine:
     def _operate_hand(self, request: OperateHand, program: bool) -> float:
         opening = 0.0 if request.opening is None else request.opening
         if not request.immediate:
-            self.settings = replace(self.settings, hand=opening)
+            self.settings = structs.replace(self.settings, hand=opening)
             return self.now
         self._stand(float(self.settings.parameters["HAND.TIME"]), program, hand=opening, text=request.text)
         return self._until(self.end, program)

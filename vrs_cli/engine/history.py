@@ -7,8 +7,10 @@ commands costs what its deltas cost.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar
+
+from msgspec import Struct, structs
 
 from vrs_cli.errors import UsageError
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
@@ -22,8 +24,7 @@ _S = TypeVar("_S")
 WIDE = 64  # segments that a step drops: taking back a wider one is prepared when it is asked for
 
 
-@dataclass(frozen=True, slots=True)
-class CommandRecord:
+class CommandRecord(Struct, frozen=True):
     """A motion command and what became of it: when its motion begins and ends on the present timeline [s].
 
     `executed` is as commanded and `end` None for a motion that a later command has dropped. `asked`: the time that was
@@ -43,8 +44,7 @@ class CommandRecord:
         return self.asked is not None and self.asked != self.executed
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
+class Step(Struct, frozen=True):
     """A command that took place: its delta, how it is taken back, the clock before it [s], and its policy.
 
     `back` is the inverse of the delta, or the timeline before it where the inverse would be long.
@@ -64,7 +64,7 @@ class Step:
         more, back = len(segments) - len(self.delta.segments), self.back
         if isinstance(back, TimelineDelta):
             back = replace(back, drop=back.drop + more)
-        return replace(self, delta=replace(self.delta, segments=segments), back=back)
+        return structs.replace(self, delta=replace(self.delta, segments=segments), back=back)
 
     def taking_back(self, version: int) -> TimelineDelta:
         """The delta that undoes it, for the timeline of that version."""
@@ -76,8 +76,7 @@ class Step:
         return replace(self.delta, version=version, cause=Cause.REDO)
 
 
-@dataclass(frozen=True, slots=True)
-class Undone:
+class Undone(Struct, frozen=True):
     """A step that was taken back, and the clock before that [s]."""
 
     step: Step

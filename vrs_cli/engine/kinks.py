@@ -8,7 +8,7 @@ as at a straight wrist, there is no line.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from vrs_cli.engine.boundary import Survey, Touch, pace_of
 from vrs_cli.engine.following import Follower
@@ -35,8 +35,7 @@ NEWTON_STEPS = 3
 STRAIGHTENINGS = 2  # the second one for what rounding left
 
 
-@dataclass(frozen=True, slots=True)
-class Stop:
+class Stop(Struct, frozen=True):
     """Where a line has to stop on its way: after which part of it, and T_robot_tool, exactly on the boundary."""
 
     part: float

@@ -7,10 +7,12 @@ not do, near a limit, it is looked at more closely.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from itertools import pairwise, repeat
 from math import cbrt, sqrt
 from typing import NamedTuple
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.engine.rates import joint_acceleration, joint_acceleration_and_jerk
@@ -36,8 +38,7 @@ LOST = 1e-6  # measure of a pose next to a singular one, in which the rates of t
 SINGULAR = 1e-14  # measure of a pose at rest that is singular but for rounding
 
 
-@dataclass(frozen=True, slots=True)
-class Load:
+class Load(Struct, frozen=True):
     """The greatest joint velocity, acceleration and jerk as parts of their limits; which joint asks most, and where."""
 
     velocity: float = 0.0

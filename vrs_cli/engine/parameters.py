@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TypeVar
+
+from msgspec import Struct
 
 from vrs_cli.engine.commands import SpeedUnit
 from vrs_cli.errors import IllegalValue, UsageError
@@ -17,8 +18,7 @@ FULL_SPEED = 100.0  # [%]
 SLOWEST_PERCENT = 0.01  # of full speed, and of full acceleration: slower, a motion would take days
 
 
-@dataclass(frozen=True, slots=True)
-class Range:
+class Range(Struct, frozen=True):
     """The numbers that make sense for a setting that an instruction gives."""
 
     word: str
@@ -46,8 +46,7 @@ ACCELERATION = Range("ACCEL", "an acceleration", SLOWEST_PERCENT, FULL_SPEED)
 DECELERATION = Range("ACCEL ...,", "a deceleration", SLOWEST_PERCENT, 1e5)
 
 
-@dataclass(frozen=True, slots=True)
-class Switch:
+class Switch(Struct, frozen=True):
     """A row of the table of switches."""
 
     name: str
@@ -55,8 +54,7 @@ class Switch:
     summary: str
 
 
-@dataclass(frozen=True, slots=True)
-class ParameterRow:
+class ParameterRow(Struct, frozen=True):
     """A row of the table of parameters. `words`: the words that may stand for a value; with `numbers`, or a number."""
 
     name: str

@@ -9,7 +9,8 @@ whose position and velocity are what they were, segments are only shifted in tim
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from vrs_cli.engine.rates import joint_acceleration
 from vrs_cli.engine.straight import SLOWEST, least_duration, line_stop, straight_segments
@@ -34,8 +35,7 @@ SLOWER = 1e-3  # [s] by which rounding a corner may take longer than stopping in
 SAME_PLACE = 1e-9  # [rad, m] two places that are one
 
 
-@dataclass(frozen=True, slots=True)
-class Here:
+class Here(Struct, frozen=True):
     """Where the robot is and how it moves: the state from which a motion is planned.
 
     `tool` is T_robot_tool with its velocity, known when the robot is on a straight line, for the TOOL `T_flange_tool`.
@@ -279,8 +279,7 @@ def _tip(arm: RobotArm, segment: Segment, s: float) -> Transform:
     return compose(arm.forward(segment_joints(arm, segment, s)), segment.motion.frames.tool)
 
 
-@dataclass(frozen=True, slots=True)
-class Departure:
+class Departure(Struct, frozen=True):
     """When a motion may begin [s], and the state then."""
 
     begin: float
@@ -352,8 +351,7 @@ def plan(
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(Struct, frozen=True):
     """Where a time cuts the timeline: after `keep` segments, the state then, and the motion that is interrupted.
 
     That is the motion of the first segment that ends later, also when it would begin just then: the later command
@@ -407,8 +405,7 @@ def _next_rest(arm: RobotArm, timeline: Timeline, keep: int) -> tuple[Place, flo
     return Place(keep, standing(state_at(arm, segment, segment.duration)), None), segment.finish
 
 
-@dataclass(frozen=True, slots=True)
-class Replanned:
+class Replanned(Struct, frozen=True):
     """What comes in place of `drop` old segments; those after them move by `shift`."""
 
     segments: tuple[Segment, ...]

@@ -6,9 +6,10 @@ g(theta; tau[k], t). One time in plain floats (bisection and Horner), many times
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from vrs_cli.engine.planner import segment_joints
 from vrs_cli.engine.rates import joint_acceleration
@@ -30,8 +31,7 @@ if TYPE_CHECKING:
     Rows = NDArray[np.intp]
 
 
-@dataclass(frozen=True, slots=True)
-class Position:
+class Position(Struct, frozen=True):
     """The robot at one time: joints [rad], their velocity [rad/s] and acceleration [rad/s2], T_world_tool [m].
 
     `hand` is 1 open, 0 closed. `motion` is the one in force (the last one, while the robot stands).
@@ -47,8 +47,7 @@ class Position:
     motion: Motion
 
 
-@dataclass(frozen=True, slots=True)
-class Positions:
+class Positions(Struct, frozen=True):
     """The robot at N times: (N,) [s], joints and their derivatives (N, n) [rad], T_world_tool (N, 3, 4), hand (N,)."""
 
     times: Floats

@@ -6,7 +6,9 @@ What is found is data (WHY shows it). Nothing is moved.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+
+from msgspec import Struct
 
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetConfiguration
 from vrs_cli.engine.planner import Here, plan_motion, segment_joints
@@ -37,8 +39,7 @@ SIDEWAYS = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] how far from the line a via point i
 SMALL = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
-class Overrun:
+class Overrun(Struct, frozen=True):
     """A joint, counted from 1, that would be outside its range; `by` [rad]: beyond `limit`, with its sign."""
 
     joint: int
@@ -46,8 +47,7 @@ class Overrun:
     by: float
 
 
-@dataclass(frozen=True, slots=True)
-class Branch:
+class Branch(Struct, frozen=True):
     """One configuration: its joints, and those that are out of range; or why there are none.
 
     `too_far` [m]: by how much the location is; negative: too close; None where `joints` are known, or it is not known.
@@ -63,8 +63,7 @@ class Branch:
         return self.joints is not None and not self.overruns
 
 
-@dataclass(frozen=True, slots=True)
-class WayOut:
+class WayOut(Struct, frozen=True):
     """What would do instead of a straight line: the same in another configuration (`words`), two lines by way of `via`
     (T_world_tool), or a MOVE (neither).
     """
@@ -73,8 +72,7 @@ class WayOut:
     via: Transform | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class LineCheck:
+class LineCheck(Struct, frozen=True):
     """The straight line from here. `length` [m]; `duration` [s] where it is possible, else what stops it: the error's
     text, where (`at` [m] from here, None where not on the line), and the ways out. `stops` [m]: after how much of the
     way a line that is possible comes to rest, and goes on.
@@ -88,8 +86,7 @@ class LineCheck:
     stops: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Reach:
+class Reach(Struct, frozen=True):
     """What WHY says. `branches` is empty for a precision point, which has one set of joints: `goal`.
 
     `chosen`: what MOVE would take, and `reason` why; where it is refused `chosen` is None and `reason` says why not.
@@ -227,8 +224,7 @@ def _shortest(arm: RobotArm, a: Joints, b: Joints) -> float:
 # --- the straight line -----------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class _Way:
+class _Way(Struct, frozen=True):
     """A straight way of the tool from one pose to another, T_robot_tool."""
 
     begin: Transform

@@ -6,9 +6,11 @@ Program settings hold for the next motion only, or ALWAYS (V+ Keyword Reference,
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from math import isfinite
 from typing import Any, Generic, TypeVar
+
+from msgspec import Struct, field, structs
 
 from vrs_cli.engine.commands import (
     JointTarget,
@@ -49,8 +51,7 @@ Change = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Setting(Generic[V]):
+class Setting(Struct, Generic[V], frozen=True):
     """A program setting: the value for always, and one for the next motion only."""
 
     always: V
@@ -78,8 +79,7 @@ MODES_AT_START: Mapping[Mode, Setting[bool]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Settings:
+class Settings(Struct, frozen=True):
     """All settings of one robot. `acceleration` is a fraction of the nominal one.
 
     `configuration`: the configuration words said since the last precision point. `hand`: the opening that OPEN or CLOSE
@@ -145,7 +145,7 @@ class Settings:
 
     def after_motion(self, target: Target) -> Settings:
         """The settings once a motion has taken what was for it alone; one to joints ends the configuration words."""
-        return replace(
+        return structs.replace(
             self,
             speed=self.speed.after_motion(),
             duration=self.duration.after_motion(),
@@ -167,46 +167,48 @@ def _set_speed(settings: Settings, change: SetSpeed) -> Settings:
     PROGRAM_SPEED[change.unit].checked(change.value)
     if change.rotation is not None:
         ROTATION_SPEED.checked(change.rotation)
-    return replace(settings, speed=settings.speed.put(change, change.always))
+    return structs.replace(settings, speed=settings.speed.put(change, change.always))
 
 
 def _set_monitor_speed(settings: Settings, change: SetMonitorSpeed) -> Settings:
-    return replace(settings, monitor_speed=MONITOR_SPEED.checked(change.percent))
+    return structs.replace(settings, monitor_speed=MONITOR_SPEED.checked(change.percent))
 
 
 def _set_duration(settings: Settings, change: SetDuration) -> Settings:
-    return replace(settings, duration=settings.duration.put(checked_time(change.seconds, "DURATION"), change.always))
+    return structs.replace(
+        settings, duration=settings.duration.put(checked_time(change.seconds, "DURATION"), change.always)
+    )
 
 
 def _set_acceleration(settings: Settings, change: SetAcceleration) -> Settings:
     slower = ACCELERATION.checked(change.acceleration)
     if change.deceleration is not None:
         slower = min(slower, DECELERATION.checked(change.deceleration))  # one figure serves both
-    return replace(settings, acceleration=slower / FULL_SPEED)
+    return structs.replace(settings, acceleration=slower / FULL_SPEED)
 
 
 def _set_configuration(settings: Settings, change: SetConfiguration) -> Settings:
     flag, said = change.flag, settings.configuration
     if isinstance(flag, Arm):
-        return replace(settings, configuration=replace(said, arm=flag))
+        return structs.replace(settings, configuration=replace(said, arm=flag))
     if isinstance(flag, Elbow):
-        return replace(settings, configuration=replace(said, elbow=flag))
-    return replace(settings, configuration=replace(said, wrist=flag))
+        return structs.replace(settings, configuration=replace(said, elbow=flag))
+    return structs.replace(settings, configuration=replace(said, wrist=flag))
 
 
 def _set_mode(settings: Settings, change: SetMode) -> Settings:
     mode = change.mode
-    return replace(settings, modes={**settings.modes, mode: settings.modes[mode].put(change.on, change.always)})
+    return structs.replace(settings, modes={**settings.modes, mode: settings.modes[mode].put(change.on, change.always)})
 
 
 def _set_parameter(settings: Settings, change: SetParameter) -> Settings:
     row = row_of(PARAMETERS, change.name, "parameter")
-    return replace(settings, parameters={**settings.parameters, row.name: row.checked(change.value)})
+    return structs.replace(settings, parameters={**settings.parameters, row.name: row.checked(change.value)})
 
 
 def _set_switch(settings: Settings, change: SetSwitch) -> Settings:
     row = row_of(SWITCHES, change.name, "switch")
-    return replace(settings, switches={**settings.switches, row.name: change.on})
+    return structs.replace(settings, switches={**settings.switches, row.name: change.on})
 
 
 _CHANGES: Mapping[type, Callable[[Settings, Any], Settings]] = {

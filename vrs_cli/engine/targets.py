@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import asin, degrees, hypot, pi
+
+from msgspec import Struct
 
 from vrs_cli.engine.commands import JointTarget, Mode, Move, NamedTarget, PoseTarget
 from vrs_cli.engine.settings import Settings
@@ -28,8 +30,7 @@ FARTHEST = 100.0  # [m] of a location, a tool or a base: beyond, the figures of 
 HALF_TURN = pi + 1e-9  # [rad] and what rounding may add
 
 
-@dataclass(frozen=True, slots=True)
-class Situation:
+class Situation(Struct, frozen=True):
     """What a target depends on: the joints when the motion begins and where the one before it ends, BASE and TOOL."""
 
     here: Joints
@@ -37,8 +38,7 @@ class Situation:
     frames: Frames
 
 
-@dataclass(frozen=True, slots=True)
-class Goal:
+class Goal(Struct, frozen=True):
     """Joints to reach (joint-interpolated), or T_robot_tool (straight line): one of the two."""
 
     joints: Joints | None = None

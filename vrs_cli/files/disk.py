@@ -10,10 +10,11 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
+
+from msgspec import Struct, field
 
 from vrs_cli.errors import (
     EndOfInput,
@@ -35,8 +36,7 @@ from vrs_cli.language.run.units import DISKS, SUCCESS, Access
 _T = TypeVar("_T")
 
 
-@dataclass(eq=False, slots=True)
-class _Reader:
+class _Reader(Struct, eq=False):
     """A text, and how far it has been read."""
 
     text: str
@@ -59,8 +59,7 @@ class _Reader:
         return self.text[self.at - 1]
 
 
-@dataclass(eq=False, slots=True)
-class _Writer:
+class _Writer(Struct, eq=False):
     """A file beside the one that it becomes; `placed`: it has become that already."""
 
     beside: Beside
@@ -87,8 +86,7 @@ class _Writer:
             self.beside.close()
 
 
-@dataclass(eq=False, slots=True)
-class _Unit:
+class _Unit(Struct, eq=False):
     """A logical unit of one task. `status` is that of the last operation, `length` [characters] of the last record."""
 
     attached: bool = False
@@ -99,8 +97,7 @@ class _Unit:
     length: int = 0
 
 
-@dataclass(eq=False, slots=True)
-class Disk:
+class Disk(Struct, eq=False):
     """The open files of all tasks. Names are relative to `folder`, and cannot leave it.
 
     `spend` hears how many bytes are about to be written, and raises what is to stop them.

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
 from io import BytesIO
 from math import ceil
 from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
+from msgspec import Struct
 
 from vrs_cli.engine.position import Positions, positions_at
 from vrs_cli.files.atomic import atomically
@@ -38,8 +38,7 @@ def _nothing_missing() -> None:
     """What most formats need is always there."""
 
 
-@dataclass(frozen=True, slots=True)
-class Exporter:
+class Exporter(Struct, frozen=True):
     """A format: what `--to` calls it, the ending of its files, and who writes it (stream, arm, timeline, rate [Hz]).
 
     `check` raises UsageError where a package is missing.

@@ -6,9 +6,10 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
+
+from msgspec import Struct
 
 from vrs_cli.errors import FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
@@ -17,8 +18,7 @@ from vrs_cli.files.opening import open_to_read, reason, unreadable
 from vrs_cli.language.text.diagnostics import did_you_mean
 
 
-@dataclass(frozen=True, slots=True)
-class Listed:
+class Listed(Struct, frozen=True):
     """A file, or a folder: its size is None."""
 
     name: str

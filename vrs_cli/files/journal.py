@@ -10,9 +10,10 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
+
+from msgspec import Struct
 
 from vrs_cli.errors import FileError
 from vrs_cli.files.atomic import create_beside, sync_folder, writing
@@ -30,8 +31,7 @@ NOT_DONE = "what cannot be written down is not done: make room, and give it agai
 ANYWAY = "what stops the robot is done all the same, and is written as soon as it can be"
 
 
-@dataclass(frozen=True, slots=True)
-class Course:
+class Course(Struct, frozen=True):
     """All that a journal is to hold: the robot, its first timeline, and every change since."""
 
     model: RobotModel
@@ -43,8 +43,7 @@ class Course:
         yield from map(encoder.delta, self.deltas)
 
 
-@dataclass(frozen=True, slots=True)
-class Taken:
+class Taken(Struct, frozen=True):
     """A file that is ours to write, until `close`. `file` and `recording`: a trajectory that is to go on."""
 
     path: Path
@@ -95,8 +94,7 @@ def _read(path: Path, held: Hold, progress: Callable[[float], None] | None) -> T
     return Taken(path, held, file, recording)
 
 
-@dataclass(frozen=True, slots=True)
-class _Before:
+class _Before(Struct, frozen=True):
     """What there was before a change was written down, which made it `version`: that the change is taken back to
     where it does not happen."""
 

@@ -7,7 +7,9 @@ variable of a section and comments beside it, and what follows the last part of 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Number, Program, Section
 from vrs_cli.language.words.kind import key_of
@@ -16,8 +18,7 @@ Loose = Comment | BadLine  # a line of a file that is in no program or section
 EntryKey = tuple[str, tuple[float, ...]]  # a variable by its key, and its indexes
 
 
-@dataclass(frozen=True)
-class Beside:
+class Beside(Struct, frozen=True):
     """What belongs to a variable of a section: the lines before it (None: blank), and the comment on its line."""
 
     before: tuple[str | None, ...] = ()
@@ -27,8 +28,7 @@ class Beside:
 NOTHING = Beside()
 
 
-@dataclass(frozen=True)
-class Layout:
+class Layout(Struct, frozen=True):
     """`parts`: lines before a program (by key) or a section (by name); `ends`: lines before the `.END` of a section."""
 
     parts: Mapping[str, tuple[Loose, ...]] = field(default_factory=dict)

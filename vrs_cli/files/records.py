@@ -6,12 +6,12 @@ A field that holds its default is not written. `docs/trajectory-file.md` describ
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import copysign, hypot
 from operator import mul
 from typing import Annotated, Any, Literal, cast
 
 import msgspec
+from msgspec import Struct
 
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.profile import Profile
@@ -144,16 +144,14 @@ class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):
     crc: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Form:
+class Form(Struct, frozen=True):
     """What the paths of a robot have: so many joints, and a configuration of these."""
 
     joint_count: int
     ways: frozenset[Configuration]
 
 
-@dataclass(frozen=True, slots=True)
-class Fault:
+class Fault(Struct, frozen=True):
     """What is wrong in a file, and the line that says so."""
 
     line: int

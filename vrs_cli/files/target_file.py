@@ -11,8 +11,9 @@ a stream need not end, and a wrong line need not end it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from math import inf, isfinite
+
+from msgspec import Struct
 
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
@@ -27,8 +28,7 @@ PAUSE = 3600.0  # [s] between two targets; one wrong time far ahead must not end
 LONGEST = 60  # characters of a wrong first line that are shown: it may be any file
 
 
-@dataclass(frozen=True, slots=True)
-class TimedTarget:
+class TimedTarget(Struct, frozen=True):
     """Where to be at time t [s]; `line` is its number in the file."""
 
     line: int
@@ -36,8 +36,7 @@ class TimedTarget:
     target: Joints | Transform
 
 
-@dataclass(frozen=True, slots=True)
-class _Columns:
+class _Columns(Struct, frozen=True):
     """Which fields hold the time and the target, and how many fields a line has."""
 
     time: int

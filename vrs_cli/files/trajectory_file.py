@@ -9,13 +9,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, BinaryIO
 
 import msgspec
+from msgspec import Struct
 
 from vrs_cli import __version__
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
@@ -64,8 +64,7 @@ _delta_decoder = msgspec.json.Decoder(DeltaRecord)
 # --- lines ----------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
+class Mark(Struct, frozen=True):
     """What an encoder knew: some of its motions by number, None for one that was not described; the last checksum."""
 
     motions: Mapping[int, Motion | None]
@@ -127,8 +126,7 @@ def write_trajectory(
 # --- reading --------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Header:
+class Header(Struct, frozen=True):
     """What the first line says: the form of the file, and the vrs that wrote it."""
 
     format: int
@@ -136,8 +134,7 @@ class Header:
     units: dict[str, str]
 
 
-@dataclass(frozen=True, slots=True)
-class Recording:
+class Recording(Struct, frozen=True):
     """A trajectory file as read: `timeline` is tau after all `deltas`, `initial` the segments of tau[0].
 
     `warnings`: what is wrong in a file of before, or in one that is read leniently, with the lines. `dropped_tail`: a

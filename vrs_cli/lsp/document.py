@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import InvalidName, UsageError
@@ -49,8 +51,7 @@ _KINDS = {"#": Kind.PRECISION, "$": Kind.STRING}
 _SECTION_KINDS = {".LOCATIONS": Kind.LOCATION, ".REALS": Kind.REAL, ".STRINGS": Kind.STRING}
 
 
-@dataclass(frozen=True, slots=True)
-class Symbol:
+class Symbol(Struct, frozen=True):
     """`span`: its name; it reaches from the line of its name to `last`."""
 
     name: str
@@ -61,8 +62,7 @@ class Symbol:
     children: tuple[Symbol, ...] = field(default=())
 
 
-@dataclass(frozen=True, slots=True)
-class Meaning:
+class Meaning(Struct, frozen=True):
     """What stands under the cursor, explained, as Markdown."""
 
     text: str

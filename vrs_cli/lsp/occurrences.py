@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
+
+from msgspec import Struct
 
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section, Span
@@ -29,8 +30,7 @@ class SymbolKind(Enum):
     VARIABLE = "variable"
 
 
-@dataclass(frozen=True, slots=True)
-class Occurrence:
+class Occurrence(Struct, frozen=True):
     """A name where it stands; `key` is the same for the same thing. Lines count within the part."""
 
     kind: SymbolKind
@@ -111,9 +111,9 @@ def _variables(node: object) -> Iterator[ast.Variable]:
     if isinstance(node, tuple):
         for item in node:
             yield from _variables(item)
-    elif is_dataclass(node):
-        for field in fields(node):
-            yield from _variables(getattr(node, field.name))
+    elif isinstance(node, Struct):
+        for name in node.__struct_fields__:
+            yield from _variables(getattr(node, name))
 
 
 def _of_section(part: Part, section: Section) -> Iterator[Occurrence]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
+import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -188,10 +188,10 @@ lines = st.one_of(
 def _places(node: Any) -> list[Span]:
     if isinstance(node, tuple):
         return [span for child in node for span in _places(child)]
-    if not dataclasses.is_dataclass(node):
+    if not isinstance(node, msgspec.Struct):
         return []
     own = [node.span] if hasattr(node, "span") else []
-    return own + [span for field in dataclasses.fields(node) for span in _places(getattr(node, field.name))]
+    return own + [span for name in node.__struct_fields__ for span in _places(getattr(node, name))]
 
 
 @given(lines, st.booleans())

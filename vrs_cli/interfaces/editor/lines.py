@@ -14,6 +14,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from msgspec import structs
+
 from vrs_cli.dialogue.numbers import count
 from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
 from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, UsageError
@@ -62,7 +64,7 @@ class Draft:
         """With a step in the place of the present one (before it while inserting), and on to the next."""
         behind = self.at if self.inserting else self.at + 1
         steps = (*self.steps[: self.at], step, *self.steps[behind:])
-        return replace(self, program=as_meant(replace(self.program, steps=steps)), at=self.at + 1)
+        return replace(self, program=as_meant(structs.replace(self.program, steps=steps)), at=self.at + 1)
 
     def shown(self, first: int, count: int = 1) -> tuple[ListedStep, ...]:
         """Steps from `first` (from 0) on, as they are listed."""
@@ -113,7 +115,7 @@ def _delete(draft: Draft, argument: str, _line: str) -> Change:
     gone = len(draft.steps) - len(steps)
     if not gone:
         raise IllegalValue("D", "there is no step here to delete")
-    changed = replace(draft, program=replace(draft.program, steps=steps)).moved(draft.at)
+    changed = replace(draft, program=structs.replace(draft.program, steps=steps)).moved(draft.at)
     return Change(changed, (Message(f"{count(gone, 'step')} deleted"),))
 
 
@@ -250,14 +252,14 @@ def rebuilt(program: Program) -> tuple[Program, str]:
     )
     header = program_header(program)
     source = "\n".join((header, *texts, ".END", ""))
-    return as_meant(replace(program, steps=steps, span=Span(HEADER_LINE, 1, len(header) + 1))), source
+    return as_meant(structs.replace(program, steps=steps, span=Span(HEADER_LINE, 1, len(header) + 1))), source
 
 
 def _relocated(step: Step, text: str, line: int) -> Step:
     if isinstance(step.statement, BadLine):
         begin = len(text) - len(text.lstrip())
         span = Span(line, begin + 1, len(text) + 1)
-        return replace(step, statement=replace(step.statement, span=span), span=span)
+        return structs.replace(step, statement=structs.replace(step.statement, span=span), span=span)
     return _step(text, line)
 
 
@@ -364,7 +366,7 @@ def opened(station: Station, asked: Program, step: int = 1) -> Draft:
         return Draft(asked)
     program = programs[key_of(asked.name)].program
     if asked.parameters:
-        program = replace(program, parameters=asked.parameters)
+        program = structs.replace(program, parameters=asked.parameters)
     return Draft(program).moved(step - 1)
 
 

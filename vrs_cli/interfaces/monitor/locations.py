@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import cast
+
+from msgspec.structs import replace
 
 from vrs_cli.dialogue.questions import Amendment
 from vrs_cli.dialogue.replies import (

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
 from fnmatch import fnmatchcase
+
+from msgspec.structs import replace
 
 from vrs_cli.dialogue.replies import ListedStep, ProgramName, ProgramNames, ProgramText, Reply
 from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, UsageError

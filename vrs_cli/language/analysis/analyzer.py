@@ -7,8 +7,9 @@ of the tables.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
+
+from msgspec import Struct
 
 from vrs_cli.errors import (
     ArgumentMismatch,
@@ -46,8 +47,7 @@ __all__ = ["Analysis", "Block", "BlockKind", "analyze", "analyze_among", "check_
 _IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS | {"REACT", "REACTI", "REACTE", "RETURNE", "IGNORE", "LOCK", "RUNSIG"}
 
 
-@dataclass(frozen=True)
-class Analysis:
+class Analysis(Struct, frozen=True):
     """A program with what its text decides.
 
     `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included.

@@ -7,8 +7,9 @@ between calls. All other variables are global, and GLOBAL says so. Declarations 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property
+
+from msgspec import Struct
 
 from vrs_cli.errors import ArgumentMismatch, CannotInterpret, InvalidName, MisplacedDeclaration, TypeMismatch
 from vrs_cli.language.analysis.names import Findings, Names
@@ -20,8 +21,7 @@ from vrs_cli.language.words.kind import SIGIL_KINDS, Kind
 SORTS: Mapping[str, Kind] = {"REAL": Kind.REAL, "DOUBLE": Kind.REAL, "LOC": Kind.LOCATION}
 
 
-@dataclass(frozen=True)
-class Own:
+class Own(Struct, frozen=True, dict=True):
     """A variable of a program's own; `automatic`: of AUTO."""
 
     variable: ast.Variable

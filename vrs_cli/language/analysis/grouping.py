@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Span
@@ -15,8 +16,7 @@ from vrs_cli.language.text.printer import expression_text
 Tree = str | tuple["Tree", ...]
 
 
-@dataclass(frozen=True, slots=True)
-class OtherGrouping:
+class OtherGrouping(Struct, frozen=True):
     """The two readings of an expression, with parentheses."""
 
     ours: str

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from vrs_cli.errors import UnreachableCode
 from vrs_cli.language.analysis.structure import Block, BlockKind, label_of
@@ -55,8 +56,7 @@ def _leaves(statement: Statement | None) -> bool:
     return isinstance(statement, ast.Instruction) and statement.word in LEAVING
 
 
-@dataclass(frozen=True)
-class _Flow:
+class _Flow(Struct, frozen=True):
     """A program as steps and the steps that may come next."""
 
     program: Program

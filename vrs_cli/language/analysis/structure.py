@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
+
+from msgspec import Struct, field
 
 from vrs_cli.errors import ControlStructure, DuplicateLabel, UndefinedLabel
 from vrs_cli.language.text import ast
@@ -37,8 +38,7 @@ def loops_of(statement: ast.Instruction) -> int:
     return int(given.value) if whole and isinstance(given, ast.Number) else 0
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
+class Block(Struct, frozen=True):
     """A control structure, as step indexes from 0. `middles`: ELSE, or VALUE and ANY; `closer`: END or UNTIL."""
 
     kind: BlockKind
@@ -47,8 +47,7 @@ class Block:
     closer: int
 
 
-@dataclass(frozen=True)
-class Structure:
+class Structure(Struct, frozen=True):
     """`blocks` in the order in which they end; `labels`: the step index of each label."""
 
     blocks: tuple[Block, ...]
@@ -103,8 +102,7 @@ def label_of(statement: Statement) -> int | None:
     return int(last.value) if isinstance(last, ast.Number) else None
 
 
-@dataclass
-class _Open:
+class _Open(Struct):
     """A block whose end has not come yet."""
 
     kind: BlockKind

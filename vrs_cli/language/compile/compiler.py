@@ -25,10 +25,11 @@ from __future__ import annotations
 import ast as py
 from bisect import bisect_right
 from collections.abc import Callable, Generator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, cast
+
+from msgspec import Struct
 
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.analyzer import Analysis
@@ -66,8 +67,7 @@ PART = 2048  # operations in one function
 # --- programs ----------------------------------------------------------------------------------------------------
 
 
-@dataclass
-class _Jumps:
+class _Jumps(Struct):
     """How to get from one block to another: with `inner`, the block `number` is a `while True` of its own. `here`: the
     blocks of the function; to get to others it returns."""
 
@@ -391,8 +391,7 @@ def _joined(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Cal
 # --- the result --------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Variant:
+class Variant(Struct, frozen=True):
     """The Python function, the arrays it takes after its fixed arguments, and the block that begins at an operation."""
 
     function: Callable[..., Steps]
@@ -400,8 +399,7 @@ class Variant:
     numbers: Mapping[int, int]
 
 
-@dataclass(frozen=True)
-class Compiled:
+class Compiled(Struct, frozen=True, dict=True):
     """A program ready to run. `spelling`: the names it uses, as it first spells them, by key. `array_parameters`: the
     keys of those that stand for whole arrays."""
 
@@ -460,8 +458,7 @@ def compile_program(library: Library, analysis: Analysis) -> Compiled:
     return Compiled(library, analysis, lowered, compiler.spelling, frozenset(compiler.array_parameters), variant)
 
 
-@dataclass(frozen=True)
-class CompiledExpression:
+class CompiledExpression(Struct, frozen=True):
     """A function of the context, the cells of each kind, what the references given consist of, and those arrays."""
 
     function: Callable[..., Any]

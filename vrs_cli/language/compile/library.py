@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from msgspec import Struct
 
-@dataclass(frozen=True)
-class Library:
+
+class Library(Struct, frozen=True):
     """`names`: the globals of every program. Functions of the language by name: those `of_values`, and those that take
     the context of the program as first argument. `handlers`: who carries out an instruction, by its word."""
 

@@ -7,7 +7,9 @@ ELSE reached from above ends its block, so the tests of a CASE are operations of
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vrs_cli.language.analysis.analyzer import Analysis, Block, BlockKind
 from vrs_cli.language.analysis.channels import signals_on
@@ -16,16 +18,14 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.words.instructions import DECLARATIONS, LOOP_JUMPS
 
 
-@dataclass(frozen=True, slots=True)
-class Perform:
+class Perform(Struct, frozen=True):
     """An assignment or an instruction."""
 
     step: int
     statement: ast.Assignment | ast.Instruction
 
 
-@dataclass(frozen=True, slots=True)
-class Jump:
+class Jump(Struct, frozen=True):
     """`counted`: it is a step of its own (GOTO), not a mark that is passed over (ELSE, the END of WHILE)."""
 
     step: int
@@ -33,8 +33,7 @@ class Jump:
     counted: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Branch:
+class Branch(Struct, frozen=True):
     """Go to the target where the condition is `when`; otherwise on. `first`: what is done before."""
 
     step: int
@@ -44,8 +43,7 @@ class Branch:
     first: ast.Instruction | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class ForBegin:
+class ForBegin(Struct, frozen=True):
     """Set the variable, keep limit and step in `slot`; to the target where there is no first pass."""
 
     step: int
@@ -54,8 +52,7 @@ class ForBegin:
     target: int
 
 
-@dataclass(frozen=True, slots=True)
-class ForNext:
+class ForNext(Struct, frozen=True):
     """The END of a FOR: add the step, and to the target (the first step inside) for another pass."""
 
     step: int
@@ -64,8 +61,7 @@ class ForNext:
     target: int
 
 
-@dataclass(frozen=True, slots=True)
-class CaseBegin:
+class CaseBegin(Struct, frozen=True):
     """Keep the subject in `slot` and go to the first test."""
 
     step: int
@@ -74,8 +70,7 @@ class CaseBegin:
     target: int
 
 
-@dataclass(frozen=True, slots=True)
-class CaseTest:
+class CaseTest(Struct, frozen=True):
     """Go to the target where the subject equals none of the values."""
 
     step: int
@@ -85,15 +80,13 @@ class CaseTest:
     target: int
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
+class Mark(Struct, frozen=True):
     """A place, with nothing to do: DO, END of IF and CASE, a blank line."""
 
     step: int
 
 
-@dataclass(frozen=True, slots=True)
-class Finish:
+class Finish(Struct, frozen=True):
     """The end of the program."""
 
     step: int
@@ -102,8 +95,7 @@ class Finish:
 Op = Perform | Jump | Branch | ForBegin | ForNext | CaseBegin | CaseTest | Mark | Finish
 
 
-@dataclass(frozen=True)
-class Lowered:
+class Lowered(Struct, frozen=True):
     """`entries[step]` is the operation at which a step is entered; one more for the end. `slots`: values that are kept
     as long as the program is active (limits and steps of FOR, subjects of CASE)."""
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.events import Event
@@ -11,8 +12,7 @@ from vrs_cli.language.run.executable import Executable, Steps
 from vrs_cli.language.run.memory import Context
 
 
-@dataclass(frozen=True, slots=True)
-class Interruption:
+class Interruption(Struct, frozen=True):
     """What a reaction interrupts: the program's `priority`, and what it was `waiting` for; `failed`: its step did."""
 
     priority: int

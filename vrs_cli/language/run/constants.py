@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
 from enum import Enum
 from typing import get_args
+
+from msgspec import Struct
 
 from vrs_cli.engine.commands import (
     Request,
@@ -68,16 +69,14 @@ class Gap(Enum):
 Given = Operand | Gap
 
 
-@dataclass(frozen=True, slots=True)
-class Wrong:
+class Wrong(Struct, frozen=True):
     """A place, and what the runtime says of it."""
 
     place: Span
     error: VrsError
 
 
-@dataclass(frozen=True, slots=True)
-class Constants:
+class Constants(Struct, frozen=True):
     """`context` is nobody else's, nor is the robot that may be asked to `perform`, which raises VrsError."""
 
     context: Context
@@ -235,7 +234,7 @@ def _children(tree: object) -> Iterator[Expression]:
 
 
 _BRANCHES: Mapping[type, tuple[str, ...]] = {
-    kind: tuple(one.name for one in fields(kind) if re.search("Expression|Variable|Modifiers", str(one.type)))
+    kind: tuple(name for name, type in kind.__annotations__.items() if re.search("Expression|Variable|Modifiers", type))
     for kind in (*get_args(Expression), *get_args(Statement), ast.Modifiers)
 }
 

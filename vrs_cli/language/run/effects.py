@@ -6,8 +6,9 @@ A request of `engine.commands` goes to the robot. The effects below are for the 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
 from enum import Enum
+
+from msgspec import Struct
 
 from vrs_cli.engine.commands import Mode, Request, SetDuration, SetMode, SetSpeed, SpeedUnit
 from vrs_cli.language.run.cells import Reference
@@ -15,24 +16,21 @@ from vrs_cli.language.run.reactions import Reaction
 from vrs_cli.language.run.units import UnitEffect
 
 
-@dataclass(frozen=True, slots=True)
-class Type:
+class Type(Struct, frozen=True):
     """Text for the terminal; `newline`: a line ends after it."""
 
     text: str
     newline: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class Prompt:
+class Prompt(Struct, frozen=True):
     """Show the text and read one line, the answer to `resume`. `count`: how many values are wanted."""
 
     text: str
     count: int
 
 
-@dataclass(frozen=True, slots=True)
-class Wait:
+class Wait(Struct, frozen=True):
     """Hold the program until `condition()` is true: asked at once, or after `ticks`, then every tick.
 
     The condition raises VrsError where it cannot be evaluated: the driver hands that to `Task.throw`.
@@ -42,8 +40,7 @@ class Wait:
     ticks: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class WaitEvent:
+class WaitEvent(Struct, frozen=True):
     """WAIT.EVENT: hold the program until another sets its event, or for so many `seconds` where that is not None.
 
     `event`: whether an event ends it at all.
@@ -53,91 +50,77 @@ class WaitEvent:
     seconds: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class SetEvent:
+class SetEvent(Struct, frozen=True):
     """SET.EVENT: the event of a task."""
 
     task: int
 
 
-@dataclass(frozen=True, slots=True)
-class CycleBegins:
+class CycleBegins(Struct, frozen=True):
     """A cycle of the main program begins: the driver performs `settings` (val2 section 9.1). Cycles count from 1."""
 
     cycle: int
     settings: tuple[Request, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class CallProgram:
+class CallProgram(Struct, frozen=True):
     """CALL; the task does it by itself."""
 
     name: str
     arguments: tuple[Reference | None, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Return:
+class Return(Struct, frozen=True):
     """RETURN, or the end of a program; the task does it by itself. `steps`: how many after the call are left out."""
 
     steps: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Stop:
+class Stop(Struct, frozen=True):
     """STOP: the end of this cycle; the task does it by itself."""
 
 
-@dataclass(frozen=True, slots=True)
-class Pause:
+class Pause(Struct, frozen=True):
     """PAUSE: the task says `Paused`."""
 
 
-@dataclass(frozen=True, slots=True)
-class Halt:
+class Halt(Struct, frozen=True):
     """HALT: the task says `Halted`."""
 
 
-@dataclass(frozen=True, slots=True)
-class ReturnFromError:
+class ReturnFromError(Struct, frozen=True):
     """RETURNE: RETURN, but from a REACTE routine to the step after the one that failed."""
 
 
-@dataclass(frozen=True, slots=True)
-class SignalsSet:
+class SignalsSet(Struct, frozen=True):
     """SIGNAL and its like: a reaction of the program itself may be due; the task looks by itself."""
 
 
-@dataclass(frozen=True, slots=True)
-class Ignore:
+class Ignore(Struct, frozen=True):
     """IGNORE: no more reaction to a signal; the task does it by itself."""
 
     signal: int
 
 
-@dataclass(frozen=True, slots=True)
-class Lock:
+class Lock(Struct, frozen=True):
     """LOCK: the priority of the program; the task does it by itself."""
 
     priority: int
 
 
-@dataclass(frozen=True, slots=True)
-class ReactToErrors:
+class ReactToErrors(Struct, frozen=True):
     """REACTE: call a program when a step fails, none any more where it is None; the task does it by itself."""
 
     program: str | None
 
 
-@dataclass(frozen=True, slots=True)
-class RunSignal:
+class RunSignal(Struct, frozen=True):
     """RUNSIG: the signal has this state while the program runs, and the other one whenever it does not."""
 
     signal: int
 
 
-@dataclass(frozen=True, slots=True)
-class StartTask:
+class StartTask(Struct, frozen=True):
     """EXECUTE in a program, PCEXECUTE: `number` is None for the first task that is free."""
 
     number: int | None
@@ -156,19 +139,16 @@ class Control(Enum):
     RETRY = "RETRY"
 
 
-@dataclass(frozen=True, slots=True)
-class ControlTask:
+class ControlTask(Struct, frozen=True):
     control: Control
     number: int
 
 
-@dataclass(frozen=True, slots=True)
-class AttachRobot:
+class AttachRobot(Struct, frozen=True):
     """ATTACH: take the robot, as soon as no other task has it."""
 
 
-@dataclass(frozen=True, slots=True)
-class DetachRobot:
+class DetachRobot(Struct, frozen=True):
     """DETACH: let the robot go, once it is at rest."""
 
 

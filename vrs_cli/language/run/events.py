@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+
+from msgspec import Struct
 
 from vrs_cli.engine.commands import Request
 from vrs_cli.errors import VrsError
@@ -23,8 +24,7 @@ from vrs_cli.language.run.effects import (
 from vrs_cli.language.run.units import UnitEffect
 
 
-@dataclass(frozen=True, slots=True)
-class ProgramFault:
+class ProgramFault(Struct, frozen=True):
     """Where a program stopped with an error. `step` counts from 1; `line` is that of its file; `source` its text.
 
     `text` is VAL-II's message, `message` the whole of it with what happened and what would be right.
@@ -39,39 +39,34 @@ class ProgramFault:
     source: str
 
 
-@dataclass(frozen=True, slots=True)
-class Completed:
+class Completed(Struct, frozen=True):
     """The last cycle has ended."""
 
     cycles: int
 
 
-@dataclass(frozen=True, slots=True)
-class Paused:
+class Paused(Struct, frozen=True):
     """PAUSE: `resume` goes on with the next step."""
 
     program: str
     step: int
 
 
-@dataclass(frozen=True, slots=True)
-class Halted:
+class Halted(Struct, frozen=True):
     """HALT: the end."""
 
     program: str
     step: int
 
 
-@dataclass(frozen=True, slots=True)
-class Failed:
+class Failed(Struct, frozen=True):
     """A step could not be done. `resume` goes on with the next step, `retry` first repeats it."""
 
     fault: ProgramFault
     error: VrsError
 
 
-@dataclass(frozen=True, slots=True)
-class Budget:
+class Budget(Struct, frozen=True):
     """So many steps were done, and nothing is asked for."""
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
 from math import log10
+
+from msgspec import Struct, field
 
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.text.ast import Format
@@ -82,8 +83,7 @@ CONTROLS: dict[str, Callable[[int], str]] = {
 TypeItem = Value | Format
 
 
-@dataclass(slots=True)
-class _Output:
+class _Output(Struct):
     """The text so far, and the number form in force."""
 
     units: JointUnits = TURNING

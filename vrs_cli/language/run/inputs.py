@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import inf
+
+from msgspec import Struct
 
 from vrs_cli.language.run.signals import Signals
 
 
-@dataclass(frozen=True, slots=True)
-class InputChange:
+class InputChange(Struct, frozen=True):
     """At `time` [s] of the robot's clock a signal goes on or off."""
 
     time: float
@@ -18,8 +18,7 @@ class InputChange:
     on: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Inputs:
+class Inputs(Struct, frozen=True):
     """Changes to come, the earliest first."""
 
     changes: tuple[InputChange, ...] = ()

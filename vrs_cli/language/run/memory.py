@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from random import Random
+
+from msgspec import Struct
 
 from vrs_cli.errors import UndefinedName
 from vrs_cli.kinematics.joints import TURNING, JointUnits
@@ -47,8 +48,7 @@ class Memory(Variables):
         return self.programs[key]
 
 
-@dataclass(frozen=True, slots=True)
-class Context:
+class Context(Struct, frozen=True):
     """What functions and instructions work on."""
 
     environment: Memory

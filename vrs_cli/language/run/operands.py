@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from typing import cast
+
+from msgspec import Struct
 
 from vrs_cli.engine.commands import Stamp
 from vrs_cli.errors import IllegalValue, TypeMismatch
@@ -18,8 +19,7 @@ from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, plain
 
 
-@dataclass(frozen=True, slots=True)
-class Definable:
+class Definable(Struct, frozen=True):
     """A location that an instruction defines: a variable, seen from the product of those before it in `a:b:c`."""
 
     reference: Reference
@@ -43,8 +43,7 @@ class Definable:
 Operand = Value | Reference | Definable | TypeItem | CallProgram | None
 
 
-@dataclass(frozen=True, slots=True)
-class Operands:
+class Operands(Struct, frozen=True):
     """An instruction with its operands evaluated: None for an omitted one, trailing ones may be absent.
 
     `text` is the instruction in canonical form; `value` what followed `=`.

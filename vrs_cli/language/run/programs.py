@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from vrs_cli.language.analysis.analyzer import Analysis
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.printer import statement_text
 
 
-@dataclass(frozen=True, eq=False)
-class StoredProgram:
+class StoredProgram(Struct, frozen=True, eq=False):
     """A program as it was stored. `lines`: those of its whole file, which all of its programs share."""
 
     analysis: Analysis

@@ -6,7 +6,7 @@ the program. Until then it waits. While it runs the program has the priority of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from vrs_cli.errors import IllegalValue
 from vrs_cli.language.words.values import integer_between
@@ -16,8 +16,7 @@ OF_ERRORS = 254  # the priority of a REACTE routine (V+ User's Guide p.47)
 DEFAULT = 1
 
 
-@dataclass(frozen=True, slots=True)
-class Reaction:
+class Reaction(Struct, frozen=True):
     """REACT, or REACTI (`immediate`): call `program` when `signal` goes on, or off where it is negative."""
 
     signal: int

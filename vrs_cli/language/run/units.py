@@ -7,8 +7,9 @@ is wrong in the program itself, a unit that does not exist or is not attached, s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+
+from msgspec import Struct
 
 from vrs_cli.errors import IllegalValue
 from vrs_cli.language.words.values import integer_between, plain, whole
@@ -33,45 +34,38 @@ class Access(Enum):
     APPEND = "FOPENA"
 
 
-@dataclass(frozen=True, slots=True)
-class AttachUnit:
+class AttachUnit(Struct, frozen=True):
     """ATTACH of a unit, of any free one of the disk where it is None; answered by its number."""
 
     unit: int | None
 
 
-@dataclass(frozen=True, slots=True)
-class DetachUnit:
+class DetachUnit(Struct, frozen=True):
     unit: int
 
 
-@dataclass(frozen=True, slots=True)
-class OpenFile:
+class OpenFile(Struct, frozen=True):
     unit: int
     name: str
     access: Access
 
 
-@dataclass(frozen=True, slots=True)
-class CloseFile:
+class CloseFile(Struct, frozen=True):
     unit: int
 
 
-@dataclass(frozen=True, slots=True)
-class DeleteFile:
+class DeleteFile(Struct, frozen=True):
     unit: int
     name: str
 
 
-@dataclass(frozen=True, slots=True)
-class ReadRecord:
+class ReadRecord(Struct, frozen=True):
     """READ: answered by the next line, or by None where there is none."""
 
     unit: int
 
 
-@dataclass(frozen=True, slots=True)
-class WriteRecord:
+class WriteRecord(Struct, frozen=True):
     """WRITE; `newline`: the record ends after the text."""
 
     unit: int
@@ -79,8 +73,7 @@ class WriteRecord:
     newline: bool
 
 
-@dataclass(frozen=True, slots=True)
-class RecordRefused:
+class RecordRefused(Struct, frozen=True):
     """The record that was read is not what the variables of READ want: the status of the unit."""
 
     unit: int

@@ -8,13 +8,13 @@ typed; two names are the same when their first 15 characters agree without regar
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass
+
+from msgspec import Struct
 
 from vrs_cli.language.words.kind import NAME_LENGTH
 
 
-@dataclass(frozen=True, slots=True)
-class Span:
+class Span(Struct, frozen=True):
     """A stretch of one source line. Line and columns count from 1; `end` is the column after the last character."""
 
     line: int
@@ -25,8 +25,7 @@ class Span:
 # --- expressions -----------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Number:
+class Number(Struct, frozen=True):
     """A numeric constant; `text` as typed (`^HFF`, `'A`, `1E-3`)."""
 
     value: float
@@ -34,16 +33,14 @@ class Number:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Text:
+class Text(Struct, frozen=True):
     """A string constant, without its quotes."""
 
     value: str
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Variable:
+class Variable(Struct, frozen=True):
     """`name`, `#name`, `$name`, `name[i]`, `name[i,j]`; `name[]` (the whole array) has `indexes == ()`.
 
     `sigil` is "", "#" or "$". A bare name is a real or a transformation: the analyzer decides from its use.
@@ -69,8 +66,7 @@ class Variable:
         return self.indexes == () or self.rest > 0
 
 
-@dataclass(frozen=True, slots=True)
-class Unary:
+class Unary(Struct, frozen=True):
     """`operator` is "-", "+", "NOT" or "COM"; `grouped` as in Binary."""
 
     operator: str
@@ -79,8 +75,7 @@ class Unary:
     grouped: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Binary:
+class Binary(Struct, frozen=True):
     """`operator` in canonical spelling: + - * / MOD ** == <> < > <= >= AND OR XOR BAND BOR BXOR, and `:` (compound).
 
     `grouped` is true when the source had parentheses round this node (the printer keeps them; the analyzer warns
@@ -94,8 +89,7 @@ class Binary:
     grouped: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Call:
+class Call(Struct, frozen=True):
     """A function (`ABS(x)`, `TRANS(,,5)`, `#PPOINT(..)`, `$CHR(10)`) or a constant (`PI`, `HERE`: no arguments).
 
     `name` is upper case for a function of the table, otherwise as typed. An omitted argument is None.
@@ -116,8 +110,7 @@ class Call:
         return Variable(self.name[len(sigil) :].lower(), sigil, None, self.span, self.grouped)
 
 
-@dataclass(frozen=True, slots=True)
-class ProgramCall:
+class ProgramCall(Struct, frozen=True):
     """A program where the table asks for one, with its arguments: `pick(a, 5)` after CALL. `name` is as typed.
 
     `parenthesised` as in Call.
@@ -134,8 +127,7 @@ class ProgramCall:
         return self.name.lower()[:NAME_LENGTH]
 
 
-@dataclass(frozen=True, slots=True)
-class Applied:
+class Applied(Struct, frozen=True):
     """The argument of CALLS: a string that names a program, with that program's arguments: `$name[i](a, 5)`."""
 
     text: Variable
@@ -143,8 +135,7 @@ class Applied:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Format:
+class Format(Struct, frozen=True):
     """A format code of TYPE and $ENCODE: `/F6.2` is code "F", width 6, decimals 2."""
 
     code: str
@@ -153,8 +144,7 @@ class Format:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Word:
+class Word(Struct, frozen=True):
     """A bare word or raw text where the table asks for one: a file name, a switch, a program to be stored."""
 
     text: str
@@ -167,8 +157,7 @@ Expression = Number | Text | Variable | Unary | Binary | Call | ProgramCall | Ap
 # --- statements ------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Assignment:
+class Assignment(Struct, frozen=True):
     """`x = e`, `$s = e`."""
 
     target: Variable
@@ -176,8 +165,7 @@ class Assignment:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Modifiers:
+class Modifiers(Struct, frozen=True):
     """What may follow the arguments: `AT t` or `IN dt` (our time stamps), `ALWAYS`, and a unit (MMPS, IPS, MONITOR);
     and what may stand before them: the `sort` of the variables of a declaration (REAL, DOUBLE, LOC)."""
 
@@ -191,8 +179,7 @@ class Modifiers:
 NO_MODIFIERS = Modifiers()
 
 
-@dataclass(frozen=True, slots=True)
-class Instruction:
+class Instruction(Struct, frozen=True):
     """Any operation that is a row of the instruction or the monitor-command table and not a control word.
 
     `word` is the full upper-case keyword, also when the source abbreviated it. An omitted argument is None, trailing
@@ -206,30 +193,26 @@ class Instruction:
     modifiers: Modifiers = NO_MODIFIERS
 
 
-@dataclass(frozen=True, slots=True)
-class DoInstruction:
+class DoInstruction(Struct, frozen=True):
     """The monitor command `DO statement`; a bare `DO` at the prompt (repeat the last) has no statement."""
 
     statement: Statement | None
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Show:
+class Show(Struct, frozen=True):
     """An expression alone at the prompt: its value is shown."""
 
     expression: Expression
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Goto:
+class Goto(Struct, frozen=True):
     label: int
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class IfGoto:
+class IfGoto(Struct, frozen=True):
     """`IF condition GOTO label`, or (`then`) VAL's `IF a EQ b THEN label`, whose condition is a relation."""
 
     condition: Expression
@@ -238,38 +221,32 @@ class IfGoto:
     then: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class If:
+class If(Struct, frozen=True):
     condition: Expression
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Else:
+class Else(Struct, frozen=True):
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class While:
+class While(Struct, frozen=True):
     condition: Expression
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Do:
+class Do(Struct, frozen=True):
     """`DO` alone in a program: the loop that ends in UNTIL."""
 
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Until:
+class Until(Struct, frozen=True):
     condition: Expression
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class For:
+class For(Struct, frozen=True):
     variable: Variable
     first: Expression
     last: Expression
@@ -277,30 +254,25 @@ class For:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Case:
+class Case(Struct, frozen=True):
     subject: Expression
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Value:
+class Value(Struct, frozen=True):
     tests: tuple[Expression, ...]
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Any:
+class Any(Struct, frozen=True):
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class End:
+class End(Struct, frozen=True):
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class BadLine:
+class BadLine(Struct, frozen=True):
     """A line that could not be read: kept as it stands, listed with `?`; its program is not executable."""
 
     text: str
@@ -331,8 +303,7 @@ Statement = (
 # --- programs and files ----------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
+class Step(Struct, frozen=True):
     """One line of a program. `statement` is None for a blank or comment line; `comment` is the text after `;`."""
 
     label: int | None
@@ -341,8 +312,7 @@ class Step:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Program:
+class Program(Struct, frozen=True):
     """`.PROGRAM name(parameters) ;comment` to `.END`; steps count from 1 in messages and listings."""
 
     name: str
@@ -357,8 +327,7 @@ class Program:
         return self.name.lower()[:NAME_LENGTH]
 
 
-@dataclass(frozen=True, slots=True)
-class ProgramHeader:
+class ProgramHeader(Struct, frozen=True):
     """`.PROGRAM name(parameters) ;comment` at the prompt: what follows, up to `.END`, are its steps."""
 
     name: str
@@ -367,8 +336,7 @@ class ProgramHeader:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
+class Entry(Struct, frozen=True):
     """A line of a .LOCATIONS, .REALS or .STRINGS section: a variable (constant indexes) and its value.
 
     Locations: six numbers, mm and degrees as the file writes them; reals: one; strings: `text`.
@@ -381,8 +349,7 @@ class Entry:
     comment: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Section:
+class Section(Struct, frozen=True):
     """`.LOCATIONS`, `.REALS` or `.STRINGS` to `.END`; `name` has its dot, in upper case.
 
     `remarks`: lines without a variable, each as the number of entries before it, and its comment (None: blank).
@@ -394,16 +361,14 @@ class Section:
     remarks: tuple[tuple[int, str | None], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Comment:
+class Comment(Struct, frozen=True):
     """A comment or blank line between programs and sections."""
 
     text: str | None
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class File:
+class File(Struct, frozen=True):
     """A program file in its order; a bad line is one that stands outside programs and sections."""
 
     parts: tuple[Program | Section | Comment | BadLine, ...]
@@ -415,9 +380,9 @@ def nodes(tree: object) -> Iterator[object]:
     if isinstance(tree, tuple):
         for child in tree:
             yield from nodes(child)
-    elif is_dataclass(tree):
-        for field in fields(tree):
-            yield from nodes(getattr(tree, field.name))
+    elif isinstance(tree, Struct):
+        for name in tree.__struct_fields__:
+            yield from nodes(getattr(tree, name))
 
 
 def plain_number(expression: Expression | None) -> float | None:

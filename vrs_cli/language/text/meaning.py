@@ -7,9 +7,11 @@ The parser reads one line and takes it for the function; here the whole decides.
 from __future__ import annotations
 
 from collections.abc import Collection, Container, Iterable, Iterator
-from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from typing import Any, TypeVar, cast
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, Statement
@@ -85,14 +87,14 @@ def _replaced(tree: Tree, names: Collection[str]) -> Tree:
     if isinstance(tree, tuple):
         children = tuple(_replaced(child, names) for child in tree)
         return cast(Tree, tree if all(map(_same, children, tree)) else children)
-    if not is_dataclass(tree) or isinstance(tree, ast.Span):
+    if not isinstance(tree, Struct) or isinstance(tree, ast.Span):
         return tree
     changed: dict[str, Any] = {}
-    for field in fields(tree):
-        before = getattr(tree, field.name)
+    for name in tree.__struct_fields__:
+        before = getattr(tree, name)
         after = _replaced(before, names)
         if after is not before:
-            changed[field.name] = after
+            changed[name] = after
     return cast(Tree, replace(cast(Any, tree), **changed)) if changed else tree
 
 

@@ -6,9 +6,11 @@ Lines count from 1 within a part, so that a part stays what it is when lines com
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vrs_cli.errors import ProgramExists
 from vrs_cli.language.text.ast import File, Program, Section, Span
@@ -17,8 +19,7 @@ from vrs_cli.language.text.parser import parse_part, parse_prompt
 from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, Line, lines_of
 
 
-@dataclass(frozen=True, eq=False)
-class Part:
+class Part(Struct, frozen=True, eq=False, dict=True):
     """A program or a section with all lines up to the next heading; or the lines before the first heading.
 
     `last`: its `.END`, or the last line where that is missing.
@@ -46,8 +47,7 @@ class Part:
         return next((part for part in self.file.parts if isinstance(part, Program | Section)), None)
 
 
-@dataclass(frozen=True, slots=True)
-class Placed:
+class Placed(Struct, frozen=True):
     """A part in a file, below so many lines (`above`)."""
 
     part: Part

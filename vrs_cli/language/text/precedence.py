@@ -6,8 +6,9 @@ They differ in NOT, AND, OR and XOR against the relations; see the head of gramm
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Generic, TypeVar
+
+from msgspec import Struct
 
 from vrs_cli.language.text.lexer import Token
 
@@ -25,8 +26,7 @@ RELATIONS = frozenset(_RELATIONS)
 LOGICAL = frozenset({"AND", "OR", "XOR", "NOT"})
 
 
-@dataclass(frozen=True)
-class Order:
+class Order(Struct, frozen=True):
     """A higher rank binds tighter; equal ranks group from the left."""
 
     infix: Mapping[str, int]

@@ -7,15 +7,13 @@ names. Sources: V+ Language Reference; val2 section 5.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property, partial
 
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.word import Form, Row, Shape, State, by_name, read_form
 
 
-@dataclass(frozen=True, eq=False)
-class Function(Row):
+class Function(Row, frozen=True, eq=False, dict=True):
     """A row of the table: `ATAN2(y, x)`, `SHIFT(location[ BY dx][, dy][, dz])`, `PI`."""
 
     result: Kind = Kind.REAL

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from typing import NamedTuple, TypeVar
+
+from msgspec import Struct
 
 
 class Shape(Enum):
@@ -186,8 +187,7 @@ def _form(operands: list[Argument], before: int | None, modifiers: frozenset[str
 # --- rows ----------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class Row:
+class Row(Struct, frozen=True, eq=False, dict=True):
     """A word: its printed form, its lineage (1 VAL, 2 VAL-II, + V+; blank: ours), what it does, and an example.
 
     `note`: how a refused word is said otherwise, or what is worth knowing. `shapes`: what its first operands are, where
@@ -220,8 +220,7 @@ class Row:
         return bool(self.arguments) and self.arguments[-1].repeated
 
 
-@dataclass(frozen=True, eq=False)
-class Word(Row):
+class Word(Row, frozen=True, eq=False, dict=True):
     """An instruction or a monitor command. `breaks`: the robot comes to rest first.
 
     `drastic`: with nothing behind it, or after a question, it deletes, stops, steps or takes back at once.
@@ -281,7 +280,7 @@ class Word(Row):
         return bool(self.arguments) and self.arguments[-1].shape is Shape.TASK
 
 
-class Control(Word):
+class Control(Word, frozen=True, eq=False, dict=True):
     """A word of blocks and jumps: the grammar has the words and values behind its first operands."""
 
     @cached_property
