@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.book import Book
 from vrs_cli.errors import FileError
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.timeline import Timeline
@@ -13,13 +13,13 @@ from vrs_cli.trajectory.timeline import Timeline
 class Paper:
     """A journal in memory. `torn`: nothing can be written; `owed`: changes that happened all the same."""
 
-    def __init__(self, engine: Engine) -> None:
-        self.engine, self.torn = engine, False
+    def __init__(self, book: Book) -> None:
+        self.book, self.torn = book, False
         self.lines: list[TimelineDelta] = []
         self.owed = 0
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
-        assert not self.engine.heard or self.engine.timeline.version == deltas[0].version, "it has happened already"
+        assert self.book.timeline.version == deltas[0].version, "it has happened already"
         assert deltas[0].version == len(self.lines)
         if self.torn and not happens:
             raise FileError("no paper")
@@ -27,7 +27,7 @@ class Paper:
         self.lines += deltas
 
     def timeline(self) -> Timeline:
-        timeline = self.engine.initial
+        timeline = self.book.initial
         for delta in self.lines:
             timeline = timeline.apply(delta)
         return timeline

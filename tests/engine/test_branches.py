@@ -52,9 +52,9 @@ def bits(timeline: Timeline) -> str:
 
 
 def heard(engine: Engine) -> list[TimelineDelta]:
-    """What listeners are told from here on."""
+    """What listeners of the present book are told from here on."""
     deltas: list[TimelineDelta] = []
-    engine.listeners.append(lambda delta, _timeline: deltas.append(delta))
+    engine.book.listeners.append(deltas.append)
     return deltas
 
 
@@ -102,7 +102,7 @@ def test_a_branch_shares_the_rows_of_main() -> None:
     branches.make("trial")
     engine.perform(drive(2, 10))
     ours = {id(block.row) for block in engine.timeline.blocks(0.0, engine.end)}
-    theirs = {id(block.row) for block in branches.line(MAIN).timeline.blocks(0.0, engine.end)}
+    theirs = {id(block.row) for block in branches.book(MAIN).timeline.blocks(0.0, engine.end)}
     assert len(ours - theirs) <= 1
 
 
@@ -295,17 +295,17 @@ def test_what_listeners_hear_is_main_whatever_is_tried(sequence: list[Move | str
     engine = Engine(MODEL)
     branches, told = Branches(engine), heard(engine)
     for what in sequence:
-        main = branches.line(MAIN).timeline
+        main = branches.book(MAIN).timeline
         try:
             act(branches, what)
         except (UsageError, MotionError):
-            assert branches.line(MAIN).timeline == main, "what is refused changes nothing"
+            assert branches.book(MAIN).timeline == main, "what is refused changes nothing"
         for name in branches.names:
-            line = branches.line(name)
-            replayed = line.initial
-            for delta in line.deltas:
+            book = branches.book(name)
+            replayed = book.initial
+            for delta in book.deltas:
                 replayed = replayed.apply(delta)
-            assert repr(list(replayed)) == repr(list(line.timeline))
-        assert tuple(told) == branches.line(MAIN).deltas
+            assert repr(list(replayed)) == repr(list(book.timeline))
+        assert told == branches.book(MAIN).deltas
         if what != "MERGE" and not branches.on_main:
-            assert branches.line(MAIN).timeline == main
+            assert branches.book(MAIN).timeline == main

@@ -25,7 +25,7 @@ def branches() -> Branches:
 
 
 def test_the_same_is_the_same(branches: Branches) -> None:
-    told = compare(branches.engine.arm, branches.line(MAIN), branches.line("trial"))
+    told = compare(branches.engine.arm, branches.book(MAIN), branches.book("trial"))
     assert told.since is None
     assert told.a == told.b
     assert (told.tool.distance, told.joints.distance) == (0.0, 0.0)
@@ -36,7 +36,7 @@ def test_how_long_and_how_far(branches: Branches) -> None:
     engine = branches.engine
     end = engine.end
     engine.perform(drive(6, 45))
-    told = compare(engine.arm, branches.line(MAIN), branches.line("trial"))
+    told = compare(engine.arm, branches.book(MAIN), branches.book("trial"))
     assert (told.a.duration, told.b.duration) == (end, engine.end)
     assert (told.a.commands, told.b.commands) == (2, 3)
     assert told.b.segments == len(engine.timeline) - 1
@@ -53,7 +53,7 @@ def test_the_tool_path_of_one_joint_is_its_arc() -> None:
     branches.make("trial")
     engine.perform(drive(1, 90))
     x, y = (engine.position().T_world_tool[i] for i in (3, 7))
-    told = compare(engine.arm, branches.line(MAIN), branches.line("trial"))
+    told = compare(engine.arm, branches.book(MAIN), branches.book("trial"))
     assert told.b.tool_path == pytest.approx(radians(90) * (x * x + y * y) ** 0.5, rel=1e-3)
     assert told.a.tool_path == 0.0
 
@@ -61,7 +61,7 @@ def test_the_tool_path_of_one_joint_is_its_arc() -> None:
 def test_the_greatest_distance_is_found_between_samples(branches: Branches) -> None:
     engine = branches.engine
     engine.perform(drive(3, -20, at=0.45))
-    a, b = branches.line(MAIN), branches.line("trial")
+    a, b = branches.book(MAIN), branches.book("trial")
     told = compare(engine.arm, a, b)
     times = np.linspace(0.0, max(a.timeline.end, b.timeline.end), 100_001)
     p, q = (positions_at(engine.arm, line.timeline, times) for line in (a, b))
@@ -79,7 +79,7 @@ def test_commands_are_paired_and_dropped_ones_told(branches: Branches) -> None:
     engine = branches.engine
     engine.undo()
     engine.perform(drive(4, 10))
-    told = compare(engine.arm, branches.line(MAIN), branches.line("trial"))
+    told = compare(engine.arm, branches.book(MAIN), branches.book("trial"))
     texts = [(pair.a and pair.a.text, pair.b and pair.b.text) for pair in told.commands]
     assert texts == [("DRIVE 1", "DRIVE 1"), ("DRIVE 2", None), (None, "DRIVE 4")]
 
@@ -87,4 +87,4 @@ def test_commands_are_paired_and_dropped_ones_told(branches: Branches) -> None:
 def test_the_first_difference_is_the_time_of_the_edit(branches: Branches) -> None:
     engine = branches.engine
     engine.perform(drive(3, -20, at=0.5))
-    assert first_difference(branches.line(MAIN).timeline, engine.timeline) == 0.5
+    assert first_difference(branches.book(MAIN).timeline, engine.timeline) == 0.5

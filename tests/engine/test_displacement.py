@@ -27,10 +27,10 @@ def scheduled(*times: float) -> Engine:
 
 def spliced(engine: Engine, lasting: float, at: float = 0.6, angle: float = 60.0) -> Displacement | None:
     """What becomes of the others when a motion comes for a time, and lasts so long."""
-    before, known = engine.timeline, len(engine.deltas)
+    before = engine.timeline
     engine.perform(SetDuration(lasting))
     engine.perform(to(angle, at))
-    return displacement(before, engine.timeline, engine.deltas[known:], engine.history.done)
+    return displacement(engine.book, before)
 
 
 def test_all_that_begin_later_are_told_with_the_time_that_was_asked() -> None:
@@ -47,7 +47,7 @@ def test_undo_tells_that_they_begin_earlier_again_and_redo_that_they_begin_later
     for change, sign in ((engine.undo, -1.0), (engine.redo, 1.0)):
         before = engine.timeline
         change()
-        found = displacement(before, engine.timeline, engine.deltas[-1:], engine.history.done)
+        found = displacement(engine.book, before)
         assert found is not None
         assert [round(sign * one.later, 3) for one in (*found.later, *found.earlier)] == [0.528, 0.528]
         assert not found.dropped
@@ -64,9 +64,9 @@ def test_a_second_splice_counts_from_where_a_motion_began_last() -> None:
 def test_a_motion_that_fits_into_a_gap_moves_nothing() -> None:
     assert spliced(scheduled(4.0, 6.0), 1.0) is None
     engine = scheduled(4.0)
-    before, known = engine.timeline, len(engine.deltas)
+    before = engine.timeline
     engine.perform(to(0.0, None), program=True)
-    assert displacement(before, engine.timeline, engine.deltas[known:], engine.history.done) is None
+    assert displacement(engine.book, before) is None
 
 
 def test_what_is_dropped_is_told_too_and_what_gives_way() -> None:

@@ -7,6 +7,7 @@ from math import radians
 
 import pytest
 
+from vrs_cli.engine.book import Book
 from vrs_cli.engine.commands import (
     Break,
     Delay,
@@ -30,7 +31,7 @@ from vrs_cli.engine.commands import (
     Stamp,
     ToolOffsetTarget,
 )
-from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.history import WIDE
 from vrs_cli.errors import (
     IllegalJoint,
@@ -208,7 +209,7 @@ def test_a_motion_that_changes_the_configuration_does_not_blend(engine: Engine) 
     here = engine.world_pose(A.joints)
     starts = []
     for word in (None, Arm.RIGHTY):
-        engine.begin_timeline(MODEL.poses["ready"])
+        engine.take_up(Bookmark(Book.standing(MODEL.poses["ready"]), engine.settings, 0.0))
         engine.perform(Move(B, straight=False), program=True)
         if word is not None:
             engine.perform(SetConfiguration(word))

@@ -30,7 +30,7 @@ from vrs_cli.kinematics.transform import translation
 @pytest.fixture
 def engine() -> Engine:
     engine = Engine(load_robot("puma560"))
-    engine.journal = Paper(engine)
+    engine.book.journal = Paper(engine.book)
     for joint in (1, 2, 3):
         engine.perform(drive(joint, 20.0))
     engine.undo()
@@ -38,8 +38,8 @@ def engine() -> Engine:
 
 
 def paper(engine: Engine) -> Paper:
-    assert isinstance(engine.journal, Paper)
-    return engine.journal
+    assert isinstance(engine.book.journal, Paper)
+    return engine.book.journal
 
 
 def drive(joint: int, degrees: float, at: float | None = None) -> Move:
@@ -49,16 +49,17 @@ def drive(joint: int, degrees: float, at: float | None = None) -> Move:
 
 def state(engine: Engine) -> object:
     """All that a command may change."""
-    line = engine.line()
+    left = engine.bookmark()
+    book = left.book.copy()
     return (
-        line.timeline,
-        line.timeline.version,
-        line.deltas,
-        tuple(line.history.done),
-        tuple(line.history.undone),
-        line.number,
-        line.clock,
-        line.settings,
+        book.timeline,
+        book.timeline.version,
+        tuple(book.deltas),
+        tuple(book.history.done),
+        tuple(book.history.undone),
+        book.number,
+        left.clock,
+        left.settings,
     )
 
 
@@ -112,14 +113,14 @@ def test_undo_of_several_is_written_as_a_whole(engine: Engine) -> None:
     before, written = engine.timeline, len(paper(engine).lines)
     engine.redo()
     engine.undo(3)
-    assert (len(engine.history.done), len(paper(engine).lines)) == (0, written + 4)
+    assert (engine.book.commands, len(paper(engine).lines)) == (0, written + 4)
     engine.redo(2)
     assert (engine.timeline, paper(engine).timeline()) == (before, before)
 
 
 @pytest.mark.parametrize("changed", [False, True], ids=["carried on", "planned again"])
 def test_a_merge_that_cannot_be_written_down_changes_nothing(engine: Engine, changed: bool) -> None:
-    branches = Branches(engine)
+    branches, sheet = Branches(engine), paper(engine)
     branches.make("trial")
     engine.perform(drive(5, 10.0))
     engine.perform(drive(6, 10.0))
@@ -127,21 +128,21 @@ def test_a_merge_that_cannot_be_written_down_changes_nothing(engine: Engine, cha
         branches.change_over("main")
         engine.perform(drive(4, 10.0))
         branches.change_over("trial")
-    main, trial, written = branches.line("main").deltas, state(engine), len(paper(engine).lines)
-    paper(engine).torn = True
+    main, trial, written = list(branches.book("main").deltas), state(engine), len(sheet.lines)
+    sheet.torn = True
     with pytest.raises(FileError):
         branches.merge("trial")
-    assert (branches.present, branches.line("main").deltas, len(paper(engine).lines)) == ("trial", main, written)
+    assert (branches.present, list(branches.book("main").deltas), len(sheet.lines)) == ("trial", main, written)
     assert state(engine) == trial
-    paper(engine).torn = False
+    sheet.torn = False
     branches.merge("trial")
-    assert paper(engine).timeline() == engine.timeline
+    assert sheet.timeline() == engine.timeline
 
 
 def test_in_real_time_too() -> None:
     wall = ManualWall()
     live = Engine(load_robot("puma560"), clock=wall.clock())
-    live.journal = Paper(live)
+    live.book.journal = Paper(live.book)
     live.perform(drive(1, 60.0))
     before, paper(live).torn = live.timeline, True
     with pytest.raises(FileError):

@@ -10,8 +10,9 @@ from math import cos, pi, radians, sin, sqrt
 import pytest
 
 from tests.laws.motion_laws import check_continuous, check_limits
+from vrs_cli.engine.book import Book
 from vrs_cli.engine.commands import JointTarget, Move, SetParameter, SetSwitch, Stamp
-from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import JointOutOfRange, PowerOff, StreamIsOver
 from vrs_cli.kinematics.joints import Joints, largest_change
@@ -76,7 +77,7 @@ def test_it_waits_at_the_end_of_a_range_and_comes_back(engine: Engine) -> None:
     def want(t: float) -> Joints:
         return (min(end, end + radians(60.0) * sin(2.0 * t)), *READY[1:])
 
-    engine.begin_timeline(want(0.0))
+    engine.take_up(Bookmark(Book.standing(want(0.0)), engine.settings, 0.0))
     follow(engine, want, 6.0)
     reached = [joints_at(engine.arm, engine.timeline, k * 0.01)[0] for k in range(600)]
     assert all(q <= end + 1e-9 for q in reached)
@@ -152,7 +153,7 @@ def replayed(engine: Engine) -> Timeline:
 
 def test_deltas_and_listeners_give_the_timeline(engine: Engine) -> None:
     heard = [engine.timeline]
-    engine.listeners.append(lambda delta, _timeline: heard.append(heard[-1].apply(delta)))
+    engine.listeners.append(lambda delta: heard.append(heard[-1].apply(delta)))
     engine.perform(Move(JointTarget(AWAY), straight=False), program=True)
     follow(engine, swinging(20.0, 2.0), 1.0)
     engine.steer(Target(READY, STILL), TICK)  # twice at one instant

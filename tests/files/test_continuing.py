@@ -16,7 +16,7 @@ from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.commands import JointOffsetTarget, JointTarget, Move, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileError, MotionError, UsageError
-from vrs_cli.files.continuing import keep_journal, line_of
+from vrs_cli.files.continuing import bookmark_of, keep_journal
 from vrs_cli.files.journal import Journal, taken_up
 from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
@@ -33,7 +33,7 @@ acts = st.lists(moves | st.sampled_from(["undo", "redo", "ON", "OFF"]), max_size
 
 
 def kept(path: Path, engine: Engine) -> Journal:
-    return keep_journal(taken_up(path), Branches(engine))
+    return keep_journal(taken_up(path), engine)
 
 
 def acted(acts: list[Move | str]) -> Engine:
@@ -57,13 +57,13 @@ def test_what_can_be_undone_is_the_same_as_before_it_was_saved(tmp_path: Path, s
     engine, path = acted(sequence), tmp_path / "t.vrst"
     write_trajectory(path, engine.model, engine.initial, engine.deltas)
     again = Engine(puma())
-    again.take(line_of(path, read_trajectory(path), again), heard=True)
+    again.take_up(bookmark_of(path, read_trajectory(path), again))
     assert again.records() == engine.records()
     assert again.now == again.end
-    for _ in range(len(engine.history.undone)):
+    for _ in range(len(engine.book.history.undone)):
         engine.redo(), again.redo()
         assert repr(list(again.timeline)) == repr(list(engine.timeline))
-    for _ in range(len(engine.history.done)):
+    for _ in range(len(engine.book.history.done)):
         engine.undo(), again.undo()
         assert repr(list(again.timeline)) == repr(list(engine.timeline))
 
@@ -86,11 +86,11 @@ def test_a_stream_of_targets_is_one_command_in_a_file_too(tmp_path: Path) -> Non
     engine.perform(drive(1, 5))
     writer.close()
     again = Engine(puma())
-    again.take(line_of(path, read_trajectory(path), again), heard=True)
+    again.take_up(bookmark_of(path, read_trajectory(path), again))
     assert again.timeline == engine.timeline
     assert again.records() == engine.records()
     assert [record.text for record in again.records()] == ["DRIVE 1", "STEER", "STEER", "STEER ends", "DRIVE 1"]
-    engine.journal = None
+    engine.book.journal = None
     for _ in engine.records():
         engine.undo(), again.undo()
         assert repr(list(again.timeline)) == repr(list(engine.timeline))
@@ -106,7 +106,7 @@ def test_a_merge_does_not_leave_the_clock_behind_that_of_the_file(tmp_path: Path
     engine = Engine(puma())
     branches = Branches(engine)
     engine.perform(drive(3, 10))
-    branches.add("r", line_of(path, read_trajectory(path), engine))
+    branches.add("r", bookmark_of(path, read_trajectory(path), engine))
     assert branches.merge("r") == 1
     assert engine.now == engine.end > live.end > 5.0
 
@@ -119,7 +119,7 @@ def test_a_merge_does_not_turn_the_clock_back(tmp_path: Path) -> None:
     branches = Branches(engine)
     engine.perform(drive(3, 90))
     now = engine.now
-    branches.add("r", line_of(path, read_trajectory(path), engine))
+    branches.add("r", bookmark_of(path, read_trajectory(path), engine))
     branches.merge("r")
     assert engine.now == now > short.end
 
@@ -168,7 +168,7 @@ def test_a_file_of_another_robot_is_refused_and_left_alone(tmp_path: Path) -> No
         with pytest.raises(UsageError, match=told):
             kept(path, engine)
         assert path.read_bytes() == before
-        assert engine.journal is None
+        assert engine.book.journal is None
 
 
 def test_a_pose_that_is_not_ready_is_taken_up_too(tmp_path: Path) -> None:

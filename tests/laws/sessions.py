@@ -86,13 +86,13 @@ class Session:
     def _begin(self) -> None:
         self.engine = Engine(self.model)
         self.edits: list[tuple[Timeline, TimelineDelta]] = []
-        self.engine.listeners.append(self._note)
+        self.engine.book.listeners.append(self._note)
         self.before = self.engine.timeline
         self.engine.perform(self.profile())
         self.engine.perform(self.rounding())
         self.engine.perform(Move(JointTarget(self._joints(INSIDE)), False))
 
-    def _note(self, delta: TimelineDelta, _after: Timeline) -> None:
+    def _note(self, delta: TimelineDelta) -> None:
         self.edits.append((self.before, delta))
         self.before = self.engine.timeline
 

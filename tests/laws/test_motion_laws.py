@@ -84,11 +84,11 @@ def performed(
     edits: list[tuple[Timeline, TimelineDelta, Timeline]] = []
     before = [engine.timeline]
 
-    def note(delta: TimelineDelta, after: Timeline) -> None:
-        edits.append((before[-1], delta, after))
-        before.append(after)
+    def note(delta: TimelineDelta) -> None:
+        edits.append((before[-1], delta, engine.timeline))
+        before.append(engine.timeline)
 
-    engine.listeners.append(note)
+    engine.book.listeners.append(note)
     engine.perform(ABOVE_THE_TABLE, program=True)
     for request, program in sequence:
         try:
@@ -149,7 +149,7 @@ def test_redo_gives_back_the_timeline_and_the_clock_to_the_bit(
     sequence: list[tuple[object, bool]], walk: list[int]
 ) -> None:
     engine, edits = performed(sequence)
-    states = [(before, step.clock) for (before, _, _), step in zip(edits, engine.history.done, strict=True)]
+    states = [(before, step.clock) for (before, _, _), step in zip(edits, engine.book.history.done, strict=True)]
     states.append((engine.timeline, engine.now))
     place = len(states) - 1
     for stride in walk:

@@ -371,9 +371,7 @@ def interrupting(when: Callable[[Session], bool]) -> Callable[[Session, str], No
     perform = Session.perform
 
     def pressed(session: Session, line: str) -> None:
-        session.engine.listeners.append(
-            lambda _delta, _timeline: signal.raise_signal(signal.SIGINT) if when(session) else None
-        )
+        session.engine.listeners.append(lambda _event: signal.raise_signal(signal.SIGINT) if when(session) else None)
         perform(session, line)
 
     return pressed

@@ -32,11 +32,10 @@ def journal(path: str | None, engine: Engine, tell: Callable[[str], None], *, du
     if path is None:
         yield kept
         return
-    from vrs_cli.engine.branches import Branches
     from vrs_cli.files.continuing import keep_journal
     from vrs_cli.files.journal import taken
 
-    file = keep_journal(taken(Path(path)), Branches(engine), tell, durable=durable)
+    file = keep_journal(taken(Path(path)), engine, tell, durable=durable)
     try:
         yield kept
     finally:

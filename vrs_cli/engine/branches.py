@@ -1,26 +1,26 @@
 """What-if branches: other timelines of the same robot, tried, compared with each other, kept or dropped.
 
 A branch begins as what is there: timeline, clock, settings, and what can be undone. It costs little, for timelines
-share all that they have in common. `main` is the timeline that listeners hear of (the journal of a file, viewers): what
-is tried on a branch reaches them with `merge` only, as deltas like any others.
+share all that they have in common. `main` is what the journal holds: what is tried on a branch reaches it with `merge`
+only, as deltas like any others.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import replace
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
-from vrs_cli.engine.engine import Engine, Line
+from vrs_cli.engine.book import Book
+from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.history import Step
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import destination_at
 from vrs_cli.engine.targets import aimed
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.motion import Motion, Start
+from vrs_cli.trajectory.motion import Start
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -35,11 +35,11 @@ class Fork(Struct, frozen=True):
 
 
 class _Branch(Struct):
-    """`fork` is None for main, `line` while the branch is the present one (the engine has it)."""
+    """`fork` is None for main, `left` while the branch is the present one (the engine has it)."""
 
     name: str
     fork: Fork | None
-    line: Line | None = None
+    left: Bookmark | None = None
 
 
 class Branches:
@@ -65,11 +65,6 @@ class Branches:
     def on_main(self) -> bool:
         return self._present.fork is None
 
-    @property
-    def main(self) -> Engine | Line:
-        """What has the initial timeline and the deltas of main now."""
-        return self._all[MAIN].line or self.engine
-
     def __contains__(self, name: str) -> bool:
         return name.lower() in self._all
 
@@ -77,12 +72,16 @@ class Branches:
         """A name as it was given first. Raises UsageError for one that there is not."""
         return self._named(name).name
 
-    def line(self, name: str) -> Line:
-        """The state of a branch. Raises UsageError for a name that there is not."""
-        return self._line(self._named(name))
+    def book(self, name: str) -> Book:
+        """The book of a branch. Raises UsageError for a name that there is not."""
+        return self.left(name).book
 
-    def _line(self, branch: _Branch) -> Line:
-        return self.engine.line() if branch.line is None else branch.line
+    def left(self, name: str) -> Bookmark:
+        """Where a branch was left, or is now. Raises UsageError for a name that there is not."""
+        return self._left(self._named(name))
+
+    def _left(self, branch: _Branch) -> Bookmark:
+        return self.engine.bookmark() if branch.left is None else branch.left
 
     def _named(self, name: str) -> _Branch:
         found = self._all.get(name.lower())
@@ -95,14 +94,14 @@ class Branches:
     def make(self, name: str) -> None:
         """A branch of what is there, and change over to it. Raises UsageError for a name that there is already."""
         self._check_time()
-        present = self._present
-        fork = present.fork or Fork(self.engine.timeline, tuple(self.engine.history.done))
-        self._add(_Branch(name, fork, self.engine.line()))
+        here = self.engine.bookmark()
+        fork = self._present.fork or Fork(here.book.timeline, tuple(here.book.history.done))
+        self._add(_Branch(name, fork, structs.replace(here, book=here.book.copy())))
         self.change_over(name)
 
-    def add(self, name: str, line: Line) -> None:
+    def add(self, name: str, left: Bookmark) -> None:
         """A branch that comes from elsewhere (a file) and has nothing of main. Raises UsageError as `make` does."""
-        self._add(_Branch(name, Fork(line.initial, ()), line))
+        self._add(_Branch(name, Fork(left.book.initial, ()), left))
 
     def _add(self, branch: _Branch) -> None:
         if self.engine.realtime:
@@ -117,10 +116,9 @@ class Branches:
         if branch is self._present:
             return
         self._check_time()
-        self._present.line = self.engine.line()
-        self.engine.take(self._line(branch), heard=branch.fork is None)
-        branch.line = None
-        self._present = branch
+        self._present.left = self.engine.bookmark()
+        self.engine.take_up(self._left(branch))
+        self._present, branch.left = branch, None
 
     def drop(self, name: str) -> None:
         """Forget a branch; from the present one back to main. Raises UsageError as `droppable` does."""
@@ -137,7 +135,7 @@ class Branches:
 
     def _check_time(self) -> None:
         """Raises UsageError where the engine's clock keeps real time: what has happened is on all branches."""
-        if getattr(self.engine, "realtime", False):
+        if self.engine.realtime:
             raise UsageError("time is real here, and there is one course of events", "try it in a shell of its own")
 
     # --- merging ---
@@ -155,43 +153,26 @@ class Branches:
         if branch.fork is None:
             raise UsageError(f"{MAIN} cannot be merged into itself", "MERGE branch")
         self._check_time()
-        line, main = self._line(branch), self._line(self._all[MAIN])
-        common = _common(main.deltas, line.deltas)
-        if common == len(main.deltas) and line.initial == main.initial:
-            again = 0
-            self._carry_on(line, common)
+        left, main = self._left(branch), self._left(self._all[MAIN])
+        steps: Sequence[Step] = ()
+        if _begins_as(left.book, main.book):
+            main.book.follow(left.book)
+            merged = structs.replace(left, book=main.book)
         else:
-            again = self._plan_again(branch, branch.fork, main, line)
+            steps, clock = self._planned_again(branch.name, branch.fork, main, left)
+            main.book.commit(steps)
+            merged = structs.replace(main, clock=clock)
+        self.change_over(MAIN)
+        self.engine.take_up(merged)
         del self._all[branch.name.lower()]
-        return again
-
-    def _carry_on(self, line: Line, common: int) -> None:
-        self.engine.record(line.deltas[common:])
-        self.change_over(MAIN)
-        self.engine.follow(line.deltas[common:])
-        self.engine.take(line, heard=True)
-
-    def _plan_again(self, branch: _Branch, fork: Fork, main: Line, line: Line) -> int:
-        steps = _own_steps(branch.name, fork, line)
-        planned = self._plans(branch.name, fork.timeline, main, steps)
-        self.engine.record(planned)
-        self.change_over(MAIN)
-        engine = self.engine
-        stood = line.clock >= line.timeline.end
-        for step, delta in zip(steps, planned, strict=True):
-            engine.commit(delta, engine.now, step.insert)
-            if delta.motion.start is not Start.AT:
-                engine.wait_for_rest()
-            elif stood:  # as after motions in real time, each AT its instant: the clock goes on over them
-                engine.clock.advance(engine.destination(delta.executed).time)
-        engine.clock.advance(line.clock)
         return len(steps)
 
-    def _plans(self, name: str, old: Timeline, main: Line, steps: Sequence[Step]) -> list[TimelineDelta]:
-        """The steps of a branch that left main at `old`, planned one after another on what main is now."""
-        timeline, deltas = main.timeline, list[TimelineDelta]()
+    def _planned_again(self, name: str, fork: Fork, main: Bookmark, left: Bookmark) -> tuple[list[Step], float]:
+        """The commands of a branch, planned one after another on what main is now, and the clock after them [s]."""
+        timeline, old, clock = main.book.timeline, fork.timeline, main.clock
         arm, slowest = self.engine.arm, main.settings.slowest
-        for number, step in enumerate(steps, main.number + 1):
+        stood, planned = left.clock >= left.book.timeline.end, list[Step]()
+        for number, step in enumerate(_own_steps(name, fork, left.book), main.book.number + 1):
             motion = replace(step.delta.motion, number=number)
             when = _when(step.delta, old, timeline)
             try:
@@ -199,21 +180,28 @@ class Branches:
                 motion = aimed(arm, motion, before.joints)
                 delta = plan(arm, timeline, motion, step.delta.issued, when, insert=step.insert, slowest=slowest)
             except MotionError as error:
-                when_again = f"when {_said(motion)} of {name} is planned again on main"
-                raise error.reworded(f"{when_again}: {error.detail}") from None
-            deltas.append(delta)
+                what = f"when {motion.text or 'a motion'} of {name} is planned again on main"
+                raise error.reworded(f"{what}: {error.detail}") from None
+            planned.append(Step.of(timeline, delta, clock, step.insert))
             timeline, old = timeline.apply(delta), old.apply(replace(step.delta, version=old.version))
-        return deltas
+            if motion.start is not Start.AT:
+                clock = max(clock, timeline.end)
+            elif stood:  # as after motions in real time, each AT its instant: the clock goes on over them
+                clock = max(clock, destination_at(arm, timeline, delta.executed).time)
+        return planned, max(clock, left.clock)
 
 
-def _common(a: Sequence[TimelineDelta], b: Sequence[TimelineDelta]) -> int:
-    """How many deltas two branches have in common: from the first on, until they part for good."""
-    return bisect_left(range(min(len(a), len(b))), True, key=lambda index: a[index] is not b[index])
+def _begins_as(book: Book, main: Book) -> bool:
+    """Whether all that has happened on main has happened in a book, too."""
+    known = len(main.deltas)
+    if not known:
+        return book.initial == main.initial
+    return len(book.deltas) >= known and book.deltas[known - 1] is main.deltas[-1]
 
 
-def _own_steps(name: str, fork: Fork, line: Line) -> Sequence[Step]:
+def _own_steps(name: str, fork: Fork, book: Book) -> Sequence[Step]:
     """What a branch did since it left main. Raises UsageError where it also took commands of main back."""
-    done, known = line.history.done, fork.done
+    done, known = book.history.done, fork.done
     if len(done) < len(known) or any(a is not b for a, b in zip(done, known, strict=False)):
         raise UsageError(
             f"{name} has undone commands of {MAIN}, which has changed since", f"UNDO them on {MAIN}, or DELETEB {name}"
@@ -232,7 +220,3 @@ def _when(delta: TimelineDelta, old: Timeline, new: Timeline) -> float:
     if start is Start.BLEND and last.phase is Phase.DECELERATE:
         return min(last.start + max(delta.executed - old[-1].start, 0.0), new.end)
     return new.end + max(delta.executed - old.end, 0.0)
-
-
-def _said(motion: Motion) -> str:
-    return motion.text or "a motion"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vrs_cli.engine.engine import Line
+from vrs_cli.engine.book import Book
 from vrs_cli.engine.history import CommandRecord, Step
 from vrs_cli.engine.position import Positions, positions_at
 from vrs_cli.kinematics.arm import RobotArm
@@ -75,7 +75,7 @@ class Comparison(Struct, frozen=True):
     joints: Apart
 
 
-def compare(arm: RobotArm, a: Line, b: Line) -> Comparison:
+def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
     """What is different between two courses of events of one robot."""
     since = first_difference(a.timeline, b.timeline)
     tool, joints = _apart(arm, a.timeline, b.timeline, since)
@@ -101,16 +101,16 @@ def _course(segment: Segment) -> tuple[object, ...]:
 # --- how far ---------------------------------------------------------------------------------------------------
 
 
-def _extent(arm: RobotArm, line: Line) -> Extent:
+def _extent(arm: RobotArm, book: Book) -> Extent:
     import numpy as np
 
-    timeline = line.timeline
+    timeline = book.timeline
     here = positions_at(arm, timeline, _sampled(timeline))
     slides = np.array([arm.model.units.slides(joint) for joint in range(1, arm.model.joint_count + 1)])
     travel = np.abs(np.diff(here.joints, axis=0)).sum(axis=0)
     return Extent(
         duration=timeline.end - timeline.start,
-        commands=len(line.history.done),
+        commands=book.commands,
         segments=len(timeline) - 1,
         tool_path=float(np.linalg.norm(np.diff(here.T_world_tool[:, :, 3], axis=0), axis=1).sum()),
         joint_travel=float(travel[~slides].sum()),
@@ -178,9 +178,9 @@ def _joint_distance(a: Positions, b: Positions) -> Floats:
 # --- the commands ----------------------------------------------------------------------------------------------
 
 
-def _pairs(a: Line, b: Line) -> Iterator[Pair]:
+def _pairs(a: Book, b: Book) -> Iterator[Pair]:
     """Commands that both have once, in the order of a; then those of b alone."""
-    ours, theirs = a.history.records(a.timeline), b.history.records(b.timeline)
+    ours, theirs = a.records(), b.records()
     others = dict(zip(map(_identity, b.history.done), theirs, strict=True))
     for step, record in zip(a.history.done, ours, strict=True):
         yield Pair(record, others.pop(_identity(step), None))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from itertools import islice
 
 from msgspec import Struct
 
-from vrs_cli.engine.history import Step
-from vrs_cli.trajectory.delta import Cause, TimelineDelta
+from vrs_cli.engine.book import Book
+from vrs_cli.trajectory.delta import Cause
 from vrs_cli.trajectory.motion import Motion, Start
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -44,18 +44,17 @@ class Displacement(Struct, frozen=True):
     more: bool = False
 
 
-def displacement(
-    before: Timeline, after: Timeline, changes: Sequence[TimelineDelta], steps: Iterable[Step]
-) -> Displacement | None:
-    """How the scheduled motions of a timeline are moved by changes of it; None where none is. What was taken back was
-    to go. `steps`: the commands, with the times that were asked.
+def displacement(book: Book, before: Timeline) -> Displacement | None:
+    """How the motions that were scheduled on the timeline of `before` have been moved since; None where none has. What
+    was taken back was to go.
     """
+    changes = book.deltas_since(before.version)
     if not any(delta.drop or delta.shift for delta in changes):
         return None
     since = min(delta.cut for delta in changes)
     taken_back = {delta.motion.number for delta in changes if delta.cause is Cause.UNDO}
     old = list(islice(_begins(before, since), MOST + 1))
-    new = {motion.number: begin for motion, begin in islice(_begins(after, since), 2 * MOST)}
+    new = {motion.number: begin for motion, begin in islice(_begins(book.timeline, since), 2 * MOST)}
     gone = len(new) < 2 * MOST  # what is not among these is nowhere
     rows = [
         (motion, begin, new.get(motion.number))
@@ -64,7 +63,8 @@ def displacement(
     ]
     if all(then is not None and abs(then - begin) <= SAME_TIME for _, begin, then in rows):
         return None
-    asked = {step.delta.motion.number: step.delta.executed for step in steps if step.delta.motion.start is Start.AT}
+    deltas = (step.delta for step in book.history.done)
+    asked = {delta.motion.number: delta.executed for delta in deltas if delta.motion.start is Start.AT}
     moved = [Moved(motion.text, asked.get(motion.number), begin, then) for motion, begin, then in rows]
     return Displacement(
         tuple(one for one in moved if one.later > SAME_TIME),

@@ -16,7 +16,6 @@ from vrs_cli.errors import UsageError
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.instant import shown
 from vrs_cli.trajectory.motion import Start
-from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 
 _S = TypeVar("_S")
@@ -59,8 +58,9 @@ class Step(Struct, frozen=True):
     def of(before: Timeline, delta: TimelineDelta, clock: float, insert: bool) -> Step:
         return Step(delta, before if delta.drop > WIDE else before.inverse(delta), clock, insert)
 
-    def longer(self, segments: tuple[Segment, ...]) -> Step:
-        """The same, when its motion has become `segments`."""
+    def lengthened(self, timeline: Timeline) -> Step:
+        """The same, when its motion has become all that is on the timeline since it began."""
+        segments = tuple(timeline[index] for index in range(self.delta.keep, len(timeline)))
         more, back = len(segments) - len(self.delta.segments), self.back
         if isinstance(back, TimelineDelta):
             back = replace(back, drop=back.drop + more)
@@ -120,9 +120,9 @@ class History:
         self.last_undone(1)
         self.done.append(self.undone.pop().step)
 
-    def records(self, timeline: Timeline) -> tuple[CommandRecord, ...]:
-        """All commands that hold, in the order in which they were issued."""
-        return records(timeline, self.done)
+    def lengthen_last(self, timeline: Timeline) -> None:
+        """The last command was a stream, which is over: what UNDO takes back is all that came of it."""
+        self.done[-1] = self.done[-1].lengthened(timeline)
 
 
 def _last(steps: Sequence[_S], count: int, what: str) -> Sequence[_S]:

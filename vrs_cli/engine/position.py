@@ -18,7 +18,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.block_table import BlockTable
-from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.motion import Frames, Motion
 from vrs_cli.trajectory.rope import Block
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
@@ -77,7 +77,7 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
     still = (0.0,) * len(joints)
     moving = segment.phase is not Phase.REST and t < timeline[timeline.index_at(t)].finish
     velocity, acceleration = _rates(arm, segment, s, joints) if moving else (still, still)
-    pose = world_pose(arm, segment.motion, joints)
+    pose = world_pose(arm, segment.motion.frames, joints)
     return Position(t, joints, velocity, acceleration, pose, segment.motion.hand, moving, segment.motion)
 
 
@@ -90,9 +90,8 @@ def destination_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
     return position_at(arm, timeline, timeline[index].finish)
 
 
-def world_pose(arm: RobotArm, motion: Motion, joints: Joints) -> Transform:
-    """T_world_tool, with the BASE and TOOL of a motion."""
-    frames = motion.frames
+def world_pose(arm: RobotArm, frames: Frames, joints: Joints) -> Transform:
+    """T_world_tool of joints, with BASE and TOOL."""
     return compose(inverse(frames.base), compose(arm.forward(joints), frames.tool))
 
 

@@ -11,9 +11,10 @@ from dataclasses import replace
 from msgspec import Struct
 
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetConfiguration
+from vrs_cli.engine.motions import at_program_speed, motion_to
 from vrs_cli.engine.planner import Here, plan_motion, segment_joints
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.targets import Situation, resolve
+from vrs_cli.engine.targets import Goal, Situation, check_joint_count, resolve
 from vrs_cli.errors import LocationOutOfRange, MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import NONE, Configuration
@@ -28,7 +29,8 @@ from vrs_cli.kinematics.transform import (
     inverse,
     rotation_about,
 )
-from vrs_cli.trajectory.motion import Frames, Motion
+from vrs_cli.trajectory.instant import on_grid
+from vrs_cli.trajectory.motion import Frames, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, Segment, stops_on_the_way
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.vector import added, cross, length, scaled, subtracted
@@ -107,13 +109,13 @@ def explained(
     settings: Settings,
     target: PoseTarget | JointTarget,
     here: Joints,
-    lines: Lines,
+    before: Motion,
 ) -> Reach:
-    """Why a target can be reached from `here`, at rest, or not.
+    """Why a target can be reached from `here`, at rest after a motion, or not.
 
-    Raises IllegalValue for a precision point of another number of joints.
+    Raises IllegalValue for the joints of another robot.
     """
-    frames = lines[0].frames
+    frames = before.frames
     pose = _tool_pose(arm, target, frames)
     branches: tuple[Branch, ...] = ()
     goal = None
@@ -130,14 +132,26 @@ def explained(
     except MotionError as error:  # no line goes there, wherever it begins
         line = LineCheck(way.length, None, str(error), None, () if chosen is None else (WayOut(),))
     else:
-        first, later = (replace(line, pose=pose) for line in lines)
-        line = _line(arm, settings, way, here, (first, later), reachable=chosen is not None)
+        lines = _lines(arm, settings, pose, before)
+        line = _line(arm, settings, way, here, lines, reachable=chosen is not None)
     return Reach(branches, goal, chosen, reason, line)
+
+
+def _lines(arm: RobotArm, settings: Settings, pose: Transform, before: Motion) -> Lines:
+    line = motion_to(Goal(pose=pose), Start.AT, before, before.number + 1, settings)
+    duration, speed = settings.duration, settings.speed
+    first = replace(line, duration=on_grid(duration.present))
+    later = replace(line, duration=on_grid(duration.always))
+    return (
+        at_program_speed(first, speed.present, settings, arm.model),
+        at_program_speed(later, speed.always, settings, arm.model),
+    )
 
 
 def _tool_pose(arm: RobotArm, target: PoseTarget | JointTarget, frames: Frames) -> Transform:
     """T_robot_tool."""
     if isinstance(target, JointTarget):
+        check_joint_count(arm.model, target.joints)
         return compose(arm.forward(target.joints), frames.tool)
     return compose(frames.base, target.T_world_tool)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from vrs_cli.engine.branches import Branches
-from vrs_cli.engine.engine import Engine, Line
+from vrs_cli.engine.book import Book
+from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.errors import UsageError
 from vrs_cli.files.journal import Course, Journal, Taken
 from vrs_cli.files.rebuild import history_of
@@ -16,21 +16,20 @@ from vrs_cli.trajectory.timeline import Timeline
 
 
 @collector_paused()
-def line_of(path: str | Path, recording: Recording, engine: Engine) -> Line:
+def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookmark:
     """The course of events of a file, with the settings that the engine has; the clock is at the end of the timeline.
 
     Raises UsageError where it is of another robot.
     """
     check_robot(path, recording, engine)
-    return Line(
-        initial=Timeline(recording.initial),
-        timeline=recording.timeline,
-        deltas=recording.deltas,
-        history=history_of(recording.initial, recording.deltas),
-        number=max((delta.motion.number for delta in recording.deltas), default=0),
-        clock=recording.timeline.end,
-        settings=engine.settings,
+    book = Book(
+        Timeline(recording.initial),
+        recording.timeline,
+        recording.deltas,
+        history_of(recording.initial, recording.deltas),
+        max((delta.motion.number for delta in recording.deltas), default=0),
     )
+    return Bookmark(book, engine.settings, recording.timeline.end)
 
 
 def check_robot(path: str | Path, recording: Recording, engine: Engine) -> None:
@@ -43,26 +42,18 @@ def check_robot(path: str | Path, recording: Recording, engine: Engine) -> None:
     raise UsageError(f"{path} is of a {theirs.name} with other figures than this one", "REPLAY plays it")
 
 
-def keep_journal(
-    it: Taken, branches: Branches, tell: Callable[[str], None] = print, *, durable: bool = True
-) -> Journal:
-    """Write all that happens on main from now on to a file: a new one, or the one that was read, which the engine takes
-    up. Each change is on the disk before it happens. `tell` says at once where the file is lost, and what becomes of
-    it. Raises FileError, UsageError, and gives the file back."""
-    engine = branches.engine
+def keep_journal(it: Taken, engine: Engine, tell: Callable[[str], None] = print, *, durable: bool = True) -> Journal:
+    """Write all that happens in the engine's book from now on to a file: a new one, or the one that was read, which the
+    engine takes up. Each change is on the disk before it happens. `tell` says at once where the file is lost, and what
+    becomes of it. Raises FileError, UsageError, and gives the file back."""
     try:
-        line = None if it.recording is None else line_of(it.path, it.recording, engine)
-        journal = Journal(it, lambda: _course(branches), tell, durable=durable)
+        goes_on = None if it.recording is None else bookmark_of(it.path, it.recording, engine)
+        book = engine.book if goes_on is None else goes_on.book
+        journal = Journal(it, lambda: Course(engine.model, book.initial, book.deltas), tell, durable=durable)
     except BaseException:
         it.close()
         raise
-    if line is not None:
-        engine.take(line, heard=True)
-    engine.journal = journal
+    if goes_on is not None:
+        engine.take_up(goes_on)
+    book.journal = journal
     return journal
-
-
-def _course(branches: Branches) -> Course:
-    """What has happened on main so far."""
-    main = branches.main
-    return Course(branches.engine.model, main.initial, main.deltas)

@@ -100,7 +100,7 @@ def history_of(initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> H
     for delta in deltas:
         goes_on = _goes_on(history, delta)
         if streaming and not goes_on:
-            _end_stream(history, rebuilding)
+            history.lengthen_last(rebuilding.timeline())
         streaming = goes_on
         if delta.cause is Cause.UNDO:
             history.take_back(rebuilding.end)
@@ -110,7 +110,7 @@ def history_of(initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> H
             history.add(_step(rebuilding, delta))
         rebuilding.add(delta)
     if streaming:
-        _end_stream(history, rebuilding)
+        history.lengthen_last(rebuilding.timeline())
     return history
 
 
@@ -119,12 +119,6 @@ def _goes_on(history: History, delta: TimelineDelta) -> bool:
     if delta.cause is not Cause.COMMAND or not history.done:
         return False
     return delta.motion.number == history.done[-1].delta.motion.number
-
-
-def _end_stream(history: History, rebuilding: Rebuilding) -> None:
-    """What UNDO takes back is all that came of a stream."""
-    timeline, last = rebuilding.timeline(), history.done[-1]
-    history.done[-1] = last.longer(tuple(timeline[index] for index in range(last.delta.keep, len(timeline))))
 
 
 def _step(rebuilding: Rebuilding, delta: TimelineDelta) -> Step:

@@ -34,11 +34,11 @@ class Recorder:
         """Write from now on; what is said of it. Raises UsageError for a file of another robot, FileError."""
         engine, recording = session.engine, self._taken.recording
         self._session = session
-        self._journal = keep_journal(self._taken, session.branches, self._tell)
+        self._journal = keep_journal(self._taken, session.engine, self._tell)
         session.journal = self._journal.path
         if recording is None:
             return Message(f"{self.path} is begun")
-        commands = count(len(engine.history.done), "command")
+        commands = count(engine.book.commands, "command")
         torn = (TORN,) if recording.dropped_tail else ()
         wrong = "".join(f"{what}\n" for what in (*torn, *recording.warnings))
         return Message(f"{wrong}{self.path} goes on: {commands}, clock at {engine.now:.3f} s")

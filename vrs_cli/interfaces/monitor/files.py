@@ -15,7 +15,7 @@ from vrs_cli.dialogue.terminal import Dialogue, Player, Watched
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import ProgramExists, UsageError
 from vrs_cli.files import store as files
-from vrs_cli.files.continuing import line_of
+from vrs_cli.files.continuing import bookmark_of
 from vrs_cli.files.folder import copy, delete, entries, existing, rename, target
 from vrs_cli.files.program_file import find_program_file, read_program_file, write_atomically
 from vrs_cli.files.store import Part
@@ -108,12 +108,12 @@ def _load_trajectory(station: Station, path: Path) -> Iterator[Reply]:
         raise UsageError(f"there is a branch {name} already", f"DELETEB {name}, then LOAD again; or rename the file")
     check_tasks_stand(station)
     recording = _recording(station, path)
-    branches.add(name, line_of(path, recording, station.engine))
+    branches.add(name, bookmark_of(path, recording, station.engine))
     branches.change_over(name)
     if recording.dropped_tail:
         yield Message(TORN, Tone.WARNING)
     yield from _warnings(recording)
-    commands = count(len(station.engine.history.done), "command")
+    commands = count(station.engine.book.commands, "command")
     yield Message(f"On {name}, a branch of {commands} from {path}; the clock is at {station.engine.now:.3f} s")
 
 
@@ -169,7 +169,7 @@ def _save(station: Station, it: Instruction) -> Iterator[Reply]:
     path = _with_extension(path_of(it), EXTENSION)
     may_write(station, path)
     write_trajectory(path, engine.model, engine.initial, engine.deltas)
-    yield Message(f"{path} saved: {count(len(engine.records()), 'command')}, {engine.end:.3f} s")
+    yield Message(f"{path} saved: {count(engine.book.commands, 'command')}, {engine.end:.3f} s")
 
 
 def _replay(station: Station, it: Instruction) -> Iterator[Reply]:

@@ -20,16 +20,12 @@ from vrs_cli.trajectory.segment import Segment, stops_on_the_way
 
 def _undo(station: Station, it: Instruction) -> Iterator[Reply]:
     engine, count = station.engine, _steps_back(station, it)
-    texts = [step.delta.motion.text for step in engine.history.done[: -count - 1 : -1]]
-    engine.undo(count)
-    yield Message(f"{_counted(texts, 'undone')}; the clock is at {engine.now:.3f} s")
+    yield Message(f"{_counted(engine.undo(count), 'undone')}; the clock is at {engine.now:.3f} s")
 
 
 def _redo(station: Station, it: Instruction) -> Iterator[Reply]:
     engine, count = station.engine, _steps_back(station, it)
-    texts = [undone.step.delta.motion.text for undone in engine.history.undone[: -count - 1 : -1]]
-    engine.redo(count)
-    yield Message(f"{_counted(texts, 'done again')}; the clock is at {engine.now:.3f} s")
+    yield Message(f"{_counted(engine.redo(count), 'done again')}; the clock is at {engine.now:.3f} s")
 
 
 def _steps_back(station: Station, it: Instruction) -> int:
@@ -65,9 +61,8 @@ def _branch(station: Station, it: Instruction) -> Iterator[Reply]:
 
 
 def _branch_row(station: Station, name: str) -> BranchRow:
-    line = station.branches.line(name)
-    present = name == station.branches.present
-    return BranchRow(name, present, len(line.history.done), line.timeline.end, line.clock)
+    left, present = station.branches.left(name), station.branches.present
+    return BranchRow(name, name == present, left.book.commands, left.book.timeline.end, left.clock)
 
 
 def check_tasks_stand(station: Station) -> None:
@@ -84,7 +79,7 @@ def _compare(station: Station, it: Instruction) -> Iterator[Reply]:
     first, second = MAIN if a is None else word(a), branches.present if b is None else word(b)
     if first.lower() == second.lower():
         raise UsageError(f"{first} is the same as {second}", "COMPARE a, b; BRANCH lists the branches")
-    comparison = compare(station.engine.arm, branches.line(first), branches.line(second))
+    comparison = compare(station.engine.arm, branches.book(first), branches.book(second))
     yield ComparisonTable(branches.spelled(first), branches.spelled(second), comparison, station.units)
 
 

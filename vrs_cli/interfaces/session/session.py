@@ -78,18 +78,14 @@ class Session(Station):
 
     def _schedules(self) -> dict[str, Schedule]:
         """What is scheduled on main and on the present branch."""
-        engine, branches = self.engine, self.branches
-        schedules = {branches.present: Schedule(engine.initial, engine.timeline)}
-        if not branches.on_main:
-            main = branches.line(MAIN)
-            schedules[MAIN] = Schedule(main.initial, main.timeline)
-        return schedules
+        books = {name: self.branches.book(name) for name in (MAIN, self.branches.present)}
+        return {name: Schedule(book, book.timeline) for name, book in books.items()}
 
     def _displaced(self) -> Iterator[Reply]:
         """What has moved since the line began, or since a line of its own (COMMANDS) told it."""
         before = self._scheduled.get(self.branches.present)
         self._scheduled = self._schedules()
-        found = None if before is None else before.displaced(self.engine)
+        found = None if before is None else before.displaced(self.engine.book)
         if found is not None:
             yield found
 

@@ -1,0 +1,128 @@
+"""A snapshot and the deltas after it are the timeline to the bit, whatever is commanded, undone, tried or merged."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from math import inf, radians
+
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, any_request
+from vrs_cli.engine.branches import Branches
+from vrs_cli.engine.engine import Engine, Event
+from vrs_cli.engine.position import position_at
+from vrs_cli.engine.snapshot import Snapshot
+from vrs_cli.errors import MotionError, UsageError
+from vrs_cli.interfaces.steering import Steering
+from vrs_cli.trajectory.timeline import Timeline
+
+READY = MODEL.poses["ready"]
+
+
+@dataclass
+class Mirror:
+    """Somebody who was given a snapshot, all of it or a window, and is told of what comes; `lost`: from before it."""
+
+    snapshot: Snapshot
+    timeline: Timeline
+    lost: bool = False
+
+    @classmethod
+    def of(cls, snapshot: Snapshot) -> Mirror:
+        return cls(snapshot, snapshot.timeline())
+
+    def hear(self, event: Event) -> None:
+        if isinstance(event, Snapshot):
+            self.snapshot, self.timeline, self.lost = event, event.timeline(), False
+        elif not self.lost:
+            after = self.snapshot.after(self.timeline, event)
+            self.lost = after is None
+            self.timeline = after or self.timeline
+
+
+def bits(timeline: Timeline) -> str:
+    return repr((timeline.version, list(timeline)))
+
+
+def steers(branches: Branches) -> None:
+    """Some targets of a stream, the last of them now and then the end of it."""
+    engine = branches.engine
+    steering, begin = Steering(engine), engine.now
+    for k in range(4):
+        steering.to((radians(5.0 * k), *READY[1:]), begin + 0.02 * k)
+
+
+acts = st.lists(
+    st.tuples(any_request, st.booleans())
+    | st.sampled_from(
+        [
+            lambda branches: branches.engine.undo(),
+            lambda branches: branches.engine.undo(2),
+            lambda branches: branches.engine.redo(),
+            lambda branches: branches.engine.stop(),
+            lambda branches: (branches.change_over if "trial" in branches else branches.make)("trial"),
+            lambda branches: branches.change_over("main"),
+            lambda branches: branches.merge("trial"),
+            steers,
+        ]
+    ),
+    min_size=4,
+    max_size=14,
+)
+
+
+def do(branches: Branches, act: object) -> None:
+    with suppress(MotionError, UsageError):
+        if isinstance(act, tuple):
+            branches.engine.perform(act[0], program=act[1])
+        else:
+            act(branches)  # type: ignore[operator]
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@given(acts)
+def test_a_snapshot_at_any_version_and_what_comes_after_it_are_the_timeline(sequence: list[object]) -> None:
+    engine = Engine(MODEL)
+    branches, mirrors = Branches(engine), list[Mirror]()
+    do(branches, (ABOVE_THE_TABLE, True))
+    for act in sequence:
+        mirrors.append(Mirror.of(engine.snapshot()))
+        engine.listeners.append(mirrors[-1].hear)
+        do(branches, act)
+    for mirror in mirrors:
+        assert bits(mirror.timeline) == bits(engine.timeline)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@given(acts, st.floats(0.0, 8.0), st.floats(0.0, 3.0) | st.just(inf), st.integers(0, 6))
+def test_in_a_window_of_it_the_robot_is_where_it_is(
+    sequence: list[object], begin: float, lasting: float, joins: int
+) -> None:
+    """Inside the window; what comes behind it is not known there."""
+    engine = Engine(MODEL)
+    branches, mirror = Branches(engine), Mirror.of(engine.snapshot())
+    do(branches, (ABOVE_THE_TABLE, True))
+    for number, act in enumerate(sequence):
+        if number == joins:
+            mirror = Mirror.of(engine.snapshot().window(begin, begin + lasting))
+            engine.listeners.append(mirror.hear)
+        do(branches, act)
+        if number >= joins and not mirror.lost and mirror.snapshot.first:
+            theirs = mirror.timeline
+            assert theirs.version == engine.timeline.version
+            for k in range(8):
+                t = theirs.start + (theirs.end - theirs.start) * k / 8.0
+                assert repr(position_at(engine.arm, theirs, t)) == repr(engine.position(t))
+
+
+def test_the_settings_in_force_come_with_it() -> None:
+    engine = Engine(MODEL)
+    before = engine.snapshot()
+    branches = Branches(engine)
+    heard: list[Event] = []
+    branches.make("trial")
+    engine.listeners.append(heard.append)
+    branches.change_over("main")
+    assert heard == [before]

@@ -1,0 +1,155 @@
+"""The book of one course of events: the first timeline, every change of it since, and what can be taken back.
+
+The timeline changes here alone, in one order: what is planned is written into the journal, then it takes place, then
+listeners are told of it. What the journal refuses does not take place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import Protocol
+
+from vrs_cli.engine.history import CommandRecord, History, Step, records
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.segment import rest
+from vrs_cli.trajectory.timeline import Timeline
+
+
+class Journal(Protocol):
+    """Where every change is written down before it happens."""
+
+    def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
+        """Raises FileError where it cannot be written, and must not happen then; never for what `happens` anyway."""
+
+
+class Book:
+    """`timeline`: `initial` after all `deltas`. `number`: of the last motion.
+
+    `stream`: the motion of the last command, while more targets of it may come (`prolong`).
+    """
+
+    def __init__(
+        self,
+        initial: Timeline,
+        timeline: Timeline,
+        deltas: Iterable[TimelineDelta] = (),
+        history: History | None = None,
+        number: int = 0,
+    ) -> None:
+        self.initial, self.timeline = initial, timeline
+        self.deltas: list[TimelineDelta] = list(deltas)
+        self.history = history or History()
+        self.number = number
+        self.stream: Motion | None = None
+        self.journal: Journal | None = None
+        self.listeners: list[Callable[[TimelineDelta], None]] = []
+
+    @classmethod
+    def standing(cls, joints: Joints) -> Book:
+        """A book in which nothing has happened yet: the robot stands at these joints from time 0 on."""
+        initial = Timeline([rest(joints, 0.0, 0.0, Motion(0, Kind.REST, Start.AT))])
+        return cls(initial, initial)
+
+    def copy(self) -> Book:
+        """The same course of events, to be gone on with apart: without a journal, and nobody listens."""
+        self.end_stream()
+        return Book(self.initial, self.timeline, self.deltas, self.history.copy(), self.number)
+
+    # --- reading ---
+
+    @property
+    def commands(self) -> int:
+        """How many motion commands hold."""
+        return len(self.history.done)
+
+    def records(self) -> tuple[CommandRecord, ...]:
+        """All motion commands that hold, in the order in which they were issued."""
+        return records(self.timeline, self.history.done)
+
+    def deltas_since(self, version: int) -> Sequence[TimelineDelta]:
+        """What has changed since the timeline of that version."""
+        return self.deltas[len(self.deltas) - (self.timeline.version - version) :]
+
+    # --- changing the timeline ---
+
+    def commit(self, steps: Sequence[Step], *, happens: bool = False) -> None:
+        """New commands, planned one after the other, take place: all of them or, where that raises FileError, none.
+        What `happens` takes place in any case.
+        """
+        self.end_stream()
+        deltas = [step.delta for step in steps]
+        self._change(deltas, happens=happens)
+        for step in steps:
+            self.history.add(step)
+            self.number = step.delta.motion.number
+            self.stream = step.delta.motion if step.delta.motion.kind is Kind.STEERED else None
+        self._tell(deltas)
+
+    def prolong(self, delta: TimelineDelta) -> None:
+        """One more target of the stream: the last command goes on. Raises FileError.
+
+        Of the target before it `deltas` keeps only what the robot did.
+        """
+        self._change([delta])
+        before = self.deltas[-2]
+        kept = before.segments[: delta.keep - before.keep]
+        shorter = replace(delta, drop=delta.drop - len(before.segments) + len(kept))
+        self.deltas[-2:] = [replace(before, segments=kept), shorter]
+        self._tell([delta])
+
+    def end_stream(self) -> None:
+        """No more targets: the motion is known as a whole, and UNDO takes it back as one change."""
+        if self.stream is not None:
+            self.stream = None
+            self.history.lengthen_last(self.timeline)
+
+    def follow(self, other: Book) -> None:
+        """Become what another course of events has become, which has all that has happened here. Raises FileError."""
+        self.end_stream()
+        other.end_stream()
+        deltas = other.deltas[len(self.deltas) :]
+        self._change(deltas)
+        self.history, self.number = other.history.copy(), other.number
+        self._tell(deltas)
+
+    def undo(self, count: int, clock: float) -> float:
+        """Take the last commands back, all of them or none; the clock [s] that was before them. Raises UsageError where
+        there are not so many, FileError.
+        """
+        self.end_stream()
+        steps, version = self.history.last_done(count), self.timeline.version
+        deltas = [step.taking_back(version + number) for number, step in enumerate(steps)]
+        self._change(deltas)
+        for step in steps:
+            self.history.take_back(clock)
+            clock = step.clock
+        self._tell(deltas)
+        return clock
+
+    def redo(self, count: int) -> float:
+        """Do again what was taken back last, all or none; the clock [s] that was then. Raises as `undo` does."""
+        undone, version = self.history.last_undone(count), self.timeline.version
+        deltas = [one.step.doing_again(version + number) for number, one in enumerate(undone)]
+        self._change(deltas)
+        for _ in undone:
+            self.history.do_again()
+        self._tell(deltas)
+        return undone[-1].clock
+
+    def _change(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
+        """Write the changes down, then let them take place."""
+        timeline = self.timeline
+        for delta in deltas:
+            timeline = timeline.apply(delta)
+        if self.journal is not None and deltas:
+            self.journal.record(deltas, happens=happens)
+        self.timeline = timeline
+        self.deltas += deltas
+
+    def _tell(self, deltas: Sequence[TimelineDelta]) -> None:
+        for delta in deltas:
+            for listener in self.listeners:
+                listener(delta)

@@ -1,0 +1,48 @@
+"""What is known of a robot at one version of its timeline, as a value: with the deltas after it, all that comes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf
+
+from msgspec import Struct, structs
+
+from vrs_cli.engine.settings import Settings
+from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.segment import Segment
+from vrs_cli.trajectory.timeline import Timeline
+
+
+class Snapshot(Struct, frozen=True):
+    """The segments of timeline `version`, all of them or those of a window: from the one that has the number `first`
+    (counted from 0) on. Before them the robot stands still. `settings`: those in force then.
+    """
+
+    version: int
+    segments: tuple[Segment, ...]
+    settings: Settings
+    first: int = 0
+
+    @classmethod
+    def of(cls, timeline: Timeline, settings: Settings) -> Snapshot:
+        return cls(timeline.version, tuple(timeline), settings)
+
+    def timeline(self) -> Timeline:
+        return Timeline(self.segments, self.version)
+
+    def window(self, begin: float, end: float = inf) -> Snapshot:
+        """The same for the times from `begin` to `end` [s] alone: the robot is there as it was, to the bit."""
+        timeline = self.timeline()
+        first, last = timeline.index_at(begin), timeline.index_at(end)
+        return structs.replace(self, segments=self.segments[first : last + 1], first=self.first + first)
+
+    def after(self, timeline: Timeline, delta: TimelineDelta) -> Timeline | None:
+        """The timeline that this snapshot and the deltas since have become, after one more. What is behind the window
+        stays left out; None for a change that reaches before it: another snapshot is due then.
+        """
+        keep, count = delta.keep - self.first, len(timeline)
+        if keep < 1:
+            return None
+        if keep > count:
+            return timeline.apply(replace(delta, keep=count, drop=0, segments=()))
+        return timeline.apply(replace(delta, keep=keep, drop=min(delta.drop, count - keep)))
