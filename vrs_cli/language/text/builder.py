@@ -1,14 +1,14 @@
 """Grammar rules to syntax trees: one method a rule of grammar/val2.lark, which the parser calls as it reduces.
 
-A rule has its children in their order, tokens among them, so that every span is exact. What the tables say of a word
-(which modifiers it takes, whether `=` may follow) is applied here, where the token still is; counts and kinds of
-arguments are the analyzer's affair.
+The parameters of a method are the children of its rule in their order, tokens among them, so that every span is exact.
+What the tables say of a word (which modifiers it takes, whether `=` may follow) is applied here, where the token still
+is; the analyzer checks the counts and kinds of arguments.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 from msgspec.structs import replace
 
@@ -23,7 +23,8 @@ from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY, Function
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import Argument, Shape, Word
 
-Children = list[Any]  # tokens, nodes and lists of them, as the rule has them
+Children = list[Any]  # tokens, nodes and pieces, as the rule has them
+Items = list[Expression | None]  # expressions between commas, None for one that is left out
 
 LARGEST = 3.4e38  # the largest single-precision real
 BINARY_DIGITS = 8
@@ -33,8 +34,8 @@ LAST_CHARACTER = 255  # of $CHR
 
 
 def _end(child: Any) -> int:
-    """The column after a token or a node."""
-    end: int = child.end if type(child) is Token else child.span.end
+    """The column after a token, a node or a piece."""
+    end: int = child.span.end if type(child) is not Token and type(child) is not _Piece else child.end
     return end
 
 
@@ -105,9 +106,9 @@ def _label(token: Token) -> int:
     return int(value)
 
 
-def _listed(children: Sequence[Any]) -> list[Expression | None]:
-    """Expressions between commas, None for an omitted one, none after the last."""
-    items: list[Expression | None] = [None]
+def _items(children: Sequence[Any]) -> Items:
+    """The expressions between commas; none after the last."""
+    items: Items = [None]
     for child in children:
         if type(child) is Token:
             items.append(None)
@@ -163,7 +164,7 @@ def _to_variable(expression: Expression) -> Expression:
     return expression
 
 
-_SHAPED: Mapping[Shape, Callable[[Expression], Expression]] = {
+_FIT: Mapping[Shape, Callable[[Expression], Expression]] = {
     Shape.SWITCH: _to_word,
     Shape.PARAMETER_NAME: _to_word,
     Shape.WORD: _to_word,
@@ -178,12 +179,13 @@ _SHAPED: Mapping[Shape, Callable[[Expression], Expression]] = {
 }
 
 
-def _shaped(items: list[Expression | None], places: tuple[Argument, ...]) -> tuple[Expression | None, ...]:
+def _fit(items: Items, places: tuple[Argument, ...]) -> tuple[Expression | None, ...]:
+    """The expressions as the shapes of their places want them; the last place is that of all further ones."""
     if not places:
         return tuple(items)
     last = len(places) - 1
     return tuple(
-        item if item is None or (shape := _SHAPED.get(places[min(at, last)].shape)) is None else shape(item)
+        item if item is None or (fit := _FIT.get(places[min(at, last)].shape)) is None else fit(item)
         for at, item in enumerate(items)
     )
 
@@ -197,14 +199,32 @@ def text_omitted(items: Sequence[Expression | None]) -> bool:
     return isinstance(first, ast.Variable) and (first.sigil != "$" or len(items) == 1)
 
 
-def _placed(row: Word, items: list[Expression | None]) -> tuple[Expression | None, ...]:
-    first = row.arguments[0] if row.arguments else None
-    if first is not None and first.shape is Shape.STRING and first.optional and text_omitted(items):
-        items = [None, *items]
-    return _shaped(items, row.arguments)
+# --- what stands after the word of an instruction ------------------------------------------------------------------
 
 
-# --- the rules -----------------------------------------------------------------------------------------------------
+class _Piece(NamedTuple):
+    """A part of an instruction: what `put` does with its children, and the column after it."""
+
+    put: Callable[..., None]
+    children: Children
+    end: int
+
+
+_Rule = Callable[["Builder", Children], _Piece]
+
+
+def _piece(put: Callable[..., None]) -> _Rule:
+    """The method of a rule that keeps its children until the instruction is whole."""
+    return lambda _builder, children: _Piece(put, children, _end(children[-1]))
+
+
+_FIELDS = {  # of a modifier, by its token: the sort that the table allows, and the field of ast.Modifiers
+    "AT": ("AT", "at"),
+    "IN": ("AT", "within"),
+    "ALWAYS": ("ALWAYS", "always"),
+    "UNIT": ("UNIT", "unit"),
+    "SORT": ("SORT", "sort"),
+}
 
 
 class _Given:
@@ -213,115 +233,100 @@ class _Given:
     def __init__(self, word: Token) -> None:
         assert word.row is not None
         self.row = word.row
-        self.arguments: list[Expression | None] = []
-        self.value: list[Expression | None] | None = None
-        self.led: dict[str, Expression] = {}
-        self.at: Expression | None = None
-        self.within: Expression | None = None
-        self.always = False
-        self.unit: str | None = None
-        self.sort: str | None = None
-        self.task: Expression | None = None
+        self._arguments: Items = []
+        self._value: Items = []
+        self._led: dict[str, Expression] = {}
+        self._task: Expression | None = None
+        self._modifiers: dict[str, Any] = {}
+        self._sorts: set[str] = set()
 
-    def refuse(self, token: Token) -> LineRefused:
-        hint = f"the form is {self.row.form}"
-        instruction = INSTRUCTIONS.get(self.row.name, self.row)
-        if _SORTS.get(token.type) in instruction.modifiers - self.row.modifiers:
-            hint = f"DO {self.row.name} takes it: {instruction.form}"
-        return LineRefused(error(CannotInterpret, token.span, f"{self.row.name} takes no {token.value} here", hint))
+    def put_arguments(self, *children: Any) -> None:
+        if type(children[-1]) is Token:
+            _refuse_last_comma(children, self.row.plain, self.row)
+        self._arguments += _items(children)
 
-    def equals(self, sign: Token) -> None:
-        if self.row.value is None:
-            raise self.refuse(sign)
-        self.value = []
-
-    def items(self, items: list[Expression | None]) -> None:
-        if self.value is None:
-            self.arguments += items
-            return
-        self.value = items
-        beyond = items[1] if len(items) > 1 else None
-        if beyond is not None and self.row.value is not None and not self.row.value.repeated:
-            hint = f"the form is {self.row.form}"
-            raise LineRefused(error(CannotInterpret, beyond.span, f"{self.row.name}: too many values", hint))
-
-    def group(self, items: list[Expression | None]) -> None:
-        """What stands in parentheses: as many places as the table has, so that those after them keep theirs."""
-        most = self.row.grouped
-        beyond = next((item for item in items[most:] if item is not None), None)
-        if beyond is not None:
-            hint = f"the form is {self.row.form}"
-            raise LineRefused(error(CannotInterpret, beyond.span, f"{self.row.name}: too many in parentheses", hint))
-        self.arguments += (*items[:most], *(None,) * (most - len(items)))
-
-    def modifier(self, token: Token, expression: Expression | None) -> None:
-        sort = _SORTS[token.type]
-        if sort not in self.row.modifiers or self._has(sort):
-            raise self.refuse(token)
-        _KEEP[token.type](self, token, expression)
-
-    def _has(self, sort: str) -> bool:
-        held = {"AT": self.at or self.within, "ALWAYS": self.always or None, "UNIT": self.unit, "SORT": self.sort}
-        return held[sort] is not None
-
-    def lead(self, token: Token, expression: Expression) -> None:
-        if token.value in self.led:
-            raise self.refuse(token)
-        self.led[token.value] = expression
-
-    def _at(self, _token: Token, expression: Expression | None) -> None:
-        self.at = expression
-
-    def _within(self, _token: Token, expression: Expression | None) -> None:
-        self.within = expression
-
-    def _always(self, _token: Token, _expression: Expression | None) -> None:
-        self.always = True
-
-    def _unit(self, token: Token, _expression: Expression | None) -> None:
-        self.unit = token.value
-
-    def _sort(self, token: Token, _expression: Expression | None) -> None:
-        self.sort = token.value
-
-    def placed(self) -> tuple[Expression | None, ...]:
-        """All arguments in the order of the table: those in order, those with a leading word, a repeated value."""
+    def put_value(self, sign: Token, given: _Piece) -> None:
         row = self.row
-        items = self.arguments
-        if self.led:
-            plain = [argument for argument in row.arguments if not argument.lead]
-            items = items + [None] * (len(plain) - len(items))
-            items += [self.led.get(argument.lead) for argument in row.arguments if argument.lead]
-            items = items[: len(items) - next(i for i, item in enumerate(reversed(items)) if item is not None)]
-        if self.task is not None:
-            items = [*items, *[None] * (len(row.arguments) - 1 - len(items)), self.task]
+        if row.value is None:
+            raise self._refused(sign)
+        if type(given.children[-1]) is Token:
+            _refuse_last_comma(given.children, None if row.value.repeated else 1, row)
+        self._value = _items(given.children)
+        if not row.value.repeated:
+            self._refuse_beyond(self._value, 1, "values")
+
+    def put_group(self, _open: Token, given: _Piece, _close: Token) -> None:
+        """What stands in parentheses: as many places as the table has, so that those after them keep theirs."""
+        items, most = _items(given.children), self.row.grouped
+        if self.row.tasked:
+            self._task = items[0]
+            return
+        self._refuse_beyond(items, most, "in parentheses")
+        self._arguments += (*items[:most], *(None,) * (most - len(items)))
+
+    def put_lead(self, word: Token, value: Expression) -> None:
+        if word.value in self._led:
+            raise self._refused(word)
+        self._led[word.value] = value
+
+    def put_modifier(self, word: Token, value: Expression | None = None) -> None:
+        sort, field = _FIELDS[word.type]
+        if sort not in self.row.modifiers or sort in self._sorts:
+            raise self._refused(word)
+        self._sorts.add(sort)
+        self._modifiers[field] = word.type == "ALWAYS" or value or word.value
+
+    def instruction(self, span: Span) -> ast.Instruction:
+        row, value = self.row, None
+        arguments = _fit(self._in_order(), row.arguments)
+        if self._value and row.value is not None:
+            given = _fit(self._value, (row.value,))
+            arguments, value = (arguments + given, None) if row.value.repeated else (arguments, given[0])
+        modifiers = ast.Modifiers(**self._modifiers) if self._modifiers else ast.NO_MODIFIERS
+        return ast.Instruction(row.name, arguments, span, value, modifiers)
+
+    def _in_order(self) -> Items:
+        """The arguments in the order of the table: those between commas, those with a leading word, the task."""
+        row, items = self.row, self._arguments
+        if self._led:
+            plain = sum(not argument.lead for argument in row.arguments)
+            led = [self._led.get(argument.lead) for argument in row.arguments if argument.lead]
+            while led[-1] is None:
+                led.pop()
+            items = [*items, *[None] * (plain - len(items)), *led]
+        if self._task is not None:
+            items = [*items, *[None] * (len(row.arguments) - 1 - len(items)), self._task]
         elif row.tasked and len(items) >= len(row.arguments):
             items.insert(len(row.arguments) - 1, None)
-        placed = _placed(row, items)
-        if self.value and row.value is not None and row.value.repeated:
-            placed += _shaped(self.value, (row.value,))
-        return placed
+        first = row.arguments[0] if row.arguments else None
+        if first is not None and first.shape is Shape.STRING and first.optional and text_omitted(items):
+            items = [None, *items]
+        return items
 
-    def valued(self) -> Expression | None:
-        row = self.row
-        if not self.value or row.value is None or row.value.repeated:
-            return None
-        return _shaped(self.value, (row.value,))[0]
+    def _refuse_beyond(self, items: Items, most: int, what: str) -> None:
+        beyond = next((item for item in items[most:] if item is not None), None)
+        if beyond is not None:
+            raise LineRefused(error(CannotInterpret, beyond.span, f"{self.row.name}: too many {what}", self._form()))
 
-    def modifiers(self) -> ast.Modifiers:
-        if (self.at or self.within or self.unit or self.sort) is None and not self.always:
-            return ast.NO_MODIFIERS
-        return ast.Modifiers(self.at, self.within, self.always, self.unit, self.sort)
+    def _refused(self, token: Token) -> LineRefused:
+        row, hint = self.row, self._form()
+        instruction = INSTRUCTIONS.get(row.name, row)
+        if token.type in _FIELDS and _FIELDS[token.type][0] in instruction.modifiers - row.modifiers:
+            hint = f"DO {row.name} takes it: {instruction.form}"
+        return LineRefused(error(CannotInterpret, token.span, f"{row.name} takes no {token.value} here", hint))
+
+    def _form(self) -> str:
+        return f"the form is {self.row.form}"
 
 
-_SORTS = {"AT": "AT", "IN": "AT", "ALWAYS": "ALWAYS", "UNIT": "UNIT", "SORT": "SORT"}
-_KEEP: Mapping[str, Callable[[_Given, Token, Expression | None], None]] = {
-    "AT": _Given._at,
-    "IN": _Given._within,
-    "ALWAYS": _Given._always,
-    "UNIT": _Given._unit,
-    "SORT": _Given._sort,
-}
+# --- the rules -----------------------------------------------------------------------------------------------------
+
+T = TypeVar("T")
+
+
+def _by_name(rule: Callable[..., T]) -> Callable[[Builder, Children], T]:
+    """Let a method take the span of its rule and the children of it, each by its name."""
+    return lambda builder, children: rule(builder, _all(children), *children)
 
 
 class Builder:
@@ -351,77 +356,101 @@ class Builder:
         statement: ast.Statement = children[0]
         return statement
 
-    def do_command(self, children: Children) -> ast.DoInstruction:
-        return ast.DoInstruction(children[1] if len(children) > 1 else None, _all(children))
+    @_by_name
+    def do_command(self, span: Span, _do: Token, statement: ast.Statement | None = None) -> ast.DoInstruction:
+        return ast.DoInstruction(statement, span)
 
-    def show(self, children: Children) -> ast.Show:
-        return ast.Show(children[0], _all(children))
+    @_by_name
+    def show(self, span: Span, expression: Expression) -> ast.Show:
+        return ast.Show(expression, span)
 
-    def header(self, children: Children) -> ast.ProgramHeader:
-        name: Token = children[0]
+    @_by_name
+    def header(self, span: Span, name: Token, *rest: Any) -> ast.ProgramHeader:
         if name.text[0] in "#$%":
             raise LineRefused(error(InvalidName, name.span, name.text, "a program name begins with a letter"))
-        comment = children[-1].value[1:] if _is(children[-1], "COMMENT") else None
-        parameters = tuple(_as_variable(child) for child in children if type(child) is not Token)
-        return ast.ProgramHeader(name.text, parameters, comment, _all(children))
+        comment = rest[-1].value[1:] if rest and _is(rest[-1], "COMMENT") else None
+        parameters = tuple(_as_variable(child) for child in rest if type(child) is not Token)
+        return ast.ProgramHeader(name.text, parameters, comment, span)
 
-    def entry(self, children: Children) -> ast.Entry:
-        variable = _as_variable(children[0])
-        comment = children.pop().value[1:] if _is(children[-1], "COMMENT") else None
-        pieces = [child.value for child in children[1:] if isinstance(child, ast.Text)]
-        numbers = tuple(_signed(child) for child in children[1:] if _is(child, "NUMBER"))
-        return ast.Entry(variable, numbers, "".join(pieces) if pieces else None, _all(children), comment)
+    @_by_name
+    def entry(self, span: Span, variable: Expression, *rest: Any) -> ast.Entry:
+        comment = rest[-1] if rest and _is(rest[-1], "COMMENT") else None
+        if comment is not None:
+            span = _from(variable, rest[-2])
+        pieces = [child.value for child in rest if isinstance(child, ast.Text)]
+        numbers = tuple(_signed_number(child) for child in rest if _is(child, "NUMBER"))
+        text = "".join(pieces) if pieces else None
+        return ast.Entry(_as_variable(variable), numbers, text, span, comment.value[1:] if comment else None)
 
-    def piece(self, children: Children) -> ast.Text:
-        """A part of a string in a section: text, or `$CHR(34)` for what cannot stand in quotes."""
-        if len(children) == 1:
-            return ast.Text(children[0].value, children[0].span)
-        name, _, number, _ = children
+    def string(self, children: Children) -> ast.Text:
+        return ast.Text(children[0].value, children[0].span)
+
+    @_by_name
+    def character(self, span: Span, name: Token, _open: Token, number: Token, _close: Token) -> ast.Text:
+        """A part of a string in a section: `$CHR(34)` for what cannot stand in quotes."""
         code = number_value(number.text)
         if name.value.upper() != "$CHR" or code is None or not 0 <= code <= LAST_CHARACTER or not code.is_integer():
             hint = 'strings here are made of "text" and $CHR(0) to $CHR(255)'
-            raise LineRefused(error(IllegalExpression, _all(children), name.text, hint))
-        return ast.Text(chr(int(code)), _all(children))
+            raise LineRefused(error(IllegalExpression, span, name.text, hint))
+        return ast.Text(chr(int(code)), span)
 
     # --- statements ---
 
-    def assignment(self, children: Children) -> ast.Assignment:
-        return ast.Assignment(_as_variable(children[0]), children[2], _all(children))
+    @_by_name
+    def assignment(self, span: Span, target: Expression, _equal: Token, value: Expression) -> ast.Assignment:
+        return ast.Assignment(_as_variable(target), value, span)
 
-    def goto(self, children: Children) -> ast.Goto:
-        return ast.Goto(_label(children[1]), _all(children))
+    @_by_name
+    def goto(self, span: Span, _goto: Token, label: Token) -> ast.Goto:
+        return ast.Goto(_label(label), span)
 
-    def if_goto(self, children: Children) -> ast.IfGoto:
-        return ast.IfGoto(children[1], _label(children[3]), _all(children))
+    @_by_name
+    def if_goto(self, span: Span, _if: Token, condition: Expression, _goto: Token, label: Token) -> ast.IfGoto:
+        return ast.IfGoto(condition, _label(label), span)
 
-    def if_then(self, children: Children) -> ast.If:
-        return ast.If(children[1], _all(children))
+    @_by_name
+    def if_then(self, span: Span, _if: Token, condition: Expression, _then: Token) -> ast.If:
+        return ast.If(condition, span)
 
-    def if_then_label(self, children: Children) -> ast.IfGoto:
-        condition = children[1]
+    @_by_name
+    def if_then_label(self, span: Span, _if: Token, condition: Expression, _then: Token, label: Token) -> ast.IfGoto:
         if not isinstance(condition, ast.Binary) or condition.grouped or condition.operator not in RELATIONS:
             hint = "write IF condition GOTO label"
             raise LineRefused(error(IllegalExpression, condition.span, "IF ... THEN label compares two values", hint))
-        return ast.IfGoto(condition, _label(children[3]), _all(children), then=True)
+        return ast.IfGoto(condition, _label(label), span, then=True)
 
     def else_(self, children: Children) -> ast.Else:
         return ast.Else(_all(children))
 
-    def while_do(self, children: Children) -> ast.While:
-        return ast.While(children[1], _all(children))
+    @_by_name
+    def while_do(self, span: Span, _while: Token, condition: Expression, _do: Token) -> ast.While:
+        return ast.While(condition, span)
 
     def do(self, children: Children) -> ast.Do:
         return ast.Do(_all(children))
 
-    def until(self, children: Children) -> ast.Until:
-        return ast.Until(children[1], _all(children))
+    @_by_name
+    def until(self, span: Span, _until: Token, condition: Expression) -> ast.Until:
+        return ast.Until(condition, span)
 
-    def for_to(self, children: Children) -> ast.For:
-        step = children[7] if len(children) > 6 else None
-        return ast.For(_as_variable(children[1]), children[3], children[5], step, _all(children))
+    @_by_name
+    def for_to(
+        self,
+        span: Span,
+        _for: Token,
+        variable: Expression,
+        _equal: Token,
+        first: Expression,
+        _to: Token,
+        last: Expression,
+        _step: Token | None = None,
+        step: Expression | None = None,
+    ) -> ast.For:
+        return ast.For(_as_variable(variable), first, last, step, span)
 
-    def case_of(self, children: Children) -> ast.Case:
-        return ast.Case(children[1], _all(children))
+    @_by_name
+    def case_of(self, span: Span, _case: Token, subject: Expression, _of: Token) -> ast.Case:
+        return ast.Case(subject, span)
 
     def value(self, children: Children) -> ast.Value:
         return ast.Value(tuple(child for child in children if type(child) is not Token), _all(children))
@@ -432,36 +461,30 @@ class Builder:
     def end(self, children: Children) -> ast.End:
         return ast.End(_all(children))
 
-    def instruction(self, children: Children) -> ast.Instruction:
-        given = _Given(children[0])
-        end = children[0]
-        for child in children[1:]:
-            end = _GIVE[child[0]](given, child[1]) if type(child) is tuple else self._token(given, child)
-        span = _from(children[0], end)
-        return ast.Instruction(given.row.name, given.placed(), span, given.valued(), given.modifiers())
+    @_by_name
+    def instruction(self, span: Span, word: Token, *pieces: _Piece) -> ast.Instruction:
+        given = _Given(word)
+        for piece in pieces:
+            piece.put(given, *piece.children)
+        return given.instruction(span)
 
-    def _token(self, given: _Given, token: Token) -> Token:
-        if token.type == "EQUAL":
-            given.equals(token)
-        else:
-            given.modifier(token, None)
-        return token
+    group = _piece(_Given.put_group)
+    arguments = _piece(_Given.put_arguments)
+    valued = _piece(_Given.put_value)
+    lead = _piece(_Given.put_lead)
+    modifier = _piece(_Given.put_modifier)
 
-    def unread(self, children: Children) -> ast.Instruction:
-        word, rest = children
-        return ast.Instruction(word.value, (ast.Word(rest.text, rest.span),), _all(children))
+    @_by_name
+    def unread(self, span: Span, word: Token, rest: Token) -> ast.Instruction:
+        return ast.Instruction(word.value, (ast.Word(rest.text, rest.span),), span)
 
-    def arguments(self, children: Children) -> tuple[str, Children]:
-        return ("arguments", children)
+    # --- expressions ---
 
-    def group(self, children: Children) -> tuple[str, Children]:
-        return ("group", children)
+    def expression(self, children: Children) -> Expression:
+        return self._grouping.tree(children)
 
-    def lead(self, children: Children) -> tuple[str, Children]:
-        return ("lead", children)
-
-    def modifier(self, children: Children) -> tuple[str, Children]:
-        return ("modifier", children)
+    def number(self, children: Children) -> ast.Number:
+        return _number(children[0])
 
     def format(self, children: Children) -> ast.Format:
         token: Token = children[0]
@@ -474,17 +497,6 @@ class Builder:
     def raw(self, children: Children) -> ast.Word:
         return ast.Word(children[0].value, children[0].span)
 
-    # --- expressions ---
-
-    def expression(self, children: Children) -> Expression:
-        return self._grouping.tree(children)
-
-    def number(self, children: Children) -> ast.Number:
-        return _number(children[0])
-
-    def text(self, children: Children) -> ast.Text:
-        return ast.Text(children[0].value, children[0].span)
-
     def name(self, children: Children) -> Expression:
         token: Token = children[0]
         known = FUNCTIONS.get(token.text.upper())
@@ -492,51 +504,54 @@ class Builder:
             return ast.Call(known.name, (), token.span)
         return _variable(token, None, token.span)
 
-    def element(self, children: Children) -> ast.Variable:
-        indexes = tuple(child for child in children if type(child) is not Token)
-        commas = sum(_is(child, "COMMA") for child in children)
+    @_by_name
+    def element(self, span: Span, name: Token, _open: Token, *inner: Any) -> ast.Variable:
+        indexes = tuple(child for child in inner if type(child) is not Token)
+        commas = sum(_is(child, "COMMA") for child in inner)
         if max(len(indexes), commas + 1) > INDEXES:
-            at = indexes[INDEXES].span if len(indexes) > INDEXES else children[-1].span
+            at = indexes[INDEXES].span if len(indexes) > INDEXES else inner[-1].span
             raise LineRefused(error(IllegalExpression, at, "too many indexes", f"an array has up to {INDEXES}"))
         rest = commas - max(len(indexes) - 1, 0)
-        return replace(_variable(children[0], indexes, _all(children)), rest=rest)
+        return replace(_variable(name, indexes, span), rest=rest)
 
-    def applied(self, children: Children) -> ast.Applied:
-        return ast.Applied(children[0], tuple(_listed(children[2:-1])), _all(children))
+    @_by_name
+    def applied(self, span: Span, text: ast.Variable, _open: Token, *inner: Any) -> ast.Applied:
+        return ast.Applied(text, tuple(_items(inner[:-1])), span)
 
-    def call(self, children: Children) -> ast.Call:
-        name: Token = children[0]
-        upper = name.text.upper()
-        self._check_by(upper, children)
-        arguments = tuple(_listed(children[2:-1]))
+    @_by_name
+    def call(self, span: Span, name: Token, _open: Token, *inner: Any) -> ast.Call:
+        upper, given = name.text.upper(), inner[:-1]
         known = FUNCTIONS.get(upper)
+        _check_by(upper, given)
+        arguments = tuple(_items(given))
         if known is not None:
-            if _is(children[-2], "COMMA"):
-                repeats = bool(known.arguments) and known.arguments[-1].repeated
-                _refuse_last_comma(children[2:-1], None if repeats else len(known.arguments), known)
-            arguments = _shaped(list(arguments), known.arguments)
-        return ast.Call(upper if known else name.text, arguments, _all(children), True)
+            if given and _is(given[-1], "COMMA"):
+                _refuse_last_comma(given, None if known.repeats else len(known.arguments), known)
+            arguments = _fit(list(arguments), known.arguments)
+        return ast.Call(upper if known else name.text, arguments, span, True)
 
-    def program(self, children: Children) -> ast.ProgramCall:
-        name: Token = children[0]
-        self._check_by("", children)
-        return ast.ProgramCall(name.text, tuple(_listed(children[2:-1])), _all(children), len(children) > 1)
+    @_by_name
+    def program(self, span: Span, name: Token, *inner: Any) -> ast.ProgramCall:
+        given = inner[1:-1]
+        _check_by("", given)
+        return ast.ProgramCall(name.text, tuple(_items(given)), span, bool(inner))
 
-    def _check_by(self, name: str, children: Children) -> None:
-        """BY stands after the first argument of the functions that have it, and nowhere else."""
-        signs = [child for child in children[2:-1] if type(child) is Token]
-        for place, sign in enumerate(signs):
-            if (sign.type == "BY") != (place == 0 and name in WITH_BY):
-                hint = f"the form is {FUNCTIONS[name].form}" if name in FUNCTIONS else ""
-                raise LineRefused(error(IllegalExpression, sign.span, f"{sign.text} does not belong here", hint))
-
-    def grouped(self, children: Children) -> Expression:
-        inner: Expression = children[1]
+    @_by_name
+    def grouped(self, span: Span, _open: Token, inner: Expression, _close: Token) -> Expression:
         if isinstance(inner, ast.Binary | ast.Unary | ast.Variable) or (
             isinstance(inner, ast.Call) and not inner.parenthesised
         ):
-            return replace(inner, span=_all(children), grouped=True)
+            return replace(inner, span=span, grouped=True)
         return inner
+
+
+def _check_by(name: str, given: Sequence[Any]) -> None:
+    """BY stands after the first argument of the functions that have it, and nowhere else."""
+    signs = [child for child in given if type(child) is Token]
+    for place, sign in enumerate(signs):
+        if (sign.type == "BY") != (place == 0 and name in WITH_BY):
+            hint = f"the form is {FUNCTIONS[name].form}" if name in FUNCTIONS else ""
+            raise LineRefused(error(IllegalExpression, sign.span, f"{sign.text} does not belong here", hint))
 
 
 def _is(child: Any, type_: str) -> bool:
@@ -547,7 +562,7 @@ def _digits(text: str) -> int | None:
     return int(text) if text else None
 
 
-def _signed(token: Token) -> float:
+def _signed_number(token: Token) -> float:
     text = token.text
     value = number_value(text.lstrip("+-"))
     if value is None:
@@ -561,47 +576,3 @@ def _unary(sign: Token, operand: Expression) -> Expression:
 
 def _binary(sign: Token, left: Expression, right: Expression) -> Expression:
     return ast.Binary(sign.value, left, right, _from(left, right))
-
-
-# --- pieces of an instruction, by the rule they come from; each gives its last child -------------------------------
-
-
-def _give_arguments(given: _Given, children: Children) -> Any:
-    row = given.row
-    if type(children[-1]) is Token:
-        _refuse_last_comma(children, _places(given), row)
-    given.items(_listed(children))
-    return children[-1]
-
-
-def _places(given: _Given) -> int | None:
-    """How many expressions may stand there; None where the last is repeated."""
-    if given.value is None:
-        return given.row.plain
-    return None if given.row.value is not None and given.row.value.repeated else 1
-
-
-def _give_group(given: _Given, children: Children) -> Any:
-    if given.row.tasked:
-        given.task = children[1][1][0]
-    else:
-        given.group(_listed(children[1][1]))
-    return children[-1]
-
-
-def _give_lead(given: _Given, children: Children) -> Any:
-    given.lead(children[0], children[1])
-    return children[1]
-
-
-def _give_modifier(given: _Given, children: Children) -> Any:
-    given.modifier(children[0], children[1])
-    return children[1]
-
-
-_GIVE: Mapping[str, Callable[[_Given, Children], Any]] = {
-    "arguments": _give_arguments,
-    "group": _give_group,
-    "lead": _give_lead,
-    "modifier": _give_modifier,
-}
