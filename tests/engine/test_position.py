@@ -12,13 +12,14 @@ from vrs_cli.engine.commands import Delay, JointTarget, Move, OperateHand, PoseT
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at, joints_over, position_at, positions_at
 from vrs_cli.errors import PathWithoutJoints
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline
 
 
-@pytest.fixture(scope="module", params=["LSPB", "SCURVE"])
+@pytest.fixture(scope="module", params=list(Profile.__members__))
 def engine(request: pytest.FixtureRequest) -> Engine:
     """Joint and straight motions, blended and not, a delay, the hand, a tool and a base."""
     engine = Engine(load_robot("puma560"))

@@ -29,6 +29,7 @@ from vrs_cli.engine.position import Position
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, MotionError
 from vrs_cli.kinematics.configuration import ALL, Arm, Wrist
 from vrs_cli.kinematics.joints import joints_outside
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import (
     Transform,
@@ -155,7 +156,7 @@ def test_a_possible_line_says_how_long_it_takes() -> None:
     engine = Engine(MODEL)
     engine.perform(Move(ABOVE, straight=False))
     target = located(0.1, 0.45, -0.15)
-    for profile in ("LSPB", "SCURVE"):
+    for profile in Profile.__members__:
         engine.perform(SetParameter("PROFILE", profile))
         expected = engine.explain(target).line.duration
         begin = engine.end

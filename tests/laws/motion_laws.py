@@ -10,11 +10,11 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import segment_joints, state_at
 from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
-from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform, angle_between, compose, distance
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
 from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.motion import Kind, Start
 from vrs_cli.trajectory.polynomial import derivative, value
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
@@ -71,7 +71,7 @@ def check_limits(engine: Engine, segments: Iterable[Segment]) -> None:
             if not isinstance(segment.path, CartesianPath) or not singular(engine, here.joints):
                 for a, a_max in zip(here.acceleration, model.max_acceleration, strict=True):
                     assert abs(a) <= a_max * LIMIT, (segment, t)
-                if segment.motion.profile is Profile.SCURVE and segment.duration:
+                if LAWS[segment.motion.profile].smooth and segment.duration:
                     check_jerk(engine, segment, segment.duration * part)
 
 

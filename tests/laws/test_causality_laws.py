@@ -22,6 +22,7 @@ from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.jog.jogger import Jogger, Panel
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.steering import Steering
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.state import Target
@@ -102,7 +103,7 @@ def does_again(world: World) -> None:
 
 
 policies = st.builds(SetParameter, name=st.just("CAUSALITY"), value=st.sampled_from(["ABORT", "POSTPONE"]))
-profiles = st.builds(SetParameter, name=st.just("PROFILE"), value=st.sampled_from(["LSPB", "SCURVE"]))
+profiles = st.builds(SetParameter, name=st.just("PROFILE"), value=st.sampled_from(list(Profile.__members__)))
 rests = st.sampled_from([Break(), Brake(), SetTool(translation(0.0, 0.0, 0.05)), SetTool(translation(0.0, 0.0, 0.0))])
 actions = st.one_of(
     st.floats(0.0, 2.0).map(waits),

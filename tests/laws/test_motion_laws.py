@@ -28,9 +28,11 @@ from vrs_cli.engine.commands import (
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat, translation
 from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -104,17 +106,22 @@ def test_every_timeline_keeps_the_laws(sequence: list[tuple[object, bool]]) -> N
     check_laws(*performed(sequence))
 
 
-profiles = st.builds(SetParameter, name=st.just("PROFILE"), value=st.sampled_from(["SCURVE", "SCURVE", "LSPB"]))
 accelerations = st.builds(SetAcceleration, acceleration=st.floats(20.0, 100.0))
 durations = st.builds(SetDuration, seconds=st.floats(0.1, 3.0))
 roundings = st.builds(SetParameter, name=st.just("ROUNDING"), value=st.just("DECEL") | st.floats(0.0, 50.0))
-any_request = moves | moves | moves | others | profiles | accelerations | durations | roundings
+SMOOTH = [profile.name for profile in Profile if LAWS[profile].smooth]
 
 
+@pytest.mark.parametrize("profile", SMOOTH)
 @settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
-@given(st.lists(st.tuples(any_request, st.booleans()), min_size=4, max_size=16))
-def test_every_jerk_limited_timeline_keeps_the_laws(sequence: list[tuple[object, bool]]) -> None:
-    check_laws(*performed(sequence, "SCURVE"))
+@given(st.data())
+def test_every_jerk_limited_timeline_keeps_the_laws(profile: str, data: st.DataObject) -> None:
+    """Most motions are of one profile, and some that they interrupt, or that interrupt them, of another."""
+    words = st.sampled_from([profile, profile, *(other.name for other in Profile if other.name != profile)])
+    profiles = st.builds(SetParameter, name=st.just("PROFILE"), value=words)
+    request = moves | moves | moves | others | profiles | accelerations | durations | roundings
+    sequence = data.draw(st.lists(st.tuples(request, st.booleans()), min_size=4, max_size=16))
+    check_laws(*performed(sequence, profile))
 
 
 def check_laws(engine: Engine, edits: list[tuple[Timeline, TimelineDelta, Timeline]]) -> None:

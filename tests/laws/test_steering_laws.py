@@ -24,12 +24,13 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat, translation
 from vrs_cli.trajectory.state import Target
 
 TICK = 0.02
-PROFILES = ("LSPB", "SCURVE")
+PROFILES = tuple(Profile.__members__)
 
 parts = st.tuples(*[st.sampled_from([0.0, 1.0]) | st.floats(0.0, 1.0)] * 6)
 velocities = st.tuples(*[st.floats(-3.0, 3.0)] * 6)

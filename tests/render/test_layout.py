@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
+from vrs_cli.interfaces.monitor.table import MONITOR
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue import replies
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import Position
-from vrs_cli.interfaces.monitor.table import MONITOR
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY

@@ -62,7 +62,7 @@ def _parser(prog: str) -> Parser:
     parser.add_argument("file", metavar="FILE.csv", help="the targets (- is standard input, line by line)")
     parser.add_argument("--robot", metavar="NAME|FILE", default="puma560", help="a robot's name, or its TOML file")
     parser.add_argument("--speed", metavar="PCT", type=_percent, default=100.0, help="at most so much of full speed")
-    told = "SCURVE: with limits of jerk; LSPB: without (default: as the robot's file says)"
+    told = "LSPB: without limits of jerk; the others: with them (default: as the robot's file says)"
     parser.add_argument("--profile", type=str.upper, choices=PROFILES, help=told)
     parser.add_argument("--relative", action="store_true", help="times count from the first one (in real time, always)")
     add_realtime_option(parser)

@@ -18,13 +18,14 @@ from msgspec import Struct
 from vrs_cli.engine.following import Follower
 from vrs_cli.kinematics.clearance import NAMES, Clearance, Hand, Pace
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, rotate
-from vrs_cli.trajectory.polynomial import Polynomial, derivative
+from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes
 from vrs_cli.trajectory.segment import CartesianPath, Turn
 from vrs_cli.trajectory.vector import cross, length
 
 KEPT = 0.25  # of the less of two clearances: what is left for certain on the way between them, where it is clear
 AT_END = 1e-4  # of a path: nearer to where it begins or ends on a boundary, at rest, samples are close by themselves
 MOST_LOOKS = 5000
+CRUDE = 3  # coefficients of a polynomial whose terms are added up for a bound
 FEW_LOOKS = 8  # places that are no nearer to each other than samples are anyway
 CLOSE = (0.01, 0.01, 0.01, 0.1)  # parts of the greatest clearances of a path: less is close to a boundary
 
@@ -182,11 +183,13 @@ def _seen(position: tuple[Polynomial, ...], T: Transform) -> Sequence[Polynomial
 
 
 def most(a: Polynomial, lasting: float) -> float:
-    """A bound of |p| from 0 to `lasting`: exact for a line."""
+    """A bound of |p| from 0 to `lasting`: exact for a line, and for the higher degrees, whose terms cancel."""
     if len(a) == 1:
         return abs(a[0])
     if len(a) == 2:
         return max(abs(a[0]), abs(a[0] + a[1] * lasting))
+    if len(a) > CRUDE:
+        return max(map(abs, extremes(a, lasting)))
     return reduce(lambda total, c: total * lasting + abs(c), reversed(a), 0.0)
 
 

@@ -1,9 +1,9 @@
 """The laws that every timeline keeps, checked for many segments at once.
 
 Position and velocity go on from each segment to the next, in a gap and after the end the robot stands, and no joint
-leaves its range. In joint space no joint is faster, or gains speed faster, than it can: the polynomials, which are at
-most cubic, say where they are greatest. A straight line is looked at where it begins, where it ends, and where its
-seeds change; `on_lines` goes all the way along.
+leaves its range. In joint space no joint is faster, or gains speed faster, than it can: the polynomials say where they
+are greatest, those of degree 3 at most all at once. A straight line is looked at where it begins, where it ends, and
+where its seeds change; `on_lines` goes all the way along.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 MANY = 4096  # segments that are looked at at once
-CUBIC = 4  # coefficients of a polynomial, at most
+CUBIC = 4  # coefficients
 PLACE = 1e-5  # [rad, m] of a joint, [m] of a pose: rounding, also next to a singular pose
 RATE = 1e-4  # [rad/s, m/s] of a joint; of a faster one as a part of its velocity
 EXCESS = 1e-4  # of a limit, as a part of it
@@ -74,7 +74,13 @@ class _Stretch:
         self.durations = np.array([segment.duration for segment in segments])
         self.straight = np.array([not isinstance(segment.path, JointPath) for segment in segments])
         self.resting = np.array([segment.phase is Phase.REST for segment in segments])
-        self.coefficients = self._cubic()
+        given = coefficients([segment.path for segment in segments])
+        self.coefficients = np.concatenate((given, np.zeros((max(CUBIC - len(given), 0), *given.shape[1:]))))
+        self.steep = [
+            (row, segment.path, segment.duration)
+            for row, segment in enumerate(segments)
+            if isinstance(segment.path, JointPath) and segment.path.degree >= CUBIC
+        ]
         self.begin, self.begin_rate, self.begin_gain = self._at(np.zeros(len(segments)))
         self.end, self.end_rate, self.end_gain = self._at(self.durations)
         self.lines = [breach for row in np.flatnonzero(self.straight) for breach in self._line(int(row))]
@@ -120,9 +126,11 @@ class _Stretch:
         """The velocity is greatest at an end or, in joint space, where the acceleration is 0; that one at an end."""
         moving = self.durations[:, None] > 0.0
         rate = np.maximum(np.maximum(np.abs(self.begin_rate), np.abs(self.end_rate)), np.abs(self._steady_rate()))
+        gain = np.maximum(np.abs(self.begin_gain), np.abs(self.end_gain))
+        for row, path, duration in self.steep:
+            rate[row], gain[row] = (np.abs(path.extremes(duration, order)).max(axis=1) for order in (1, 2))
         wrong = moving & (rate > np.array(self.model.max_velocity) * (1.0 + EXCESS))
         yield from self._told(wrong, rate, "joint {joint} moves with {size}/s, faster than it can")
-        gain = np.maximum(np.abs(self.begin_gain), np.abs(self.end_gain))
         wrong = moving & ~self.straight[:, None] & (gain > np.array(self.model.max_acceleration) * (1.0 + EXCESS))
         yield from self._told(wrong, gain, "joint {joint} accelerates with {size}/s2, more than it can")
 
@@ -138,20 +146,15 @@ class _Stretch:
 
     # --- polynomials ---------------------------------------------------------------------------------------------
 
-    def _cubic(self) -> Floats:
-        """Coefficients (4, m, n) by ascending power."""
-        given = coefficients([segment.path for segment in self.segments])
-        return np.concatenate((given, np.zeros((CUBIC - len(given), *given.shape[1:]))))
-
     def _at(self, s: Floats) -> tuple[Floats, Floats, Floats]:
         """Joints, velocity and acceleration (m, n) of every segment at its own time s (m,) or (m, n)."""
-        c0, c1, c2, c3 = self.coefficients
         t = s if s.ndim > 1 else s[:, None]
-        return (
-            c0 + t * (c1 + t * (c2 + t * c3)),
-            c1 + t * (2.0 * c2 + t * 3.0 * c3),
-            2.0 * c2 + t * 6.0 * c3,
-        )
+        joints = rates = gains = np.zeros_like(self.coefficients[0])
+        for row in self.coefficients[::-1]:  # Horner, of the derivatives too
+            gains = gains * t + 2.0 * rates
+            rates = rates * t + joints
+            joints = joints * t + row
+        return joints, rates, gains
 
     def _extremes(self) -> tuple[Floats, Floats]:
         """The least and the greatest joints (m, n)."""
@@ -159,11 +162,13 @@ class _Stretch:
         for s in self._turns():
             there = np.where(self.straight[:, None], self.begin, self._at(s)[0])
             low, high = np.minimum(low, there), np.maximum(high, there)
+        for row, path, duration in self.steep:
+            low[row], high[row] = np.transpose(path.extremes(duration))
         return low, high
 
     def _turns(self) -> tuple[Floats, Floats]:
         """Where the velocity of each joint is 0 (m, n), or 0 where it is so nowhere inside."""
-        _, c, b, a = self.coefficients
+        _, c, b, a = self.coefficients[:CUBIC]
         b, a = 2.0 * b, 3.0 * a
         with np.errstate(all="ignore"):
             q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))  # the two roots, without cancellation
@@ -171,7 +176,7 @@ class _Stretch:
 
     def _steady_rate(self) -> Floats:
         """The velocity where the acceleration of each joint is 0 (m, n)."""
-        _, _, c2, c3 = self.coefficients
+        c2, c3 = self.coefficients[2:CUBIC]
         with np.errstate(all="ignore"):
             return self._at(self._inside(-c2 / (3.0 * c3)))[1]
 

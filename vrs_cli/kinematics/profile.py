@@ -10,6 +10,7 @@ class Profile(Enum):
 
     LSPB = "lspb", "linear with parabolic blends"
     SCURVE = "scurve", "jerk limited"
+    QUINTIC = "quintic", "polynomials of degree 5"
 
     def __new__(cls, word: str, summary: str) -> Profile:
         profile = object.__new__(cls)

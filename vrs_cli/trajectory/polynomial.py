@@ -51,6 +51,15 @@ def derivative(a: Polynomial) -> Polynomial:
     return tuple(power * coefficient for power, coefficient in enumerate(a) if power) or (0.0,)
 
 
+def shifted(a: Polynomial, t: float) -> Polynomial:
+    """The polynomial p(t + s) in s, by Horner's scheme again and again."""
+    row = list(a)
+    for first in range(len(row) - 1):
+        for power in range(len(row) - 2, first - 1, -1):
+            row[power] += t * row[power + 1]
+    return tuple(row)
+
+
 def parabola(p0: float, v0: float, v1: float, duration: float) -> Polynomial:
     """From position p0 and velocity v0 to velocity v1 at constant acceleration."""
     return (p0, v0, 0.5 * (v1 - v0) / duration)

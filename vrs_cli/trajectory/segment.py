@@ -20,6 +20,7 @@ from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import (
     Polynomial,
     derivative,
+    extremes,
     second_derivative,
     third_derivative,
     turning_points,
@@ -66,6 +67,13 @@ class JointPath:
 
     def acceleration(self, s: float) -> Joints:
         return tuple([second_derivative(a, s) for a in self.coefficients])
+
+    def extremes(self, duration: float, order: int = 0) -> list[tuple[float, float]]:
+        """The least and the greatest of every joint, or of a derivative, over that time."""
+        rows = self.coefficients
+        for _ in range(order):
+            rows = tuple(derivative(a) for a in rows)
+        return [extremes(a, duration) for a in rows]
 
     def stays_inside(self, lower: Joints, upper: Joints, duration: float) -> bool:
         """Whether every joint ends inside its range, and turns back there if it does."""

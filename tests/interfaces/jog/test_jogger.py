@@ -23,6 +23,7 @@ from vrs_cli.errors import (
 from vrs_cli.interfaces.jog.jogger import AHEAD, AXES, Axis, Frame, Jogger, Panel, axis_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import largest_change
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
 from vrs_cli.language.text.diagnostics import LineRefused
@@ -85,7 +86,7 @@ def test_the_tool_turns_about_an_axis_and_its_tip_stays(session: Session, name: 
     assert column == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+@pytest.mark.parametrize("profile", list(Profile.__members__))
 @pytest.mark.parametrize("line", ["JOG Z, -200", "JOG TX, 150", "JOG RY, 40", "JOG TRX, -40"])
 def test_a_step_of_the_tool_is_straight(session: Session, line: str, profile: str) -> None:
     session.perform(f"PARAMETER PROFILE = {profile}")
@@ -246,7 +247,7 @@ def hold(session: Session, wall: ManualWall, axis: Axis, amount: float, presses:
         wall.seconds += 1 / 30
 
 
-@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+@pytest.mark.parametrize("profile", list(Profile.__members__))
 @pytest.mark.parametrize("axis", [Axis(Frame.JOINT, 0), AXES["Z"], AXES["TRX"]], ids=lambda axis: axis.name)
 def test_a_key_that_is_held_moves_the_arm_smoothly(live: Session, wall: ManualWall, axis: Axis, profile: str) -> None:
     live.perform(f"PARAMETER PROFILE = {profile}")
@@ -262,7 +263,7 @@ def test_a_key_that_is_held_moves_the_arm_smoothly(live: Session, wall: ManualWa
     check_limits(engine, engine.timeline)
 
 
-@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+@pytest.mark.parametrize("profile", list(Profile.__members__))
 def test_a_key_that_is_held_moves_the_tip_on_a_line(live: Session, wall: ManualWall, profile: str) -> None:
     live.perform(f"PARAMETER PROFILE = {profile}")
     engine, begun = live.engine, live.engine.now
@@ -320,7 +321,7 @@ def degrees_of(session: Session) -> list[float]:
     return [degrees(q) for q in session.engine.position().joints]
 
 
-@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])  # QUINTIC turns round in one polynomial, which takes more room
 @pytest.mark.parametrize("axis", [JOINT_1, AXES["Z"], AXES["TRX"]], ids=lambda axis: axis.name)
 def test_a_reversal_brakes_and_reverses(live: Session, wall: ManualWall, axis: Axis, profile: str) -> None:
     live.perform(f"PARAMETER PROFILE = {profile}")

@@ -18,6 +18,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.runs import Limits, Outcome
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.text.diagnostics import LineRefused, Severity
 
@@ -250,7 +251,7 @@ def test_what_keeps_a_program_from_running_is_told(session: Session) -> None:
         session.execute("b")
 
 
-@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+@pytest.mark.parametrize("profile", list(Profile.__members__))
 @pytest.mark.parametrize("begin", [3.05, 3.2, 3.4, 3.5])
 @pytest.mark.parametrize("word", ["MOVE", "MOVES"])
 def test_a_duration_is_the_least_time_out_of_a_motion_too(profile: str, begin: float, word: str) -> None:

@@ -173,7 +173,7 @@ class _Line:
         self.acceleration = (0.0, 0.0, 0.0) if still else state.acceleration
         self.spin = rotated_back(state.pose, state.spin)
         self.spin_rate = (0.0, 0.0, 0.0) if still else rotated_back(state.pose, state.spin_rate)
-        self.dying = tuple(_dying(self.spin, self.spin_rate))
+        self.dying = tuple(spin_turns(self.spin, self.spin_rate))
 
     def course(self, least: float) -> Course:
         limits = self.limits
@@ -293,7 +293,7 @@ class _Line:
                 yield ToolStretch(duration, Phase.DECELERATE, (x, y, z), R, ((axis, back[i]),) if w1 else ())
 
 
-def _dying(spin: Vector, spin_rate: Vector) -> Iterator[tuple[Vector, float, float]]:
+def spin_turns(spin: Vector, spin_rate: Vector) -> Iterator[tuple[Vector, float, float]]:
     """The turns by which a spin dies: axis, speed and acceleration at the start."""
     size = length(spin)
     axis = scaled(spin, 1.0 / size) if size > NEGLIGIBLE else (0.0, 0.0, 0.0)

@@ -1,0 +1,257 @@
+"""Motions on one polynomial of degree 5: position, velocity and acceleration at both ends decide it.
+
+From rest to rest, with the way D and the time T,
+
+    p = D (10 x^3 - 15 x^4 + 6 x^5),  x = t / T;   max v = 15/8 D/T,  max a = 10/sqrt(3) D/T^2,  max jerk = 60 D/T^3,
+
+so T follows from the limits. (Craig, Introduction to Robotics, 7.3; Biagiotti and Melchiorri, Trajectory Planning for
+Automatic Machines and Robots, 2.1.) Out of a motion T is the least that is found in which the extremes of all
+derivatives keep the limits. An acceleration at the start may leave none: such a motion brakes first. It brakes, and is
+steered, at limited jerk as SCURVE is. The second half of a motion slows down, so the next one may round its end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import cbrt, hypot, sqrt
+from typing import NamedTuple
+
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, position, rotation_about
+from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.laws.law import Law, NoTimes
+from vrs_cli.trajectory.laws.scurve import spin_turns, straight_stop
+from vrs_cli.trajectory.laws.scurve_pieces import joint_stops
+from vrs_cli.trajectory.laws.scurve_steering import steer
+from vrs_cli.trajectory.limits import JointLimits, ToolLimits
+from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes, shifted, value
+from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.trajectory.state import NEGLIGIBLE, JointState, ToolState
+from vrs_cli.trajectory.stretch import ToolStretch, segments_of
+from vrs_cli.trajectory.vector import cross, dot, length, rotated_back, scaled, subtracted
+
+FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # of D/T, D/T^2 and D/T^3, from rest to rest
+MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
+AT_LIMIT = 1.0 + 1e-6  # a velocity or acceleration that is this little above its limit is at it
+LONGER = 1.06  # times are tried that are each so much longer than the one before
+TRIES = 160
+SHORTEST = 1e-3  # [s] of a motion that begins in motion
+HALVINGS = 5  # of the step from a time that is too short to one that is not
+
+Part = tuple[float, float, float]  # displacement to go, velocity and acceleration now
+
+
+class Bounds(NamedTuple):
+    """The greatest velocity, acceleration and jerk of a part."""
+
+    velocity: float
+    acceleration: float
+    jerk: float
+
+
+def quintic(p: float, part: Part, lasting: float) -> Polynomial:
+    """From position p, with the velocity and acceleration of a part, to rest at the end of its way."""
+    way, v, a = part
+    v, a = v * lasting, a * lasting * lasting
+    c3, c4, c5 = 10.0 * way - 6.0 * v - 1.5 * a, -15.0 * way + 8.0 * v + 1.5 * a, 6.0 * way - 3.0 * v - 0.5 * a
+    square = lasting * lasting
+    cube = square * lasting
+    return p, part[1], 0.5 * part[2], c3 / cube, c4 / (square * square), c5 / (square * cube)
+
+
+def from_rest(ways: Sequence[tuple[float, Bounds]], least: float) -> float:
+    """The time in which all ways from rest to rest keep their bounds [s]; 0 where there is none to go."""
+    if max(abs(way) for way, _ in ways) <= NEGLIGIBLE:
+        return 0.0
+    times = [
+        max(FASTEST * abs(way) / v, sqrt(STEEPEST * abs(way) / a), cbrt(SHARPEST * abs(way) / jerk))
+        for way, (v, a, jerk) in ways
+    ]
+    return _on_grid(max(*times, least))
+
+
+def from_motion(keeps: Callable[[float], bool], shortest: float) -> float:
+    """The least time found that keeps all bounds [s]; `shortest`: none shorter is asked for. Raises NoTimes."""
+    short = long = max(shortest, SHORTEST)
+    for _ in range(TRIES):
+        if keeps(long):
+            break
+        short, long = long, LONGER * long
+    else:
+        raise NoTimes("no time brings the motion to its target within the limits")
+    for _ in range(HALVINGS if long > short else 0):
+        middle = 0.5 * (short + long)
+        short, long = (short, middle) if keeps(middle) else (middle, long)
+    return _on_grid(long)
+
+
+def _on_grid(lasting: float) -> float:
+    """A time of two halves that are both on the grid."""
+    return 2.0 * up_to_grid(0.5 * lasting * MARGIN)
+
+
+def _keeps(part: Part, bounds: Bounds, lasting: float) -> bool:
+    rates = derivative(quintic(0.0, part, lasting))
+    bends = derivative(rates)
+    rows = (derivative(bends), bounds.jerk), (bends, bounds.acceleration), (rates, bounds.velocity)  # the quick first
+    return all(most(row, lasting) <= bound for row, bound in rows)
+
+
+def most(a: Polynomial, lasting: float) -> float:
+    """The greatest |p(t)| from 0 to `lasting`."""
+    low, high = extremes(a, lasting)
+    return max(high, -low)
+
+
+# --- joint space -----------------------------------------------------------------------------------------------
+
+
+def joint_motion(
+    state: JointState, goal: Joints, limits: JointLimits, start: float, motion: Motion, least: float = 0.0
+) -> tuple[Segment, ...]:
+    """The joint-interpolated motion to rest at `goal`; `least`: the least duration [s]. Raises NoTimes."""
+    rows = zip(state.joints, state.velocity, state.present_acceleration, goal, strict=True)
+    parts = [(to - at, v, a) for at, v, a, to in rows]
+    bounds = [
+        _carried_on(part, *most)
+        for part, *most in zip(
+            parts, limits.velocity, limits.acceleration, limits.jerk, limits.peak or limits.velocity, strict=True
+        )
+    ]
+    pairs = list(zip(parts, bounds, strict=True))
+    if state.at_rest:
+        lasting = from_rest([(way, bound) for (way, _, _), bound in pairs], least)
+    else:
+        shortest = max(max(abs(way) / bound.velocity, abs(v) / bound.acceleration) for (way, v, _), bound in pairs)
+        lasting = from_motion(
+            lambda time: all(_keeps(part, bound, time) for part, bound in pairs), max(shortest, least)
+        )
+    if not lasting:
+        return ()
+    half = 0.5 * lasting
+    begin = tuple(quintic(at, part, lasting) for at, part in zip(state.joints, parts, strict=True))
+    end = tuple(shifted(a, half) for a in begin)
+    first = Phase.ACCELERATE if state.at_rest else Phase.BLEND
+    stretches = (half, first, JointPath(begin)), (half, Phase.DECELERATE, JointPath(end))
+    return segments_of(start, motion, iter(stretches))
+
+
+def _carried_on(part: Part, velocity: float, acceleration: float, jerk: float, peak: float) -> Bounds:
+    """The limits, or what a joint that begins above them has: its velocity with what its acceleration adds to it."""
+    _, v, a = part
+    coming = abs(v) + (0.5 * a * a / jerk if a * v > 0.0 else 0.0)
+    fastest = max(velocity, min(coming, peak), abs(v))
+    return Bounds(fastest * AT_LIMIT, max(acceleration, abs(a)) * AT_LIMIT, jerk)
+
+
+# --- Cartesian space -------------------------------------------------------------------------------------------
+
+
+def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, least: float = 0.0) -> list[ToolStretch]:
+    """The straight-line motion to rest at T_robot_tool `target`; empty when the tool is there already.
+
+    Raises NoTimes where the state at the start allows none.
+    """
+    way = subtracted(position(target), position(state.pose))
+    if state.at_rest:
+        _, angle = axis_angle(compose(inverse(state.pose), target))
+        tip = length(way), Bounds(limits.speed, limits.acceleration, limits.jerk)
+        turning = angle, Bounds(limits.spin, limits.spin_acceleration, limits.spin_jerk)
+        lasting = from_rest([tip, turning], least)
+    else:
+        tips = _tip_parts(state, way)
+        stopping = length(state.velocity) / limits.blend_acceleration
+        shortest = max(least, length(way) / limits.speed, stopping, length(state.spin) / limits.blend_spin_acceleration)
+        lasting = from_motion(lambda time: _tool_keeps(state, target, limits, tips, time), shortest)
+    return _halves(state, target, way, lasting) if lasting else []
+
+
+def _tip_parts(state: ToolState, way: Vector) -> list[Part]:
+    """The way of the tip along the line, and its velocity and acceleration along it and across."""
+    size = length(way)
+    along = scaled(way, 1.0 / size) if size > NEGLIGIBLE else (1.0, 0.0, 0.0)
+    beside = subtracted(state.velocity, scaled(along, dot(state.velocity, along)))
+    if length(beside) <= NEGLIGIBLE:
+        beside = cross(along, (0.0, 0.0, 1.0) if abs(along[2]) < 0.9 else (1.0, 0.0, 0.0))
+    beside = scaled(beside, 1.0 / length(beside))
+    axes = along, beside, cross(along, beside)
+    return [(dot(way, axis), dot(state.velocity, axis), dot(state.acceleration, axis)) for axis in axes]
+
+
+def _tool_keeps(state: ToolState, target: Transform, limits: ToolLimits, tips: Sequence[Part], time: float) -> bool:
+    """Whether a motion of that time keeps the limits: those of the blend in its first half, the others after it.
+
+    The sizes of vectors are taken as those of the extremes of their parts, which they do not exceed.
+    """
+    spins = [angle for _, angle in _turns(state, target, time)]
+    return _group_keeps(
+        [quintic(0.0, part, time) for part in tips],
+        time,
+        max(limits.speed, length(state.velocity) * AT_LIMIT),
+        max(limits.blend_acceleration, length(state.acceleration) * AT_LIMIT),
+        limits.acceleration,
+        limits.blend_jerk,
+    ) and _group_keeps(
+        spins,
+        time,
+        max(limits.spin, length(state.spin) * AT_LIMIT),
+        max(limits.blend_spin_acceleration, length(state.spin_rate) * AT_LIMIT),
+        limits.spin_acceleration,
+        limits.blend_spin_jerk,
+    )
+
+
+def _group_keeps(
+    rows: Sequence[Polynomial], time: float, speed: float, blending: float, slowing: float, jerk: float
+) -> bool:
+    half = 0.5 * time
+    bends = [derivative(derivative(a)) for a in rows]
+    return (
+        hypot(*(most(derivative(a), time) for a in bends)) <= jerk
+        and hypot(*(most(a, half) for a in bends)) <= blending
+        and hypot(*(most(shifted(a, half), half) for a in bends)) <= slowing
+        and hypot(*(most(derivative(a), time) for a in rows)) <= speed
+    )
+
+
+def _turns(state: ToolState, target: Transform, time: float) -> list[tuple[Vector, Polynomial]]:
+    """The turns of a motion: the present spin dies, and one from rest to rest makes up for what is left."""
+    spin, spin_rate = rotated_back(state.pose, state.spin), rotated_back(state.pose, state.spin_rate)
+    turns = [(axis, _dying(rate, change, time)) for axis, rate, change in spin_turns(spin, spin_rate)]
+    turned = state.pose
+    for axis, angle in turns:
+        turned = compose(turned, rotation_about(axis, value(angle, time)))
+    axis, left = axis_angle(compose(inverse(turned), target))
+    return [*turns, (axis, quintic(0.0, (left, 0.0, 0.0), time))] if abs(left) > NEGLIGIBLE else turns
+
+
+def _dying(rate: float, change: float, time: float) -> Polynomial:
+    """A turn from a rate, and its change, to rest, wherever that ends: of degree 4."""
+    gain = change * time
+    return 0.0, rate, 0.5 * change, -(rate + 2.0 * gain / 3.0) / (time * time), (0.5 * rate + 0.25 * gain) / time**3
+
+
+def _halves(state: ToolState, target: Transform, way: Vector, lasting: float) -> list[ToolStretch]:
+    place, half = position(state.pose), 0.5 * lasting
+    parts = zip(way, state.velocity, state.acceleration, strict=True)
+    x, y, z = (quintic(p, part, lasting) for p, part in zip(place, parts, strict=True))
+    turns = _turns(state, target, lasting)
+    first = Phase.ACCELERATE if state.at_rest else Phase.BLEND
+    later = tuple((axis, shifted(angle, half)) for axis, angle in turns)
+    end = shifted(x, half), shifted(y, half), shifted(z, half)
+    return [
+        ToolStretch(half, first, (x, y, z), state.pose, tuple(turns)),
+        ToolStretch(half, Phase.DECELERATE, end, state.pose, later),
+    ]
+
+
+LAW = Law(
+    smooth=True,
+    samples=8,
+    joint_motion=joint_motion,
+    joint_stops=joint_stops,
+    straight_motion=straight_motion,
+    straight_stop=straight_stop,
+    steer=steer,
+)
