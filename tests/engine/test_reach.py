@@ -71,15 +71,15 @@ def test_what_is_said_is_what_move_and_moves_do(pose: Transform) -> None:
     engine.perform(Move(ABOVE, straight=False))
     target = PoseTarget(pose)
     reach = engine.explain(target)
-    assert [branch.configuration for branch in reach.branches] == list(ALL)
-    for branch in reach.branches:
-        if branch.joints is None:
+    assert [option.configuration for option in reach.options] == list(ALL)
+    for option in reach.options:
+        if option.joints is None:
             continue
-        assert distance(engine.arm.forward(branch.joints), pose) < 1e-9
-        outside = joints_outside(branch.joints, MODEL.lower, MODEL.upper)
-        assert tuple(over.joint for over in branch.overruns) == outside
-        for over in branch.overruns:
-            assert over.limit + over.by == pytest.approx(branch.joints[over.joint - 1])
+        assert distance(engine.arm.forward(option.joints), pose) < 1e-9
+        outside = joints_outside(option.joints, MODEL.lower, MODEL.upper)
+        assert tuple(over.joint for over in option.overruns) == outside
+        for over in option.overruns:
+            assert over.limit + over.by == pytest.approx(option.joints[over.joint - 1])
     moved = refusal(engine, Move(target, straight=False))
     assert (reach.chosen is None) == (moved is not None)
     if moved is not None:
@@ -123,16 +123,16 @@ def _flag(word: str) -> Arm | Wrist:
 def test_too_far_by_what_the_location_would_have_to_come_nearer() -> None:
     engine = Engine(MODEL)
     target = located(1.2, 0.15, -0.1)
-    far = engine.explain(target).branches[0].too_far
+    far = engine.explain(target).options[0].too_far
     assert far is not None
     x, y, z = position(target.T_world_tool)
     wrist = (x, y, z + MODEL.links[5].d)  # the tool points down
     nearer = 1.0 - (far + 1e-4) / dist((0.0, 0.0, 0.0), wrist)
-    assert engine.explain(located(x * nearer, y * nearer, wrist[2] * nearer - MODEL.links[5].d)).branches[0].joints
+    assert engine.explain(located(x * nearer, y * nearer, wrist[2] * nearer - MODEL.links[5].d)).options[0].joints
 
 
 def test_too_close_is_negative() -> None:
-    far = Engine(MODEL).explain(located(0.1, 0.05, -0.1)).branches[0].too_far
+    far = Engine(MODEL).explain(located(0.1, 0.05, -0.1)).options[0].too_far
     assert far is not None
     assert far < 0.0
 
@@ -168,7 +168,7 @@ def test_a_possible_line_says_how_long_it_takes() -> None:
 def test_a_precision_point_says_which_joint_is_out_of_range_and_by_how_much() -> None:
     engine = Engine(MODEL)
     reach = engine.explain(JointTarget(tuple(map(radians, (0, -90, 90, 0, 120, -300)))))
-    assert reach.branches == ()
+    assert reach.options == ()
     assert reach.goal is not None
     assert [(over.joint, round(over.by, 9)) for over in reach.goal.overruns] == [
         (5, round(radians(20.0), 9)),

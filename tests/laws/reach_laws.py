@@ -7,7 +7,8 @@ import pytest
 from tests.laws.motion_laws import check_pose
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetBase, SetConfiguration, SetTool
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.reach import Branch, Reach, WayOut
+from vrs_cli.engine.line_check import WayOut
+from vrs_cli.engine.reach import Option, Reach
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.kinematics.transform import Transform, compose, inverse
@@ -20,9 +21,9 @@ def check_reach(engine: Engine, target: PoseTarget | JointTarget) -> Reach:
     reach = engine.explain(target)
     if isinstance(target, PoseTarget):
         T_robot_flange = compose(compose(engine.frames.base, target.T_world_tool), inverse(engine.frames.tool))
-        assert tuple(branch.configuration for branch in reach.branches) == engine.arm.ways
-        for branch in reach.branches:
-            _check_branch(engine, branch, T_robot_flange)
+        assert tuple(option.configuration for option in reach.options) == engine.arm.ways
+        for option in reach.options:
+            _check_option(engine, option, T_robot_flange)
     _check_move(engine, target, reach)
     _check_line(engine, target, reach)
     for out in reach.line.ways_out:
@@ -30,18 +31,18 @@ def check_reach(engine: Engine, target: PoseTarget | JointTarget) -> Reach:
     return reach
 
 
-def _check_branch(engine: Engine, branch: Branch, T_robot_flange: Transform) -> None:
+def _check_option(engine: Engine, option: Option, T_robot_flange: Transform) -> None:
     """The joints of a configuration are at the place, and out of range where that is said."""
-    if branch.joints is None:
-        assert engine.arm.branch_joints(T_robot_flange, branch.configuration, engine.position().joints) is None
+    if option.joints is None:
+        assert engine.arm.branch_joints(T_robot_flange, option.configuration, engine.position().joints) is None
         return
     model = engine.model
-    check_pose(engine, engine.arm.forward(branch.joints), T_robot_flange)
-    if min(engine.arm.singularity(branch.joints)) > BORDER:
-        assert branch.configuration == engine.arm.configuration(branch.joints)
-    assert tuple(over.joint for over in branch.overruns) == joints_outside(branch.joints, model.lower, model.upper)
-    for over in branch.overruns:
-        assert over.limit + over.by == pytest.approx(branch.joints[over.joint - 1])
+    check_pose(engine, engine.arm.forward(option.joints), T_robot_flange)
+    if min(engine.arm.singularity(option.joints)) > BORDER:
+        assert option.configuration == engine.arm.configuration(option.joints)
+    assert tuple(over.joint for over in option.overruns) == joints_outside(option.joints, model.lower, model.upper)
+    for over in option.overruns:
+        assert over.limit + over.by == pytest.approx(option.joints[over.joint - 1])
 
 
 def _check_move(engine: Engine, target: PoseTarget | JointTarget, reach: Reach) -> None:
@@ -52,9 +53,9 @@ def _check_move(engine: Engine, target: PoseTarget | JointTarget, reach: Reach) 
         assert (reach.chosen, reach.reason) == (None, str(refusal))
         return
     assert reach.chosen == engine.arm.configuration(other.position().joints)
-    if isinstance(target, PoseTarget) and reach.chosen in [branch.configuration for branch in reach.branches]:
-        (branch,) = (branch for branch in reach.branches if branch.configuration == reach.chosen)
-        assert branch.usable, "MOVE goes where a configuration is in reach"
+    if isinstance(target, PoseTarget) and reach.chosen in [option.configuration for option in reach.options]:
+        (option,) = (option for option in reach.options if option.configuration == reach.chosen)
+        assert option.usable, "MOVE goes where a configuration is in reach"
 
 
 def _check_line(engine: Engine, target: PoseTarget | JointTarget, reach: Reach) -> None:

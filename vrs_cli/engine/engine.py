@@ -31,6 +31,7 @@ from vrs_cli.engine.commands import (
     ToolOffsetTarget,
 )
 from vrs_cli.engine.history import CommandRecord, Step
+from vrs_cli.engine.line_check import Standpoint
 from vrs_cli.engine.motions import at_fraction, at_program_speed, commanded, motion_to, rest_after
 from vrs_cli.engine.planner import NoRoomToStop, plan, rounding_begins, slowing_down
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at, world_pose
@@ -496,7 +497,8 @@ class Engine:
 
         Raises IllegalValue for the joints of another robot.
         """
-        return explained(self.arm, self.settings, target, self.position().joints, self._motion_at(self.now))
+        stand = Standpoint(self.arm, self.settings, self.position().joints, self._motion_at(self.now))
+        return explained(stand, target)
 
 
 def _stands(request: Request) -> bool:

@@ -14,8 +14,9 @@ from vrs_cli.dialogue.numbers import count, fixed, seconds
 from vrs_cli.dialogue.replies import Reply, Tone
 from vrs_cli.engine.comparison import Comparison, Extent, Pair
 from vrs_cli.engine.history import CommandRecord
+from vrs_cli.engine.line_check import LineCheck, WayOut
 from vrs_cli.engine.position import Position
-from vrs_cli.engine.reach import Branch, LineCheck, Overrun, WayOut
+from vrs_cli.engine.reach import Option, Overrun
 from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.text.diagnostics import Severity, show
@@ -99,8 +100,8 @@ def _row(position: Position, units: JointUnits) -> tuple[float, ...]:
 
 def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
     reach = reply.reach
-    branches = reach.branches or ((reach.goal,) if reach.goal else ())
-    joints = max((len(branch.joints) for branch in branches if branch.joints), default=0)
+    options = reach.options or ((reach.goal,) if reach.goal else ())
+    joints = max((len(option.joints) for option in options if option.joints), default=0)
     columns = (
         Column("Configuration", Role.NAME),
         Column("Reach", width=8),
@@ -108,11 +109,11 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
     )
     rows = tuple(
         (
-            str(branch.configuration) or "-",
-            _verdict(branch, reply.units),
-            *(map(fixed, numbers_of(branch.joints, reply.units)) if branch.joints else ("",) * joints),
+            str(option.configuration) or "-",
+            _verdict(option, reply.units),
+            *(map(fixed, numbers_of(option.joints, reply.units)) if option.joints else ("",) * joints),
         )
-        for branch in branches
+        for option in options
     )
     yield Grid(columns, rows, boxed=True, keys=1)
     if reach.chosen is None and reach.line.trouble == reach.reason:
@@ -125,15 +126,15 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
     yield from _line_check(reach.line, page)
 
 
-def _verdict(branch: Branch, units: JointUnits) -> str:
+def _verdict(option: Option, units: JointUnits) -> str:
     """In reach, which joints leave their range and by how much, or how far away the location is."""
-    if branch.usable:
+    if option.usable:
         return "in reach"
-    if branch.joints is not None:
-        return _overruns(branch.overruns, units)
-    if branch.too_far is None:
+    if option.joints is not None:
+        return _overruns(option.overruns, units)
+    if option.too_far is None:
         return "out of reach"
-    return f"{1e3 * abs(branch.too_far):.1f} mm too {'far' if branch.too_far > 0.0 else 'close'}"
+    return f"{1e3 * abs(option.too_far):.1f} mm too {'far' if option.too_far > 0.0 else 'close'}"
 
 
 def _overruns(overruns: Sequence[Overrun], units: JointUnits) -> str:
