@@ -9,6 +9,8 @@ import re
 from collections.abc import Callable, Container, Mapping
 from typing import NamedTuple
 
+from msgspec import Struct
+
 from vrs_cli.errors import (
     CannotInterpret,
     InvalidName,
@@ -22,7 +24,6 @@ from vrs_cli.language.text.ast import Span
 from vrs_cli.language.text.diagnostics import LineRefused, did_you_mean, error
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import (
-    CONTROL,
     INSTRUCTIONS,
     OPERATOR_WORDS,
     PROGRAM_WORDS,
@@ -31,40 +32,32 @@ from vrs_cli.language.words.instructions import (
 )
 from vrs_cli.language.words.kind import NAME_LENGTH
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.word import SORT_WORDS, Shape, State, Word, abbreviated, argument_at, usable
+from vrs_cli.language.words.word import SORT_WORDS, Control, Shape, State, Word, abbreviated, argument_at, usable
 
 LABEL_HIGH = 65535
 LONGEST = 400  # tokens of a line; a VAL-II line holds far fewer
 
 
-class Token:
+class Token(Struct, eq=False):
     """A terminal: `value` is the word in full or the sign in its one spelling; `text` is as typed.
 
     `row`: what the tables say of a WORD.
     """
 
-    __slots__ = ("column", "end", "line", "row", "text", "type", "value")
+    type: str
+    value: str
+    text: str
+    line: int
+    column: int
+    end: int
+    row: Word | None = None
 
     # what the parser's library asks of a token beside its type
     start_pos = end_line = end_column = end_pos = None
 
-    def __init__(
-        self, type: str, value: str, text: str, line: int, column: int, end: int, row: Word | None = None
-    ) -> None:
-        self.type = type
-        self.value = value
-        self.text = text
-        self.line = line
-        self.column = column
-        self.end = end
-        self.row = row
-
     @property
     def span(self) -> Span:
         return Span(self.line, self.column, self.end)
-
-    def __repr__(self) -> str:
-        return f"{self.type}({self.text})"
 
 
 # Words that link, where an expression has just ended.
@@ -75,7 +68,6 @@ _LINKS = {
 _MODIFIERS = {"AT": "AT", "IN": "AT", "ALWAYS": "ALWAYS", "UNIT": "UNIT"}  # what a row allows, by type of token
 _SPELLINGS = {"=<": "<=", "=>": ">="}
 _PREFIXES = frozenset({"NOT", "COM"})
-_INFIXES = OPERATOR_WORDS - _PREFIXES
 _SYMBOLS = ("COMMA", "LPAR", "RPAR", "LSQB", "RSQB", "EQUAL")
 _CLOSING = frozenset({"RPAR", "RSQB"})
 _DEPTH = {"LPAR": 1, "LGROUP": 1, "LSQB": 1, "RPAR": -1, "RSQB": -1}
@@ -134,6 +126,7 @@ class Lexer:
 
 
 Match = Callable[[str, int], re.Match[str] | None]
+Tables = tuple[Mapping[str, Word], ...]
 
 
 class Patterns(NamedTuple):
@@ -144,7 +137,11 @@ class Patterns(NamedTuple):
 
 
 class _Scan:
-    """The tokens of one line, found from left to right. `at`: the index of what is not yet read."""
+    """The tokens of one line, found from left to right.
+
+    `_at`: the index of what is not yet read; `_operand`: whether an expression has just ended; `_row`: the row of the
+    word at the start, while its arguments are read.
+    """
 
     def __init__(self, patterns: Patterns, text: str, line: int, at: int = 0) -> None:
         self.tokens: list[Token] = []
@@ -152,52 +149,51 @@ class _Scan:
         self._text = text.rstrip()
         self._line = line
         self._at = at
+        self._operand = False
+        self._row: Word | None = None
         self._val_if = False  # IF a EQ b THEN label
 
     # --- the parts of a line ---
 
     def label(self) -> None:
-        """The number before a statement, if there is one."""
+        """Read the number before a statement, if there is one."""
         match = _LABEL.match(self._text)
         if match is None:
             return
-        start, end = match.span(1)
         if int(match[1][:9]) > LABEL_HIGH:
-            raise self._refused(InvalidNumber, start, end, match[1], f"labels are 0 to {LABEL_HIGH}")
-        self._add("LABEL", match[1], start, end)
-        self._at = end
+            raise self._refused(InvalidNumber, *match.span(1), match[1], f"labels are 0 to {LABEL_HIGH}")
+        self._add("LABEL", match[1], *match.span(1))
 
     def statement(self) -> None:
-        """An assignment, or an instruction with what belongs to it."""
-        if not self._over():
+        """Read an assignment, or an instruction with what belongs to it."""
+        if not self._at_end():
             self._statement((PROGRAM_WORDS,), UnknownInstruction)
 
     def command(self, names: Container[str]) -> None:
-        """A monitor command, a statement, or an expression whose value is shown."""
-        if self._over():
+        """Read a monitor command, a statement, or an expression whose value is shown."""
+        if self._at_end():
             return
         if self._shows(names):
-            self._rest(None)
+            self._rest()
         else:
             self._statement((COMMANDS, PROGRAM_WORDS), UsageError)
 
     def heading(self) -> None:
-        """A program's name and parameters."""
-        if not self._over():
+        """Read a program's name and parameters."""
+        if not self._at_end():
             name = self._first_word(InvalidName, "a program name begins with a letter", ".PROGRAM pick.place(part)")
             self._add("PROGRAM", name[0], *name.span())
-            self._at = name.end()
-        self._rest(None)
+        self._rest()
 
     def entry(self) -> None:
-        """A variable and its value."""
-        while not self._over():
+        """Read a variable and its value."""
+        while not self._at_end():
             number = _ENTRY_NUMBER.match(self._text, self._at)
             if number is not None:
                 self._add("NUMBER", number[1], *number.span(1))
-                self._at = number.end()
             else:
-                self._token(None)
+                self._operand = False
+                self._token()
 
     # --- the start of a statement ---
 
@@ -224,7 +220,7 @@ class _Scan:
             return _NO_ARGUMENT.match(self._text, at) is not None
         return operated and not abbreviated(name, COMMANDS, PROGRAM_WORDS)
 
-    def _statement(self, tables: tuple[Mapping[str, Word], ...], unknown: type[VrsError]) -> None:
+    def _statement(self, tables: Tables, unknown: type[VrsError]) -> None:
         hint = "LISTR 5+3 shows a value, HELP the commands" if unknown is UsageError else ""
         kind = UsageError if unknown is UsageError else CannotInterpret
         word = self._first_word(kind, "a line begins with a word or the variable that is assigned", hint)
@@ -232,14 +228,13 @@ class _Scan:
         if colon_equal:
             hint = f"{word[0]} = 5 assigns, {word[0]} == 5 compares"
             raise self._refused(CannotInterpret, *colon_equal.span(1), ":= is no sign of VAL-II", hint)
-        if self._assigned(word.end()):
+        if _ASSIGNS.match(self._text, word.end()):
             self._refuse_operator(word)
-            self._rest(None)
+            self._rest()
         elif word[0][0] in "#$%":
             raise self._refused(CannotInterpret, *word.span(), word[0], "a variable is followed by = and its value")
         else:
-            self._at = word.end()
-            self._operation(self._row(word, tables, unknown), word, tables)
+            self._operation(self._row_of(word, tables, unknown), word, tables)
 
     def _first_word(self, kind: type[VrsError], detail: str, hint: str) -> re.Match[str]:
         self._skip_blanks()
@@ -266,20 +261,16 @@ class _Scan:
         if name in OPERATOR_WORDS:
             raise self._refused(InvalidName, *word.span(), *reserved(name))
 
-    def _assigned(self, at: int) -> bool:
-        """Whether `=` or an index follows a name that ends at an index of the text."""
-        return _ASSIGNS.match(self._text, at) is not None
-
-    def _row(self, word: re.Match[str], tables: tuple[Mapping[str, Word], ...], unknown: type[VrsError]) -> Word:
+    def _row_of(self, word: re.Match[str], tables: Tables, unknown: type[VrsError]) -> Word:
         found = abbreviated(word[0], *tables)
         if len(found) == 1:
             return found[0]
+        detail, hint = word[0], ", ".join(row.name for row in found[:8])
         if found:
-            choices = ", ".join(row.name for row in found[:8])
-            raise self._refused(unknown, *word.span(), f"{word[0]} is short for several words", choices)
-        raise self._refused(unknown, *word.span(), word[0], self._other_form(word[0], word.end(), tables))
+            detail = f"{word[0]} is short for several words"
+        raise self._refused(unknown, *word.span(), detail, hint or self._other_form(word[0], word.end(), tables))
 
-    def _other_form(self, word: str, end: int, tables: tuple[Mapping[str, Word], ...]) -> str:
+    def _other_form(self, word: str, end: int, tables: Tables) -> str:
         """What an unknown first word may have been meant as."""
         rest = _before_comment(self._text[end:]).strip()
         if word.upper() in COMMANDS:
@@ -294,144 +285,141 @@ class _Scan:
             return near
         if rest and rest[0] != "(":
             return "an abbreviation has two letters at least" if len(word) == 1 else ""
-        if not at_prompt:
-            return f"CALL {word} runs a program"
-        return f"EXECUTE {word} runs a program, {word} = 5 makes a variable"
+        if at_prompt:
+            return f"EXECUTE {word} runs a program, {word} = 5 makes a variable"
+        return f"CALL {word} runs a program"
 
-    def _operation(self, row: Word, word: re.Match[str], tables: tuple[Mapping[str, Word], ...]) -> None:
+    def _operation(self, row: Word, word: re.Match[str], tables: Tables) -> None:
         if row.name == "REMARK":
-            self._add("COMMENT", f";{self._text[self._at :]}", word.start(), len(self._text))
-            self._at = len(self._text)
+            self._add("COMMENT", f";{self._text[word.end() :]}", word.start(), len(self._text))
         elif row is COMMANDS["DO"] and COMMANDS in tables:
             self._add("DO_COMMAND", "DO", *word.span())
             self.statement()
-        elif row is CONTROL.get(row.name):
+        elif type(row) is Control:
             self._add(row.name, row.name, *word.span())
             self._val_if = row.name == "IF" and VAL_IF.search(_before_comment(self._text[self._at :])) is not None
-            self._rest(None)
+            self._rest()
             self._mark_colon(row)
         else:
             self._add("WORD", row.name, *word.span(), row)
             self._arguments(row)
 
+    def _mark_colon(self, row: Word) -> None:
+        """The colon that ends VALUE 1, 2: is no operator."""
+        last = self.tokens[-2 if self.tokens[-1].type == "COMMENT" else -1]
+        if row.name in ("VALUE", "ANY") and last.text == ":":
+            last.type = "COLON"
+
     def _arguments(self, row: Word) -> None:
         if row.state is not State.SUPPORTED:
-            self._refused_rest()
+            self._unread_rest()
         elif row.raw:
             self._raw_words(row)
         else:
-            self._rest(row)
+            self._row = row
+            self._before_arguments(row)
+            self._rest()
 
-    def _mark_colon(self, row: Word) -> None:
-        """The colon that ends VALUE 1, 2: is no operator."""
-        last = len(self.tokens) - 1
-        if self.tokens[last].type == "COMMENT":
-            last -= 1
-        if row.name in ("VALUE", "ANY") and self.tokens[last].text == ":":
-            self.tokens[last].type = "COLON"
-
-    def _refused_rest(self) -> None:
+    def _unread_rest(self) -> None:
         self._skip_blanks()
-        rest = self._text[self._at :]
-        end = self._at + len(_before_comment(rest).rstrip())
-        if end > self._at:
-            self._add("REST", self._text[self._at : end], self._at, end)
-            self._at = end
-        self._rest(None)
+        rest = _before_comment(self._text[self._at :]).rstrip()
+        if rest:
+            self._add("REST", rest, self._at, self._at + len(rest))
+        self._rest()
 
     def _raw_words(self, row: Word) -> None:
-        """Words as they stand; where no value follows, a relation is one too (HELP ==)."""
-        while not self._over():
+        """Read words as they stand; where no value follows, a relation is one too (HELP ==)."""
+        while not self._at_end():
             relation = _RELATION.match(self._text, self._at) if row.value is None else None
             raw = relation or _RAW.match(self._text, self._at)
             if raw is None:
-                self._token(None)
+                self._token()
             else:
                 self._add("RAW", raw[0].strip('"'), *raw.span())
-                self._at = raw.end()
 
     # --- what follows ---
 
-    def _rest(self, row: Word | None) -> None:
-        """Everything up to the end of the line."""
-        if row is not None and row.grouped:
-            self._group(row)
-        if row is not None and row.tasked:
+    def _before_arguments(self, row: Word) -> None:
+        """Read what stands before the arguments: a parenthesis, the number of a task, the sort of variables."""
+        if row.grouped:
+            self._group()
+        if row.tasked:
             self._task()
-        if row is not None and "SORT" in row.modifiers:
-            self._sort()
-        operand = False
+        if "SORT" in row.modifiers:
+            match = SORT.match(self._text, self._at)
+            if match is not None:
+                self._add("SORT", match[1].upper(), *match.span(1))
+
+    def _group(self) -> None:
+        """Read the parenthesis of READ (lun) $s, after which a value may begin."""
+        depth = 0
         while self._at < len(self._text):
-            operand = self._token(row, operand)
-        if len(self.tokens) > LONGEST:
-            beyond = self.tokens[LONGEST]
-            raise self._refused(CannotInterpret, beyond.column - 1, len(self._text), "the line is too long")
+            self._token()
+            depth += _DEPTH.get(self.tokens[-1].type, 0)
+            if depth <= 0:
+                break
+        self._operand = False
 
     def _task(self) -> None:
-        """The number in EXECUTE 2 pick: a group without its parentheses."""
+        """Read the number in EXECUTE 2 pick: a group without its parentheses."""
         match = _TASK.match(self._text, self._at)
         if match is not None:
             start, end = match.span(1)
             self._add("LGROUP", "(", start, start)
             self._add("NUMBER", match[1], start, end)
             self._add("RPAR", ")", end, end)
-            self._at = end
 
-    def _sort(self) -> None:
-        """The sort of variables in AUTO REAL x: a word with a name after it."""
-        match = SORT.match(self._text, self._at)
-        if match is not None:
-            self._add("SORT", match[1].upper(), *match.span(1))
-            self._at = match.end()
+    def _rest(self) -> None:
+        """Read everything up to the end of the line."""
+        size = len(self._text)
+        while self._at < size:
+            self._token()
+        if len(self.tokens) > LONGEST:
+            beyond = self.tokens[LONGEST]
+            raise self._refused(CannotInterpret, beyond.column - 1, size, "the line is too long")
 
-    def _group(self, row: Word) -> None:
-        """The parenthesis of READ (lun) $s, after which a value may begin."""
-        operand, depth = False, 0
-        while self._at < len(self._text):
-            operand = self._token(row, operand)
-            depth += {"LGROUP": 1, "LPAR": 1, "RPAR": -1}.get(self.tokens[-1].type, 0)
-            if depth <= 0:
-                return
-
-    def _token(self, row: Word | None, operand: bool = False) -> bool:
-        """Read one token; `operand`: an expression has just ended. Returns the same for what comes then."""
+    def _token(self) -> None:
+        """Read one token."""
         match = self._patterns.next(self._text, self._at)
         if match is None:
             raise self._unreadable()
         kind = match.lastgroup
         assert kind is not None
         start, end = match.span(kind)
-        self._at = end
-        return _READERS[kind](self, row, operand, match[kind], start, end)
+        self._operand = _READERS[kind](self, match[kind], start, end)
 
-    def _name(self, row: Word | None, operand: bool, text: str, start: int, end: int) -> bool:
-        if row is not None and row.programs and not operand and self._names_program(row, text, end):
+    # The readers of a token: each says whether an expression ends with it.
+
+    def _name(self, text: str, start: int, end: int) -> bool:
+        row = self._row
+        if row is not None and row.programs and not self._operand and self._names_program(row, text, end):
             self._add("PROGRAM", text, start, end)
             return True
         word = text.upper()
-        if word in _INFIXES or word in _PREFIXES:
-            self._add("INFIX" if word in _INFIXES else "PREFIX", word, start, end)
+        if word in OPERATOR_WORDS:
+            self._add("PREFIX" if word in _PREFIXES else "INFIX", word, start, end)
             return False
-        if self._val_if and operand and word in RELATIONS_OF_VAL:
+        if self._val_if and self._operand and word in RELATIONS_OF_VAL:
             self._add("INFIX", RELATIONS_OF_VAL[word], start, end)
             return False
-        link = self._link(row, operand, word)
+        link = self._link(row, word) if self._operand or row is not None else None
         self._add(link or "NAME", word if link else text, start, end)
         return link is None or link in ("ALWAYS", "UNIT")
 
-    def _link(self, row: Word | None, operand: bool, word: str) -> str | None:
+    def _link(self, row: Word | None, word: str) -> str | None:
         """The type of a word that links, where it does."""
-        if not operand:
-            if row is not None and word in row.leads and self.tokens[-1].type == "COMMA":
-                return "LEAD"  # what stood before it is left out: IFSIG 1,,, THEN 10
-            at_once = row is not None and not row.required and self.tokens[-1].type == "WORD"
-            if row is None or not at_once:
-                return None
-            link = _LINKS.get(word, "")
-            return "LEAD" if word in row.leads else link if _MODIFIERS.get(link) in row.modifiers else None
-        if row is not None and (word in row.leads or (word == row.comma and self._place() is not None)):
-            return "LEAD" if word in row.leads else "COMMA"
-        return "THEN_LABEL" if self._val_if and word == "THEN" else _LINKS.get(word)
+        if self._operand:
+            if row is not None and (word in row.leads or (word == row.comma and self._place() is not None)):
+                return "LEAD" if word in row.leads else "COMMA"
+            return "THEN_LABEL" if self._val_if and word == "THEN" else _LINKS.get(word)
+        assert row is not None
+        before = self.tokens[-1].type
+        if word in row.leads and before == "COMMA":
+            return "LEAD"  # what stood before it is left out: IFSIG 1,,, THEN 10
+        if row.required or before != "WORD":
+            return None
+        link = _LINKS.get(word, "")
+        return "LEAD" if word in row.leads else link if _MODIFIERS.get(link) in row.modifiers else None
 
     def _names_program(self, row: Word, text: str, end: int) -> bool:
         """Whether a word, where a value is wanted, is the name of a program by the table."""
@@ -451,49 +439,53 @@ class _Scan:
             commas += token.type == "COMMA" and not depth
         return None if depth else commas
 
-    def _number(self, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
+    def _number(self, text: str, start: int, end: int) -> bool:
         glued = _GLUED.match(self._text, end)
         if glued is not None:
             raise self._refused(InvalidNumber, start, glued.end(), self._text[start : glued.end()])
         self._add("NUMBER", text, start, end)
         return True
 
-    def _string(self, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
+    def _string(self, text: str, start: int, end: int) -> bool:
         self._add("STRING", text[1:-1], start, end)
         return True
 
-    def _infix(self, _row: Word | None, operand: bool, text: str, start: int, end: int) -> bool:
-        format_code = None if operand or text != "/" else self._patterns.format(self._text, start)
+    def _infix(self, text: str, start: int, end: int) -> bool:
+        if self._operand:
+            self._add("INFIX", _SPELLINGS.get(text, text), start, end)
+            return False
+        format_code = self._patterns.format(self._text, start) if text == "/" else None
         if format_code is not None:
-            self._at = format_code.end()
-            self._add("FORMAT", format_code[0], start, self._at)
+            self._add("FORMAT", format_code[0], *format_code.span())
             return True
-        sign = not operand and text in "+-"
-        self._add("PREFIX" if sign else "INFIX", _SPELLINGS.get(text, text), start, end)
+        self._add("PREFIX" if text in "+-" else "INFIX", _SPELLINGS.get(text, text), start, end)
         return False
 
-    def _parenthesis(self, row: Word | None, _operand: bool, _text: str, start: int, end: int) -> bool:
-        group = row is not None and row.grouped > 0 and self.tokens[-1].type == "WORD"
+    def _parenthesis(self, _text: str, start: int, end: int) -> bool:
+        group = self._row is not None and self._row.grouped > 0 and self.tokens[-1].type == "WORD"
         self._add("LGROUP" if group else "LPAR", "(", start, end)
         return False
 
-    def _comment(self, _row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
+    def _comment(self, text: str, start: int, end: int) -> bool:
         self._add("COMMENT", text, start, end)
         return False
 
     # --- characters ---
 
     def _add(self, type: str, value: str, start: int, end: int, row: Word | None = None) -> None:
+        """Keep what stands there as a token, and go on behind it."""
+        self._at = end
         self.tokens.append(Token(type, value, self._text[start:end], self._line, start + 1, end + 1, row))
 
     def _skip_blanks(self) -> None:
-        self._at = _end(_BLANKS, self._text, self._at)
+        match = _BLANKS.match(self._text, self._at)
+        self._at = match.end() if match else self._at
 
-    def _over(self) -> bool:
+    def _at_end(self) -> bool:
         """Whether only a comment is left; it is read."""
         self._skip_blanks()
         if self._text.startswith(";", self._at):
-            self._token(None)
+            self._token()
         return self._at >= len(self._text)
 
     def _refused(self, kind: type[VrsError], start: int, end: int, detail: str, hint: str = "") -> LineRefused:
@@ -516,18 +508,19 @@ class _Scan:
         return self._refused(CannotInterpret, at, at + 1, f"{shown} has no meaning here")
 
 
-def _symbol(kind: str) -> Callable[[_Scan, Word | None, bool, str, int, int], bool]:
+def _symbol(kind: str) -> _Reader:
     closes = kind in _CLOSING
 
-    def read(scan: _Scan, row: Word | None, _operand: bool, text: str, start: int, end: int) -> bool:
-        comma = row is not None and row.comma == text
+    def read(scan: _Scan, text: str, start: int, end: int) -> bool:
+        comma = scan._row is not None and scan._row.comma == text
         scan._add("COMMA" if comma else kind, text, start, end)
         return closes
 
     return read
 
 
-_READERS: Mapping[str, Callable[[_Scan, Word | None, bool, str, int, int], bool]] = {
+_Reader = Callable[[_Scan, str, int, int], bool]
+_READERS: Mapping[str, _Reader] = {
     **{kind: _symbol(kind) for kind in _SYMBOLS},
     "NAME": _Scan._name,
     "NUMBER": _Scan._number,
@@ -536,11 +529,6 @@ _READERS: Mapping[str, Callable[[_Scan, Word | None, bool, str, int, int], bool]
     "LPAR": _Scan._parenthesis,
     "COMMENT": _Scan._comment,
 }
-
-
-def _end(pattern: re.Pattern[str], text: str, at: int) -> int:
-    match = pattern.match(text, at)
-    return match.end() if match else at
 
 
 def _before_comment(text: str) -> str:
