@@ -9,19 +9,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from vrs_cli.engine.branches import MAIN, Branches
-from vrs_cli.engine.commands import (
-    JointOffsetTarget,
-    JointTarget,
-    Move,
-    PoseTarget,
-    SetMonitorSpeed,
-    SetParameter,
-    Stamp,
-)
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetMonitorSpeed, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.motion import JointOffsetTarget
 from vrs_cli.trajectory.timeline import Timeline
 
 MODEL = load_robot("puma560")

@@ -11,7 +11,6 @@ from vrs_cli.engine.book import Book
 from vrs_cli.engine.commands import (
     Break,
     Delay,
-    JointOffsetTarget,
     JointTarget,
     Mode,
     Move,
@@ -29,7 +28,6 @@ from vrs_cli.engine.commands import (
     SetTool,
     SpeedUnit,
     Stamp,
-    ToolOffsetTarget,
 )
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.history import WIDE
@@ -46,7 +44,7 @@ from vrs_cli.kinematics.configuration import Arm, Wrist
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import distance, from_oat, translation
 from vrs_cli.trajectory.delta import Cause
-from vrs_cli.trajectory.motion import Start
+from vrs_cli.trajectory.motion import JointOffsetTarget, Start, ToolOffsetTarget
 
 MODEL = load_robot("puma560")
 
@@ -209,7 +207,7 @@ def test_a_motion_that_changes_the_configuration_does_not_blend(engine: Engine) 
     here = engine.world_pose(A.joints)
     starts = []
     for word in (None, Arm.RIGHTY):
-        engine.take_up(Bookmark(Book.standing(MODEL.poses["ready"]), engine.settings, 0.0))
+        engine.take_up(Bookmark(Book.at(MODEL.poses["ready"]), engine.settings, 0.0))
         engine.perform(Move(B, straight=False), program=True)
         if word is not None:
             engine.perform(SetConfiguration(word))

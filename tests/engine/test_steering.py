@@ -77,7 +77,7 @@ def test_it_waits_at_the_end_of_a_range_and_comes_back(engine: Engine) -> None:
     def want(t: float) -> Joints:
         return (min(end, end + radians(60.0) * sin(2.0 * t)), *READY[1:])
 
-    engine.take_up(Bookmark(Book.standing(want(0.0)), engine.settings, 0.0))
+    engine.take_up(Bookmark(Book.at(want(0.0)), engine.settings, 0.0))
     follow(engine, want, 6.0)
     reached = [joints_at(engine.arm, engine.timeline, k * 0.01)[0] for k in range(600)]
     assert all(q <= end + 1e-9 for q in reached)

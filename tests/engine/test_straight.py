@@ -11,15 +11,7 @@ import numpy as np
 import pytest
 
 from tests.laws.motion_laws import check_continuous, check_limits, off_line
-from vrs_cli.engine.commands import (
-    JointOffsetTarget,
-    JointTarget,
-    Move,
-    PoseTarget,
-    SetDuration,
-    SetParameter,
-    Stamp,
-)
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetDuration, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.engine.planner import Here, plan_motion
@@ -38,7 +30,7 @@ from vrs_cli.kinematics.transform import (
     rotation_z,
     translation,
 )
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start
+from vrs_cli.trajectory.motion import Frames, JointOffsetTarget, Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline

@@ -6,24 +6,14 @@ from math import radians
 
 import pytest
 
-from vrs_cli.engine.commands import (
-    AlignedTarget,
-    Break,
-    JointOffsetTarget,
-    JointTarget,
-    Move,
-    PoseTarget,
-    SetBase,
-    Stamp,
-    Target,
-    ToolOffsetTarget,
-)
+from vrs_cli.engine.commands import Break, JointTarget, Move, PoseTarget, SetBase, Stamp, Target
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.targets import aligned
+from vrs_cli.engine.targets import align
 from vrs_cli.errors import JointOutOfRange
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose, inverse, rotation_x, rotation_y, translation
+from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
 
 START: Joints = tuple(radians(q) for q in (10.0, -60.0, 70.0, 5.0, 40.0, 20.0))
 ASIDE: Joints = tuple(radians(q) for q in (30.0, -70.0, 80.0, 0.0, 30.0, 0.0))
@@ -49,13 +39,13 @@ def tip(engine: Engine, t: float) -> Transform:
 def test_align_turns_the_tool_to_the_nearest_axis(angle: float) -> None:
     T = compose(translation(0.1, 0.2, 0.3), rotation_x(radians(angle)))
     right_angles = round(angle / 90.0)
-    assert close(aligned(T), compose(translation(0.1, 0.2, 0.3), rotation_x(radians(90.0 * right_angles))))
+    assert close(align(T), compose(translation(0.1, 0.2, 0.3), rotation_x(radians(90.0 * right_angles))))
 
 
 @pytest.mark.parametrize("angle", [1e-2, 1e-8, 5e-12])
 def test_however_little_the_tool_is_tilted_align_takes_it_away(angle: float) -> None:
-    assert abs(aligned(rotation_x(angle)).sz) < 2e-13 * (1.0 + angle)
-    assert abs(aligned(rotation_x(angle)).ay) < 2e-13 * (1.0 + angle)
+    assert abs(align(rotation_x(angle)).sz) < 2e-13 * (1.0 + angle)
+    assert abs(align(rotation_x(angle)).ay) < 2e-13 * (1.0 + angle)
 
 
 def test_drive_goes_on_from_where_an_inserted_motion_ends() -> None:
@@ -80,7 +70,7 @@ def test_align_keeps_the_place_that_an_inserted_motion_reached() -> None:
     engine.perform(SetBase(compose(translation(0.0, 0.0, 0.2), rotation_y(0.3))))
     give(engine, AlignedTarget(), at=5.0, straight=True)
     give(engine, JointTarget(ASIDE), at=1.0)
-    assert close(tip(engine, engine.end), aligned(tip(engine, 4.9)))
+    assert close(tip(engine, engine.end), align(tip(engine, 4.9)))
     assert not close(tip(engine, engine.end), tip(engine, 4.9))
 
 

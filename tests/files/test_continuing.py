@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tests.engine.wall import ManualWall
 from tests.files.trajectories import puma
 from vrs_cli.engine.branches import Branches
-from vrs_cli.engine.commands import JointOffsetTarget, JointTarget, Move, SetParameter, Stamp
+from vrs_cli.engine.commands import JointTarget, Move, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileError, MotionError, UsageError
 from vrs_cli.files.continuing import bookmark_of, keep_journal
@@ -21,6 +21,7 @@ from vrs_cli.files.journal import Journal, taken_up
 from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.steering import Steering
+from vrs_cli.trajectory.motion import JointOffsetTarget
 
 
 def drive(joint: int, degrees: float, at: float | None = None) -> Move:

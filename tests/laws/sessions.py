@@ -19,11 +19,9 @@ from tests.laws.motion_laws import (
 )
 from tests.laws.reach_laws import check_reach
 from vrs_cli.engine.commands import (
-    AlignedTarget,
     Brake,
     Break,
     Delay,
-    JointOffsetTarget,
     JointTarget,
     Mode,
     Move,
@@ -43,7 +41,6 @@ from vrs_cli.engine.commands import (
     SpeedUnit,
     Stamp,
     Target,
-    ToolOffsetTarget,
 )
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
@@ -52,6 +49,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, from_oat, rotation_x, rotation_z, translation
 from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
 from vrs_cli.trajectory.timeline import Timeline
 
 LONGEST = 400  # segments; then the timeline begins anew

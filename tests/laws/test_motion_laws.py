@@ -10,9 +10,7 @@ from hypothesis import strategies as st
 
 from tests.laws.motion_laws import LIMIT, check_continuous, check_edit, check_limits, check_lines, check_target
 from vrs_cli.engine.commands import (
-    AlignedTarget,
     Delay,
-    JointOffsetTarget,
     JointTarget,
     Move,
     OperateHand,
@@ -23,7 +21,6 @@ from vrs_cli.engine.commands import (
     SetParameter,
     SetSpeed,
     Stamp,
-    ToolOffsetTarget,
 )
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
@@ -33,6 +30,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat, translation
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.laws.table import LAWS
+from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline
 

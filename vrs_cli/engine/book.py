@@ -48,7 +48,7 @@ class Book:
         self.listeners: list[Callable[[TimelineDelta], None]] = []
 
     @classmethod
-    def standing(cls, joints: Joints) -> Book:
+    def at(cls, joints: Joints) -> Book:
         """A book in which nothing has happened yet: the robot stands at these joints from time 0 on."""
         initial = Timeline([rest(joints, 0.0, 0.0, Motion(0, Kind.REST, Start.AT))])
         return cls(initial, initial)

@@ -17,7 +17,7 @@ from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.history import Step
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import destination_at
-from vrs_cli.engine.targets import aimed
+from vrs_cli.engine.targets import retarget
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import Start
@@ -177,7 +177,7 @@ class Branches:
             when = _when(step.delta, old, timeline)
             try:
                 before = destination_at(arm, timeline, when if motion.start is Start.AT else timeline.end)
-                motion = aimed(arm, motion, before.joints)
+                motion = retarget(arm, motion, before.joints)
                 delta = plan(arm, timeline, motion, step.delta.issued, when, insert=step.insert, slowest=slowest)
             except MotionError as error:
                 what = f"when {motion.text or 'a motion'} of {name} is planned again on main"

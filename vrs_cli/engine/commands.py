@@ -1,7 +1,7 @@
 """The waist between language and engine: what is asked of the robot, as pure data.
 
-The language yields these; it knows no clock. The engine stamps a motion with its issue and execution times
-(`MotionCommand`) and gives it to the planner f. Metres, radians, seconds.
+The language yields these; it knows no clock. The engine makes a `Motion` of each `Move`, with its issue and execution
+times, and gives it to the planner f. Metres, radians, seconds.
 """
 
 from __future__ import annotations
@@ -10,13 +10,10 @@ from enum import Enum
 
 from msgspec import Struct
 
-from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
+from vrs_cli.kinematics.configuration import Flag
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.trajectory.motion import AlignedTarget as AlignedTarget
-from vrs_cli.trajectory.motion import JointOffsetTarget as JointOffsetTarget
 from vrs_cli.trajectory.motion import RelativeTarget
-from vrs_cli.trajectory.motion import ToolOffsetTarget as ToolOffsetTarget
 
 
 class Stamp(Struct, frozen=True):
@@ -130,7 +127,7 @@ class SetAcceleration(Struct, frozen=True):
 class SetConfiguration(Struct, frozen=True):
     """RIGHTY, LEFTY, ABOVE, BELOW, FLIP, NOFLIP: asked of the next joint-interpolated motion to a transformation."""
 
-    flag: Arm | Elbow | Wrist
+    flag: Flag
 
 
 class Mode(Enum):
@@ -175,20 +172,7 @@ class SetSwitch(Struct, frozen=True):
     on: bool
 
 
-Request = (
-    Move
-    | Delay
-    | Break
-    | Brake
-    | OperateHand
-    | SetSpeed
-    | SetMonitorSpeed
-    | SetDuration
-    | SetAcceleration
-    | SetConfiguration
-    | SetMode
-    | SetTool
-    | SetBase
-    | SetParameter
-    | SetSwitch
+SettingChange = (
+    SetSpeed | SetMonitorSpeed | SetDuration | SetAcceleration | SetConfiguration | SetMode | SetParameter | SetSwitch
 )
+Request = Move | Delay | Break | Brake | OperateHand | SetTool | SetBase | SettingChange

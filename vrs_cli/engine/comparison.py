@@ -105,7 +105,7 @@ def _extent(arm: RobotArm, book: Book) -> Extent:
     import numpy as np
 
     timeline = book.timeline
-    here = positions_at(arm, timeline, _sampled(timeline))
+    here = positions_at(arm, timeline, _sample_times(timeline))
     slides = np.array([arm.model.units.slides(joint) for joint in range(1, arm.model.joint_count + 1)])
     travel = np.abs(np.diff(here.joints, axis=0)).sum(axis=0)
     return Extent(
@@ -118,7 +118,7 @@ def _extent(arm: RobotArm, book: Book) -> Extent:
     )
 
 
-def _sampled(timeline: Timeline, since: float = 0.0) -> Floats:
+def _sample_times(timeline: Timeline, since: float = 0.0) -> Floats:
     """Times at all boundaries of moving segments and between them [s], in order."""
     import numpy as np
 
@@ -141,7 +141,7 @@ def _apart(arm: RobotArm, a: Timeline, b: Timeline, since: float | None) -> tupl
 
     if since is None:
         return Apart(0.0, a.start), Apart(0.0, a.start)
-    times = np.unique(np.concatenate((_sampled(a, since), _sampled(b, since), [since])))
+    times = np.unique(np.concatenate((_sample_times(a, since), _sample_times(b, since), [since])))
     return _greatest(arm, a, b, times, _tool_distance), _greatest(arm, a, b, times, _joint_distance)
 
 

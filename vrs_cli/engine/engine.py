@@ -28,14 +28,13 @@ from vrs_cli.engine.commands import (
     SetParameter,
     SetTool,
     Stamp,
-    ToolOffsetTarget,
 )
 from vrs_cli.engine.history import CommandRecord, Step
 from vrs_cli.engine.line_check import Standpoint
-from vrs_cli.engine.motions import at_fraction, at_program_speed, commanded, motion_to, rest_after
+from vrs_cli.engine.motions import at_fraction, at_program_speed, motion_of, motion_to, rest_after
 from vrs_cli.engine.planner import NoRoomToStop, plan, rounding_begins, slowing_down
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at, world_pose
-from vrs_cli.engine.reach import Reach, explained
+from vrs_cli.engine.reach import Reach, reach_of
 from vrs_cli.engine.settings import Settings, checked_time
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.engine.steered import plan_steering
@@ -47,7 +46,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start
+from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start, ToolOffsetTarget
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -80,10 +79,10 @@ class Engine:
         self.arm: RobotArm = arm_for(model)
         self.clock: Clock = clock or VirtualClock()
         self.clock.set(0.0)
-        self.settings = Settings().changed(SetParameter("PROFILE", model.profile))
+        self.settings = Settings().after(SetParameter("PROFILE", model.profile))
         self.listeners: list[Callable[[Event], None]] = []
         self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
-        self.book = Book.standing(model.poses["ready"] if start is None else start)
+        self.book = Book.at(model.poses["ready"] if start is None else start)
         self.book.listeners.append(self._tell)
 
     # --- reading ---
@@ -183,7 +182,7 @@ class Engine:
             case _:
                 if isinstance(request, SetConfiguration):
                     check_flag(self.arm, request.flag)
-                self.settings = self.settings.changed(request)
+                self.settings = self.settings.after(request)
         return self.now
 
     def _move(self, move: Move, program: bool, issued: float | None) -> float:
@@ -261,7 +260,7 @@ class Engine:
     def _motion(self, move: Move, start: Start, executed: float) -> Motion:
         before, settings = self._motion_at(executed), self.settings
         goal = resolve(self.arm, settings, move, self._situation(move, start, executed, before.frames))
-        motion = commanded(move, goal, start, before, self._next_number, settings)
+        motion = motion_of(move, goal, start, before, self._next_number, settings)
         if move.speed is None:
             return at_program_speed(motion, settings.speed.present, settings, self.model)
         return at_fraction(motion, move.speed, settings)
@@ -498,7 +497,7 @@ class Engine:
         Raises IllegalValue for the joints of another robot.
         """
         stand = Standpoint(self.arm, self.settings, self.position().joints, self._motion_at(self.now))
-        return explained(stand, target)
+        return reach_of(stand, target)
 
 
 def _stands(request: Request) -> bool:

@@ -208,7 +208,7 @@ def _joints_after(stand: Standpoint, words: Sequence[str], T_robot_tool: Transfo
     settings = stand.settings
     for flag in stand.arm.words:
         if flag.name in words:
-            settings = settings.changed(SetConfiguration(flag))
+            settings = settings.after(SetConfiguration(flag))
     target = PoseTarget(compose(inverse(stand.frames.base), T_robot_tool))
     joints = structs.replace(stand, settings=settings).resolved(target).joints
     assert joints is not None

@@ -32,7 +32,7 @@ def motion_to(goal: Goal, start: Start, before: Motion, number: int, settings: S
     )
 
 
-def commanded(move: Move, goal: Goal, start: Start, before: Motion, number: int, settings: Settings) -> Motion:
+def motion_of(move: Move, goal: Goal, start: Start, before: Motion, number: int, settings: Settings) -> Motion:
     """The motion of an instruction, but for its speed."""
     hand = move.hand if move.hand is not None else settings.hand
     return replace(

@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from vrs_cli.engine.rates import joint_acceleration
 from vrs_cli.engine.straight import SLOWEST, least_duration, line_stop, straight_segments
-from vrs_cli.engine.targets import aimed
+from vrs_cli.engine.targets import retarget
 from vrs_cli.errors import MotionError, PathWithoutJoints, StreamIsOver
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints, largest_change
@@ -465,7 +465,7 @@ class _Rescheduling:
         after = self._after(following.motion, self.index)
         motion = self.old[after - 1].motion  # not of its first segment, a stop of another profile where it braked first
         try:
-            motion = aimed(self.arm, motion, self.place.joints.joints)
+            motion = retarget(self.arm, motion, self.place.joints.joints)
             segments = self._segments(motion, following)
         except MotionError as error:
             when_again = f"when {motion.text or 'the next motion'}, scheduled later, is planned again"

@@ -57,7 +57,7 @@ class Reach(Struct, frozen=True):
     line: LineCheck
 
 
-def explained(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
+def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
     """Why a target can be reached from a standpoint, or not. Raises IllegalValue for the joints of another robot."""
     arm, tool = stand.arm, stand.frames.tool
     options, goal = tuple[Option, ...](), None

@@ -24,6 +24,7 @@ from vrs_cli.engine.commands import (
     SetParameter,
     SetSpeed,
     SetSwitch,
+    SettingChange,
     Target,
 )
 from vrs_cli.engine.parameters import (
@@ -45,10 +46,6 @@ from vrs_cli.trajectory.instant import LATEST
 V = TypeVar("V")
 
 MM = 1e-3  # [m]
-
-Change = (
-    SetSpeed | SetMonitorSpeed | SetDuration | SetAcceleration | SetConfiguration | SetMode | SetParameter | SetSwitch
-)
 
 
 class Setting(Struct, Generic[V], frozen=True):
@@ -137,7 +134,7 @@ class Settings(Struct, frozen=True):
 
     # --- changing: a new value ---
 
-    def changed(self, change: Change) -> Settings:
+    def after(self, change: SettingChange) -> Settings:
         """The settings after an instruction. Raises IllegalValue for a value out of range, UsageError for an unknown
         name.
         """

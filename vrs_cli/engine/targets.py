@@ -105,12 +105,12 @@ def _joints(model: RobotModel, move: Move, situation: Situation) -> Joints:
             raise UndefinedValue(f"robot {model.name} has no pose {target.name.upper()}")
         return model.poses[target.name]
     if isinstance(target, JointOffsetTarget):
-        return _driven(situation.destination, target)
+        return _drive(situation.destination, target)
     assert isinstance(target, JointTarget)
     return target.joints
 
 
-def _driven(joints: Joints, target: JointOffsetTarget) -> Joints:
+def _drive(joints: Joints, target: JointOffsetTarget) -> Joints:
     if not 1 <= target.joint <= len(joints):
         right = f"this robot has joints 1 to {len(joints)}"
         raise IllegalJoint(f"joint {target.joint}", right, value=target.joint, lower=1, upper=len(joints))
@@ -122,7 +122,7 @@ def _driven(joints: Joints, target: JointOffsetTarget) -> Joints:
 _AXES: tuple[Vector, ...] = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
 
 
-def aimed(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
+def retarget(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
     """The motion with the target that it has when the one before it ends at `destination`.
 
     A joint-interpolated one keeps arm and elbow as they are there. Raises LocationOutOfRange, JointOutOfRange.
@@ -131,7 +131,7 @@ def aimed(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
     if target is None or motion.kind is Kind.REST:
         return motion
     if isinstance(target, JointOffsetTarget):
-        joints = _driven(destination, target)
+        joints = _drive(destination, target)
         check_joint_limits(arm.model, joints)
         if motion.kind is Kind.JOINT:
             return replace(motion, goal=joints)
@@ -149,10 +149,10 @@ def _relative_pose(
     T_robot_destination = compose(arm.forward(destination), frames.tool)
     if isinstance(target, ToolOffsetTarget):
         return compose(T_robot_destination, target.T_destination_target)
-    return compose(frames.base, aligned(compose(inverse(frames.base), T_robot_destination)))
+    return compose(frames.base, align(compose(inverse(frames.base), T_robot_destination)))
 
 
-def aligned(T: Transform) -> Transform:
+def align(T: Transform) -> Transform:
     """The pose at the same place, turned the shortest way until its Z lies along the nearest axis of the frame."""
     a = (T.ax, T.ay, T.az)
     nearest = max(_AXES, key=lambda axis: dot(a, axis))

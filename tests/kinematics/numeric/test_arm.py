@@ -9,7 +9,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, Stamp, ToolOffsetTarget
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm, arm_for
@@ -18,6 +18,7 @@ from vrs_cli.kinematics.numeric.search import turn_between
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import compose, rotate, rotation_about, rotation_x, translation
+from vrs_cli.trajectory.motion import ToolOffsetTarget
 from vrs_cli.trajectory.segment import CartesianPath
 
 URDF = Path(__file__).parents[1] / "urdf"

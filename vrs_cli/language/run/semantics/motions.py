@@ -4,19 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from vrs_cli.engine.commands import (
-    AlignedTarget,
-    Brake,
-    Break,
-    Delay,
-    JointOffsetTarget,
-    JointTarget,
-    Move,
-    NamedTarget,
-    PoseTarget,
-    Target,
-    ToolOffsetTarget,
-)
+from vrs_cli.engine.commands import Brake, Break, Delay, JointTarget, Move, NamedTarget, PoseTarget, Target
 from vrs_cli.engine.parameters import FULL_SPEED, JOINT_SPEED
 from vrs_cli.errors import IllegalJoint, IllegalValue
 from vrs_cli.kinematics.joints import Joints
@@ -26,6 +14,7 @@ from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Handler, Operands
 from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import plain, whole
+from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
 
 
 def _target(place: Transform | Joints) -> Target:
