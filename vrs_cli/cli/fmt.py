@@ -62,9 +62,9 @@ def _parser(prog: str) -> Parser:
 
 def _formatted(source: Source) -> Formatted:
     """The canonical text; what stands in its way is told on standard error."""
-    from vrs_cli.language.analysis.formatting import formatted
+    from vrs_cli.language.analysis.formatting import canonical_text
 
-    text = formatted(source.text)
+    text = canonical_text(source.text)
     if isinstance(text, str):
         return Formatted(source, text)
     print(source.shown(text), end="", file=sys.stderr)

@@ -15,7 +15,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language.analysis.analyzer import Analysis, analyze_among
 from vrs_cli.language.analysis.reachability import unreachable
-from vrs_cli.language.analysis.surroundings import Surroundings, names_given_by
+from vrs_cli.language.analysis.surroundings import Surroundings, names_given_in
 from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Context
@@ -23,7 +23,7 @@ from vrs_cli.language.run.operations import trans
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.diagnostics import Diagnostic, Severity, error
-from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of, repeated
+from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of, repeated_programs
 from vrs_cli.language.text.source import JOINTS_HIGH
 from vrs_cli.language.words.values import precision_point
 
@@ -75,7 +75,7 @@ class Inspector:
         """Everything that is wrong with them."""
         environment = Environment(units=self._engine.model.units)
         found = [one for placed in parts for one in placed.found(placed.part.diagnostics)]
-        found += repeated(parts)
+        found += repeated_programs(parts)
         for placed in parts:
             if isinstance(placed.part.node, Section):
                 found += placed.found(define_sections(environment, (placed.part.node,)))
@@ -112,7 +112,7 @@ class Inspector:
         self._ways = {placed.part: self._ways.get(placed.part) or _ways(program) for placed, program in programs}
         if any(_CHANGES_FRAMES in ways for ways in self._ways.values()):
             return
-        changed = frozenset[str]().union(*(names_given_by(program) for _, program in programs))
+        changed = frozenset[str]().union(*(names_given_in(program) for _, program in programs))
         places = _Places(environment, self._engine)
         for placed, program in programs:
             own = changed | {parameter.key for parameter in program.parameters}

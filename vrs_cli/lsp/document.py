@@ -18,7 +18,7 @@ from vrs_cli.errors import InvalidName, UsageError
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.monitor.help import page
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.language.analysis.formatting import formatted
+from vrs_cli.language.analysis.formatting import canonical_text
 from vrs_cli.language.analysis.structure import BlockKind, structure_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section, Span, Statement
@@ -87,7 +87,7 @@ class Document:
 
     def formatted(self) -> str | None:
         """The canonical text; None where lines cannot be read or blocks have no end."""
-        text = formatted(self.text)
+        text = canonical_text(self.text)
         return text if isinstance(text, str) else None
 
     # --- what is where ---

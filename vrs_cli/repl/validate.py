@@ -7,7 +7,7 @@ from collections.abc import Container, Iterable, Mapping, Sequence
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.text.ast import ProgramHeader
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity
-from vrs_cli.language.text.meaning import line_as_meant
+from vrs_cli.language.text.meaning import resolve_line
 from vrs_cli.language.text.parser import parse_prompt, parse_step, variables_in
 from vrs_cli.language.words.kind import Kind
 
@@ -46,7 +46,7 @@ def _mistake_in_step(line: str, known: Mapping[str, Kind], header: str, *steps: 
     parameters = heading.parameters if isinstance(heading, ProgramHeader) else ()
     own = {variable.key for variable in parameters}
     outside = {key: kind for key, kind in known.items() if key not in own}
-    meant = line_as_meant(statement, variables_in((header, *steps)))
+    meant = resolve_line(statement, variables_in((header, *steps)))
     return _first_error(check_line(meant, outside, in_program=True))
 
 

@@ -52,7 +52,7 @@ def test_no_program_is_walked_for_each_of_the_others(monkeypatch: pytest.MonkeyP
     memory = programs(**{f"p{i}": f"x{i} = name{i}" for i in range(50)})
     walked: list[Program] = []
     monkeypatch.setattr(
-        surroundings, "names_given_by", lambda program: walked.append(program) or frozenset({program.name})
+        surroundings, "names_given_in", lambda program: walked.append(program) or frozenset({program.name})
     )
     around = Surroundings({}, memory)
     for program in memory.values():

@@ -192,7 +192,7 @@ def test_a_long_program_of_several_functions_does_the_same(part: int, lines: lis
     first = data.draw(st.just(0) | st.integers(0, len(lines) - 1))
     whole = outcomes(lines, first)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vrs_cli.language.compile.compiler.PART", part)
+        patch.setattr("vrs_cli.language.compile.compiler.OPS_A_FUNCTION", part)
         parts = outcomes(lines, first)
     assert repr(parts) == repr(whole)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pytest
 
 from tests.language.running import StillRobot, drive, environment_with, program
@@ -10,11 +12,22 @@ from vrs_cli.errors import ArithmeticOverflow, ProgramNotExecutable, UndefinedVa
 from vrs_cli.kinematics.transform import IDENTITY, translation
 from vrs_cli.language.run.effects import Prompt
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.events import Failed
-from vrs_cli.language.run.prompt import arguments_of, definable, evaluate, execute_statement, statement_task
+from vrs_cli.language.run.events import Completed, Event, Failed, Halted
+from vrs_cli.language.run.prompt import arguments_of, definable, evaluate, statement_task
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_prompt
+
+
+def execute_statement(environment: Environment, line: ast.Statement) -> Iterator[Event]:
+    """The events of one instruction at the prompt. An error of the instruction itself is raised."""
+    task = statement_task(environment, StillRobot(), line)
+    while not isinstance(event := task.resume(), Completed | Halted):
+        if isinstance(event, Failed) and not event.fault.program:
+            raise event.error
+        yield event
+        if isinstance(event, Failed):
+            return
 
 
 def statement(line: str) -> ast.Statement:
@@ -26,30 +39,29 @@ def statement(line: str) -> ast.Statement:
 
 def test_one_instruction_at_the_prompt() -> None:
     environment = Environment()
-    assert list(execute_statement(environment, StillRobot(), statement("x = 2*3"))) == []
+    assert list(execute_statement(environment, statement("x = 2*3"))) == []
     assert environment.reference("x").value() == 6.0
-    events = list(execute_statement(environment, StillRobot(), statement("MOVE #PPOINT(0) AT 2")))
+    events = list(execute_statement(environment, statement("MOVE #PPOINT(0) AT 2")))
     assert [type(event) for event in events] == [Move]
 
 
 def test_an_error_at_the_prompt_is_raised() -> None:
     with pytest.raises(UndefinedValue, match="nothing"):
-        list(execute_statement(Environment(), StillRobot(), statement("x = nothing")))
+        list(execute_statement(Environment(), statement("x = nothing")))
 
 
 def test_a_program_called_from_the_prompt_fails_with_its_place() -> None:
     environment = environment_with(program("x = 1/0"))
-    events = list(execute_statement(environment, StillRobot(), statement("CALL main")))
+    events = list(execute_statement(environment, statement("CALL main")))
     assert isinstance(events[-1], Failed)
     assert events[-1].fault.program == "main"
 
 
 def test_a_prompt_at_the_prompt_is_answered() -> None:
     environment = Environment()
-    events = execute_statement(environment, StillRobot(), statement('PROMPT "n? ", n'))
-    assert next(events) == Prompt("n? ", 1)
-    with pytest.raises(StopIteration):
-        events.send("7")
+    task = statement_task(environment, StillRobot(), statement('PROMPT "n? ", n'))
+    assert task.resume() == Prompt("n? ", 1)
+    assert task.resume("7") == Completed(0)
     assert environment.reference("n").value() == 7.0
 
 

@@ -23,7 +23,7 @@ from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.text.ast import BadLine, Expression, Program, ProgramCall, ProgramHeader, Span, Step, Variable
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity
-from vrs_cli.language.text.meaning import as_meant, line_as_meant, variables_for_functions
+from vrs_cli.language.text.meaning import resolve_line, resolve_program, variables_named_like_functions
 from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import print_program, program_header, step_texts
 from vrs_cli.language.words.kind import Kind, key_of
@@ -64,7 +64,7 @@ class Draft:
         """With a step in the place of the present one (before it while inserting), and on to the next."""
         behind = self.at if self.inserting else self.at + 1
         steps = (*self.steps[: self.at], step, *self.steps[behind:])
-        return replace(self, program=as_meant(structs.replace(self.program, steps=steps)), at=self.at + 1)
+        return replace(self, program=resolve_program(structs.replace(self.program, steps=steps)), at=self.at + 1)
 
     def shown(self, first: int, count: int = 1) -> tuple[ListedStep, ...]:
         """Steps from `first` (from 0) on, as they are listed."""
@@ -228,8 +228,8 @@ def checked_step(program: Program, line: str, known: Mapping[str, Kind]) -> tupl
         return step, ()
     own = {parameter.key for parameter in program.parameters}
     outside = {key: kind for key, kind in known.items() if key not in own}
-    names = variables_for_functions(program.parameters, (step.statement for step in program.steps))
-    found = check_line(line_as_meant(step.statement, names), outside, in_program=True)
+    names = variables_named_like_functions(program.parameters, (step.statement for step in program.steps))
+    found = check_line(resolve_line(step.statement, names), outside, in_program=True)
     for diagnostic in found:
         if diagnostic.severity is Severity.ERROR:
             raise LineRefused(diagnostic)
@@ -252,7 +252,7 @@ def rebuilt(program: Program) -> tuple[Program, str]:
     )
     header = program_header(program)
     source = "\n".join((header, *texts, ".END", ""))
-    return as_meant(structs.replace(program, steps=steps, span=Span(HEADER_LINE, 1, len(header) + 1))), source
+    return resolve_program(structs.replace(program, steps=steps, span=Span(HEADER_LINE, 1, len(header) + 1))), source
 
 
 def _relocated(step: Step, text: str, line: int) -> Step:

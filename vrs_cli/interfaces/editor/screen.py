@@ -16,7 +16,7 @@ from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Span, Step
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, error
-from vrs_cli.language.text.meaning import as_meant
+from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import program_header, step_texts
 from vrs_cli.language.words.kind import key_of
@@ -57,7 +57,7 @@ class ScreenDraft:
         if isinstance(header, Diagnostic):
             return Reading(None, (header, *findings))
         body = tuple(step for step, _ in steps)
-        program = as_meant(Program(header.name, header.parameters, body, header.comment, header.span))
+        program = resolve_program(Program(header.name, header.parameters, body, header.comment, header.span))
         environment = self._station.environment
         programs = {key: one.program for key, one in environment.programs.items()} | {program.key: program}
         findings += analyze(program, environment.kinds(), programs).diagnostics

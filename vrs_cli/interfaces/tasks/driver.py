@@ -148,7 +148,7 @@ class Driver:
         track = self.tasks.get(ROBOT_PROGRAM)
         assert track is not None
         self._give_up(track)
-        track.fault, track.outcome = track.task.broken_by(error), Outcome.FAILED
+        track.fault, track.outcome = track.task.break_off(error), Outcome.FAILED
         self._transcript.end_line()
         return self._result(track, 0.0)
 

@@ -23,9 +23,9 @@ from vrs_cli.errors import (
     UndefinedValue,
 )
 from vrs_cli.language.analysis.channels import channel
-from vrs_cli.language.analysis.confusions import Confusions, typed
+from vrs_cli.language.analysis.confusions import Confusions, first_assignment
 from vrs_cli.language.analysis.declarations import Declarations, Own, own_variables
-from vrs_cli.language.analysis.kinds import Expressions
+from vrs_cli.language.analysis.kinds import ExpressionChecker
 from vrs_cli.language.analysis.names import ANY_KIND, BARE, PLACE, REAL, STRING, Findings, Names, with_article
 from vrs_cli.language.analysis.structure import Block, BlockKind, structure_of
 from vrs_cli.language.analysis.surroundings import Candidates, Surroundings
@@ -76,14 +76,14 @@ class Analysis(Struct, frozen=True):
 def analyze(
     program: Program, known: Mapping[str, Kind] | None = None, programs: Mapping[str, Program] | None = None
 ) -> Analysis:
-    """A whole program. `known`: the kinds of the variables that have a value; `programs`: those in memory, by key."""
+    """Analyse a program. `known`: the kinds of the variables that have a value; `programs`: those in memory, by key."""
     return analyze_among(Surroundings(known or {}, programs or {}), program)
 
 
 def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
-    """A whole program, one of many in the same surroundings.
+    """Analyse a program, one of many in the same surroundings.
 
-    Lines that the parser could not read are its findings; they are not told again, but keep the program from running.
+    The parser has reported the lines that it could not read. They keep the program from running.
     """
     structure = structure_of(program)
     findings = Findings()
@@ -95,7 +95,7 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
     steps.finish()
     found = (*structure.diagnostics, *findings.diagnostics)
     ordered = sorted(found, key=lambda one: (one.span.line, one.span.column))
-    kinds, needs = steps.names.decided(), frozenset(one.key for one in steps.names.without_value())
+    kinds, needs = steps.names.decided_kinds(), frozenset(one.key for one in steps.names.without_value())
     called, functions = frozenset(steps.called), frozenset(steps.confusions.functions)
     own = own_variables(program)
     return Analysis(program, kinds, structure.blocks, structure.labels, tuple(ordered), needs, called, functions, own)
@@ -104,7 +104,7 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
 def check_line(
     line: Statement | ProgramHeader, known: Mapping[str, Kind] | None = None, *, in_program: bool = False
 ) -> tuple[Diagnostic, ...]:
-    """A line of the prompt, or (`in_program`) a step by itself, whose block and labels cannot be seen."""
+    """Check a line of the prompt, or (`in_program`) one step, whose block and labels are out of sight."""
     findings = Findings()
     steps = _Steps(findings, known or {})
     if isinstance(line, ProgramHeader):
@@ -132,7 +132,7 @@ class _Steps:
         self._findings = findings
         self._known = known
         self.confusions = Confusions()
-        self._expressions = Expressions(self.names, findings, self.confusions)
+        self._expressions = ExpressionChecker(self.names, findings, self.confusions)
         self._declarations = Declarations(self.names, findings, program)
         self._program = program
         self._surroundings = surroundings
@@ -173,7 +173,7 @@ class _Steps:
         elif isinstance(inner, ast.Assignment):
             self._assignment(inner)
             if inner.target.key not in self._known:
-                self._findings.diagnostics += typed(inner.target)
+                self._findings.diagnostics += first_assignment(inner.target)
         elif isinstance(inner, ast.Show):
             self._expressions.value(inner.expression, ANY_KIND)
         elif inner is not None:
@@ -181,7 +181,7 @@ class _Steps:
             self._findings.fault(CannotInterpret, statement.span, detail, hint)
 
     def finish(self) -> None:
-        """What only the end of the program shows: names that are given a value nowhere."""
+        """Report what only the whole program shows: names that nothing gives a value."""
         nowhere = [one for one in self.names.without_value() if not self._given_elsewhere(one)]
         own = Candidates(self.names.own_keys())
         for number, variable in enumerate(nowhere):
@@ -194,7 +194,7 @@ class _Steps:
             self._findings.diagnostics += self.confusions.found(self._program, self.names, self._surroundings)
 
     def _given_elsewhere(self, variable: ast.Variable) -> bool:
-        """Whether another program gives it a value; nobody else does to one of AUTO and LOCAL."""
+        """Whether another program gives the variable a value. None can where AUTO or LOCAL declares it."""
         if self._surroundings is None or self._program is None or self.names.is_own(variable):
             return False
         return self._surroundings.given_elsewhere(variable.key, self._program)
@@ -204,7 +204,7 @@ class _Steps:
     def _assignment(self, statement: ast.Assignment) -> None:
         target, value = statement.target, statement.value
         self._expressions.reference(target)
-        self.confusions.assigned(target)
+        self.confusions.assign(target)
         name = target.sigil + target.name
         if target.many:
             self._findings.fault(IllegalAssignment, target.span, f"{name}[] is an array", "assign its elements")
@@ -275,7 +275,7 @@ class _Steps:
                 self._set(statement)
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
-        """Whether every argument that is needed is there, and none too many."""
+        """Report a missing argument, and one too many."""
         hint = f"the form is {row.form}"
         given = statement.arguments
         end = Span(statement.span.line, statement.span.end, statement.span.end + 1)
@@ -291,7 +291,7 @@ class _Steps:
             self._findings.fault(CannotInterpret, end, f"{row.name}: = {row.value.name} is missing", hint)
 
     def _operands(self, statement: ast.Instruction, row: Word) -> None:
-        """The value is read before what it defines."""
+        """Check the operands; the value first, since the instruction reads it before it defines a variable."""
         if statement.value is not None and row.value is not None:
             self._argument(statement.value, row.value)
         for stamp in (statement.modifiers.at, statement.modifiers.within):
@@ -304,42 +304,42 @@ class _Steps:
 
     def _argument(self, expression: Expression, argument: Argument) -> None:
         if argument.shape is Shape.PROGRAM:
-            self._called(expression)
+            self._program_argument(expression)
         elif argument.shape is Shape.PROGRAM_TEXT:
-            self._called_by_text(expression)
+            self._program_text(expression)
         else:
             self._expressions.argument(expression, argument.shape)
 
     # --- programs as arguments ---
 
-    def _called(self, expression: Expression) -> None:
-        """A program with its arguments; variables go by reference, so that the program may give them a value."""
+    def _program_argument(self, expression: Expression) -> None:
+        """Check a program with its arguments. Variables go by reference: it may give them a value."""
         if isinstance(expression, ast.Word):
             return
         if not isinstance(expression, ast.ProgramCall):
             self._findings.fault(InvalidName, expression.span, "a program name is wanted here")
             return
-        self._passed(expression.arguments)
+        self._pass(expression.arguments)
         self._check_call(expression)
 
-    def _called_by_text(self, expression: Expression) -> None:
-        """The program that a string names, of which nothing is known."""
+    def _program_text(self, expression: Expression) -> None:
+        """Check a string that names a program. Nothing is known of that program."""
         text = expression.text if isinstance(expression, ast.Applied) else expression
         self._expressions.value(text, STRING)
         if isinstance(expression, ast.Applied):
-            self._passed(expression.arguments)
+            self._pass(expression.arguments)
 
-    def _passed(self, arguments: Iterable[Expression | None]) -> None:
+    def _pass(self, arguments: Iterable[Expression | None]) -> None:
         for argument in arguments:
             if isinstance(argument, ast.Variable) and not argument.grouped:
                 self._expressions.reference(argument)
                 self.names.given.add(argument.key)
-                self.confusions.passed(argument)
+                self.confusions.pass_argument(argument)
             elif argument is not None:
                 self._expressions.value(argument, ANY_KIND)
 
     def _check_call(self, call: ast.ProgramCall) -> None:
-        """The number and sorts of the arguments, where the program is known."""
+        """Check the number and the kinds of the arguments, if the program is known."""
         if self._program is None or self._surroundings is None:
             return
         self.called.add(call.key)

@@ -20,7 +20,7 @@ from vrs_cli.language.words.word import State
 
 
 class Confusions:
-    """What of a program may give rise to one, as it is met: `functions` that could be variables, by key."""
+    """Collects names that may confuse a reader. `functions`: those that could be variables, by key."""
 
     def __init__(self) -> None:
         self.functions: dict[str, ast.Call] = {}
@@ -28,21 +28,21 @@ class Confusions:
         self._assigned: dict[str, ast.Variable] = {}
 
     def function(self, call: ast.Call) -> None:
-        """A function is called."""
+        """Note the call of a function."""
         if not call.parenthesised and call.name.lower() in FUNCTION_NAMES:
             self.functions.setdefault(call.name.lower(), call)
 
-    def assigned(self, target: ast.Variable) -> None:
-        """A value is given, in the form of an assignment."""
+    def assign(self, target: ast.Variable) -> None:
+        """Note an assignment."""
         if target.indexes is None and target.name.upper() in INSTRUCTIONS and not target.sigil:
             self._assigned.setdefault(target.key, target)
 
-    def passed(self, argument: ast.Variable) -> None:
-        """A program is given a variable, and may read it."""
+    def pass_argument(self, argument: ast.Variable) -> None:
+        """Note a variable that is passed to a program, which may read it."""
         self._passed.add(argument.key)
 
     def found(self, program: Program, names: Names, surroundings: Surroundings) -> Iterator[Diagnostic]:
-        """All of a program that has been met as a whole."""
+        """Yield the confusions of a program after all of its steps were noted."""
         for variable in _variables_like_functions(program, names):
             name = variable.sigil + variable.name.lower()
             function = FUNCTION_NAMES[variable.key]
@@ -53,11 +53,11 @@ class Confusions:
                 yield _warning(call, detail, f"GLOBAL {key} makes it the variable")
         for key, target in self._assigned.items():
             if not (names.is_read(key) or names.is_declared(key) or key in self._passed):
-                yield from _unread(target)
+                yield from _never_read(target)
 
 
 def _variables_like_functions(program: Program, names: Names) -> Iterator[ast.Variable]:
-    """The first of each name."""
+    """Yield the first variable of each name that a function has too."""
     keys = FUNCTION_NAMES.keys() & names.met()
     for node in ast.nodes((program.parameters, program.steps)) if keys else ():
         if isinstance(node, ast.Variable) and node.key in keys:
@@ -65,8 +65,8 @@ def _variables_like_functions(program: Program, names: Names) -> Iterator[ast.Va
             yield node
 
 
-def typed(target: ast.Variable) -> Iterator[Diagnostic]:
-    """Of a variable that is assigned at the prompt for the first time."""
+def first_assignment(target: ast.Variable) -> Iterator[Diagnostic]:
+    """Warn of a variable that gets its first value at the prompt and has the name of a function or an instruction."""
     name, word = target.sigil + target.name.lower(), target.name.upper()
     row = COMMANDS.get(word) or INSTRUCTIONS.get(word)
     if target.key in FUNCTION_NAMES:
@@ -75,7 +75,7 @@ def typed(target: ast.Variable) -> Iterator[Diagnostic]:
         yield _warning(target, f"{name} is a variable from now on", f"the form of the command is {row.form}")
 
 
-def _unread(target: ast.Variable) -> Iterator[Diagnostic]:
+def _never_read(target: ast.Variable) -> Iterator[Diagnostic]:
     row = INSTRUCTIONS[target.name.upper()]
     if row.arguments and row.state is State.SUPPORTED:
         detail = f"{target.name.lower()} is a variable here, and nothing reads it"

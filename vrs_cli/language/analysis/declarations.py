@@ -57,7 +57,7 @@ def _declarations(program: Program) -> Iterator[ast.Instruction]:
 
 
 class Declarations:
-    """Checks them as they come. `parameters`: those of the program, by key."""
+    """Checks declarations one by one. `parameters`: those of the program, by key."""
 
     def __init__(self, names: Names, findings: Findings, program: Program | None) -> None:
         self._names = names
@@ -67,11 +67,11 @@ class Declarations:
         self._over = False
 
     def other(self) -> None:
-        """A step that is none: no declaration may follow."""
+        """Note a step that is no declaration: no declaration may follow."""
         self._over = True
 
     def check(self, statement: ast.Instruction) -> None:
-        """One of them."""
+        """Check one declaration."""
         if self._over:
             detail = f"{statement.word} stands after a step that does something"
             self._findings.fault(MisplacedDeclaration, statement.span, detail, "declarations begin a program")

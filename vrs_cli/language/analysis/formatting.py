@@ -10,9 +10,9 @@ from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_file
 
 
-def formatted(text: str) -> str | tuple[Diagnostic, ...]:
-    """The canonical text; what is wrong where lines cannot be read, or blocks have no beginning or no end: a layout
-    would show such a program as something that it is not.
+def canonical_text(text: str) -> str | tuple[Diagnostic, ...]:
+    """Return the canonical text of a file, or its errors if a line cannot be read or a block has no beginning or no
+    end: a layout would show such a program as something that it is not.
     """
     file, found = parse_file(text)
     unpaired = (

@@ -47,8 +47,15 @@ VALUES: Mapping[Shape, Kinds] = {
     Shape.PLACE: PLACE,
 }
 
+# The arguments that are variables to be given a value.
+VARIABLES: Mapping[Shape, Kinds] = {
+    Shape.VARIABLE: PRINTED,
+    Shape.REAL_VARIABLE: REAL,
+    Shape.STRING_VARIABLE: STRING,
+}
 
-class Expressions:
+
+class ExpressionChecker:
     """Checks expressions, each by itself."""
 
     def __init__(self, names: Names, findings: Findings, confusions: Confusions) -> None:
@@ -60,41 +67,30 @@ class Expressions:
     # --- arguments, by their shape ---
 
     def argument(self, expression: Expression, shape: Shape) -> None:
-        """What stands where the table wants an argument of a shape."""
+        """Check the expression that stands where the table wants an argument of this shape."""
         if shape in VALUES:
             self.value(expression, VALUES[shape])
+        elif shape in VARIABLES:
+            self._define(expression, VARIABLES[shape])
         else:
             _SHAPES[shape](self, expression)
 
     def _item(self, expression: Expression) -> None:
-        if isinstance(expression, ast.Format):
-            self._check_format(expression)
-        else:
+        if not isinstance(expression, ast.Format):
             self.value(expression, ANY_KIND)
-
-    def _check_format(self, format_code: ast.Format) -> None:
-        if format_code.code not in FORMAT_CODES:
+        elif expression.code not in FORMAT_CODES:
             hint = "the format codes are /" + " /".join(FORMAT_CODES)
-            self._findings.fault(IllegalExpression, format_code.span, f"/{format_code.code}", hint)
-
-    def _read_into(self, expression: Expression) -> None:
-        self._define(expression, PRINTED)
-
-    def _real_variable(self, expression: Expression) -> None:
-        self._define(expression, REAL)
+            self._findings.fault(IllegalExpression, expression.span, f"/{expression.code}", hint)
 
     def _unit(self, expression: Expression) -> None:
-        """A number; ATTACH may choose one, and put it in a variable."""
+        """The number of a unit. ATTACH may choose a unit and put its number in a variable."""
         if isinstance(expression, ast.Variable):
             self._define(expression, REAL)
         else:
             self.value(expression, REAL)
 
-    def _string_variable(self, expression: Expression) -> None:
-        self._define(expression, STRING)
-
     def _location_variable(self, expression: Expression) -> None:
-        """The last name of a compound is defined, the others are read."""
+        """The instruction defines the last name of a compound and reads the others."""
         if isinstance(expression, ast.Binary) and expression.operator == ":":
             self.value(expression.left, LOCATION)
             self._define(expression.right, LOCATION)
@@ -107,7 +103,7 @@ class Expressions:
             self._names.define(expression, wanted)
 
     def is_variable(self, expression: Expression) -> bool:
-        """Whether this can be given a value."""
+        """Check that an expression is a variable, which can be given a value."""
         if isinstance(expression, ast.Variable):
             self.reference(expression)
             return True
@@ -115,7 +111,7 @@ class Expressions:
         return False
 
     def reference(self, variable: ast.Variable) -> None:
-        """A variable that is only named: its name and indexes."""
+        """Check the name and the indexes of a variable."""
         self._names.check(variable)
         for index in variable.indexes or ():
             self.value(index, REAL)
@@ -137,19 +133,20 @@ class Expressions:
     # --- values ---
 
     def value(self, expression: Expression, wanted: Kinds) -> None:
-        """A whole expression: its kind, and whether VAL-II would group it otherwise."""
+        """Check the kind of a whole expression, and warn where VAL-II would group it otherwise."""
         outer, self._logical = self._logical, False
-        self._checked(expression, wanted)
+        self._kind(expression, wanted)
         if self._logical:
             for other in val_grouping(expression):
                 detail = f"it is taken as {other.ours}, VAL-II takes {other.theirs}"
                 self._findings.warn(AmbiguousGrouping, other.span, detail, "add parentheses")
         self._logical = outer
 
-    def _checked(self, expression: Expression, wanted: Kinds) -> Kind | None:
+    def _kind(self, expression: Expression, wanted: Kinds) -> Kind | None:
         if isinstance(expression, ast.Variable):
             return self._variable(expression, wanted)
-        kind = _KINDS[type(expression)](self, expression)
+        check = _KINDS.get(type(expression))
+        kind = _CERTAIN[type(expression)] if check is None else check(self, expression)
         if kind is not None and kind not in wanted:
             self._names.mismatch(expression, kind, wanted)
         return kind
@@ -157,23 +154,17 @@ class Expressions:
     def _variable(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
         self._names.check(variable)
         for index in variable.indexes or ():
-            self._checked(index, REAL)
+            self._kind(index, REAL)
         if variable.many:
             detail = f"{variable.name}[] is an array"
             self._findings.fault(IllegalExpression, variable.span, detail, "give an index")
         return self._names.read(variable, wanted)
 
-    def _number(self, _expression: ast.Number) -> Kind:
-        return Kind.REAL
-
-    def _text(self, _expression: ast.Text) -> Kind:
-        return Kind.STRING
-
     def _format(self, expression: ast.Format) -> None:
         hint = "format codes are items of TYPE and $ENCODE"
         self._findings.fault(IllegalExpression, expression.span, f"/{expression.code} is no value", hint)
 
-    def _applied(self, expression: ast.Applied) -> None:
+    def _value_with_arguments(self, expression: ast.Applied) -> None:
         self._findings.fault(IllegalExpression, expression.span, "a value with arguments", "CALLS $name(a, b) has them")
 
     def _raw(self, expression: ast.Word) -> None:
@@ -181,7 +172,7 @@ class Expressions:
 
     def _unary(self, expression: ast.Unary) -> Kind:
         self._logical |= expression.operator in LOGICAL
-        self._checked(expression.operand, REAL)
+        self._kind(expression.operand, REAL)
         return Kind.REAL
 
     def _binary(self, expression: ast.Binary) -> Kind | None:
@@ -199,10 +190,10 @@ class Expressions:
         return self._operands(expression, REAL, Kind.REAL)
 
     def _operands(self, expression: ast.Binary, wanted: Kinds, result: Kind) -> Kind | None:
-        """The result; None, for nothing more to say, where an operand is of the wrong kind."""
+        """Check both operands. Return the kind of the result, or None where an operand is of the wrong kind."""
         found = len(self._findings.diagnostics)
-        self._checked(expression.left, wanted)
-        self._checked(expression.right, wanted)
+        self._kind(expression.left, wanted)
+        self._kind(expression.right, wanted)
         return result if len(self._findings.diagnostics) == found else None
 
     def _of_both(self, expression: ast.Binary) -> Kinds:
@@ -241,7 +232,7 @@ class Expressions:
         self._findings.fault(UnknownKeyword, call.span, f"there is no function {call.name}", hint)
 
     def _count(self, call: ast.Call, arguments: Sequence[Argument], hint: str) -> None:
-        """Whether every argument that is needed is there, and none too many."""
+        """Report a missing argument, and one too many."""
         given = call.arguments
         for place, argument in enumerate(arguments):
             if not argument.optional and (place >= len(given) or given[place] is None):
@@ -254,7 +245,7 @@ class Expressions:
             self._findings.fault(IllegalExpression, span, f"{call.name}: too many arguments", hint)
 
     def _argument_of_call(self, expression: Expression, shape: Shape) -> None:
-        """As an argument of an instruction; but a variable of any kind is only looked at (DEFINED, LAST)."""
+        """Check an argument as that of an instruction. DEFINED and LAST only look at a variable of any kind."""
         if shape is Shape.VARIABLE:
             if isinstance(expression, ast.Variable):
                 self._names.given.add(expression.key)
@@ -265,9 +256,9 @@ class Expressions:
     # --- kinds that are certain ---
 
     def kind_of(self, expression: Expression) -> Kind | None:
-        """The kind of an expression as far as it is certain, with nothing decided and nothing said."""
+        """Return the kind of an expression as far as it is certain. Decide nothing and report nothing."""
         if isinstance(expression, ast.Variable):
-            return self._names.kind_now(expression)
+            return self._names.certain_kind(expression)
         if isinstance(expression, ast.Call):
             function = FUNCTIONS.get(expression.name)
             return function.result if function is not None else None
@@ -283,30 +274,25 @@ class Expressions:
 
 _CERTAIN: Mapping[type, Kind] = {ast.Number: Kind.REAL, ast.Text: Kind.STRING, ast.Unary: Kind.REAL}
 
-_KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {
-    ast.Number: Expressions._number,
-    ast.Text: Expressions._text,
-    ast.Unary: Expressions._unary,
-    ast.Binary: Expressions._binary,
-    ast.Call: Expressions._call,
-    ast.Applied: Expressions._applied,
-    ast.Format: Expressions._format,
-    ast.Word: Expressions._raw,
+_KINDS: Mapping[type, Callable[[ExpressionChecker, Any], Kind | None]] = {
+    ast.Unary: ExpressionChecker._unary,
+    ast.Binary: ExpressionChecker._binary,
+    ast.Call: ExpressionChecker._call,
+    ast.Applied: ExpressionChecker._value_with_arguments,
+    ast.Format: ExpressionChecker._format,
+    ast.Word: ExpressionChecker._raw,
 }
 
-_SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
-    Shape.ITEM: Expressions._item,
-    Shape.UNIT: Expressions._unit,
-    Shape.VARIABLE: Expressions._read_into,
-    Shape.REAL_VARIABLE: Expressions._real_variable,
-    Shape.STRING_VARIABLE: Expressions._string_variable,
-    Shape.LOCATION_VARIABLE: Expressions._location_variable,
-    Shape.LABEL: Expressions._label,
-    Shape.FILE: Expressions._word,
-    Shape.WORD: Expressions._word,
-    Shape.BRANCH: Expressions._word,
-    Shape.SWITCH: Expressions._word,
-    Shape.PARAMETER_NAME: Expressions._word,
-    Shape.SETTING: Expressions._setting,
-    Shape.INSTRUCTION: Expressions._word,
+_SHAPES: Mapping[Shape, Callable[[ExpressionChecker, Expression], None]] = {
+    Shape.ITEM: ExpressionChecker._item,
+    Shape.UNIT: ExpressionChecker._unit,
+    Shape.LOCATION_VARIABLE: ExpressionChecker._location_variable,
+    Shape.LABEL: ExpressionChecker._label,
+    Shape.FILE: ExpressionChecker._word,
+    Shape.WORD: ExpressionChecker._word,
+    Shape.BRANCH: ExpressionChecker._word,
+    Shape.SWITCH: ExpressionChecker._word,
+    Shape.PARAMETER_NAME: ExpressionChecker._word,
+    Shape.SETTING: ExpressionChecker._setting,
+    Shape.INSTRUCTION: ExpressionChecker._word,
 }

@@ -39,7 +39,7 @@ def with_article(kinds: Collection[Kind]) -> str:
 
 
 class Findings:
-    """Diagnostics as they are found."""
+    """The diagnostics so far."""
 
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []
@@ -80,7 +80,7 @@ class Names:
         self._own: set[str] = set()
         self._read: dict[str, ast.Variable] = {}
 
-    def decided(self) -> Mapping[str, Kind]:
+    def decided_kinds(self) -> Mapping[str, Kind]:
         """REAL or LOCATION by key, of the bare names whose use decides it."""
         return {key: decided.kind for key, decided in self._kinds.items()}
 
@@ -122,7 +122,7 @@ class Names:
         return {*self.given, *self._parameters}
 
     def check(self, variable: ast.Variable) -> None:
-        """Whether a name can be used as one."""
+        """Report a name that cannot be used as a name."""
         word = variable.name.upper()
         if word in RESERVED and not variable.sigil:
             self._findings.fault(InvalidName, variable.span, *reserved(word))
@@ -150,7 +150,7 @@ class Names:
             self._spellings[variable.key] = name
 
     def read(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
-        """A variable is read as one of the kinds; what it is, as far as that is decided."""
+        """Note that a variable is read as one of the kinds. Return its kind if that is decided."""
         self._read.setdefault(variable.key, variable)
         kind = SIGIL_KINDS.get(variable.sigil)
         if kind is None:
@@ -160,7 +160,7 @@ class Names:
         return kind
 
     def define(self, variable: ast.Variable, wanted: Kinds) -> None:
-        """A variable is given a value of one of the kinds."""
+        """Note that a variable is given a value of one of the kinds."""
         self.given.add(variable.key)
         kind = SIGIL_KINDS.get(variable.sigil)
         if kind is None:
@@ -169,7 +169,7 @@ class Names:
             self.mismatch(variable, kind, wanted)
 
     def _decide(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
-        """The kind of a bare name; where nothing has decided it, its use here does if it leaves one choice."""
+        """Return the kind of a bare name. If nothing has decided it yet, this use does where it leaves one choice."""
         decided = self._kinds.get(variable.key) or self._held(variable.key)
         if decided is None:
             choice = wanted & BARE
@@ -185,23 +185,23 @@ class Names:
         return decided.kind
 
     def _held(self, key: str) -> _Decided | None:
-        """What the present value of a variable decides."""
+        """Return what the present value of a variable decides."""
         return _Decided(self._known[key], None) if self._at_prompt and key in self._known else None
 
     def _compare(self, variable: ast.Variable, kind: Kind) -> None:
-        """Whether a variable of that name, but of the other kind, has a value now."""
+        """Warn if a variable of that name has a value of the other kind now."""
         now = self._known.get(variable.key, kind)
         if now is not kind and variable.key not in self._parameters and variable.key not in self._own:
             detail = f"{variable.name} is used as {_ARTICLES[kind]}, and has the value of {_ARTICLES[now]} now"
             self._findings.warn(TypeMismatch, variable.span, detail)
 
-    def kind_now(self, variable: ast.Variable) -> Kind | None:
-        """The kind of a variable as far as it is certain."""
+    def certain_kind(self, variable: ast.Variable) -> Kind | None:
+        """Return the kind of a variable as far as it is certain."""
         decided = self._kinds.get(variable.key) or self._held(variable.key)
         return SIGIL_KINDS.get(variable.sigil) or (decided.kind if decided is not None else None)
 
     def mismatch(self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None) -> None:
-        """An expression is of a kind that is not wanted; `step`: what decided it."""
+        """Report an expression of a kind that is not wanted. `step`: the one that decided the kind."""
         text = expression_text(expression)
         shown = text if len(text) <= LONGEST_SHOWN else "this"
         since = f" since step {step}" if step not in (None, self.step) else ""

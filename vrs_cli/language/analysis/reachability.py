@@ -41,7 +41,7 @@ _CLOSERS = (ast.End, ast.Until, ast.Else, ast.Any, ast.Value)
 
 
 def _why(program: Program, index: int) -> str:
-    """The step before that never goes on."""
+    """Return the step before, which never goes on."""
     for before in range(index - 1, -1, -1):
         statement = program.steps[before].statement
         if _leaves(statement):
@@ -88,16 +88,16 @@ def _do(block: Block) -> dict[int, tuple[int, ...]]:
 
 
 def _case(block: Block) -> dict[int, tuple[int, ...]]:
-    """CASE goes to any branch; a VALUE that is come upon from above ends the branch before."""
-    branches = tuple(middle + 1 for middle in block.middles)
-    return {block.opener: (*branches, block.closer + 1)} | dict.fromkeys(block.middles, (block.closer + 1,))
+    """CASE goes to any VALUE. A VALUE that is reached from above ends the steps of the one before."""
+    inside = tuple(middle + 1 for middle in block.middles)
+    return {block.opener: (*inside, block.closer + 1)} | dict.fromkeys(block.middles, (block.closer + 1,))
 
 
 _JUMPS = {BlockKind.IF: _if, BlockKind.WHILE: _loop, BlockKind.FOR: _loop, BlockKind.DO: _do, BlockKind.CASE: _case}
 
 
 def _reached(flow: _Flow) -> set[int]:
-    """The indexes of all steps that a way from the first one leads to."""
+    """Return the indexes of all steps that can be reached from the first one."""
     jumps, count = flow.jumps(), len(flow.program.steps)
     reached: set[int] = set()
     waiting = [0]

@@ -30,7 +30,7 @@ LOOPS = frozenset({BlockKind.WHILE, BlockKind.DO, BlockKind.FOR})
 
 
 def loops_of(statement: ast.Instruction) -> int:
-    """The count of EXIT and NEXT: 1 where it is left out, 0 where it is not a whole number from 1 on."""
+    """Return the number after EXIT or NEXT: 1 if it is left out, 0 if it is no whole number from 1 on."""
     given = statement.arguments[0] if statement.arguments else None
     if given is None:
         return 1
@@ -86,7 +86,7 @@ def _missing_labels(program: Program, labels: Mapping[int, int]) -> tuple[Diagno
 
 
 def _first_words(program: Program) -> Iterator[str]:
-    """Of the lines that could not be read: a label may be among them."""
+    """Yield the first words of the lines that could not be read: one may be a label."""
     for step in program.steps:
         if isinstance(step.statement, ast.BadLine):
             yield from step.statement.text.split(maxsplit=1)[:1]
@@ -135,10 +135,10 @@ class _Pairing:
         if action is not None:
             action(self, index, statement)
         elif self._open and self._open[-1].kind is BlockKind.CASE and not self._open[-1].middles:
-            self._unreached(statement)
+            self._warn_before_first_value(statement)
 
     def end(self) -> None:
-        """The program ends: every open block lacks its end."""
+        """Report every block that is still open at the end of the program."""
         for block in self._open:
             self._fault(block.span, f"{block.name} has no {block.closing}")
 
@@ -146,7 +146,7 @@ class _Pairing:
         self.diagnostics.append(error(ControlStructure, span, detail, hint))
 
     def _leaves(self, statement: ast.Instruction) -> None:
-        """EXIT and NEXT: are there so many loops around them?"""
+        """Check that EXIT or NEXT stands inside as many loops as it names."""
         wanted, around = loops_of(statement), sum(block.kind in LOOPS for block in self._open)
         if not wanted:
             self._fault(statement.span, f"{statement.word} takes a whole number of loops", f"{statement.word} 2")
@@ -155,7 +155,7 @@ class _Pairing:
             detail = f"{statement.word} {wanted} with {loops} around it"
             self._fault(statement.span, detail, "the loops are FOR, WHILE and DO")
 
-    def _unreached(self, statement: Statement) -> None:
+    def _warn_before_first_value(self, statement: Statement) -> None:
         detail = f"between CASE at step {self._open[-1].opener + 1} and its first VALUE nothing is carried out"
         self.diagnostics.append(warning(ControlStructure, statement.span, detail))
 
@@ -190,7 +190,7 @@ class _Pairing:
         self._close(index, statement, "UNTIL", "DO")
 
     def _close(self, index: int, statement: Statement, word: str, openers: str) -> None:
-        """The innermost block of that sort ends; those inside it lack their own end."""
+        """End the innermost block of that sort. Blocks inside it have no end of their own."""
         if not any(block.closing == word for block in self._open):
             inside = f", inside {self._open[-1].name}" if self._open else ""
             self._fault(statement.span, f"{word} without {openers}{inside}")

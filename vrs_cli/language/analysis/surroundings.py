@@ -13,7 +13,7 @@ from vrs_cli.language.analysis.declarations import own_variables
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.diagnostics import did_you_mean
-from vrs_cli.language.text.meaning import named_by
+from vrs_cli.language.text.meaning import variables_given_by
 from vrs_cli.language.words.instructions import DECLARATIONS
 from vrs_cli.language.words.kind import NAME_LENGTH, Kind
 
@@ -38,17 +38,17 @@ class Surroundings:
     @cached_property
     def _givers(self) -> Counter[str]:
         """How many programs give each name a value."""
-        return Counter(key for program in self.programs.values() for key in names_given_by(program))
+        return Counter(key for program in self.programs.values() for key in names_given_in(program))
 
     def given_elsewhere(self, key: str, program: Program) -> bool:
         """Whether another program gives a name a value."""
         here = self.programs.get(program.key)
-        return self._givers[key] > (here is not None and key in names_given_by(here))
+        return self._givers[key] > (here is not None and key in names_given_in(here))
 
     # --- what a word may have been meant for ---
 
     def name_meant(self, variable: ast.Variable, own: Candidates) -> str:
-        """`did you mean name?`, or "": one of the program's own names or of memory, and of its kind."""
+        """Return `did you mean name?` with a name of the program or of memory that has the same sigil, or ""."""
         near = (*own.of(variable.key), *self._names_alike.of(variable.key))
         alike = (key for key in near if key[0] == variable.key[0] or not (variable.sigil or key[0] in "#$"))
         return did_you_mean(variable.key, alike)
@@ -68,13 +68,13 @@ class Surroundings:
 
 
 class Candidates:
-    """Names that another one may have been meant for: all of them where they are few."""
+    """Names that a mistyped one may have meant."""
 
     def __init__(self, names: Collection[str]) -> None:
         self._names = names
 
     def of(self, name: str) -> Collection[str]:
-        """Those to compare a name with."""
+        """Return the names to compare with: all where they are few, otherwise those one slip of the fingers away."""
         if len(self._names) <= FEW:
             return self._names
         return dict.fromkeys(near for rest in _rests(name) for near in self._by_rest.get(rest, ()))
@@ -97,7 +97,7 @@ def _rests(name: str) -> list[str]:
 
 
 class _Same:
-    """A program by its identity: comparing trees would cost more than walking one."""
+    """A program by identity: to compare two trees would cost more than to walk one."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -109,8 +109,8 @@ class _Same:
         return id(self.program)
 
 
-def names_given_by(program: Program) -> frozenset[str]:
-    """The keys of all variables that a program gives a value to, by itself or through a CALL."""
+def names_given_in(program: Program) -> frozenset[str]:
+    """Return the keys of all variables that a program gives a value, by itself or through a CALL."""
     return _given_in(_Same(program))
 
 
@@ -119,4 +119,4 @@ def _given_in(same: _Same) -> frozenset[str]:
     own = {own.key for own in own_variables(same.program)} | {one.key for one in same.program.parameters}
     statements = (step.statement for step in same.program.steps)
     doing = (one for one in statements if not (isinstance(one, ast.Instruction) and one.word in DECLARATIONS))
-    return frozenset(key for statement in doing for key in named_by(statement)) - own
+    return frozenset(key for statement in doing for key in variables_given_by(statement)) - own

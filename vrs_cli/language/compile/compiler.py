@@ -35,16 +35,16 @@ from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.analyzer import Analysis
 from vrs_cli.language.analysis.channels import channel, signals_on
 from vrs_cli.language.compile import python_tree as tree
-from vrs_cli.language.compile.expressions import CELLS, Array, Expressions, Place
+from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Place
 from vrs_cli.language.compile.library import Library
 from vrs_cli.language.compile.lowering import (
-    Branch,
     CaseBegin,
     CaseTest,
     Finish,
     ForBegin,
     ForNext,
     Jump,
+    JumpIf,
     Lowered,
     Mark,
     Op,
@@ -61,7 +61,7 @@ from vrs_cli.language.words.word import Argument, Shape
 
 Steps = Generator[Any, str | None, int | None]
 
-PART = 2048  # operations in one function
+OPS_A_FUNCTION = 2048  # operations in one function
 
 
 # --- programs ----------------------------------------------------------------------------------------------------
@@ -86,7 +86,7 @@ class _Jumps(Struct):
         return [tree.assign("pc", tree.constant(target)), away]
 
 
-class _ProgramCompiler(Expressions):
+class _ProgramCompiler(ExpressionCompiler):
     """The operations of one program as the body of its Python function."""
 
     def __init__(self, library: Library, analysis: Analysis, lowered: Lowered) -> None:
@@ -99,16 +99,16 @@ class _ProgramCompiler(Expressions):
     def variant(self, everywhere: bool) -> Variant:
         leaders = self._leaders(everywhere)
         numbers = {op: number for number, op in enumerate(leaders)}
-        cuts = [numbers[op] for op in range(0, len(self._lowered.ops), PART)]
-        parts = [self._part(range(*cut), leaders, numbers) for cut in pairwise([*cuts, len(leaders)])]
-        return Variant(parts[0] if len(parts) == 1 else _joined(parts, cuts), tuple(self.arrays), numbers)
+        cuts = [numbers[op] for op in range(0, len(self._lowered.ops), OPS_A_FUNCTION)]
+        parts = [self._function(range(*cut), leaders, numbers) for cut in pairwise([*cuts, len(leaders)])]
+        return Variant(parts[0] if len(parts) == 1 else _join(parts, cuts), tuple(self.arrays), numbers)
 
-    def _part(self, here: range, leaders: list[int], numbers: Mapping[int, int]) -> Callable[..., Steps]:
-        """The function of some of the blocks. What it knows of arrays, the parts after it know too."""
+    def _function(self, here: range, leaders: list[int], numbers: Mapping[int, int]) -> Callable[..., Steps]:
+        """Make the function of some of the blocks. The functions after it take its arrays too."""
         self._jumps = _Jumps(numbers, here)
         blocks = [self._block(number, leaders) for number in here]
         loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
-        body = self._kept(loop) if self._lowered.slots else loop
+        body = self._with_frame(loop) if self._lowered.slots else loop
         bound = [f"{letter}{number}" for number in range(len(self.parameters)) for letter in "pqk"]
         names = ["X", *CELLS.values(), "F", "pc", *bound, *self.arrays.values()]
         body = [*body, tree.yield_(tree.constant(None))]  # never come to: a generator, also where nothing is a step
@@ -120,7 +120,7 @@ class _ProgramCompiler(Expressions):
         if everywhere:
             return list(range(len(ops)))
         targets = (op.target for op in ops if not isinstance(op, Perform | Mark | Finish))
-        return sorted({0, *targets, *range(0, len(ops), PART)})
+        return sorted({0, *targets, *range(0, len(ops), OPS_A_FUNCTION)})
 
     def _tree(self, blocks: list[list[py.stmt]], first: int) -> list[py.stmt]:
         if len(blocks) == 1:
@@ -129,8 +129,8 @@ class _ProgramCompiler(Expressions):
         test = tree.compare(tree.name("pc"), py.Lt(), tree.constant(first + half))
         return [py.If(test, self._tree(blocks[:half], first), self._tree(blocks[half:], first + half))]
 
-    def _kept(self, loop: list[py.stmt]) -> list[py.stmt]:
-        """Take the slots from the frame, and put them back when the program is left in any way."""
+    def _with_frame(self, loop: list[py.stmt]) -> list[py.stmt]:
+        """Take the slots from the frame, and put them back however the program is left."""
         slots = [f"{letter}{number}" for number in range(self._lowered.slots) for letter in "ls"]
         taken = py.Tuple([py.Name(slot, py.Store()) for slot in slots], py.Store())
         frame = py.Subscript(tree.name("F"), py.Slice(), py.Store())
@@ -168,10 +168,10 @@ class _ProgramCompiler(Expressions):
     def _jump(self, op: Jump) -> list[py.stmt]:
         return self._jumps.to(op.target)
 
-    def _branch(self, op: Branch) -> list[py.stmt]:
+    def _jump_if(self, op: JumpIf) -> list[py.stmt]:
         truth = self.truth(op.condition)
         test = truth if op.when else py.UnaryOp(py.Not(), truth)
-        first = [] if op.first is None else self._done(op.first)
+        first = [] if op.first is None else self._perform_instruction(op.first)
         return [*first, py.If(test, self._jumps.to(op.target), [])]
 
     # loops and cases
@@ -180,12 +180,12 @@ class _ProgramCompiler(Expressions):
         statement = op.statement
         limit, step = f"l{op.slot}", f"s{op.slot}"
         taken: list[py.stmt] = [
-            tree.assign("v", self.checked(statement.first)),
-            tree.assign(limit, self.checked(statement.last)),
+            tree.assign("v", self.in_range(statement.first)),
+            tree.assign(limit, self.in_range(statement.last)),
         ]
         if _constant_step(statement) is None:
             assert statement.step is not None
-            taken.append(tree.assign(step, tree.call("for_step", self.checked(statement.step))))
+            taken.append(tree.assign(step, tree.call("for_step", self.in_range(statement.step))))
         past = py.UnaryOp(py.Not(), self._another_pass(statement, limit, step))
         return [
             *taken,
@@ -221,7 +221,7 @@ class _ProgramCompiler(Expressions):
     def _case_test(self, op: CaseTest) -> list[py.stmt]:
         kind = self.kind_of(op.subject)
         subject = tree.name(f"l{op.slot}")
-        tests = [self.related(subject, "==", self.value(value), kind) for value in op.values]
+        tests = [self.comparison(subject, "==", self.value(value), kind) for value in op.values]
         matched = tests[0] if len(tests) == 1 else py.BoolOp(py.Or(), tests)
         return [py.If(py.UnaryOp(py.Not(), matched), self._jumps.to(op.target), [])]
 
@@ -230,10 +230,10 @@ class _ProgramCompiler(Expressions):
     def _perform(self, op: Perform) -> list[py.stmt]:
         if isinstance(op.statement, ast.Assignment):
             return self._assignment(op.statement)
-        return self._done(op.statement)
+        return self._perform_instruction(op.statement)
 
-    def _done(self, statement: ast.Instruction) -> list[py.stmt]:
-        """An instruction, with the BREAK that the table says of it."""
+    def _perform_instruction(self, statement: ast.Instruction) -> list[py.stmt]:
+        """Carry out an instruction, after a BREAK if the table says so."""
         special = _SPECIAL.get(statement.word)
         statements = special(self, statement) if special else self._instruction(statement)
         if INSTRUCTIONS[statement.word].breaks:
@@ -257,14 +257,14 @@ class _ProgramCompiler(Expressions):
             return self._store_element(place, variable.indexes, value)
         assert place.key is not None
         stored: list[py.stmt] = [py.Assign([py.Subscript(tree.name(place.cells), place.key, py.Store())], value)]
-        return self._denied(place, place.key) + stored
+        return self._deny_other_kind(place, place.key) + stored
 
     def _store_element(self, place: Place, indexes: tuple[ast.Expression, ...], value: py.expr) -> list[py.stmt]:
         at = tree.method(tree.name(place.cells), "at", *map(self.value, indexes))
         target = py.Subscript(tree.name(place.cells), tree.name("i"), py.Store())
-        return [tree.assign("i", at), *self._denied(place, tree.name("i")), py.Assign([target], value)]
+        return [tree.assign("i", at), *self._deny_other_kind(place, tree.name("i")), py.Assign([target], value)]
 
-    def _denied(self, place: Place, key: py.expr) -> list[py.stmt]:
+    def _deny_other_kind(self, place: Place, key: py.expr) -> list[py.stmt]:
         if place.other is None:
             return []
         clash = py.Expr(tree.method(tree.name(place.cells), "deny", key))
@@ -304,23 +304,25 @@ class _ProgramCompiler(Expressions):
         if isinstance(expression, ast.Variable) and (word == "PROMPT" or row.shape is Shape.UNIT):
             return self.reference(expression)
         if row.shape is Shape.PROGRAM and expression is not None:
-            return self._program_called(expression)
+            return self._program_call(expression)
         return self.operand(expression, row)
 
     def _stamp(self, modifiers: ast.Modifiers) -> py.expr:
         if modifiers.at is None and modifiers.within is None:
             return tree.constant(None)
         times = (modifiers.at, modifiers.within)
-        return tree.call("stamp_of", *(tree.constant(None) if time is None else self.checked(time) for time in times))
+        return tree.call("stamp_of", *(tree.constant(None) if time is None else self.in_range(time) for time in times))
 
     def _wait(self, statement: ast.Instruction) -> list[py.stmt]:
         if not statement.arguments or statement.arguments[0] is None:
             return [tree.yield_(tree.call("Wait", tree.name("at_once"), tree.constant(1)))]
         asked = statement.arguments[0]
-        condition = self._closed(self.truth(asked if channel(asked) is None else signals_on((asked,), asked.span)))
+        condition = self._condition_function(
+            self.truth(asked if channel(asked) is None else signals_on((asked,), asked.span))
+        )
         return [tree.yield_(tree.call("Wait", tree.call("guarded", condition)))]
 
-    def _closed(self, expression: py.expr) -> py.Lambda:
+    def _condition_function(self, expression: py.expr) -> py.Lambda:
         """A function of no arguments. It takes the program's variables as defaults: cells of a closure are slower for
         the whole program."""
         names = {node.id for node in py.walk(expression) if isinstance(node, py.Name)}
@@ -330,18 +332,18 @@ class _ProgramCompiler(Expressions):
     def _call_program(self, statement: ast.Instruction) -> list[py.stmt]:
         program = statement.arguments[0]
         assert program is not None
-        return [tree.yield_(self._program_called(program))]
+        return [tree.yield_(self._program_call(program))]
 
     def _call_by_text(self, statement: ast.Instruction) -> list[py.stmt]:
-        """The program that a string names."""
+        """Call the program that a string names."""
         called = statement.arguments[0]
         assert called is not None
         text, given = (called.text, called.arguments) if isinstance(called, ast.Applied) else (called, ())
-        name = tree.method(self.checked(text, Kind.STRING), "strip")
+        name = tree.method(self.in_range(text, Kind.STRING), "strip")
         arguments = tree.tuple_of(map(self.argument_of_call, given))
         return [tree.yield_(tree.call("CallProgram", name, arguments))]
 
-    def _program_called(self, program: ast.Expression) -> py.expr:
+    def _program_call(self, program: ast.Expression) -> py.expr:
         given = program.arguments if isinstance(program, ast.ProgramCall) else ()
         name = program.text if isinstance(program, ast.Word) else str(getattr(program, "name", ""))
         arguments = tree.tuple_of(map(self.argument_of_call, given))
@@ -356,7 +358,7 @@ def _constant_step(statement: ast.For) -> float | None:
 _OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {
     Perform: _ProgramCompiler._perform,
     Jump: _ProgramCompiler._jump,
-    Branch: _ProgramCompiler._branch,
+    JumpIf: _ProgramCompiler._jump_if,
     ForBegin: _ProgramCompiler._for_begin,
     ForNext: _ProgramCompiler._for_next,
     CaseBegin: _ProgramCompiler._case_begin,
@@ -374,7 +376,7 @@ _SPECIAL: dict[str, Callable[[_ProgramCompiler, ast.Instruction], list[py.stmt]]
 }
 
 
-def _joined(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Callable[..., Steps]:
+def _join(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Callable[..., Steps]:
     """One function of several; `firsts`: the first block of each. `at`: the place of `pc` among the arguments."""
     at = 2 + len(CELLS)
 
@@ -434,18 +436,18 @@ class Compiled(Struct, frozen=True, dict=True):
         return self.lowered.entries[step]
 
     def stand(self, step: int) -> int | None:
-        """The first step from `step` on (from 0) before which the program can stand: one at which something is done."""
+        """Return the first step from `step` on (from 0) that does something: the program can stand before it."""
         steps = (op.step for op in self.lowered.ops if op.step >= step and not _silent(op))
         return min(steps, default=None)
 
 
 def _silent(op: Op) -> bool:
-    """Whether an operation is no step to the driver."""
+    """Whether the driver does not see the operation as a step."""
     return isinstance(op, Mark | Finish) or (isinstance(op, Jump) and not op.counted)
 
 
 def compile_program(library: Library, analysis: Analysis) -> Compiled:
-    """Raises ProgramNotExecutable for a program with errors."""
+    """Compile a program. Raises ProgramNotExecutable for one with errors."""
     if not analysis.executable:
         raise ProgramNotExecutable(analysis.program.name, "mend its errors first")
     try:
@@ -459,13 +461,13 @@ def compile_program(library: Library, analysis: Analysis) -> Compiled:
 
 
 class CompiledExpression(Struct, frozen=True):
-    """A function of the context, the cells of each kind, what the references given consist of, and those arrays."""
+    """A function that takes the context, the cells of each kind, the fields of each reference, and `arrays`."""
 
     function: Callable[..., Any]
     arrays: tuple[Array, ...]
 
 
-def _with_context(compiler: Expressions, value: py.expr) -> CompiledExpression:
+def _with_context(compiler: ExpressionCompiler, value: py.expr) -> CompiledExpression:
     bound = [f"{letter}{number}" for number in range(len(compiler.parameters)) for letter in "pqk"]
     names = ["X", *CELLS.values(), *bound, *compiler.arrays.values()]
     definition = py.FunctionDef("value", tree.parameters(names), [py.Return(value)], [], None)
@@ -477,21 +479,21 @@ def compile_expression(
 ) -> CompiledExpression:
     """One expression at the prompt. `kinds`: those of the bare names that have a value. `own`: the keys of variables
     for which references are given."""
-    compiler = Expressions(library, kinds, {key: number for number, key in enumerate(own)})
+    compiler = ExpressionCompiler(library, kinds, {key: number for number, key in enumerate(own)})
     if isinstance(expression, ast.Variable):
         return _with_context(compiler, compiler.read(expression))
-    return _with_context(compiler, compiler.checked(expression))
+    return _with_context(compiler, compiler.in_range(expression))
 
 
 def compile_argument(
     library: Library, expression: ast.Expression | None, kinds: Mapping[str, Kind]
 ) -> CompiledExpression:
     """One argument of EXECUTE at the prompt, as CALL passes it: a reference, or None."""
-    compiler = Expressions(library, kinds)
+    compiler = ExpressionCompiler(library, kinds)
     return _with_context(compiler, compiler.argument_of_call(expression))
 
 
 def compile_definable(library: Library, expression: ast.Expression, kinds: Mapping[str, Kind]) -> CompiledExpression:
     """What HERE, POINT and TEACH define at the prompt: `a`, `#p`, `a:b`, `row[3]`."""
-    compiler = Expressions(library, kinds)
+    compiler = ExpressionCompiler(library, kinds)
     return _with_context(compiler, compiler.operand(expression, Argument("location", Shape.LOCATION_VARIABLE)))

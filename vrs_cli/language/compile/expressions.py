@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from vrs_cli.errors import ProgramNotExecutable
+from vrs_cli.language.analysis.kinds import VARIABLES
 from vrs_cli.language.compile import python_tree as tree
 from vrs_cli.language.compile.library import Library
 from vrs_cli.language.text import ast
@@ -62,7 +63,7 @@ class Array:
 
 
 @dataclass
-class Expressions:
+class ExpressionCompiler:
     """Expressions as Python's. Remembers what else the Python function has to be given: `arrays` of the environment,
     with the names of their Python variables, and `namespace`, its globals. `parameters`: their numbers, by key."""
 
@@ -77,8 +78,8 @@ class Expressions:
     def __post_init__(self) -> None:
         self.namespace = dict(self.library.names)
 
-    def bound(self, prefix: str, value: object) -> py.expr:
-        """A value of the compiler as a global of the program."""
+    def global_of(self, prefix: str, value: object) -> py.expr:
+        """Make a value of the compiler a global of the program."""
         name = f"{prefix}_{len(self.namespace)}"
         self.namespace[name] = value
         return tree.name(name)
@@ -86,7 +87,7 @@ class Expressions:
     # kinds
 
     def kind_of(self, expression: ast.Expression) -> Kind | None:
-        """None: a bare name of which nothing is known."""
+        """Return the kind of an expression, or None for an untyped bare name."""
         if isinstance(expression, ast.Variable):
             return SIGIL_KINDS.get(expression.sigil) or self.kinds.get(expression.key)
         if isinstance(expression, ast.Text):
@@ -107,7 +108,7 @@ class Expressions:
     # variables
 
     def place(self, variable: ast.Variable, kind: Kind | None = None) -> Place:
-        """The cells for the kind given, or that the program has decided; reals for a bare name otherwise."""
+        """Return where a variable lives. The program decides its kind, otherwise `kind`; the default is a real."""
         self.spelling.setdefault(variable.key, variable.sigil + variable.name)
         wanted = SIGIL_KINDS.get(variable.sigil) or self.kinds.get(variable.key) or kind or Kind.REAL
         real, location = self._cells(variable, Kind.REAL), self._cells(variable, Kind.LOCATION)
@@ -142,7 +143,7 @@ class Expressions:
         return tree.call("whole", self.value(index))
 
     def read(self, variable: ast.Variable, kind: Kind | None = None) -> py.expr:
-        """Its value; for a bare name of which nothing is known and nothing wanted, of the kind that it has."""
+        """Read the variable. An untyped bare name is looked up at run time."""
         if kind is None and self.kind_of(variable) is None:
             return tree.method(self.reference(variable), "value")
         place = self.place(variable, kind)
@@ -151,7 +152,7 @@ class Expressions:
         return tree.item(place.cells, place.key)
 
     def reference(self, variable: ast.Variable) -> py.expr:
-        """The variable itself."""
+        """Refer to the variable, so that it can be passed on or assigned."""
         self.spelling.setdefault(variable.key, variable.sigil + variable.name)
         kind = SIGIL_KINDS.get(variable.sigil)
         cells = self._cells(variable, kind or Kind.REAL)
@@ -165,7 +166,7 @@ class Expressions:
     # values
 
     def value(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
-        """An expression that gives the value: a float, a str, a Transform or a tuple of joints."""
+        """Return an expression for the value: a float, a str, a Transform or a tuple of joints."""
         if isinstance(expression, ast.Number | ast.Text):
             return tree.constant(expression.value)
         if isinstance(expression, ast.Variable):
@@ -175,11 +176,11 @@ class Expressions:
         if isinstance(expression, ast.Binary):
             return self._binary(expression)
         if isinstance(expression, ast.Call):
-            return self._function(expression)
+            return self._call(expression)
         raise ProgramNotExecutable(f"{expression} has no value")
 
     def truth(self, expression: ast.Expression) -> py.expr:
-        """An expression that Python takes for true where the value is not 0."""
+        """Return an expression that is true to Python if the value is not 0."""
         if isinstance(expression, ast.Unary) and expression.operator == "NOT":
             return py.UnaryOp(py.Not(), self.truth(expression.operand))
         if isinstance(expression, ast.Binary) and expression.operator in _LOGICAL:
@@ -212,17 +213,17 @@ class Expressions:
 
     def _relation(self, expression: ast.Binary) -> py.expr:
         left, right = self.value(expression.left), self.value(expression.right)
-        return self.related(left, expression.operator, right, self.kind_of(expression.left))
+        return self.comparison(left, expression.operator, right, self.kind_of(expression.left))
 
-    def related(self, left: py.expr, operator: str, right: py.expr, kind: Kind | None) -> py.expr:
-        """Strings are compared as the switch UPPER says."""
+    def comparison(self, left: py.expr, operator: str, right: py.expr, kind: Kind | None) -> py.expr:
+        """Compare two values. The switch UPPER says how strings are compared."""
         if kind is Kind.STRING:
             left, right = (tree.method(tree.name("X"), "folded", side) for side in (left, right))
         return tree.compare(left, _RELATIONS[operator](), right)
 
     # functions
 
-    def _function(self, call: ast.Call) -> py.expr:
+    def _call(self, call: ast.Call) -> py.expr:
         function = FUNCTIONS[call.name]
         contextual = self.library.in_context.get(call.name)
         evaluate = contextual or self.library.of_values.get(call.name)
@@ -230,7 +231,7 @@ class Expressions:
             raise ProgramNotExecutable(f"{function.name} is not available")
         if not function.arguments and contextual is None:
             constant = evaluate()
-            return tree.constant(constant) if isinstance(constant, float) else self.bound("k", constant)
+            return tree.constant(constant) if isinstance(constant, float) else self.global_of("k", constant)
         arguments = self._arguments(function, call.arguments)
         if contextual is not None:
             arguments.insert(0, tree.name("X"))
@@ -238,7 +239,7 @@ class Expressions:
         return tree.call(_python_name(function), *arguments)
 
     def _arguments(self, function: Function, given: Sequence[ast.Expression | None]) -> list[py.expr]:
-        """One for each argument of the table, None for what is left out; as many as given where the last repeats."""
+        """Return one expression for each argument of the table: None if it is left out, more if the last repeats."""
         rows = function.arguments
         if rows and rows[-1].repeated:
             rows = (*rows[: len(given)], *(rows[-1],) * (len(given) - len(rows)))
@@ -248,7 +249,7 @@ class Expressions:
     # operands
 
     def operand(self, expression: ast.Expression | None, argument: Argument) -> py.expr:
-        """What an argument is given as: a value, the variable itself, or a word."""
+        """Return what is handed over for an argument: a value, a reference to the variable, or a word."""
         if expression is None:
             return tree.constant(None)
         if argument.shape in WORDS:
@@ -261,10 +262,10 @@ class Expressions:
             return self._item_of_list(expression)
         if argument.shape is Shape.SETTING:
             return self._word_or_value(expression)
-        return self.checked(expression, _WANTED.get(argument.shape, Kind.REAL))
+        return self.in_range(expression, _WANTED.get(argument.shape, Kind.REAL))
 
-    def checked(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
-        """A value that is within the range of reals."""
+    def in_range(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
+        """Return the value, checked against the range of reals where it can leave it."""
         value = self.value(expression, wanted)
         return tree.call("within_range", value) if self.may_overflow(expression) else value
 
@@ -279,18 +280,18 @@ class Expressions:
 
     def _item_of_list(self, expression: ast.Expression) -> py.expr:
         if isinstance(expression, ast.Format):
-            return self.bound("k", expression)
+            return self.global_of("k", expression)
         if isinstance(expression, ast.Variable):
             return self.read(expression)
-        return self.checked(expression)
+        return self.in_range(expression)
 
     def _word_or_value(self, expression: ast.Expression) -> py.expr:
-        """The value of a parameter: a real, or a word (a name that has no value)."""
+        """Return the value of a parameter: a real, or a word (a name without a value)."""
         if isinstance(expression, ast.Word):
             return tree.constant(expression.text.upper())
         if isinstance(expression, ast.Variable):
             return tree.call("setting", tree.constant(expression.name), self.reference(expression))
-        return self.checked(expression)
+        return self.in_range(expression)
 
     def _definable(self, expression: ast.Expression) -> py.expr:
         """`a:b:c`: the variable c, and the product a:b."""
@@ -303,17 +304,16 @@ class Expressions:
         return tree.call("Definable", self.reference(variable), before)
 
     def argument_of_call(self, expression: ast.Expression | None) -> py.expr:
-        """By reference a variable, by value any other expression, and a variable in parentheses."""
+        """Pass a variable by reference. Pass any other expression, and a variable in parentheses, by value."""
         if expression is None:
             return tree.constant(None)
         if not isinstance(expression, ast.Variable):
-            return tree.call("by_value", tree.name("X"), self.checked(expression))
+            return tree.call("by_value", tree.name("X"), self.in_range(expression))
         if expression.grouped:
             return tree.call("by_value", tree.name("X"), self.read(expression))
         return self.reference(expression)
 
 
-VARIABLES = {Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE}
 WORDS = {Shape.SWITCH, Shape.PARAMETER_NAME, Shape.WORD, Shape.BRANCH, Shape.FILE}
 _WANTED = {
     Shape.STRING: Kind.STRING,

@@ -33,8 +33,8 @@ class Jump(Struct, frozen=True):
     counted: bool
 
 
-class Branch(Struct, frozen=True):
-    """Go to the target where the condition is `when`; otherwise on. `first`: what is done before."""
+class JumpIf(Struct, frozen=True):
+    """Jump to the target if the condition is `when`. `first`: an instruction to carry out before."""
 
     step: int
     condition: ast.Expression
@@ -44,7 +44,7 @@ class Branch(Struct, frozen=True):
 
 
 class ForBegin(Struct, frozen=True):
-    """Set the variable, keep limit and step in `slot`; to the target where there is no first pass."""
+    """Set the variable; keep limit and step in `slot`. Jump to the target if there is no first pass."""
 
     step: int
     statement: ast.For
@@ -53,7 +53,7 @@ class ForBegin(Struct, frozen=True):
 
 
 class ForNext(Struct, frozen=True):
-    """The END of a FOR: add the step, and to the target (the first step inside) for another pass."""
+    """The END of a FOR: add the step. Jump to the target (the first step inside) for another pass."""
 
     step: int
     statement: ast.For
@@ -71,7 +71,7 @@ class CaseBegin(Struct, frozen=True):
 
 
 class CaseTest(Struct, frozen=True):
-    """Go to the target where the subject equals none of the values."""
+    """Jump to the target if the subject equals none of the values."""
 
     step: int
     subject: ast.Expression
@@ -81,7 +81,7 @@ class CaseTest(Struct, frozen=True):
 
 
 class Mark(Struct, frozen=True):
-    """A place, with nothing to do: DO, END of IF and CASE, a blank line."""
+    """A step that does nothing: DO, END of IF and CASE, a blank line."""
 
     step: int
 
@@ -92,7 +92,7 @@ class Finish(Struct, frozen=True):
     step: int
 
 
-Op = Perform | Jump | Branch | ForBegin | ForNext | CaseBegin | CaseTest | Mark | Finish
+Op = Perform | Jump | JumpIf | ForBegin | ForNext | CaseBegin | CaseTest | Mark | Finish
 
 
 class Lowered(Struct, frozen=True):
@@ -131,10 +131,10 @@ class _Lowering:
         end = len(self._steps)
         self._places[end] = len(self._ops)
         self._ops.append(Finish(max(end - 1, 0)))
-        ops = tuple(self._resolved(op) for op in self._ops)
+        ops = tuple(self._with_place(op) for op in self._ops)
         return Lowered(ops, tuple(self._places[step] for step in range(end + 1)), len(self._slots))
 
-    def _resolved(self, op: Op) -> Op:
+    def _with_place(self, op: Op) -> Op:
         if isinstance(op, Perform | Mark | Finish):
             return op
         return replace(op, target=self._places[op.target])
@@ -145,8 +145,8 @@ class _Lowering:
             lowering(self, number, statement)
         elif isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
             self._leave_loop(number, statement)
-        elif isinstance(statement, ast.Instruction) and statement.word in _BRANCHES:
-            self._branch(number, statement)
+        elif isinstance(statement, ast.Instruction) and statement.word in _CONDITIONS:
+            self._conditional(number, statement)
         elif isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS:
             self._ops.append(Mark(number))
         elif isinstance(statement, ast.Assignment | ast.Instruction):
@@ -165,24 +165,24 @@ class _Lowering:
         self._ops.append(Jump(number, closer + (statement.word == "EXIT"), counted=True))
 
     def _if_goto(self, number: int, statement: ast.IfGoto) -> None:
-        self._ops.append(Branch(number, statement.condition, True, self._labels[statement.label]))
+        self._ops.append(JumpIf(number, statement.condition, True, self._labels[statement.label]))
 
-    def _branch(self, number: int, statement: ast.Instruction) -> None:
+    def _conditional(self, number: int, statement: ast.Instruction) -> None:
         label = label_of(statement)
         assert label is not None
-        condition, first = _BRANCHES[statement.word](statement)
-        self._ops.append(Branch(number, condition, True, self._labels[label], first))
+        condition, first = _CONDITIONS[statement.word](statement)
+        self._ops.append(JumpIf(number, condition, True, self._labels[label], first))
 
     def _if(self, number: int, statement: ast.If) -> None:
         block = self._openers[number]
         target = block.middles[0] + 1 if block.middles else block.closer
-        self._ops.append(Branch(number, statement.condition, False, target))
+        self._ops.append(JumpIf(number, statement.condition, False, target))
 
     def _while(self, number: int, statement: ast.While) -> None:
-        self._ops.append(Branch(number, statement.condition, False, self._openers[number].closer + 1))
+        self._ops.append(JumpIf(number, statement.condition, False, self._openers[number].closer + 1))
 
     def _until(self, number: int, statement: ast.Until) -> None:
-        self._ops.append(Branch(number, statement.condition, False, self._closers[number].opener))
+        self._ops.append(JumpIf(number, statement.condition, False, self._closers[number].opener))
 
     def _for(self, number: int, statement: ast.For) -> None:
         target = self._openers[number].closer + 1
@@ -213,9 +213,9 @@ class _Lowering:
 
     def _end(self, number: int, _statement: ast.End) -> None:
         block = self._closers[number]
-        self._ops.append(self._closing(number, block))
+        self._ops.append(self._end_of_block(number, block))
 
-    def _closing(self, number: int, block: Block) -> Op:
+    def _end_of_block(self, number: int, block: Block) -> Op:
         if block.kind is BlockKind.WHILE:
             return Jump(number, block.opener, counted=False)
         if block.kind is BlockKind.FOR:
@@ -238,7 +238,7 @@ def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction 
     return ast.Binary("<", gap, width, span), statement
 
 
-_BRANCHES: dict[str, Callable[[ast.Instruction], tuple[ast.Expression, ast.Instruction | None]]] = {
+_CONDITIONS: dict[str, Callable[[ast.Instruction], tuple[ast.Expression, ast.Instruction | None]]] = {
     "IFSIG": _if_signals,
     "GRASP": _grasp,
 }

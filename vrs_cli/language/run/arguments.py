@@ -13,14 +13,14 @@ from vrs_cli.language.text.diagnostics import counted
 from vrs_cli.language.words.kind import Kind, kind_of_name
 
 
-def _left_out(memory: Memory, parameter: Variable) -> Reference:
+def _omitted_argument(memory: Memory, parameter: Variable) -> Reference:
     """What stands for an argument that is not given: undefined until the program assigns it."""
     name = parameter.sigil + parameter.name
     is_array = parameter.indexes is not None
     return new_variable(memory.spelling, name, kind_of_name(name), array=is_array, omitted=name)
 
 
-def _checked_argument(program: Executable, parameter: Variable, given: Reference, arrays: frozenset[str]) -> Reference:
+def _check_argument(program: Executable, parameter: Variable, given: Reference, arrays: frozenset[str]) -> Reference:
     name = f"{parameter.sigil}{parameter.name} of {program.name}"
     kind = kind_of_name(parameter.key)
     if given.cells.kind is not kind:
@@ -36,7 +36,7 @@ def _checked_argument(program: Executable, parameter: Variable, given: Reference
     return given
 
 
-def bind(memory: Memory, program: Executable, arguments: Sequence[Reference | None]) -> tuple[Reference, ...]:
+def bind_arguments(memory: Memory, program: Executable, arguments: Sequence[Reference | None]) -> tuple[Reference, ...]:
     """One reference for each parameter. Raises ArgumentMismatch."""
     parameters = program.program.parameters
     if len(arguments) > len(parameters):
@@ -47,6 +47,6 @@ def bind(memory: Memory, program: Executable, arguments: Sequence[Reference | No
     arrays = program.compiled.array_parameters
     padded = (*arguments, *(None,) * (len(parameters) - len(arguments)))
     return tuple(
-        _left_out(memory, parameter) if given is None else _checked_argument(program, parameter, given, arrays)
+        _omitted_argument(memory, parameter) if given is None else _check_argument(program, parameter, given, arrays)
         for parameter, given in zip(parameters, padded, strict=True)
     )

@@ -33,8 +33,9 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.language.analysis.channels import channel, signals_on
+from vrs_cli.language.analysis.kinds import VARIABLES
 from vrs_cli.language.compile.compiler import compile_expression
-from vrs_cli.language.compile.expressions import VARIABLES, WORDS, word_of
+from vrs_cli.language.compile.expressions import WORDS, word_of
 from vrs_cli.language.run.effects import CallProgram
 from vrs_cli.language.run.evaluation import evaluator
 from vrs_cli.language.run.library import LIBRARY, for_step
@@ -77,13 +78,13 @@ class Wrong(Struct, frozen=True):
 
 
 class Constants(Struct, frozen=True):
-    """`context` is nobody else's, nor is the robot that may be asked to `perform`, which raises VrsError."""
+    """Tries out constants. Nobody else uses `context`, nor the robot behind `perform`, which raises VrsError."""
 
     context: Context
     perform: Callable[[Request], None]
 
     def findings(self, program: Program) -> Iterator[Diagnostic]:
-        """A warning, not more, at each constant that no run could take: it may stand in a step that none comes to."""
+        """Yield a warning for each constant that no run could take. It is no error: no run may come to that step."""
         for step in program.steps:
             if step.statement is not None:
                 for wrong in self._statement(step.statement):
@@ -99,7 +100,7 @@ class Constants(Struct, frozen=True):
     # --- expressions ---
 
     def _expression(self, expression: Expression) -> Iterator[Wrong]:
-        """The smallest parts that have no value."""
+        """Yield the smallest parts of an expression that have no value."""
         if not _evaluable(expression):
             yield from self._parts(expression)
         elif (error := self._error(expression)) is not None:
@@ -118,7 +119,7 @@ class Constants(Struct, frozen=True):
         return None
 
     def _value(self, expression: Expression) -> Value | Gap:
-        """Of an expression that has one, if it is constant."""
+        """Return the value of a constant expression, otherwise a gap."""
         if isinstance(expression, ast.Text):
             return expression.value
         if (number := ast.plain_number(expression)) is not None:
@@ -131,7 +132,7 @@ class Constants(Struct, frozen=True):
     # --- statements ---
 
     def _whole(self, statement: Statement) -> Iterator[Wrong]:
-        """What is wrong with a statement whose expressions have values."""
+        """Yield what is wrong with a statement whose expressions all have values."""
         if isinstance(statement, ast.For):
             yield from self._refused(statement.step, for_step)
         elif isinstance(statement, ast.Instruction):
@@ -171,12 +172,12 @@ class Constants(Struct, frozen=True):
         return expression.value if isinstance(expression, ast.Text) else Gap.OTHER
 
     def _refusal(self, statement: ast.Instruction, given: Sequence[Given]) -> VrsError | None:
-        """Why the instruction cannot be carried out, whatever stands in the gaps."""
+        """Return why the instruction cannot be carried out, whatever stands in the gaps."""
         first, *others = self._outcomes(statement, given)
         return first if all(str(error) == str(first) for error in others) else None
 
     def _outcomes(self, statement: ast.Instruction, given: Sequence[Given]) -> list[VrsError | None]:
-        """How each number in the gaps is answered."""
+        """Return the error, or None, for each number that is tried in the gaps."""
         stand_ins = STAND_INS if Gap.REAL in given else STAND_INS[:1]
         filled = ([x if isinstance(one, Gap) else one for one in given] for x in stand_ins)
         return [self._carried_out(statement, operands) for operands in filled]
@@ -196,7 +197,7 @@ class Constants(Struct, frozen=True):
         return None
 
     def _culprit(self, statement: ast.Instruction, given: Sequence[Given], error: VrsError) -> Span:
-        """The operand without which nothing is refused like this."""
+        """Return the place of the operand that causes the error: any other number there gives another answer."""
         places = list(enumerate((*statement.arguments, statement.value)))
         for place, expression in reversed(places):
             if expression is not None and isinstance(given[place], float):
@@ -266,5 +267,5 @@ def _by_value(function: Function) -> bool:
 
 
 def _named(expression: Expression) -> Expression:
-    """The name that a function was given, otherwise the expression itself."""
+    """Return the name that a function is given, otherwise the expression itself."""
     return next((one for one in _children(expression) if isinstance(one, ast.Word)), expression)

@@ -97,7 +97,7 @@ class SignalsSet(Struct, frozen=True):
 
 
 class Ignore(Struct, frozen=True):
-    """IGNORE: no more reaction to a signal; the task does it by itself."""
+    """IGNORE: end the reaction to a signal; the task does it by itself."""
 
     signal: int
 
@@ -109,13 +109,13 @@ class Lock(Struct, frozen=True):
 
 
 class ReactToErrors(Struct, frozen=True):
-    """REACTE: call a program when a step fails, none any more where it is None; the task does it by itself."""
+    """REACTE: call a program when a step fails, or (None) no longer; the task does it by itself."""
 
     program: str | None
 
 
 class RunSignal(Struct, frozen=True):
-    """RUNSIG: the signal has this state while the program runs, and the other one whenever it does not."""
+    """RUNSIG: keep the signal in this state while the program runs, and in the other one while it does not."""
 
     signal: int
 

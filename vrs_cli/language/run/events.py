@@ -70,11 +70,22 @@ class Budget(Struct, frozen=True):
     """So many steps were done, and nothing is asked for."""
 
 
-Beside = WaitEvent | SetEvent | RunSignal | StartTask | ControlTask | AttachRobot | DetachRobot
+TaskRequest = WaitEvent | SetEvent | RunSignal | StartTask | ControlTask | AttachRobot | DetachRobot
 
 
 Event = (
-    Request | Type | Prompt | Wait | Beside | UnitEffect | CycleBegins | Completed | Paused | Halted | Failed | Budget
+    Request
+    | Type
+    | Prompt
+    | Wait
+    | TaskRequest
+    | UnitEffect
+    | CycleBegins
+    | Completed
+    | Paused
+    | Halted
+    | Failed
+    | Budget
 )
 
 

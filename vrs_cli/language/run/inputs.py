@@ -31,11 +31,11 @@ class Inputs(Struct, frozen=True):
 
     @property
     def next_time(self) -> float:
-        """When the next one comes [s]; infinity when none does."""
+        """The time of the next change [s]; infinity if there is none."""
         return self.changes[self.done].time if self.done < len(self.changes) else inf
 
     def applied(self, now: float, signals: Signals) -> Inputs:
-        """Make all changes up to `now`; what is left."""
+        """Make all changes up to `now`. Return those that are left."""
         done = self.done
         while done < len(self.changes) and self.changes[done].time <= now:
             change = self.changes[done]

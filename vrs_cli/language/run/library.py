@@ -47,7 +47,7 @@ def setting(name: str, variable: Reference) -> Value:
 
 
 def by_value(context: Context, value: Value) -> Reference:
-    """An expression as the argument of a CALL: a variable that nobody else can see."""
+    """Pass the value of an expression to a CALL, in a variable that nobody else can see."""
     kind = kind_of_value(value)
     key = "the argument"
     reference = new_variable(context.environment.spelling, key, Kind.REAL if kind is Kind.LOCATION else kind)
@@ -56,14 +56,14 @@ def by_value(context: Context, value: Value) -> Reference:
 
 
 def overflow(error: ArithmeticError) -> ArithmeticOverflow:
-    """What Python says of a calculation, as the language says it."""
+    """Translate an error of Python's arithmetic into one of the language."""
     if isinstance(error, ZeroDivisionError):
         return ArithmeticOverflow("division by zero")
     return ArithmeticOverflow("the result is too large for a real")
 
 
 def guarded(condition: Callable[[], float | bool]) -> Callable[[], bool]:
-    """The condition of a WAIT, asked by the driver: raises nothing but VrsError."""
+    """Return the condition of a WAIT for the driver, which expects no error but VrsError."""
 
     def ask() -> bool:
         try:
@@ -79,7 +79,7 @@ def at_once() -> bool:
 
 
 class Unset:
-    """The limit of a FOR that was entered without its FOR: comparing with it, or adding it, says so."""
+    """The limit of a loop that was entered past its FOR. To compare it or to add it raises the error."""
 
     def _say(self, _other: object) -> NoReturn:
         raise UndefinedValue("the limit of FOR", "the loop was entered by a jump past its FOR")

@@ -268,7 +268,7 @@ def encoded(context: Context, *items: TypeItem) -> str:
 
 
 def decoded(source: Reference, separators: str, mode: float | None) -> str:
-    """The head of the string up to a separator, or of separators alone; the string keeps the rest."""
+    """Take the head of a string up to a separator (or the leading separators). The string keeps the rest."""
     text = source.value()
     assert isinstance(text, str)
     wanted = whole(_or(mode, 0.0)) > 0
@@ -308,7 +308,7 @@ PIECE = 128  # characters of an element of an array that PACK and $UNPACK take f
 
 
 def unpacked(array: Reference, first: float, count: float) -> str:
-    """So many characters from the first one on (counted from 1 in the element named), over elements of 128 each."""
+    """Return `count` characters from `first` on (counted from 1 in the element named), across elements of 128 each."""
     start, size = whole(first) - 1, integer_between(count, 0, PIECE, "a number of characters of")
     if start < 0:
         raise IllegalValue(f"character {whole(first)} of an array", "characters count from 1")
@@ -318,7 +318,7 @@ def unpacked(array: Reference, first: float, count: float) -> str:
 
 
 def pack(array: Reference, first: float, count: float, text: str) -> None:
-    """Put so many characters of a text (zero characters where it is shorter) where `unpacked` finds them."""
+    """Put `count` characters of a text where `unpacked` finds them. Fill a shorter text with zero characters."""
     start, size = whole(first) - 1, integer_between(count, 0, PIECE, "a number of characters of")
     if start < 0:
         raise IllegalValue(f"character {whole(first)} of an array", "characters count from 1")

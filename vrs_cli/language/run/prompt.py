@@ -10,7 +10,7 @@ from vrs_cli.language.compile.compiler import compile_argument, compile_definabl
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.evaluation import evaluator
-from vrs_cli.language.run.events import Completed, Event, Failed, Halted, TaskState
+from vrs_cli.language.run.events import Completed, Event, Halted, TaskState
 from vrs_cli.language.run.executable import Executable
 from vrs_cli.language.run.library import LIBRARY
 from vrs_cli.language.run.memory import Context
@@ -24,7 +24,7 @@ from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, kind_of_value
 
 
-class _LineTask(Task):
+class _StepTask(Task):
     """One instruction of the prompt: a program of one step, with no cycle around it."""
 
     def _cycles(self) -> Generator[Event, None, Completed | Halted]:
@@ -44,28 +44,7 @@ def statement_task(environment: Environment, robot: Robot, statement: ast.Statem
     analysis = analyze(program, environment.kinds(), programs)
     if not analysis.executable:
         raise ProgramNotExecutable(analysis.diagnostics[0].message)
-    return _LineTask(environment, robot, Executable(environment, StoredProgram(analysis)))
-
-
-def execute_statement(
-    environment: Environment, robot: Robot, statement: ast.Statement
-) -> Generator[Event, str | None, None]:
-    """The events of one instruction at the prompt (DO), in the order a program of that one step gives them.
-
-    `send` the answer to Prompt. An error of the instruction itself is raised; one of a program that it calls is
-    `Failed`, the last event.
-    """
-    task = statement_task(environment, robot, statement)
-    answer: str | None = None
-    while True:
-        event = task.resume(answer)
-        if isinstance(event, Completed):
-            return
-        if isinstance(event, Failed) and not event.fault.program:
-            raise event.error
-        answer = yield event
-        if isinstance(event, Failed | Halted):
-            return
+    return _StepTask(environment, robot, Executable(environment, StoredProgram(analysis)))
 
 
 class Sight:

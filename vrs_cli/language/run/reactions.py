@@ -26,7 +26,7 @@ class Reaction(Struct, frozen=True):
 
 
 class Reactions:
-    """Those of one task, from the start of a cycle to its end."""
+    """The reactions of one task, from the start of a cycle to its end."""
 
     def __init__(self) -> None:
         self.priority = 0
@@ -35,12 +35,12 @@ class Reactions:
         self._waiting: list[Reaction] = []
 
     def set(self, reaction: Reaction) -> None:
-        """From now on; in place of another to the same signal."""
+        """Set a reaction from now on, in place of another to the same signal."""
         self.ignore(reaction.signal)
         self._set[abs(reaction.signal)] = reaction
 
     def ignore(self, signal: int) -> None:
-        """No more; also one that waits is dropped."""
+        """End the reaction to a signal, also one that waits."""
         gone = self._set.pop(abs(signal), None)
         if gone in self._waiting:
             self._waiting.remove(gone)
@@ -56,14 +56,14 @@ class Reactions:
 
     @property
     def due(self) -> Reaction | None:
-        """The one to call next: the highest priority, of equal ones the first whose signal changed."""
+        """The reaction to call next: that of the highest priority; of equal ones the first whose signal changed."""
         if not self._waiting:
             return None
         first = max(self._waiting, key=lambda reaction: reaction.priority)
         return first if first.priority > self.priority else None
 
     def take(self, reaction: Reaction) -> None:
-        """It is called now."""
+        """Take a reaction that is called now off the waiting ones."""
         self._waiting.remove(reaction)
 
 

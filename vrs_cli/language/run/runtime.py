@@ -24,7 +24,7 @@ from typing import Any, cast
 from vrs_cli.engine.commands import Brake, Break
 from vrs_cli.errors import IllegalValue, LimitReached, StackOverflow, VrsError
 from vrs_cli.language.run.activation import Activation, Interruption
-from vrs_cli.language.run.arguments import bind
+from vrs_cli.language.run.arguments import bind_arguments
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
@@ -86,11 +86,11 @@ class Task:
         self._context = Context(environment, robot)
         stored = environment.program(program) if isinstance(program, str) else program
         self._main = stored if isinstance(stored, Executable) else environment.executable(stored)
-        self._arguments = tuple(self._referred(argument) for argument in arguments)
-        self._first_step = self._checked_step(step) - 1
+        self._arguments = tuple(self._as_reference(argument) for argument in arguments)
+        self._first_step = self._check_step(step) - 1
         if cycles == 0 or cycles > MOST_CYCLES:
             raise IllegalValue(f"{cycles} cycles", f"1 to {MOST_CYCLES}, or -1 for ever")
-        bind(environment, self._main, self._arguments)
+        bind_arguments(environment, self._main, self._arguments)
         self.cycles = cycles
         self.cycles_done = 0
         self.steps_done = 0
@@ -245,7 +245,7 @@ class Task:
         del self._activations[1:]
 
     def _begin(self) -> None:
-        arguments = bind(self._environment, self._main, self._arguments)
+        arguments = bind_arguments(self._environment, self._main, self._arguments)
         self._activations = [Activation(self._context, self._main, arguments, self._first_step)]
         self._first_step = 0
         self._tried = None
@@ -260,7 +260,7 @@ class Task:
             if self._reacts_to(error):
                 return
             failed = True
-            yield self._failed(error)
+            yield self._fail(error)
         if self._held is not None:
             return
         if self._again:
@@ -281,7 +281,7 @@ class Task:
                     continue
             except VrsError as error:
                 if not self._reacts_to(error):
-                    yield from self._say(self._failed(error))
+                    yield from self._say(self._fail(error))
                 continue
             returns = isinstance(event, Return | ReturnFromError)
             if isinstance(event, Stop) or (returns and len(self._activations) == 1):
@@ -365,7 +365,7 @@ class Task:
         op, left = activation.op, budget
         try:
             if self._answer is not None:
-                answered = self._answered(activation)
+                answered = self._send_answer(activation)
                 if not isinstance(answered, int):
                     activation.between = activation.reached = False
                     return answered
@@ -386,7 +386,7 @@ class Task:
             self.steps_done += budget - left
             self._budget -= budget - left
 
-    def _answered(self, activation: Activation) -> int | Yielded:
+    def _send_answer(self, activation: Activation) -> int | Yielded:
         """What the program says to the answer of a PROMPT."""
         answer, self._answer = self._answer, None
         return activation.steps.send(answer)
@@ -396,13 +396,15 @@ class Task:
             raise StackOverflow(f"{STACK_LIMIT} calls deep", f"does {call.name} call itself for ever?")
         environment = self._environment
         program = environment.executable(environment.program(call.name))
-        self._activations.append(Activation(self._context, program, bind(environment, program, call.arguments)))
+        self._activations.append(
+            Activation(self._context, program, bind_arguments(environment, program, call.arguments))
+        )
 
-    def broken_by(self, error: VrsError) -> ProgramFault:
+    def break_off(self, error: VrsError) -> ProgramFault:
         """The fault of a task that something from outside broke off in the present step."""
-        return self._failed(error).fault
+        return self._fail(error).fault
 
-    def _failed(self, error: VrsError) -> Failed:
+    def _fail(self, error: VrsError) -> Failed:
         activation = self._activations[-1]
         program = activation.program.program
         span = program.steps[activation.step].span if program.steps else program.span
@@ -421,12 +423,12 @@ class Task:
 
     # arguments
 
-    def _referred(self, argument: Reference | Value | None) -> Reference | None:
+    def _as_reference(self, argument: Reference | Value | None) -> Reference | None:
         if argument is None or isinstance(argument, Reference):
             return argument
         return by_value(self._context, argument)
 
-    def _checked_step(self, step: int) -> int:
+    def _check_step(self, step: int) -> int:
         steps = len(self._main.program.steps)
         if not 1 <= step <= max(steps, 1):
             raise IllegalValue(f"step {step}", f"{self._main.name} has the steps 1 to {steps}")

@@ -27,7 +27,7 @@ class Signals:
         return (abs(signal) in self._on) is (signal > 0)
 
     def write(self, number: float, *, inputs: bool = False) -> None:
-        """On, or off for a negative number. `inputs`: also those that only the world outside drives.
+        """Switch a signal on, or off for a negative number. `inputs`: also those that only the world outside drives.
 
         Raises IllegalSignal.
         """
@@ -46,7 +46,7 @@ class Signals:
         return signal
 
     def reset(self) -> None:
-        """All outputs off."""
+        """Switch all outputs off."""
         for number in sorted(self._on.intersection(OUTPUTS)):
             self.write(-number)
 

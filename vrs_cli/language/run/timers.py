@@ -16,7 +16,7 @@ class Timers:
         self._zero: dict[int, float] = {}
 
     def set(self, number: float, seconds: float, now: float) -> None:
-        """Let it show `seconds` now. Raises IllegalValue for a timer that does not exist, or cannot show that."""
+        """Set a timer to `seconds`. Raises IllegalValue for a timer that does not exist, or a time out of range."""
         if not abs(seconds) <= LATEST:
             raise IllegalValue(f"a timer at {plain(seconds)} s", f"it is from {-LATEST:g} to {LATEST:g} s")
         self._zero[self._known(number)] = now - seconds

@@ -65,7 +65,7 @@ class Variables:
         numbers = [number.value for number in entry.variable.indexes or () if isinstance(number, Number)]
         indexes = tuple(map(whole, numbers))
         index = None if not indexes else indexes if len(indexes) > 1 else indexes[0]
-        value = _entered(entry, self.units)
+        value = _entry_value(entry, self.units)
         if self.kind_of(name) not in (None, kind_of_value(value)):
             self.delete(name)
         self.reference(name, index).assign(value)
@@ -75,7 +75,7 @@ class Variables:
         self.spelling.setdefault(key, name)
 
     def kind_of(self, name: str) -> Kind | None:
-        """The kind of a name that has a value, simple or array; None for one that has none."""
+        """The kind of a variable or an array that has a value; None for a name without one."""
         key = key_of(name)
         for kind in Kind:
             if key in self._simple[kind] or self._arrays[kind].get(key):
@@ -104,7 +104,7 @@ class Variables:
             yield NamedValue(name, value)
 
     def values(self) -> dict[Item, Value]:
-        """Every value."""
+        """Every value by its variable."""
         found: dict[Item, Value] = {}
         for kind in Kind:
             found.update(((str(key), None), value) for key, value in self._simple[kind].items())
@@ -113,7 +113,7 @@ class Variables:
         return found
 
     def put_back(self, item: Item, value: Value) -> None:
-        """Give a variable a value that it had, whatever it is now."""
+        """Give a variable an earlier value again, whatever its kind is now."""
         key, index = item
         if self.kind_of(key) not in (None, kind_of_value(value)):
             self.delete(key)
@@ -150,7 +150,7 @@ class Variables:
                 cells.clear()
 
 
-def _entered(entry: Entry, units: JointUnits) -> Value:
+def _entry_value(entry: Entry, units: JointUnits) -> Value:
     if entry.text is not None:
         return entry.text
     if entry.variable.sigil == "#":

@@ -20,11 +20,11 @@ _USUAL = re.compile(
 
 
 def usual_entry(text: str, line: int) -> Entry | None:
-    """What the line says; None where the grammar has to read it."""
+    """Read a usual line. Return None if the grammar has to read it."""
     match = _USUAL.fullmatch(text)
     if match is None or match["name"].upper() in OPERATOR_WORDS:
         return None
-    numbers = [_signed(number) for number in match["numbers"].split()]
+    numbers = [_signed_number(number) for number in match["numbers"].split()]
     if None in numbers:
         return None
     first, last = match.start("sigil") + 1, match.end("numbers") + 1
@@ -40,6 +40,6 @@ def _index(match: re.Match[str], line: int) -> tuple[Expression, ...] | None:
     return (Number(float(digits), digits, Span(line, match.start("index") + 1, match.end("index") + 1)),)
 
 
-def _signed(text: str) -> float | None:
+def _signed_number(text: str) -> float | None:
     value = number_value(text.lstrip("+-"))
     return -value if value is not None and text[0] == "-" else value

@@ -28,28 +28,30 @@ _CALLED = frozenset({Shape.PROGRAM, Shape.PROGRAM_TEXT})
 _NAMING = DEFINING | _CALLED
 
 
-def as_meant(program: Program) -> Program:
-    """The program with variables where a function's name is one of its own variables."""
-    names = variables_for_functions(program.parameters, (step.statement for step in program.steps))
-    return replace(program, steps=_replaced(program.steps, names)) if names else program
+def resolve_program(program: Program) -> Program:
+    """Return the program with variables in place of functions that bear the name of one of its own variables."""
+    names = variables_named_like_functions(program.parameters, (step.statement for step in program.steps))
+    return replace(program, steps=_replace(program.steps, names)) if names else program
 
 
-def line_as_meant(statement: Statement, known: Container[str]) -> Statement:
-    """A line by itself, where `known` are the keys of variables: at the prompt those that have a value."""
+def resolve_line(statement: Statement, known: Container[str]) -> Statement:
+    """Resolve one line. `known`: the keys of variables; at the prompt those that have a value."""
     inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
-    names = variables_for_functions((), (inner,)) | {key for key in FUNCTION_NAMES if key in known}
-    return _replaced(statement, names) if names else statement
+    names = variables_named_like_functions((), (inner,)) | {key for key in FUNCTION_NAMES if key in known}
+    return _replace(statement, names) if names else statement
 
 
-def variables_for_functions(parameters: Iterable[ast.Variable], statements: Iterable[Statement | None]) -> set[str]:
+def variables_named_like_functions(
+    parameters: Iterable[ast.Variable], statements: Iterable[Statement | None]
+) -> set[str]:
     """The keys of the variables that bear the name of a function, among those that a program has by these."""
     named = {parameter.key for parameter in parameters}
     for statement in statements:
-        named.update(named_by(statement))
+        named.update(variables_given_by(statement))
     return named & FUNCTION_NAMES.keys()
 
 
-def named_by(statement: Statement | None) -> Iterator[str]:
+def variables_given_by(statement: Statement | None) -> Iterator[str]:
     """The keys of the variables that a statement declares or gives a value to, by itself or through a CALL."""
     if isinstance(statement, ast.Assignment):
         yield statement.target.key
@@ -80,19 +82,19 @@ def _named_at(expression: Expression, shape: Shape) -> Iterator[str]:
             yield expression.key
 
 
-def _replaced(tree: Tree, names: Collection[str]) -> Tree:
-    """A tree with variables for the functions of these names that stand without parentheses."""
+def _replace(tree: Tree, names: Collection[str]) -> Tree:
+    """Return a tree with variables in place of the functions of these names that stand without parentheses."""
     if isinstance(tree, ast.Call) and not tree.parenthesised and tree.name.lower() in names:
         return cast(Tree, tree.variable)
     if isinstance(tree, tuple):
-        children = tuple(_replaced(child, names) for child in tree)
+        children = tuple(_replace(child, names) for child in tree)
         return cast(Tree, tree if all(map(_same, children, tree)) else children)
     if not isinstance(tree, Struct) or isinstance(tree, ast.Span):
         return tree
     changed: dict[str, Any] = {}
     for name in tree.__struct_fields__:
         before = getattr(tree, name)
-        after = _replaced(before, names)
+        after = _replace(before, names)
         if after is not before:
             changed[name] = after
     return cast(Tree, replace(cast(Any, tree), **changed)) if changed else tree

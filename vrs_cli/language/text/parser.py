@@ -25,7 +25,7 @@ from vrs_cli.language.text.complaints import complaint
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, error
 from vrs_cli.language.text.entries import usual_entry
 from vrs_cli.language.text.lexer import Lexer, Token
-from vrs_cli.language.text.meaning import FUNCTION_NAMES, line_as_meant, variables_for_functions
+from vrs_cli.language.text.meaning import FUNCTION_NAMES, resolve_line, variables_named_like_functions
 from vrs_cli.language.text.source import FileReader, header_end
 from vrs_cli.language.words.monitor import COMMANDS
 
@@ -72,7 +72,7 @@ def variables_in(lines: Iterable[str]) -> set[str]:
                 header = parse_prompt(line) if header_end(line) is not None else None
                 parameters += header.parameters if isinstance(header, ProgramHeader) else ()
                 statements.append(parse_step(line).statement)
-    return variables_for_functions(parameters, statements)
+    return variables_named_like_functions(parameters, statements)
 
 
 _NAME_OF_FUNCTION = re.compile("|".join(map(re.escape, FUNCTION_NAMES)), re.IGNORECASE)
@@ -108,18 +108,18 @@ class LineParser:
         tokens = self._lexer.step(text, line)
         if not tokens:
             return Step(None, None, None, Span(line, 1, 1))
-        return cast(Step, self._parsed(tokens, "step"))
+        return cast(Step, self._parse(tokens, "step"))
 
     def prompt(self, text: str, names: Container[str]) -> Statement | None:
         """Raises LineRefused."""
         tokens = self._lexer.prompt(text, names)
         if not tokens:
             return None
-        statement: Statement | None = self._parsed(tokens, "prompt")
+        statement: Statement | None = self._parse(tokens, "prompt")
         row = tokens[0].row
         if statement is None:
             return None
-        statement = line_as_meant(statement, names)
+        statement = resolve_line(statement, names)
         if isinstance(statement, ast.DoInstruction | ast.Show):
             return statement
         if row is not None and COMMANDS.get(row.name) is row:
@@ -132,7 +132,7 @@ class LineParser:
         if not tokens or tokens[0].type != "PROGRAM":
             span = Span(line, at + 1, at + 2)
             raise LineRefused(error(InvalidName, span, "a program name is missing", ".PROGRAM pick.place(part)"))
-        return cast(ProgramHeader, self._parsed(tokens, "header"))
+        return cast(ProgramHeader, self._parse(tokens, "header"))
 
     def entry(self, text: str, line: int) -> ast.Entry | str | None:
         """A variable with its value, the text of a comment line, or None for a blank one. Raises LineRefused."""
@@ -144,9 +144,9 @@ class LineParser:
             return None
         if tokens[0].type == "COMMENT":
             return tokens[0].value[1:]
-        return cast(ast.Entry, self._parsed(tokens, "entry"))
+        return cast(ast.Entry, self._parse(tokens, "entry"))
 
-    def _parsed(self, tokens: list[Token], start: str) -> Any:
+    def _parse(self, tokens: list[Token], start: str) -> Any:
         try:
             return self._lark.parse(cast(str, tokens), start=start)
         except UnexpectedToken as unexpected:

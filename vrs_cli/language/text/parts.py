@@ -16,7 +16,7 @@ from vrs_cli.errors import ProgramExists
 from vrs_cli.language.text.ast import File, Program, Section, Span
 from vrs_cli.language.text.diagnostics import Diagnostic, error
 from vrs_cli.language.text.parser import parse_part, parse_prompt
-from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, Line, lines_of
+from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, SourceLine, lines_of
 
 
 class Part(Struct, frozen=True, eq=False, dict=True):
@@ -38,7 +38,7 @@ class Part(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """What cannot be read."""
+        """The lines that cannot be read."""
         return self._read[1]
 
     @cached_property
@@ -54,11 +54,11 @@ class Placed(Struct, frozen=True):
     above: int
 
     def span(self, span: Span) -> Span:
-        """A span of the part as one of the file."""
+        """Translate a span of the part into one of the file."""
         return Span(span.line + self.above, span.column, span.end)
 
     def found(self, diagnostics: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-        """Findings in the part as findings in the file."""
+        """Translate findings in the part into findings in the file."""
         return (replace(one, span=self.span(one.span)) for one in diagnostics)
 
 
@@ -66,17 +66,17 @@ Known = Mapping[tuple[str, ...], Part]
 
 
 def parts_of(text: str, known: Known) -> tuple[Placed, ...]:
-    """A file as its parts; those that are `known`, by their lines, are taken from there."""
+    """Cut a file into its parts. Parts that are `known` by their lines are taken from there."""
     lines = lines_of(text)
     begins = [0, *(i for i, line in enumerate(lines) if i and _is_heading(line)), len(lines)]
-    return tuple(_placed(lines[begin:end], begin, known) for begin, end in pairwise(begins))
+    return tuple(_place_part(lines[begin:end], begin, known) for begin, end in pairwise(begins))
 
 
-def _is_heading(line: Line) -> bool:
+def _is_heading(line: SourceLine) -> bool:
     return line.directive == PROGRAM or line.directive in SECTIONS
 
 
-def _placed(lines: list[Line], above: int, known: Known) -> Placed:
+def _place_part(lines: list[SourceLine], above: int, known: Known) -> Placed:
     texts = tuple(line.text for line in lines)
     part = known.get(texts)
     if part is None:
@@ -90,8 +90,8 @@ def programs_of(parts: Iterable[Placed]) -> Iterator[tuple[Placed, Program]]:
     return ((placed, placed.part.node) for placed in parts if isinstance(placed.part.node, Program))
 
 
-def repeated(parts: Iterable[Placed]) -> Iterator[Diagnostic]:
-    """Programs of a name that the file has already."""
+def repeated_programs(parts: Iterable[Placed]) -> Iterator[Diagnostic]:
+    """Report programs whose name the file has already."""
     names: set[str] = set()
     for placed, program in programs_of(parts):
         if program.key in names:

@@ -17,7 +17,7 @@ from vrs_cli.errors import (
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Span, Step
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, did_you_mean, error, warning
-from vrs_cli.language.text.meaning import as_meant
+from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.words.kind import NAME_LENGTH
 
 PROGRAM, END = ".PROGRAM", ".END"
@@ -49,7 +49,7 @@ class Parser(Protocol):
     def entry(self, text: str, line: int) -> Entry | str | None: ...
 
 
-class Line(NamedTuple):
+class SourceLine(NamedTuple):
     """`number` counts from 1; `directive`: `.PROGRAM` and its like, in upper case, or ""."""
 
     number: int
@@ -63,12 +63,12 @@ class Line(NamedTuple):
         return Span(self.number, begin + 1, max(len(self.text.rstrip()), begin) + 1)
 
 
-def lines_of(text: str) -> list[Line]:
+def lines_of(text: str) -> list[SourceLine]:
     """A text as lines, whatever system it comes from."""
     texts = _LINE_END.split(text.rstrip(_DISK_END).removeprefix("\ufeff"))
     if texts and not texts[-1]:
         texts.pop()
-    return [Line(number, line, _directive(line)) for number, line in enumerate(texts, 1)]
+    return [SourceLine(number, line, _directive(line)) for number, line in enumerate(texts, 1)]
 
 
 def _directive(text: str) -> str:
@@ -82,7 +82,7 @@ class FileReader:
     def __init__(self, parser: Parser) -> None:
         self._parser = parser
         self._diagnostics: list[Diagnostic] = []
-        self._lines: Sequence[Line] = ()
+        self._lines: Sequence[SourceLine] = ()
         self._at = 0
         self._programs: set[str] = set()
 
@@ -115,7 +115,7 @@ class FileReader:
             else:
                 yield self._outside(line)
 
-    def _outside(self, line: Line) -> Comment | BadLine:
+    def _outside(self, line: SourceLine) -> Comment | BadLine:
         text = line.text.strip()
         if not text or text.startswith(";"):
             return Comment(text[1:].rstrip() if text else None, line.span)
@@ -133,7 +133,7 @@ class FileReader:
         text = self._lines[self._at - 2].text.strip()
         return bool(text) and not text.startswith((";", "."))
 
-    def _inside(self) -> Iterator[Line]:
+    def _inside(self) -> Iterator[SourceLine]:
         """The lines up to `.END`, which is read; up to another heading or the end of the file, which is told."""
         opener = self._lines[self._at - 1]
         while self._at < len(self._lines):
@@ -148,7 +148,7 @@ class FileReader:
 
     # --- programs ---
 
-    def _program(self, line: Line) -> Program | BadLine:
+    def _program(self, line: SourceLine) -> Program | BadLine:
         """A program; where its heading cannot be read, its steps are only checked."""
         header = self._header(line)
         body = list(self._inside())
@@ -156,9 +156,9 @@ class FileReader:
         steps = tuple(self._step(inner, numbered) for inner in _without_trailing_blanks(body))
         if header is None:
             return BadLine(line.text.strip(), line.span)
-        return as_meant(Program(header.name, header.parameters, steps, header.comment, line.span))
+        return resolve_program(Program(header.name, header.parameters, steps, header.comment, line.span))
 
-    def _header(self, line: Line) -> ProgramHeader | None:
+    def _header(self, line: SourceLine) -> ProgramHeader | None:
         at = header_end(line.text)
         assert at is not None
         try:
@@ -173,7 +173,7 @@ class FileReader:
         self._programs.add(key)
         return header
 
-    def _step(self, line: Line, numbered: bool) -> Step:
+    def _step(self, line: SourceLine, numbered: bool) -> Step:
         text = line.text
         if not text or text.isspace():
             return Step(None, None, None, Span(line.number, 1, 1))
@@ -187,7 +187,7 @@ class FileReader:
 
     # --- sections of variables ---
 
-    def _section(self, line: Line) -> Section:
+    def _section(self, line: SourceLine) -> Section:
         entries: list[Entry] = []
         remarks: list[tuple[int, str | None]] = []
         for inner in self._inside():
@@ -218,7 +218,7 @@ class FileReader:
             self._diagnostics.append(error(TypeMismatch, entry.span, name, wrong))
         return not wrong
 
-    def _note(self, kind: type[VrsError], line: Line, detail: str, hint: str = "") -> None:
+    def _note(self, kind: type[VrsError], line: SourceLine, detail: str, hint: str = "") -> None:
         self._diagnostics.append(error(kind, line.span, detail, hint))
 
 
@@ -228,13 +228,13 @@ def _is_location(entry: Entry) -> bool:
     return not entry.variable.sigil and len(entry.numbers) == 6
 
 
-def _without_trailing_blanks(lines: list[Line]) -> list[Line]:
+def _without_trailing_blanks(lines: list[SourceLine]) -> list[SourceLine]:
     while lines and not lines[-1].text.strip():
         lines.pop()
     return lines
 
 
-def step_numbers(lines: Sequence[Line]) -> bool:
+def step_numbers(lines: Sequence[SourceLine]) -> bool:
     """Whether the lines of a program carry the step numbers of a listing: 1, 2, 3, ..., on every line.
 
     Books print them as the editor did, too: `1.`, `1.?`.
