@@ -21,6 +21,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "engine",
     "language",
     "dialogue",
+    "wire",
     "files",
     "interfaces",
     "render",

@@ -12,7 +12,6 @@ from pathlib import Path
 from hypothesis import strategies as st
 
 from vrs_cli.engine.planner import plan
-from vrs_cli.files.records import LARGEST, Form
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.configuration import ALL
 from vrs_cli.kinematics.model import RobotModel
@@ -24,6 +23,7 @@ from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
 from vrs_cli.trajectory.motion import AlignedTarget, Frames, JointOffsetTarget, Kind, Motion, Start, ToolOffsetTarget
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment, Turn
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.wire.records import LARGEST, Form
 
 JOINTS = 6
 STAND = (0.0, radians(-45.0), radians(150.0), 0.0, radians(30.0), 0.0)
@@ -32,7 +32,7 @@ STAND = (0.0, radians(-45.0), radians(150.0), 0.0, radians(30.0), 0.0)
 @cache
 def form() -> Form:
     """What the paths of a puma560 have."""
-    return Form(JOINTS, frozenset(arm_for(puma()).ways))
+    return Form.of(arm_for(puma()))
 
 
 @cache

@@ -7,10 +7,10 @@ from dataclasses import replace
 from itertools import pairwise
 
 from vrs_cli.engine.history import History, Step
-from vrs_cli.files.records import RecordError
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.wire.records import RecordError
 
 
 class Rebuilding:

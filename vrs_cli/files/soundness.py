@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from vrs_cli.engine.breaches import PLACE, Breach, breaches, on_lines
-from vrs_cli.files.records import Fault
+from vrs_cli.files.fault import Fault
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.segment import Segment

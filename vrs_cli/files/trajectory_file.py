@@ -12,40 +12,27 @@ from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, BinaryIO
+from typing import BinaryIO
 
-import msgspec
 from msgspec import Struct
 
 from vrs_cli import __version__
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
-from vrs_cli.files.checksum import START, Checksums
+from vrs_cli.files.fault import Fault
 from vrs_cli.files.opening import open_to_read, unreadable
 from vrs_cli.files.rebuild import Rebuilding, check_order
-from vrs_cli.files.records import (
-    FORMAT,
-    UNITS,
-    Count,
-    DeltaRecord,
-    Fault,
-    Form,
-    HeaderRecord,
-    Motions,
-    RecordError,
-    delta_of,
-    delta_record,
-    segment_records,
-    segments_of,
-)
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.model_data import from_dict, to_dict
+from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.language.text.collector import collector_paused
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.wire.checksum import START, Checksums
+from vrs_cli.wire.lines import FORMAT, HeaderRecord, LineEncoder, decode_delta, decode_header, decode_marks, is_object
+from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
 
 EXTENSION = ".vrst"
 REPAIR = "vrs replay --lenient plays what can be read of it"
@@ -53,63 +40,6 @@ MOST_FAULTS = 20  # that are told
 GUIDE = "a trajectory file is what SAVE or vrs run --save wrote"
 LINES_A_REPORT = 512  # of progress
 LONGEST_HEADER = 1 << 24  # bytes; a robot takes two thousand
-
-UNREADABLE = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
-
-_encoder = msgspec.json.Encoder()
-_header_decoder = msgspec.json.Decoder(HeaderRecord)
-_delta_decoder = msgspec.json.Decoder(DeltaRecord)
-
-
-# --- lines ----------------------------------------------------------------------------------------------
-
-
-class Mark(Struct, frozen=True):
-    """What an encoder knew: some of its motions by number, None for one that was not described; the last checksum."""
-
-    motions: Mapping[int, Motion | None]
-    checksum: int | None
-
-
-class LineEncoder:
-    """The lines of one file as they are written: each knows the motions, and the checksum, of those before it.
-
-    The same values give the same bytes.
-    """
-
-    def __init__(self, motions: Mapping[int, Motion] = MappingProxyType({}), checksum: int | None = START) -> None:
-        self._motions, self._checksums = Motions(motions), Checksums(checksum)
-
-    def header(self, model: RobotModel, initial: Iterable[Segment]) -> bytes:
-        """The first line. `initial`: the timeline of version 0 (s_0: where the robot stands at first)."""
-        segments = segment_records(initial, self._motions, None)
-        return self._line(HeaderRecord(FORMAT, __version__, UNITS, to_dict(model), segments))
-
-    def delta(self, delta: TimelineDelta) -> bytes:
-        """The next line."""
-        return self._line(delta_record(delta, self._motions))
-
-    def mark(self, deltas: Iterable[TimelineDelta]) -> Mark:
-        """What `back_to` needs, should the lines of these be dropped again."""
-        motions = (motion for delta in deltas for motion in (delta.motion, *(one.motion for one in delta.segments)))
-        return Mark({one.number: self._motions.get(one.number) for one in motions}, self._checksums.last)
-
-    def back_to(self, mark: Mark) -> None:
-        """The lines since then were not written."""
-        for number, motion in mark.motions.items():
-            if motion is None:
-                self._motions.pop(number, None)
-            else:
-                self._motions[number] = motion
-        self._checksums.last = mark.checksum
-
-    def _line(self, record: msgspec.Struct) -> bytes:
-        return self._checksums.sealed(_encoder.encode(record)) + b"\n"
-
-
-def decode_delta(line: bytes, motions: Motions, form: Form) -> TimelineDelta:
-    """The delta of a line. Raises msgspec.DecodeError for what is no record, RecordError for a wrong one."""
-    return delta_of(_delta_decoder.decode(line), motions, form)
 
 
 def write_trajectory(
@@ -187,7 +117,7 @@ class _Reader:
             self._opened(1, first)
             self._model = from_dict(record.robot, f"{path}, line 1: robot")
             self._arm = arm_for(self._model)
-            self._form = Form(self._model.joint_count, frozenset(self._arm.ways))
+            self._form = Form.of(self._arm)
             self._initial = segments_of(record.initial, self._motions, None, self._form)
             check_order(self._initial)
         except RecordError as error:
@@ -201,7 +131,7 @@ class _Reader:
         try:
             delta = decode_delta(self._opened(number, line), self._motions, self._form)
             self._rebuilding.add(delta)
-        except (*UNREADABLE, RecordError) as error:
+        except RecordError as error:
             if not self._lenient:
                 raise _damaged(self._path, number, str(error)) from None
             self._faults.append(Fault(number, f"{error}; it is left out, and all after it"))
@@ -272,14 +202,14 @@ class _Lines:
         line = self._stream.readline(LONGEST_HEADER)
         if len(line) == LONGEST_HEADER:
             raise _no_header(path)
-        if not line.endswith(b"\n") and not _is_whole(line):
+        if not line.endswith(b"\n") and not is_object(line):
             raise FileDamaged(f"{path} has no whole first line", GUIDE)
         self.whole = len(line)
         return line
 
     def __iter__(self) -> Iterator[bytes]:
         for number, line in enumerate(self._stream):
-            if not line.endswith(b"\n") and not _is_whole(line):
+            if not line.endswith(b"\n") and not is_object(line):
                 self.torn = bool(line.strip())
                 return
             self.whole += len(line)
@@ -288,25 +218,10 @@ class _Lines:
                 self._progress(min(self.whole / self._size, 1.0))
 
 
-def _is_whole(line: bytes) -> bool:
-    try:
-        msgspec.json.decode(line, type=dict)
-    except UNREADABLE:
-        return False
-    return True
-
-
-class _Marks(msgspec.Struct):
-    """What tells a trajectory file from others, whatever its version."""
-
-    vrst: Count
-    vrs: Annotated[str, msgspec.Meta(max_length=40)] = ""
-
-
 def _header_record(path: Path, line: bytes) -> HeaderRecord:
     try:
-        marks = msgspec.json.decode(line, type=_Marks)
-    except UNREADABLE:
+        marks = decode_marks(line)
+    except RecordError:
         raise _no_header(path) from None
     if marks.vrst != FORMAT:
         writer = f" of vrs {marks.vrs}" if marks.vrs else ""
@@ -315,8 +230,8 @@ def _header_record(path: Path, line: bytes) -> HeaderRecord:
             f"this vrs {__version__} reads version {FORMAT}",
         )
     try:
-        return _header_decoder.decode(line)
-    except UNREADABLE as error:
+        return decode_header(line)
+    except RecordError as error:
         raise _damaged(path, 1, str(error)) from None
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import zlib
 
-from vrs_cli.files.records import RecordError
+from vrs_cli.wire.records import RecordError
 
 START = 0  # what the first line begins from
 KEY = b',"crc":"'

@@ -1,6 +1,7 @@
-"""The lines of a trajectory file as msgspec records, and the way between them and the values they stand for.
+"""Segments, motions and deltas as records of msgspec, and the way between them and the values they stand for.
 
-A field that holds its default is not written. `docs/trajectory-file.md` describes every key.
+A field that holds its default is not written. `docs/trajectory-file.md` describes every key. What is read is a
+trajectory of a robot of that form; whether it keeps the laws of motion is for others to say.
 """
 
 from __future__ import annotations
@@ -8,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from math import copysign, hypot
 from operator import mul
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated
 
 import msgspec
-from msgspec import Struct
 
-from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Flag, Wrist
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
@@ -28,16 +29,15 @@ from vrs_cli.trajectory.motion import (
     Start,
     ToolOffsetTarget,
 )
-from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Path, Phase, Segment, Turn
 
-FORMAT = 1
 NEEDS = {Kind.JOINT: "goal", Kind.STEERED: "goal", Kind.STRAIGHT: "pose"}  # to be planned again
-UNITS = {"length": "m", "angle": "rad", "time": "s"}
 
 LARGEST = 1e15  # of any number: what is reckoned from it stays finite
-DEGREE = 3  # of a polynomial, at most
+DEGREE = 5  # of a polynomial, at most
 ORTHONORMAL = 1e-6  # products of the axes of a rotation
+ZERO, FULL = 0.0, 1.0  # defaults: msgspec leaves out these very objects
+NO_FRAMES = Frames()
 
 Number = Annotated[float, msgspec.Meta(ge=-LARGEST, le=LARGEST)]
 Time = Annotated[float, msgspec.Meta(ge=-2.0 * LATEST, le=2.0 * LATEST)]
@@ -78,15 +78,15 @@ class MotionRecord(Record, frozen=True):
     text: str = ""
     goal: tuple[Number, ...] | None = None
     pose: Rows | None = None
-    speed: Fraction | None = None
-    acceleration: Fraction | None = None
+    speed: Fraction = FULL
+    acceleration: Fraction = FULL
     tip_speed: Rate | None = None
     rotation: Rate | None = None
-    duration: Duration | None = None
-    hand: Number | None = None
+    duration: Duration = ZERO
+    hand: Number = ZERO
     frames: FramesRecord | None = None
     relative: RelativeRecord | None = None
-    profile: Profile | None = None
+    profile: Profile = Profile.LSPB
     rounding: Length | None = None
 
 
@@ -101,9 +101,9 @@ class LineRecord(Record, frozen=True):
     position: tuple[Coefficients, Coefficients, Coefficients]
     orientation: Rows
     turns: tuple[TurnRecord, ...]
-    arm: Literal["RIGHTY", "LEFTY"] | None  # null: the robot has no such choice
-    elbow: Literal["ABOVE", "BELOW"] | None
-    wrist: Literal["NOFLIP", "FLIP"] | None
+    arm: str | None  # RIGHTY or LEFTY; null: the robot has no such choice
+    elbow: str | None
+    wrist: str | None
     seeds: Annotated[tuple[Numbers, ...], msgspec.Meta(min_length=1)]
     seed_interval: Number
 
@@ -128,58 +128,40 @@ class DeltaRecord(Record, frozen=True):
     keep: Count
     drop: Count
     segments: tuple[SegmentRecord, ...]
-    shift: Time | None = None
-    cause: Cause | None = None
+    shift: Time = ZERO
+    cause: Cause = Cause.COMMAND
 
 
-class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):
-    """The first line; keys that a later version may add are passed over. `crc` says that every line has its checksum,
-    which `files/checksum.py` puts there and takes away."""
-
-    vrst: Count
-    vrs: str
-    units: dict[str, str]
-    robot: dict[str, Any]
-    initial: tuple[SegmentRecord, ...]
-    crc: str | None = None
-
-
-class Form(Struct, frozen=True):
-    """What the paths of a robot have: so many joints, and a configuration of these."""
+class Form(msgspec.Struct, frozen=True):
+    """What the paths of a robot have: so many joints, and a configuration of these, each by its words."""
 
     joint_count: int
-    ways: frozenset[Configuration]
+    ways: dict[tuple[str | None, ...], Configuration]
 
-
-class Fault(Struct, frozen=True):
-    """What is wrong in a file, and the line that says so."""
-
-    line: int
-    what: str
-
-    def __str__(self) -> str:
-        return f"line {self.line}: {self.what}"
+    @classmethod
+    def of(cls, arm: RobotArm) -> Form:
+        return cls(arm.model.joint_count, {_words(configuration): configuration for configuration in arm.ways})
 
 
 class RecordError(ValueError):
-    """A record that is well formed but cannot be; the message says why."""
+    """What was read, or received, is no record, or one that cannot be; the message says why."""
 
 
 class Motions(dict[int, Motion]):
-    """The motions that a file has written in full so far: what a bare number in a later line means."""
+    """The motions that were written in full so far: what a bare number in a later record means."""
 
     def reference(self, motion: Motion) -> int | MotionRecord:
-        """The number when the file knows exactly this motion already; else all of it, known from now on."""
+        """The number when exactly this motion is known already; else all of it, known from now on."""
         known = self.get(motion.number)
         if known is motion or known == motion:
             return motion.number
         self[motion.number] = motion
-        return _motion_record(motion)
+        return motion_record(motion)
 
     def resolve(self, reference: int | MotionRecord, form: Form) -> Motion:
         """The motion meant. Raises RecordError."""
         if isinstance(reference, MotionRecord):
-            motion = _motion(reference, form)
+            motion = motion_of(reference, form)
             self[motion.number] = motion
             return motion
         if reference not in self:
@@ -192,11 +174,11 @@ class Motions(dict[int, Motion]):
 
 def segment_records(segments: Iterable[Segment], motions: Motions, owner: Motion | None) -> tuple[SegmentRecord, ...]:
     """`owner`: the motion of the delta, to which its segments need not refer."""
-    return tuple(_segment_record(segment, motions, owner) for segment in segments)
+    return tuple([_segment_record(segment, motions, owner) for segment in segments])
 
 
 def delta_record(delta: TimelineDelta, motions: Motions) -> DeltaRecord:
-    """One line. `motions` learns what the line describes."""
+    """`motions` learns what the record describes."""
     motion = motions.reference(delta.motion)
     return DeltaRecord(
         version=delta.version,
@@ -207,8 +189,8 @@ def delta_record(delta: TimelineDelta, motions: Motions) -> DeltaRecord:
         keep=delta.keep,
         drop=delta.drop,
         segments=segment_records(delta.segments, motions, delta.motion),
-        shift=_unless(delta.shift, 0.0),
-        cause=None if delta.cause is Cause.COMMAND else delta.cause,
+        shift=_default(delta.shift, ZERO),
+        cause=delta.cause,
     )
 
 
@@ -226,23 +208,17 @@ def _segment_record(segment: Segment, motions: Motions, owner: Motion | None) ->
 
 
 def _line_record(path: CartesianPath) -> LineRecord:
-    return LineRecord(
-        position=path.position,
-        orientation=_rows(path.orientation),
-        turns=tuple(TurnRecord(turn.axis, turn.angle) for turn in path.turns),
-        arm=cast(Literal["RIGHTY", "LEFTY"] | None, _name(path.configuration.arm)),
-        elbow=cast(Literal["ABOVE", "BELOW"] | None, _name(path.configuration.elbow)),
-        wrist=cast(Literal["NOFLIP", "FLIP"] | None, _name(path.configuration.wrist)),
-        seeds=path.seeds,
-        seed_interval=path.seed_interval,
-    )
+    turns = tuple(TurnRecord(turn.axis, turn.angle) for turn in path.turns)
+    words = _words(path.configuration)
+    return LineRecord(path.position, _rows(path.orientation), turns, *words, path.seeds, path.seed_interval)
 
 
-def _name(flag: Flag | None) -> str | None:
-    return None if flag is None else flag.name
+def _words(configuration: Configuration) -> tuple[str | None, str | None, str | None]:
+    arm, elbow, wrist = (flag and flag.name for flag in configuration.flags)
+    return arm, elbow, wrist
 
 
-def _motion_record(motion: Motion) -> MotionRecord:
+def motion_record(motion: Motion) -> MotionRecord:
     return MotionRecord(
         number=motion.number,
         kind=motion.kind,
@@ -250,15 +226,15 @@ def _motion_record(motion: Motion) -> MotionRecord:
         text=motion.text,
         goal=motion.goal,
         pose=None if motion.pose is None else _rows(motion.pose),
-        speed=_unless(motion.speed, 1.0),
-        acceleration=_unless(motion.acceleration, 1.0),
+        speed=_default(motion.speed, FULL),
+        acceleration=_default(motion.acceleration, FULL),
         tip_speed=motion.tip_speed,
         rotation=motion.rotation,
-        duration=_unless(motion.duration, 0.0),
-        hand=_unless(motion.hand, 0.0),
+        duration=_default(motion.duration, ZERO),
+        hand=_default(motion.hand, ZERO),
         frames=_frames_record(motion.frames),
         relative=None if motion.relative is None else _relative_record(motion.relative),
-        profile=None if motion.profile is Profile.LSPB else motion.profile,
+        profile=motion.profile,
         rounding=motion.rounding,
     )
 
@@ -284,9 +260,9 @@ def _rows_unless_identity(T: Transform) -> Rows | None:
     return None if str(T) == str(IDENTITY) else _rows(T)  # by their digits: -0.0 is no 0.0
 
 
-def _unless(value: float, default: float) -> float | None:
-    """None for the default, to the bit."""
-    return None if value == default and copysign(1.0, value) == copysign(1.0, default) else value
+def _default(value: float, default: float) -> float:
+    """The default itself for a value that is the same to the bit."""
+    return default if value == default and copysign(1.0, value) == copysign(1.0, default) else value
 
 
 # --- from records to values -----------------------------------------------------------------------------
@@ -295,25 +271,25 @@ def _unless(value: float, default: float) -> float | None:
 def segments_of(
     records: Iterable[SegmentRecord], motions: Motions, owner: Motion | None, form: Form
 ) -> tuple[Segment, ...]:
-    """The segments of a line. Raises RecordError."""
-    return tuple(_segment(record, motions, owner, form) for record in records)
+    """`owner`: the motion of those that name none. Raises RecordError."""
+    return tuple([_segment(record, motions, owner, form) for record in records])
 
 
 def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta:
-    """The delta of a line; `motions` learns what the line describes. Raises RecordError."""
+    """`motions` learns what the record describes. Raises RecordError."""
     motion = motions.resolve(record.motion, form)
-    shift = 0.0 if record.shift is None else record.shift
-    _check_times(record.cut, shift)
+    if record.cut * TICKS_PER_SECOND % 1.0 or record.shift * TICKS_PER_SECOND % 1.0:
+        raise _off_grid(record.cut, record.shift)
     return TimelineDelta(
         version=record.version,
-        cause=Cause.COMMAND if record.cause is None else record.cause,
+        cause=record.cause,
         motion=motion,
         issued=record.issued,
         executed=record.executed,
         cut=record.cut,
         keep=record.keep,
         drop=record.drop,
-        shift=shift,
+        shift=record.shift,
         segments=segments_of(record.segments, motions, motion, form),
     )
 
@@ -322,42 +298,38 @@ def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, form
     motion = owner if record.motion is None else motions.resolve(record.motion, form)
     if motion is None:
         raise RecordError("a segment of the initial timeline names no motion")
-    _check_times(record.start, record.finish)
-    if not record.start <= record.finish:
-        raise RecordError(f"a segment finishes at {record.finish!r} s, before it starts at {record.start!r} s")
-    return Segment(record.start, record.finish, _path(record, form), record.phase, motion)
+    start, finish = record.start, record.finish
+    if start * TICKS_PER_SECOND % 1.0 or finish * TICKS_PER_SECOND % 1.0:
+        raise _off_grid(start, finish)
+    if start > finish:
+        raise RecordError(f"a segment finishes at {finish!r} s, before it starts at {start!r} s")
+    return Segment(start, finish, _path(record, form), record.phase, motion)
 
 
 def _path(record: SegmentRecord, form: Form) -> Path:
-    if record.joints is not None and record.line is None:
-        _check_rows(record.joints, form.joint_count)
-        return JointPath(record.joints)
-    if record.line is not None and record.joints is None:
-        return _line(record.line, form)
+    rows, line = record.joints, record.line
+    if rows is not None and line is None:
+        if len(rows) != form.joint_count:
+            raise _wrong_count(len(rows), form)
+        if len(lengths := {*map(len, rows)}) > 1:
+            raise RecordError(f"polynomials of {min(lengths)} and of {max(lengths)} coefficients in one segment")
+        return JointPath(rows)
+    if line is not None and rows is None:
+        return _line(line, form)
     raise RecordError("a segment needs either joints or line")
 
 
 def _line(record: LineRecord, form: Form) -> CartesianPath:
     for seed in record.seeds:
-        _check_count(len(seed), form.joint_count)
+        if len(seed) != form.joint_count:
+            raise _wrong_count(len(seed), form)
     if len(record.seeds) > 1 and not record.seed_interval > 0.0:
         raise RecordError(f"seed_interval is {record.seed_interval!r}; it must be above 0")
-    words = (
-        None if record.arm is None else Arm[record.arm],
-        None if record.elbow is None else Elbow[record.elbow],
-        None if record.wrist is None else Wrist[record.wrist],
-    )
-    configuration = Configuration(*words)
-    if configuration not in form.ways:
+    configuration = form.ways.get((record.arm, record.elbow, record.wrist))
+    if configuration is None:
         raise RecordError("a configuration that the robot has not: arm, elbow and wrist")
-    return CartesianPath(
-        position=record.position,
-        orientation=_transform(record.orientation),
-        turns=tuple(_turn(turn) for turn in record.turns),
-        configuration=configuration,
-        seeds=record.seeds,
-        seed_interval=record.seed_interval,
-    )
+    orientation, turns = _transform(record.orientation), tuple(map(_turn, record.turns))
+    return CartesianPath(record.position, orientation, turns, configuration, record.seeds, record.seed_interval)
 
 
 def _turn(record: TurnRecord) -> Turn:
@@ -366,29 +338,30 @@ def _turn(record: TurnRecord) -> Turn:
     return Turn(record.axis, record.angle)
 
 
-def _motion(record: MotionRecord, form: Form) -> Motion:
+def motion_of(record: MotionRecord, form: Form) -> Motion:
+    """Raises RecordError."""
     need = NEEDS.get(record.kind)
     if need is not None and getattr(record, need) is None:
         raise RecordError(f"a motion of kind {record.kind.value} needs a {need}")
-    if record.goal is not None:
-        _check_count(len(record.goal), form.joint_count)
+    if record.goal is not None and len(record.goal) != form.joint_count:
+        raise _wrong_count(len(record.goal), form)
     return Motion(
-        number=record.number,
-        kind=record.kind,
-        start=record.start,
-        goal=record.goal,
-        pose=None if record.pose is None else _transform(record.pose),
-        speed=1.0 if record.speed is None else record.speed,
-        acceleration=1.0 if record.acceleration is None else record.acceleration,
-        tip_speed=record.tip_speed,
-        rotation=record.rotation,
-        duration=0.0 if record.duration is None else record.duration,
-        hand=0.0 if record.hand is None else record.hand,
-        frames=_frames(record.frames),
-        text=record.text,
-        relative=None if record.relative is None else _relative(record.relative, form),
-        profile=Profile.LSPB if record.profile is None else record.profile,
-        rounding=record.rounding,
+        record.number,
+        record.kind,
+        record.start,
+        record.goal,
+        None if record.pose is None else _transform(record.pose),
+        record.speed,
+        record.acceleration,
+        record.tip_speed,
+        record.rotation,
+        record.duration,
+        record.hand,
+        NO_FRAMES if record.frames is None else _frames(record.frames),
+        record.text,
+        None if record.relative is None else _relative(record.relative, form),
+        record.profile,
+        record.rounding,
     )
 
 
@@ -404,13 +377,9 @@ def _relative(record: RelativeRecord, form: Form) -> RelativeTarget:
     raise RecordError("a relative target needs joint and change, or offset, or aligned")
 
 
-def _frames(record: FramesRecord | None) -> Frames:
-    if record is None:
-        return Frames()
-    return Frames(
-        base=IDENTITY if record.base is None else _transform(record.base),
-        tool=IDENTITY if record.tool is None else _transform(record.tool),
-    )
+def _frames(record: FramesRecord) -> Frames:
+    base, tool = (IDENTITY if rows is None else _transform(rows) for rows in (record.base, record.tool))
+    return Frames(base, tool)
 
 
 def _transform(rows: Rows) -> Transform:
@@ -422,18 +391,9 @@ def _transform(rows: Rows) -> Transform:
     return Transform(*rows[0], *rows[1], *rows[2])
 
 
-def _check_rows(rows: tuple[Polynomial, ...], joint_count: int) -> None:
-    _check_count(len(rows), joint_count)
-    lengths = set(map(len, rows))
-    if len(lengths) > 1:
-        raise RecordError(f"polynomials of {min(lengths)} and of {max(lengths)} coefficients in one segment")
+def _off_grid(one: float, other: float) -> RecordError:
+    return RecordError(f"{one!r} s or {other!r} s is no multiple of 2^-30 s")
 
 
-def _check_times(one: float, other: float) -> None:
-    if one * TICKS_PER_SECOND % 1.0 or other * TICKS_PER_SECOND % 1.0:
-        raise RecordError(f"{one!r} s or {other!r} s is no multiple of 2^-30 s")
-
-
-def _check_count(found: int, joint_count: int) -> None:
-    if found != joint_count:
-        raise RecordError(f"{found} joint values for a robot of {joint_count} joints")
+def _wrong_count(found: int, form: Form) -> RecordError:
+    return RecordError(f"{found} joint values for a robot of {form.joint_count} joints")

@@ -1,0 +1,143 @@
+"""The lines of a trajectory file: JSON, a header and then one record per timeline delta, each with its checksum."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import Annotated, Any, TypeVar
+
+import msgspec
+
+from vrs_cli import __version__
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model_data import to_dict
+from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.segment import Segment
+from vrs_cli.wire.checksum import START, Checksums
+from vrs_cli.wire.records import (
+    Count,
+    DeltaRecord,
+    Form,
+    Motions,
+    RecordError,
+    SegmentRecord,
+    delta_of,
+    delta_record,
+    segment_records,
+)
+
+FORMAT = 1
+UNITS = {"length": "m", "angle": "rad", "time": "s"}
+UNREADABLE = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
+
+
+class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):
+    """The first line; keys that a later version may add are passed over. `crc` says that every line has its checksum,
+    which `Checksums` puts there and takes away."""
+
+    vrst: Count
+    vrs: str
+    units: dict[str, str]
+    robot: dict[str, Any]
+    initial: tuple[SegmentRecord, ...]
+    crc: str | None = None
+
+
+class Marks(msgspec.Struct):
+    """What tells a trajectory file from others, whatever its version."""
+
+    vrst: Count
+    vrs: Annotated[str, msgspec.Meta(max_length=40)] = ""
+
+
+_Record = TypeVar("_Record", Marks, HeaderRecord)
+
+_encoder = msgspec.json.Encoder()
+_header_decoder = msgspec.json.Decoder(HeaderRecord)
+_marks_decoder = msgspec.json.Decoder(Marks)
+_delta_decoder = msgspec.json.Decoder(DeltaRecord)
+_object_decoder = msgspec.json.Decoder(dict[str, msgspec.Raw])
+
+
+# --- writing --------------------------------------------------------------------------------------------
+
+
+class Mark(msgspec.Struct, frozen=True):
+    """What an encoder knew: some of its motions by number, None for one that was not described; the last checksum."""
+
+    motions: Mapping[int, Motion | None]
+    checksum: int | None
+
+
+class LineEncoder:
+    """The lines of one file as they are written: each knows the motions, and the checksum, of those before it.
+
+    The same values give the same bytes.
+    """
+
+    def __init__(self, motions: Mapping[int, Motion] = MappingProxyType({}), checksum: int | None = START) -> None:
+        self._motions, self._checksums = Motions(motions), Checksums(checksum)
+
+    def header(self, model: RobotModel, initial: Iterable[Segment]) -> bytes:
+        """The first line. `initial`: the timeline of version 0 (s_0: where the robot stands at first)."""
+        segments = segment_records(initial, self._motions, None)
+        return self._line(HeaderRecord(FORMAT, __version__, UNITS, to_dict(model), segments))
+
+    def delta(self, delta: TimelineDelta) -> bytes:
+        """The next line."""
+        return self._line(delta_record(delta, self._motions))
+
+    def mark(self, deltas: Iterable[TimelineDelta]) -> Mark:
+        """What `back_to` needs, should the lines of these be dropped again."""
+        motions = (motion for delta in deltas for motion in (delta.motion, *(one.motion for one in delta.segments)))
+        return Mark({one.number: self._motions.get(one.number) for one in motions}, self._checksums.last)
+
+    def back_to(self, mark: Mark) -> None:
+        """The lines since then were not written."""
+        for number, motion in mark.motions.items():
+            if motion is None:
+                self._motions.pop(number, None)
+            else:
+                self._motions[number] = motion
+        self._checksums.last = mark.checksum
+
+    def _line(self, record: msgspec.Struct) -> bytes:
+        return self._checksums.sealed(_encoder.encode(record)) + b"\n"
+
+
+# --- reading --------------------------------------------------------------------------------------------
+
+
+def decode_marks(line: bytes) -> Marks:
+    """Raises RecordError."""
+    return _decoded(_marks_decoder, line)
+
+
+def decode_header(line: bytes) -> HeaderRecord:
+    """Raises RecordError."""
+    return _decoded(_header_decoder, line)
+
+
+def decode_delta(line: bytes, motions: Motions, form: Form) -> TimelineDelta:
+    """The delta of a line without its checksum. Raises RecordError."""
+    try:
+        return delta_of(_delta_decoder.decode(line), motions, form)
+    except UNREADABLE as error:
+        raise RecordError(str(error)) from None
+
+
+def is_object(line: bytes) -> bool:
+    """Whether a line is one whole object."""
+    try:
+        _object_decoder.decode(line)
+    except UNREADABLE:
+        return False
+    return True
+
+
+def _decoded(decoder: msgspec.json.Decoder[_Record], line: bytes) -> _Record:
+    try:
+        return decoder.decode(line)
+    except UNREADABLE as error:
+        raise RecordError(str(error)) from None
