@@ -267,7 +267,7 @@ def test_a_motion_that_could_not_be_planned_again_is_refused(tmp_path: Path, cha
     ("change", "told"),
     [
         (lambda r: r["segments"][0]["joints"][2].append(0.0), "polynomials of 3 and of 4 coefficients"),
-        (lambda r: r["segments"][0]["joints"][2].extend([0.0] * 9), "Expected `array` of length <= 4"),
+        (lambda r: r["segments"][0]["joints"][2].extend([0.0] * 9), "Expected `array` of length <= 6"),
         (lambda r: r["segments"][0]["joints"][2].__setitem__(0, 1e308), "Expected `float` <= 1000000000000000.0"),
         (lambda r: r["segments"][0].update(start=1e-10), "no multiple of 2^-30 s"),
         (lambda r: r.update(cut=1e12), "Expected `float` <= 8388608.0"),

@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from io import BytesIO
-from math import ceil
 from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
@@ -14,6 +13,8 @@ from msgspec import Struct
 
 from vrs_cli.engine.position import Positions, positions_at
 from vrs_cli.files.atomic import atomically
+from vrs_cli.files.mcap_log import check_mcap, write_mcap
+from vrs_cli.files.samples import CHUNK, NANOSECONDS, joint_names, nanoseconds, sample_times
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.kinematics.transform_batch import to_oat_batch
@@ -26,10 +27,8 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-CHUNK = 4096  # rows that are in memory at a time
 DECIMALS = 9  # of degrees and millimetres
 STANDARD_OUTPUT = "-"
-NANOSECONDS = 1_000_000_000  # in a second
 
 TOOL_COLUMNS = ("x", "y", "z", "o", "a", "t_angle")
 
@@ -59,21 +58,6 @@ def export(
     opened = nullcontext(standard_output) if path == STANDARD_OUTPUT else atomically(path)
     with opened as stream:
         exporter.write(stream, arm, timeline, rate)
-
-
-def sample_times(timeline: Timeline, rate: float) -> Iterator[Floats]:
-    """start, start + 1/rate, ... and the exact end [s], in arrays of at most CHUNK + 1."""
-    start, end = timeline.start, timeline.end
-    count = ceil((end - start) * rate)
-    for first in range(0, count, CHUNK):
-        times = start + np.arange(first, min(first + CHUNK, count)) / rate
-        yield times[times < end]
-    yield np.array([end])
-
-
-def joint_names(arm: RobotArm) -> list[str]:
-    """jt1, jt2, ..."""
-    return [f"jt{i}" for i in range(1, arm.model.joint_count + 1)]
 
 
 # --- CSV -----------------------------------------------------------------------------------------------------
@@ -234,24 +218,7 @@ def _times_with_boundaries(timeline: Timeline, rate: float) -> Floats:
     return chosen
 
 
-def nanoseconds(times: Floats) -> list[int]:
-    """(N,) [s] as whole nanoseconds."""
-    return [round(t * NANOSECONDS) for t in times.tolist()]
-
-
 # --- the formats -----------------------------------------------------------------------------------------------
-
-
-def _check_mcap() -> None:
-    from vrs_cli.files import mcap_log
-
-    mcap_log.check()
-
-
-def _write_mcap(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    from vrs_cli.files import mcap_log
-
-    mcap_log.write_mcap(stream, arm, timeline, rate)
 
 
 EXPORTERS: Mapping[str, Exporter] = {
@@ -260,7 +227,7 @@ EXPORTERS: Mapping[str, Exporter] = {
         Exporter("csv", ".csv", "a table of joints and tool positions, one row a sample", write_csv),
         Exporter("json", ".json", "a list of positions, one object a sample", write_json),
         Exporter("npz", ".npz", "NumPy arrays of samples, and of the segments with their polynomials", write_npz),
-        Exporter("mcap", ".mcap", "messages of ROS 2 in a log for Foxglove and rosbag2", _write_mcap, _check_mcap),
+        Exporter("mcap", ".mcap", "messages of ROS 2 in a log for Foxglove and rosbag2", write_mcap, check_mcap),
         Exporter("ros", ".json", "a JointTrajectory of ROS 2 as JSON, boundaries of segments included", write_ros),
     )
 }

@@ -18,7 +18,7 @@ from vrs_cli import __version__
 from vrs_cli.engine.position import positions_at
 from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
-from vrs_cli.files.exports import NANOSECONDS, joint_names, nanoseconds, sample_times
+from vrs_cli.files.samples import NANOSECONDS, joint_names, nanoseconds, sample_times
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -68,7 +68,7 @@ TOPICS = {
 }
 
 
-def check() -> None:
+def check_mcap() -> None:
     """Raises UsageError where the package is missing."""
     if find_spec("mcap") is None:
         raise UsageError("a log in MCAP needs mcap, which is not installed", how_to_install("mcap"))
@@ -84,7 +84,7 @@ class Message(NamedTuple):
 
 def write_mcap(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
     """The whole trajectory, messages in the order of their times."""
-    check()
+    check_mcap()
     from mcap.writer import Writer
 
     writer = Writer(_Counted(stream.write))  # type: ignore[arg-type]  # it writes, and asks where it is
