@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from math import hypot, radians
 from random import Random
@@ -197,3 +198,16 @@ def test_a_path_far_from_all_boundaries_needs_few_looks() -> None:
     follower = Follower(Counting(), path.configuration, IDENTITY)  # type: ignore[arg-type]
     assert not survey(follower, path, 1.0).touches
     assert looks <= 4
+
+
+def test_a_path_that_comes_again_is_not_looked_at_again() -> None:
+    """As for a key that is held where the arm cannot go on: whatever joints it is followed from."""
+    engine = at_nest()
+    pose, joints = engine.position().T_world_tool, engine.position().joints
+    x, y, z = position(pose)
+    path = CartesianPath(((x, 0.1), (y,), (z,)), pose, (), engine.arm.configuration(joints), (), 1.0)
+    follower = Follower(engine.arm, path.configuration, IDENTITY)
+    first = survey(follower, path, 1.0)
+    assert survey(follower, replace(path, seeds=(joints,)), 1.0) is first
+    assert survey(follower, path, 0.5) is not first
+    assert survey(Follower(engine.arm, path.configuration, translation(0.0, 0.0, 0.1)), path, 1.0) is not first

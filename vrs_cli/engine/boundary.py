@@ -9,15 +9,17 @@ Source: the branch-and-bound search of Moore, Kearfott and Cloud, "Introduction 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import reduce
+from dataclasses import replace
+from functools import lru_cache, reduce
 from math import hypot, inf
 from typing import NamedTuple
 
 from msgspec import Struct
 
 from vrs_cli.engine.following import Follower
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import NAMES, Clearance, Hand, Pace
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, rotate
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, inverse, rotate
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes
 from vrs_cli.trajectory.segment import CartesianPath, Turn
 from vrs_cli.trajectory.vector import cross, length
@@ -26,6 +28,7 @@ KEPT = 0.25  # of the less of two clearances: what is left for certain on the wa
 AT_END = 1e-4  # of a path: nearer to where it begins or ends on a boundary, at rest, samples are close by themselves
 MOST_LOOKS = 5000
 CRUDE = 3  # coefficients of a polynomial whose terms are added up for a bound
+REMEMBERED = 64  # surveys: a line that is planned with other stops, or for a key that is held, comes again
 FEW_LOOKS = 8  # places that are no nearer to each other than samples are anyway
 CLOSE = (0.01, 0.01, 0.01, 0.1)  # parts of the greatest clearances of a path: less is close to a boundary
 
@@ -57,17 +60,23 @@ class Survey(Struct, frozen=True):
 
 def survey(follower: Follower, path: CartesianPath, lasting: float) -> Survey:
     """Of all of a path from 0 to `lasting`."""
-    hand = follower.arm.hand
-    return Survey() if hand is None else _Search(follower, hand, path, lasting).result()
+    return _survey(follower.arm, follower.tool, replace(path, seeds=()), lasting)
+
+
+@lru_cache(REMEMBERED)
+def _survey(arm: RobotArm, T_flange_tool: Transform, path: CartesianPath, lasting: float) -> Survey:
+    return Survey() if arm.hand is None else _Search(arm, arm.hand, inverse(T_flange_tool), path, lasting).result()
 
 
 class _Search:
     """One survey, from the beginning of the path to its end."""
 
-    def __init__(self, follower: Follower, hand: Hand, path: CartesianPath, lasting: float) -> None:
-        self.arm, self.flange = follower.arm, follower.flange
+    def __init__(
+        self, arm: RobotArm, hand: Hand, T_tool_flange: Transform, path: CartesianPath, lasting: float
+    ) -> None:
+        self.arm, self.T_tool_flange = arm, T_tool_flange
         self.path, self.lasting = path, lasting
-        self.pace = pace_of(path, lasting, hand, follower.T_tool_flange)
+        self.pace = pace_of(path, lasting, hand, T_tool_flange)
         self.touches: list[Touch] = []
         self.seen: list[tuple[float, Clearance]] = []
 
@@ -97,7 +106,7 @@ class _Search:
         return Survey(endless=begin)
 
     def look(self, s: float) -> Clearance:
-        return self.arm.clearance(self.flange(self.path.pose(s)), self.path.configuration)
+        return self.arm.clearance(compose(self.path.pose(s), self.T_tool_flange), self.path.configuration)
 
     def is_beyond(self, seen: Clearance) -> bool:
         return any(value < -edge for value, edge in zip(seen.sizes, self.arm.boundary.sizes, strict=True))

@@ -36,6 +36,9 @@ class RobotArm(Protocol):
     the arm makes of it. Where a pose asks for what no joint changes, it is out of reach.
     """
 
+    def __hash__(self) -> int:
+        """An arm is one object: what is found for it may be remembered by it."""
+
     @property
     def model(self) -> RobotModel:
         """The data that the arm was made from."""
