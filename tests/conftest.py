@@ -1,8 +1,9 @@
-"""Hypothesis finds the same examples every time, and takes the time it needs."""
+"""The fast run, unless `--hypothesis-profile=long` asks for the long one."""
 
 from __future__ import annotations
 
 from hypothesis import settings
 
-settings.register_profile("same every time", derandomize=True, deadline=None)
-settings.load_profile("same every time")
+from tests import examples  # it registers the profiles  # noqa: F401
+
+settings.load_profile("fast")

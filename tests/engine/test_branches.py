@@ -5,9 +5,10 @@ from __future__ import annotations
 from math import radians
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from vrs_cli.engine.branches import MAIN, Branches
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetMonitorSpeed, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
@@ -282,7 +283,7 @@ def act(branches: Branches, what: Move | str) -> None:
         (engine.undo if what == "undo" else engine.redo)()
 
 
-@settings(max_examples=80, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(80)
 @given(acts)
 def test_what_listeners_hear_is_main_whatever_is_tried(sequence: list[Move | str]) -> None:
     engine = Engine(MODEL)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.engine.wall import ManualWall
+from tests.examples import examples
 from vrs_cli.engine.clock import SLICE, VirtualClock
 from vrs_cli.errors import ClockPaused
 from vrs_cli.trajectory.instant import on_grid
@@ -87,7 +88,7 @@ steps = st.lists(
 )
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@examples(200)
 @given(steps)
 def test_time_is_continuous_and_never_goes_back(sequence: list[tuple[str, object]]) -> None:
     wall = ManualWall(0.0)

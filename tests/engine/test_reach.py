@@ -5,9 +5,10 @@ from __future__ import annotations
 from math import dist, radians
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tests.laws.reach_laws import check_reach
 from vrs_cli.engine.commands import (
     JointTarget,
@@ -65,7 +66,7 @@ def refusal(engine: Engine, move: Move) -> MotionError | None:
 
 
 @given(poses)
-@settings(max_examples=60, deadline=None, derandomize=True)
+@examples(60)
 def test_what_is_said_is_what_move_and_moves_do(pose: Transform) -> None:
     engine = Engine(MODEL)
     engine.perform(Move(ABOVE, straight=False))
@@ -91,7 +92,7 @@ def test_what_is_said_is_what_move_and_moves_do(pose: Transform) -> None:
 
 
 @given(poses)
-@settings(max_examples=25, deadline=None, derandomize=True)
+@examples(25)
 def test_the_ways_out_are_ways_out(pose: Transform) -> None:
     engine = Engine(MODEL)
     engine.perform(Move(ABOVE, straight=False))

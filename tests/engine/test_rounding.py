@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from math import radians
 
+import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import positions_at
 from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import Transform, distance, from_oat
+from vrs_cli.kinematics.transform import Transform, from_oat, position
 from vrs_cli.trajectory.motion import Start
 
 MODEL = load_robot("puma560")
@@ -41,8 +44,9 @@ def driven(profile: str, rounding: float | str, straight: tuple[bool, bool], via
 
 def nearest(engine: Engine, via: Transform = VIA) -> float:
     """How near the tip comes to a place, at the boundaries of segments and often between [m]."""
-    times = [engine.end * k / 3000 for k in range(3001)] + [s.start for s in engine.timeline]
-    return min(distance(engine.position(t).T_world_tool, via) for t in times)
+    times = np.sort([*np.linspace(0.0, engine.end, 3001), *(s.start for s in engine.timeline)])
+    ways = positions_at(engine.arm, engine.timeline, times).T_world_tool[:, :, 3] - position(via)
+    return float(np.linalg.norm(ways, axis=1).min())
 
 
 @PROFILES
@@ -63,7 +67,7 @@ def test_the_path_passes_within_the_distance(profile: str, straight: tuple[bool,
     st.booleans(),
     st.sampled_from(list(Profile.__members__)),
 )
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(60)
 def test_any_corner(x: float, y: float, millimetres: float, first: bool, second: bool, profile: str) -> None:
     via = located(x, y, -0.1)
     engine = driven(profile, millimetres, (first, second), via)

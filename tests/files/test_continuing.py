@@ -7,10 +7,11 @@ from math import radians
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.engine.wall import ManualWall
+from tests.examples import examples
 from tests.files.trajectories import puma
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.commands import JointTarget, Move, SetParameter, Stamp
@@ -52,7 +53,7 @@ def acted(acts: list[Move | str]) -> Engine:
     return engine
 
 
-@settings(max_examples=80, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(80)
 @given(acts)
 def test_what_can_be_undone_is_the_same_as_before_it_was_saved(tmp_path: Path, sequence: list[Move | str]) -> None:
     engine, path = acted(sequence), tmp_path / "t.vrst"

@@ -6,9 +6,10 @@ from dataclasses import fields
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tests.files.journals import Kept
 from tests.files.trajectories import appended, deltas, form, initial, planned, puma, without_checksums
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
@@ -39,7 +40,7 @@ def edited(path: Path, line: int, old: str, new: str) -> Path:
 # --- laws --------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@examples(60)
 @given(st.lists(deltas, min_size=1, max_size=3))
 def test_decoding_an_encoded_delta_gives_it_back_to_the_bit(given_deltas: list) -> None:
     written, read, checksums = LineEncoder(), Motions(), Checksums()
@@ -365,7 +366,7 @@ def test_an_old_timeline_is_equal_to_one_applied_step_by_step(saved: Path) -> No
     assert timeline == recording.timeline
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@examples(150)
 @given(place=st.floats(0.0, 1.0, exclude_max=True), junk=st.binary(max_size=6), cut=st.integers(0, 40))
 def test_any_damage_is_a_file_damaged_or_still_a_trajectory(
     tmp_path: Path, place: float, junk: bytes, cut: int

@@ -9,6 +9,7 @@ from statistics import median
 
 import pytest
 
+from tests.examples import some
 from tests.laws.corners import (
     PAIRS,
     PROFILES,
@@ -31,7 +32,7 @@ SETTINGS = list(product(PROFILES, ROUNDINGS))
 @pytest.mark.parametrize(("profile", "rounding"), SETTINGS)
 def test_rounding_is_no_slower_and_keeps_the_laws(profile: str, rounding: str | float, pair: str) -> None:
     source = Random(f"laws {profile} {rounding} {pair}")
-    for corner, times in islice(corners(source, pair, profile, rounding), 4):
+    for corner, times in islice(corners(source, pair, profile, rounding), some(8)):
         assert not times.slower, (corner, times)
         engine, _ = ends(corner, profile, rounding)
         assert engine is not None
@@ -45,7 +46,7 @@ def test_rounding_is_no_slower_and_keeps_the_laws(profile: str, rounding: str | 
 @pytest.mark.parametrize(("profile", "rounding"), SETTINGS)
 def test_a_corner_planned_again_is_no_slower(profile: str, rounding: str | float) -> None:
     source, seen = Random(f"splices {profile} {rounding}"), 0
-    while seen < 4:
+    while seen < some(8):
         corner = random_corner(source, source.choice(PAIRS))
         place, part = beside(source, corner.places[1]), source.random()
         try:

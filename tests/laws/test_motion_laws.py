@@ -5,9 +5,10 @@ from __future__ import annotations
 from math import radians
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tests.laws.motion_laws import LIMIT, check_continuous, check_edit, check_limits, check_lines, check_target
 from vrs_cli.engine.commands import (
     Delay,
@@ -98,7 +99,7 @@ def performed(
     return engine, edits
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(300)
 @given(steps)
 def test_every_timeline_keeps_the_laws(sequence: list[tuple[object, bool]]) -> None:
     check_laws(*performed(sequence))
@@ -111,7 +112,7 @@ SMOOTH = [profile.name for profile in Profile if LAWS[profile].smooth]
 
 
 @pytest.mark.parametrize("profile", SMOOTH)
-@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(300)
 @given(st.data())
 def test_every_jerk_limited_timeline_keeps_the_laws(profile: str, data: st.DataObject) -> None:
     """Most motions are of one profile, and some that they interrupt, or that interrupt them, of another."""
@@ -136,7 +137,7 @@ def check_laws(engine: Engine, edits: list[tuple[Timeline, TimelineDelta, Timeli
     assert replayed == engine.timeline
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(60)
 @given(steps)
 def test_undo_gives_back_the_timeline_to_the_bit(sequence: list[tuple[object, bool]]) -> None:
     engine, edits = performed(sequence)
@@ -148,7 +149,7 @@ def test_undo_gives_back_the_timeline_to_the_bit(sequence: list[tuple[object, bo
         engine.undo()
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(60)
 @given(steps, st.lists(st.integers(-3, 3), max_size=8))
 def test_redo_gives_back_the_timeline_and_the_clock_to_the_bit(
     sequence: list[tuple[object, bool]], walk: list[int]

@@ -6,9 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
 from tests.laws.motion_laws import check_accelerations, check_continuous, check_limits, check_lines, check_target
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSpeed, Stamp
@@ -70,14 +71,14 @@ def check_robot(model: RobotModel, sequence: list[tuple[str, list[float], float 
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(40)
 @given(sequence=steps)
 def test_every_robot_keeps_the_laws(name: str, sequence: list[tuple[str, list[float], float | None]]) -> None:
     check_robot(load_robot(name), sequence)
 
 
 @pytest.mark.parametrize("name", DESCRIBED)
-@settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(8)
 @given(sequence=steps)
 def test_a_robot_of_a_urdf_file_keeps_the_laws(
     name: str, sequence: list[tuple[str, list[float], float | None]]
@@ -87,7 +88,7 @@ def test_a_robot_of_a_urdf_file_keeps_the_laws(
 
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("model", [FIVE, SEVEN, CLOSED], ids=lambda model: str(model.name))
-@settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(8)
 @given(sequence=steps)
 def test_a_robot_that_points_keeps_the_laws(
     model: RobotModel, profile: str, sequence: list[tuple[str, list[float], float | None]]

@@ -9,10 +9,11 @@ from math import radians
 from random import Random
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.engine.wall import ManualWall
+from tests.examples import examples, some
 from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.motion_laws import check_continuous, check_limits
 from tests.laws.test_motion_laws import MODEL
@@ -49,7 +50,7 @@ def robot(profile: str, model: RobotModel = MODEL, start: Joints | None = None) 
 
 
 @pytest.mark.parametrize("profile", PROFILES)
-@settings(max_examples=80, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(80)
 @given(parts, st.floats(0.0, 1.5), st.lists(stretches, min_size=1, max_size=6))
 def test_every_stream_keeps_the_laws(
     profile: str,
@@ -69,7 +70,7 @@ def test_every_stream_keeps_the_laws(
 
 
 @pytest.mark.parametrize("profile", PROFILES)
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(60)
 @given(parts, parts)
 def test_a_target_that_stands_is_reached(profile: str, start: tuple[float, ...], part: tuple[float, ...]) -> None:
     engine = robot(profile, start=joints(start))
@@ -139,9 +140,9 @@ class Stream:
 
 
 @pytest.mark.parametrize("profiles", [("SCURVE",), ("SCURVE", "LSPB")], ids="-".join)
-@pytest.mark.parametrize("first", range(0, 60, 20))
+@pytest.mark.parametrize("first", range(0, some(60), 10))
 def test_streams_that_begin_and_end_anyhow_keep_the_laws(first: int, profiles: tuple[str, ...]) -> None:
-    for seed in range(first, first + 20):
+    for seed in range(first, first + 10):
         stream = Stream(seed, profiles)
         stream.run()
         check_continuous(stream.engine, stream.engine.timeline)
@@ -154,7 +155,7 @@ TABLE = from_oat(0.0, 0.45, -0.15, radians(90), radians(90), 0.0)
 
 
 @pytest.mark.parametrize("profile", PROFILES)
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(some(8)))
 def test_a_tool_that_is_steered_keeps_the_laws(profile: str, seed: int) -> None:
     """Poses on axes of the world and of the tool, some of them out of reach."""
     source = Random(seed)
@@ -176,7 +177,7 @@ def test_a_tool_that_is_steered_keeps_the_laws(profile: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("profile", PROFILES)
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(some(8)))
 def test_a_robot_that_is_jogged_keeps_the_laws(profile: str, seed: int) -> None:
     """Keys that repeat, other axes, steps, speeds and frames, stops; the clock is paused, and changes its rate."""
     source, wall = Random(seed), ManualWall()

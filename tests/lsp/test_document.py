@@ -3,9 +3,10 @@ from __future__ import annotations
 import re
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.test_name_laws import WORDS
 from vrs_cli.errors import UsageError, VrsError
@@ -332,7 +333,7 @@ LINES_TO_TYPE = st.sampled_from(
 CHANGES = st.lists(st.tuples(st.integers(0, 40), st.booleans(), LINES_TO_TYPE), max_size=8)
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(CHANGES)
 def test_law_what_is_known_of_the_version_before_changes_no_finding(changes: list[tuple[int, bool, str]]) -> None:
     lines = CELL.splitlines()

@@ -3,9 +3,10 @@
 from io import StringIO
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.runs import Limits
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
@@ -47,7 +48,7 @@ typed_lines = st.one_of(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(st.lists(typed_lines, max_size=12))
 def test_law_nothing_that_is_typed_is_an_internal_error(typed: list[str]) -> None:
     stream = StringIO()

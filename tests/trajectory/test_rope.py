@@ -8,9 +8,10 @@ from random import Random
 from threading import Thread
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.motion import Kind, Motion, Start
@@ -75,7 +76,7 @@ def test_of_nothing() -> None:
     assert rope.rope_of([]) is None
 
 
-@settings(max_examples=80, deadline=None, derandomize=True)
+@examples(80)
 @given(st.integers(0, 2**32 - 1))
 def test_splices_as_of_a_list(seed: int) -> None:
     """Edits as a timeline makes them, on trees of one to three levels, beside the same edits of a list."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue import replies
 from vrs_cli.errors import UsageError, VrsError
@@ -157,7 +158,7 @@ LETTERS = ["", "I", "L", "L 3", "S", "S 2", "D", "D 2", "P 2", "F e", "R   TYPE 
 LINES = st.sampled_from([*STEPS, *LETTERS])
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(st.lists(LINES, max_size=25))
 def test_law_whatever_is_typed_the_program_is_its_text(lines: list[str]) -> None:
     present = Draft(named_program("p(a)"))

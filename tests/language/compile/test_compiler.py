@@ -7,9 +7,10 @@ import math
 from collections.abc import Callable
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tests.language.reference import Interpreter
 from tests.language.running import StillRobot, environment_with, program, run, run_lines
 from tests.language.spaghetti import spaghetti
@@ -132,7 +133,7 @@ def value_or_error(tree: Expression) -> float | type[VrsError]:
 
 
 @given(trees)
-@settings(max_examples=400, deadline=None)
+@examples(400)
 def test_expressions_have_the_value_that_python_gives(tree: Expression) -> None:
     try:
         expected: float | type[VrsError] = in_python(tree)
@@ -173,7 +174,7 @@ def outcomes(lines: list[str], first: int) -> tuple[list[str], bool, bool, list[
 
 
 @given(spaghetti(), st.data())
-@settings(max_examples=250, deadline=None)
+@examples(250)
 def test_jumps_and_blocks_go_where_the_reference_goes(lines: list[str], data: st.DataObject) -> None:
     """Also when entered at any step."""
     first = data.draw(st.just(0) | st.integers(0, len(lines) - 1))
@@ -187,7 +188,7 @@ def test_jumps_and_blocks_go_where_the_reference_goes(lines: list[str], data: st
 
 @pytest.mark.parametrize("part", [1, 3])
 @given(spaghetti(), st.data())
-@settings(max_examples=80, deadline=None, suppress_health_check=list(HealthCheck))
+@examples(80)
 def test_a_long_program_of_several_functions_does_the_same(part: int, lines: list[str], data: st.DataObject) -> None:
     first = data.draw(st.just(0) | st.integers(0, len(lines) - 1))
     whole = outcomes(lines, first)
@@ -198,7 +199,7 @@ def test_a_long_program_of_several_functions_does_the_same(part: int, lines: lis
 
 
 @given(spaghetti(), st.integers(1, 60))
-@settings(max_examples=100, deadline=None)
+@examples(100)
 def test_a_repeated_step_changes_nothing_that_it_does_not_do(lines: list[str], steps: int) -> None:
     """RETRY before a step: the program is entered again right there, loops and all, as if it had never been left."""
 

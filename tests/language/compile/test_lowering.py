@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 
+from tests.examples import examples
 from tests.language.running import environment_with, program
 from tests.language.spaghetti import spaghetti
 from vrs_cli.language.compile.lowering import CaseBegin, CaseTest, Finish, Jump, Lowered, Mark, Perform, lower
@@ -14,7 +15,7 @@ def lowered(*lines: str) -> Lowered:
 
 
 @given(spaghetti())
-@settings(max_examples=100, deadline=None)
+@examples(100)
 def test_every_step_has_an_entry_and_every_jump_a_target(lines: list[str]) -> None:
     result = lowered(*lines)
     assert len(result.entries) == len(lines) + 1

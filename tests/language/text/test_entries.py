@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from vrs_cli.language.text.ast import Entry
 from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.language.text.entries import usual_entry
@@ -39,7 +40,7 @@ numbers = st.sampled_from(
 blanks = st.sampled_from([" ", "  ", "\t", "", "\xa0"])
 
 
-@settings(max_examples=400, deadline=None)
+@examples(400)
 @given(st.tuples(blanks, names, indexes), st.lists(st.tuples(blanks, numbers), max_size=4), blanks)
 def test_a_usual_entry_is_what_the_grammar_reads(head: tuple[str, ...], tail: list[tuple[str, str]], end: str) -> None:
     text = "".join([*head, *(part for pair in tail for part in pair), end])

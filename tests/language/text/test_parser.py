@@ -6,9 +6,10 @@ from typing import Any
 
 import msgspec
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from vrs_cli.language.analysis.analyzer import analyze, check_line
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Binary, Call, Instruction, Number, Span, Unary, Variable
@@ -195,7 +196,7 @@ def _places(node: Any) -> list[Span]:
 
 
 @given(lines, st.booleans())
-@settings(max_examples=1500, deadline=None)
+@examples(1500)
 def test_any_line_is_read_or_refused(line: str, at_prompt: bool) -> None:
     try:
         parsed = parse_prompt(line) if at_prompt else parse_step(line).statement
@@ -221,7 +222,7 @@ def test_any_line_is_read_or_refused(line: str, at_prompt: bool) -> None:
 @given(
     st.lists(st.one_of(lines, st.sampled_from([".PROGRAM p(a)", ".END", ".REALS", ".LOCATIONS", "x 5"])), max_size=12)
 )
-@settings(max_examples=300, deadline=None)
+@examples(300)
 def test_any_file_is_read(texts: list[str]) -> None:
     file, diagnostics = parse_file("\n".join(texts))
     for part in file.parts:

@@ -7,8 +7,9 @@ from itertools import product
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
+from tests.examples import examples
 from tests.language.trees import groups_in, programs, statements, without_places
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
@@ -25,7 +26,7 @@ SAMPLES = sorted((Path(__file__).parents[3] / "programs").glob("*.v2"))
 
 
 @given(statements)
-@settings(max_examples=400, deadline=None)
+@examples(400)
 def test_a_printed_statement_is_read_as_the_same(statement: ast.Statement) -> None:
     text = statement_text(statement)
     read = parse_step(text).statement
@@ -37,7 +38,7 @@ def test_a_printed_statement_is_read_as_the_same(statement: ast.Statement) -> No
 
 
 @given(programs)
-@settings(max_examples=150, deadline=None)
+@examples(150)
 def test_a_printed_program_is_read_as_the_same(program: ast.Program) -> None:
     text = print_program(program)
     file, diagnostics = parse_file(text)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from math import inf
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.lspb_times import Component, Times, from_motion, from_rest, scalar_demands
 
@@ -54,7 +55,7 @@ def test_slowest_joint_decides() -> None:
 @given(st.lists(parts, min_size=1, max_size=6), st.sampled_from([0.0, 0.0, 0.5, 5.0]))
 @example([Component(-0.041252925571132054, -0.6656499636299109, 3.6056194429887514, 5.370405472935195)], 0.5)  # no room
 @example([Component(3.320783095527391e-07, 0.00178, 0.16, 4.770566622117834)], 2.5)  # nearly there, told to take time
-@settings(max_examples=200, deadline=None)
+@examples(200)
 def test_limits_and_target_from_motion(components: list[Component], least: float) -> None:
     times = from_motion(components, least)
     assert times.total >= least - 1e-6
@@ -73,7 +74,7 @@ def test_limits_and_target_from_motion(components: list[Component], least: float
 
 @given(st.lists(parts, min_size=2, max_size=3))
 @example([Component(0.0, 0.0, 1.0, 1.0), Component(0.41015625, 0.9140625, 1.0, 1.0)])  # hardly too fast
-@settings(max_examples=60, deadline=None)
+@examples(60)
 def test_near_the_shortest_time(components: list[Component]) -> None:
     """Within a fifth of the best of 2,000 blend times tried one by one (typically within 2 %)."""
     demands = scalar_demands(components)

@@ -6,9 +6,10 @@ from dataclasses import replace
 from math import inf, sqrt
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.law import NoTimes
@@ -113,7 +114,7 @@ def possible(velocity: tuple[float, ...], acceleration: tuple[float, ...]) -> Jo
 
 
 @given(thirds, thirds, thirds, st.sampled_from([0.0, 0.0, 1.0, 5.0]))
-@settings(max_examples=300, deadline=None, derandomize=True)
+@examples(300)
 def test_a_motion_from_any_state_keeps_every_limit(
     goal: tuple[float, ...], velocity: tuple[float, ...], acceleration: tuple[float, ...], least: float
 ) -> None:
@@ -126,14 +127,14 @@ def test_a_motion_from_any_state_keeps_every_limit(
 
 
 @given(thirds, thirds)
-@settings(max_examples=200, deadline=None, derandomize=True)
+@examples(200)
 def test_a_stop_from_any_state_keeps_every_limit(velocity: tuple[float, ...], acceleration: tuple[float, ...]) -> None:
     state = possible(velocity, acceleration)
     check(joint_stop(state, LIMITS, 0.0, MOTION), state, 0.0)
 
 
 @given(st.floats(0.05, 0.9), parts)
-@settings(max_examples=200, deadline=None, derandomize=True)
+@examples(200)
 def test_nothing_turns_back_earlier_than_full_braking(v: float, part: float) -> None:
     """The farthest place of any way to rest is at least that of braking as hard as can be and swinging back."""
     a, jerk = 4.0 * part, 40.0
@@ -161,7 +162,7 @@ def test_a_stop_next_to_the_end_of_a_range_swings_back() -> None:
 
 
 @given(parts, parts, parts)
-@settings(max_examples=100, deadline=None, derandomize=True)
+@examples(100)
 def test_turns_are_where_the_velocity_is_zero(v: float, a: float, jerk: float) -> None:
     assume(abs(jerk) > 1e-3)
     for s in turns(v, a, jerk):

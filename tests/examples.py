@@ -1,0 +1,27 @@
+"""How many examples a law is tried on: few in the fast run, many in `pytest --hypothesis-profile=long`.
+
+Hypothesis finds the same examples every time, and takes the time it needs.
+"""
+
+from __future__ import annotations
+
+from hypothesis import HealthCheck, settings
+
+USUAL = 100  # to which the numbers in the tests are in proportion
+FEWEST = 2  # of any law
+PROFILES = {"fast": 25, "long": 1000}
+
+for _name, _count in PROFILES.items():
+    settings.register_profile(
+        _name, max_examples=_count, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck)
+    )
+
+
+def some(many: int) -> int:
+    """How many of so many usual examples this run takes."""
+    return max(min(many, FEWEST), many * settings().max_examples // USUAL)
+
+
+def examples(many: int) -> settings:
+    """For a test: `@examples(400)`."""
+    return settings(max_examples=some(many))
