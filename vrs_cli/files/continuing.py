@@ -11,11 +11,11 @@ from vrs_cli.errors import UsageError
 from vrs_cli.files.journal import Course, Journal, Taken
 from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import Recording
-from vrs_cli.language.text.collector import collector_paused
+from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.trajectory.timeline import Timeline
 
 
-@collector_paused()
+@pause_collector()
 def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookmark:
     """The course of events of a file, with the settings that the engine has; the clock is at the end of the timeline.
 

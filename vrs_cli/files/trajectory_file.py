@@ -25,7 +25,7 @@ from vrs_cli.files.rebuild import Rebuilding, check_order
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
-from vrs_cli.language.text.collector import collector_paused
+from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment
@@ -84,7 +84,7 @@ class Recording(Struct, frozen=True):
     checksum: int | None
 
 
-@collector_paused()
+@pause_collector()
 def read_trajectory(
     path: str | Path, progress: Callable[[float], None] | None = None, *, lenient: bool = False
 ) -> Recording:

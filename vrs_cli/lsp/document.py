@@ -28,7 +28,7 @@ from vrs_cli.language.text.meaning import DEFINING, FUNCTION_NAMES
 from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.text.source import PROGRAM, SECTIONS
-from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED, reserved
+from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED, why_reserved
 from vrs_cli.language.words.kind import NAME_LENGTH, Kind
 from vrs_cli.language.words.word import Shape, argument_at
 from vrs_cli.lsp.occurrences import (
@@ -430,7 +430,7 @@ def new_name(asked: Occurrence, name: str) -> str:
     if not _NAME.fullmatch(bare) or len(bare) > NAME_LENGTH:
         raise InvalidName(name, f"a letter, then letters, digits, . and _; at most {NAME_LENGTH} characters")
     if asked.kind is SymbolKind.VARIABLE and not sigil and bare.upper() in RESERVED:
-        raise InvalidName(*reserved(bare.upper()))
+        raise InvalidName(*why_reserved(bare.upper()))
     return sigil + bare
 
 

@@ -36,10 +36,10 @@ def _first_role(word: str) -> Role | None:
     """The role of a first word, also one that is cut short; None where it begins no statement."""
     from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
     from vrs_cli.language.words.monitor import COMMANDS
-    from vrs_cli.language.words.word import abbreviated
+    from vrs_cli.language.words.word import rows_for
 
     tables = {Role.COMMAND: COMMANDS, Role.INSTRUCTION: INSTRUCTIONS, Role.CONTROL: CONTROL}
-    rows = abbreviated(word, *tables.values())
+    rows = rows_for(word, *tables.values())
     if not rows or (word in _inner_words() and not any(word in table for table in tables.values())):
         return None
     return next(role for role, table in tables.items() if table.get(rows[0].name) is rows[0])
@@ -72,10 +72,10 @@ def _words_of(line: str) -> frozenset[str]:
     """The words that link in such a line alone: the relations in an IF of VAL, the sort of what is declared."""
     from vrs_cli.language.text.lexer import SORT, VAL_IF
     from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
-    from vrs_cli.language.words.word import abbreviated
+    from vrs_cli.language.words.word import rows_for
 
     first = _FIRST.match(line)
-    rows = abbreviated(first[1], INSTRUCTIONS, CONTROL) if first is not None else ()
+    rows = rows_for(first[1], INSTRUCTIONS, CONTROL) if first is not None else ()
     if first is None or len(rows) != 1:
         return frozenset()
     rest = line[first.end() :].partition(";")[0]

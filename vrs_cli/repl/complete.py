@@ -19,7 +19,7 @@ from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Row, Shape, State, Word, abbreviated
+from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Row, Shape, State, Word, rows_for
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,12 +129,6 @@ def _top_level(text: str) -> str:
 Candidates = Iterable[tuple[str, str]]  # a word and what explains it
 
 PLACE_FUNCTIONS = (Kind.LOCATION, Kind.PRECISION)
-CONNECTIVES: Mapping[str, tuple[str, ...]] = {
-    "IF": ("THEN", "GOTO"),
-    "WHILE": ("DO",),
-    "FOR": ("TO", "STEP"),
-    "CASE": ("OF",),
-}
 
 
 def _functions(*kinds: Kind) -> Candidates:
@@ -213,10 +207,10 @@ WORDS: Mapping[str, Callable[[Names], Candidates]] = {
 
 
 def _rows(table: Mapping[str, Word]) -> Candidates:
-    return ((name, explained(word)) for name, word in table.items() if _supported(word))
+    return ((name, explanation(word)) for name, word in table.items() if _supported(word))
 
 
-def explained(word: Word) -> str:
+def explanation(word: Word) -> str:
     """The form and the meaning of a word."""
     return f"{word.form}: {word.summary}"
 
@@ -271,7 +265,7 @@ def _candidates(line: str, prefix: str, names: Names, in_program: bool) -> Candi
     rest = line[first.end() :]
     if not rest[0].isspace():
         return _items(names)
-    word = _resolved(first.group(1).upper(), in_program)
+    word = _row_of(first.group(1).upper(), in_program)
     if word is None:
         return ()
     if word.name == "DO" and not in_program:
@@ -301,10 +295,10 @@ def _after_assignment(line: str, names: Names) -> Candidates:
     return _strings(names) if line.lstrip().startswith("$") else _items(names)
 
 
-def _resolved(word: str, in_program: bool) -> Word | None:
+def _row_of(word: str, in_program: bool) -> Word | None:
     """The row of a word, also of one that is cut short, commands before instructions."""
     tables = (INSTRUCTIONS, CONTROL) if in_program else (COMMANDS, INSTRUCTIONS, CONTROL)
-    rows = abbreviated(word, *tables)
+    rows = rows_for(word, *tables)
     return rows[0] if len(rows) == 1 else None
 
 
@@ -330,7 +324,7 @@ def _inside(word: Word, place: Place, names: Names) -> Candidates:
 
 def _connecting(word: Word, place: Place) -> Candidates:
     """The words that may stand between or after arguments, and do not yet."""
-    words = [(text, "") for text in CONNECTIVES.get(word.name, ())]
+    words = [(text, "") for text in word.links] if isinstance(word, Control) else []
     words += [(argument.lead, argument.name) for argument in word.arguments if argument.lead]
     if place.operand_ended or not word.required:
         words += [row for modifier in sorted(word.modifiers) for row in MODIFIERS.get(modifier, {}).items()]
@@ -363,7 +357,7 @@ EXTENSIONS: Mapping[str, tuple[str, ...]] = {
 def _files(line: str) -> list[Suggestion]:
     """The files that a FILE argument may name: folders, and files with the right extension."""
     first = _FIRST.match(line)
-    word = _resolved(first.group(1).upper(), False) if first else None
+    word = _row_of(first.group(1).upper(), False) if first else None
     if word is None or first is None or not word.arguments or word.arguments[0].shape is not Shape.FILE:
         return []
     typed = line[first.end() :].lstrip()

@@ -41,7 +41,7 @@ from vrs_cli.language.text.ast import (
     Unary,
     Variable,
 )
-from vrs_cli.language.text.collector import collector_paused
+from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.language.text.diagnostics import error
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import LIMIT, integer
@@ -447,7 +447,7 @@ def test_long_programs_compile() -> None:
 
 def test_the_collector_runs_again_after_what_goes_wrong() -> None:
     gc.enable()
-    with pytest.raises(ZeroDivisionError), collector_paused():
+    with pytest.raises(ZeroDivisionError), pause_collector():
         _ = 1 / 0
     assert gc.isenabled()
 

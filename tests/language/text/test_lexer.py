@@ -103,3 +103,12 @@ def test_a_line_without_end_is_refused() -> None:
 def test_by_is_a_comma_of_shift_but_not_of_a_function_in_it() -> None:
     tokens = LEXER.step("SHIFT a BY DX(SCALE(b BY 2)), 1", 1)
     assert [token.type for token in tokens if token.text == "BY"] == ["COMMA", "BY"]
+
+
+@pytest.mark.parametrize("line", ["x := 5", "x[1, 2] := 5", "$s:=5"])
+def test_colon_equal_is_refused_as_such(line: str) -> None:
+    with pytest.raises(LineRefused) as caught:
+        LEXER.step(line, 1)
+    found = caught.value.diagnostic
+    assert found.detail == ":= is no sign of VAL-II"
+    assert (found.span.column, found.span.end) == (line.index(":=") + 1, line.index(":=") + 3)

@@ -23,7 +23,7 @@ from vrs_cli.language.words.values import (
     transformation,
     whole,
     within_range,
-    wrapped,
+    wrap,
 )
 
 
@@ -92,8 +92,8 @@ def test_integers_hold_24_bits_and_a_sign() -> None:
 
 
 def test_bits_beyond_24_are_cut() -> None:
-    assert wrapped(1 << 24) == -16777216.0
-    assert wrapped(-1) == -1.0
+    assert wrap(1 << 24) == -16777216.0
+    assert wrap(-1) == -1.0
 
 
 @pytest.mark.parametrize("value", [inf, -inf, nan, 1e39])

@@ -8,7 +8,7 @@ import pytest
 
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, PROGRAM_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.word import abbreviated
+from vrs_cli.language.words.word import rows_for
 
 
 @pytest.mark.parametrize(
@@ -73,7 +73,7 @@ def test_form_of_commands(name: str, form: str) -> None:
     ],
 )
 def test_abbreviations_at_the_prompt(typed: str, meant: str) -> None:
-    assert [word.name for word in abbreviated(typed, COMMANDS, PROGRAM_WORDS)] == [meant]
+    assert [word.name for word in rows_for(typed, COMMANDS, PROGRAM_WORDS)] == [meant]
 
 
 @pytest.mark.parametrize(
@@ -87,16 +87,16 @@ def test_abbreviations_at_the_prompt(typed: str, meant: str) -> None:
     ],
 )
 def test_abbreviations_in_programs(typed: str, meant: list[str]) -> None:
-    assert [word.name for word in abbreviated(typed, PROGRAM_WORDS)] == meant
+    assert [word.name for word in rows_for(typed, PROGRAM_WORDS)] == meant
 
 
 def test_no_letter_alone_is_short_for_a_word() -> None:
-    assert [letter for letter in ascii_letters if abbreviated(letter, COMMANDS, PROGRAM_WORDS)] == []
+    assert [letter for letter in ascii_letters if rows_for(letter, COMMANDS, PROGRAM_WORDS)] == []
 
 
 def test_two_letters_are_not_short_for_what_deletes_stops_steps_or_takes_back() -> None:
     pairs = [one + two for one in ascii_uppercase for two in ascii_uppercase]
-    meant = [abbreviated(pair, COMMANDS, PROGRAM_WORDS) for pair in pairs if pair not in COMMANDS]
+    meant = [rows_for(pair, COMMANDS, PROGRAM_WORDS) for pair in pairs if pair not in COMMANDS]
     assert [rows[0].name for rows in meant if len(rows) == 1 and rows[0].drastic] == []
     for name in ("ABORT", "KILL", "ZERO", "DELETE", "RESET", "NEXT", "SSTEP", "XSTEP", "UNDO", "BASE", "TOOL"):
         assert COMMANDS[name].drastic
@@ -104,4 +104,4 @@ def test_two_letters_are_not_short_for_what_deletes_stops_steps_or_takes_back() 
 
 @pytest.mark.parametrize(("typed", "meant"), [("ABO", "ABORT"), ("ZER", "ZERO"), ("XST", "XSTEP"), ("NEX", "NEXT")])
 def test_three_letters_are(typed: str, meant: str) -> None:
-    assert [word.name for word in abbreviated(typed, COMMANDS, PROGRAM_WORDS)] == [meant]
+    assert [word.name for word in rows_for(typed, COMMANDS, PROGRAM_WORDS)] == [meant]

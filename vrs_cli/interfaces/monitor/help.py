@@ -16,7 +16,7 @@ from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.words.values import plain
-from vrs_cli.language.words.word import Route, State, Word, abbreviated
+from vrs_cli.language.words.word import Route, State, Word, rows_for
 
 ROUTES: Mapping[Route, str] = {
     Route.MOTION: "Motion",
@@ -79,7 +79,7 @@ def _full_name(name: str) -> str:
     name = next((row.name for row in OPERATORS.values() if row.also == name), name)
     if name in _all_names() or any(_users(name)):
         return name
-    found = abbreviated(name, COMMANDS, INSTRUCTIONS, CONTROL)
+    found = rows_for(name, COMMANDS, INSTRUCTIONS, CONTROL)
     if len(found) == 1:
         return found[0].name
     starting = sorted({known for known in _all_names() if known.startswith(name)})

@@ -48,7 +48,7 @@ from vrs_cli.language.text.ast import (
     Section,
     Statement,
 )
-from vrs_cli.language.text.collector import collector_paused
+from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.language.text.diagnostics import Diagnostic, Severity
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import Value
@@ -131,7 +131,7 @@ class Station:
 
     # --- programs ---
 
-    @collector_paused()
+    @pause_collector()
     def load_text(self, text: str) -> tuple[Diagnostic, ...]:
         """Put the programs and variables of a file in memory; all that is wrong with it.
 

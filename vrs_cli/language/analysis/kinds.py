@@ -32,7 +32,7 @@ from vrs_cli.language.text.diagnostics import did_you_mean
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.word import Argument, Shape, State
+from vrs_cli.language.words.word import Argument, Shape, State, usable_names
 
 FORMAT_CODES = "BCDEFGHIOSUX"
 
@@ -225,8 +225,7 @@ class ExpressionChecker:
         return function.result
 
     def _unknown_function(self, call: ast.Call) -> None:
-        usable = (name for name, row in FUNCTIONS.items() if row.state is State.SUPPORTED)
-        hint = did_you_mean(call.name, usable)
+        hint = did_you_mean(call.name, usable_names(FUNCTIONS))
         if not hint and len(call.arguments) == 1:
             hint = f"an element of an array is {call.name}[index]"
         self._findings.fault(UnknownKeyword, call.span, f"there is no function {call.name}", hint)

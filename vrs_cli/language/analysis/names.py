@@ -10,7 +10,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Span
 from vrs_cli.language.text.diagnostics import Diagnostic, error, warning
 from vrs_cli.language.text.printer import expression_text
-from vrs_cli.language.words.instructions import RESERVED, reserved
+from vrs_cli.language.words.instructions import RESERVED, why_reserved
 from vrs_cli.language.words.kind import NAME_LENGTH, SIGIL_KINDS, Kind
 
 Kinds = frozenset[Kind]
@@ -125,7 +125,7 @@ class Names:
         """Report a name that cannot be used as a name."""
         word = variable.name.upper()
         if word in RESERVED and not variable.sigil:
-            self._findings.fault(InvalidName, variable.span, *reserved(word))
+            self._findings.fault(InvalidName, variable.span, *why_reserved(word))
         if len(variable.name) > NAME_LENGTH:
             self._check_length(variable)
         if variable.key in self._own:

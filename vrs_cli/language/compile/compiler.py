@@ -52,7 +52,7 @@ from vrs_cli.language.compile.lowering import (
     lower,
 )
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.collector import collector_paused
+from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.kind import Kind
@@ -415,7 +415,7 @@ class Compiled(Struct, frozen=True, dict=True):
     @cached_property
     def everywhere(self) -> Variant:
         """The variant that can be entered at every operation."""
-        with collector_paused():
+        with pause_collector():
             return _ProgramCompiler(self.library, self.analysis, self.lowered).variant(everywhere=True)
 
     def variant(self, op: int) -> Variant:
@@ -453,7 +453,7 @@ def compile_program(library: Library, analysis: Analysis) -> Compiled:
     try:
         lowered = lower(analysis)
         compiler = _ProgramCompiler(library, analysis, lowered)
-        with collector_paused():
+        with pause_collector():
             variant = compiler.variant(everywhere=False)
     except RecursionError:
         raise ProgramNotExecutable(analysis.program.name, "an expression is nested too deeply") from None

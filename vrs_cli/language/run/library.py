@@ -16,23 +16,23 @@ from vrs_cli.language.run.operands import Definable, Operands, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, modulo, power
 from vrs_cli.language.run.semantics.table import HANDLERS
 from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import Value, integer, kind_of_value, storable, whole, within_range, wrapped
+from vrs_cli.language.words.values import Value, integer, kind_of_value, storable, whole, within_range, wrap
 
 
 def complement(x: float) -> float:
-    return wrapped(~integer(x))
+    return wrap(~integer(x))
 
 
 def bit_and(a: float, b: float) -> float:
-    return wrapped(integer(a) & integer(b))
+    return wrap(integer(a) & integer(b))
 
 
 def bit_or(a: float, b: float) -> float:
-    return wrapped(integer(a) | integer(b))
+    return wrap(integer(a) | integer(b))
 
 
 def bit_xor(a: float, b: float) -> float:
-    return wrapped(integer(a) ^ integer(b))
+    return wrap(integer(a) ^ integer(b))
 
 
 def for_step(step: float) -> float:

@@ -56,13 +56,13 @@ def number_value(text: str) -> float | None:
     try:
         if text[0] == "'":
             return float(ord(text[1]))
-        value = _based(text[1:]) if text[0] == "^" else float(text)
+        value = _number_in_base(text[1:]) if text[0] == "^" else float(text)
     except (ValueError, OverflowError):
         return None
     return value if value <= LARGEST else None
 
 
-def _based(text: str) -> float:
+def _number_in_base(text: str) -> float:
     """Raises ValueError, OverflowError."""
     base = _BASES.get(text[0].upper())
     digits = text if base is None else text[1:]
@@ -190,7 +190,7 @@ def _fit(items: Items, places: tuple[Argument, ...]) -> tuple[Expression | None,
     )
 
 
-def text_omitted(items: Sequence[Expression | None]) -> bool:
+def begins_with_variable(items: Sequence[Expression | None]) -> bool:
     """Whether the arguments of PROMPT begin with a variable to read, not with its text.
 
     A string variable alone is read; before others it is the text.
@@ -248,7 +248,7 @@ class _Given:
     def put_value(self, sign: Token, given: _Piece) -> None:
         row = self.row
         if row.value is None:
-            raise self._refused(sign)
+            raise self._refusal(sign)
         if type(given.children[-1]) is Token:
             _refuse_last_comma(given.children, None if row.value.repeated else 1, row)
         self._value = _items(given.children)
@@ -266,13 +266,13 @@ class _Given:
 
     def put_lead(self, word: Token, value: Expression) -> None:
         if word.value in self._led:
-            raise self._refused(word)
+            raise self._refusal(word)
         self._led[word.value] = value
 
     def put_modifier(self, word: Token, value: Expression | None = None) -> None:
         sort, field = _FIELDS[word.type]
         if sort not in self.row.modifiers or sort in self._sorts:
-            raise self._refused(word)
+            raise self._refusal(word)
         self._sorts.add(sort)
         self._modifiers[field] = word.type == "ALWAYS" or value or word.value
 
@@ -299,7 +299,7 @@ class _Given:
         elif row.tasked and len(items) >= len(row.arguments):
             items.insert(len(row.arguments) - 1, None)
         first = row.arguments[0] if row.arguments else None
-        if first is not None and first.shape is Shape.STRING and first.optional and text_omitted(items):
+        if first is not None and first.shape is Shape.STRING and first.optional and begins_with_variable(items):
             items = [None, *items]
         return items
 
@@ -308,7 +308,7 @@ class _Given:
         if beyond is not None:
             raise LineRefused(error(CannotInterpret, beyond.span, f"{self.row.name}: too many {what}", self._form()))
 
-    def _refused(self, token: Token) -> LineRefused:
+    def _refusal(self, token: Token) -> LineRefused:
         row, hint = self.row, self._form()
         instruction = INSTRUCTIONS.get(row.name, row)
         if token.type in _FIELDS and _FIELDS[token.type][0] in instruction.modifiers - row.modifiers:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def collector_paused() -> Iterator[None]:
+def pause_collector() -> Iterator[None]:
     """Nothing made in the block is part of a cycle, so nothing is kept that would have been freed."""
     running = gc.isenabled()
     gc.disable()

@@ -21,12 +21,7 @@ _OPENING = {"LPAR": ")", "LGROUP": ")", "LSQB": "]"}
 _VALUES = frozenset({"NAME", "PROGRAM", "NUMBER", "STRING", "FORMAT", "RAW"})
 _ENDS_VALUE = _VALUES | {"RPAR", "RSQB"}
 _WANTS_VALUE = frozenset({"INFIX", "PREFIX", "EQUAL", "LEAD", "TO", "STEP", "AT", "IN", "BY", "LPAR", "LSQB", "COMMA"})
-_MISSING_LINK: Mapping[str, tuple[str, ...]] = {
-    "IF": ("THEN", "GOTO"),
-    "WHILE": ("DO",),
-    "FOR": ("TO",),
-    "CASE": ("OF",),
-}
+_LINKS: Mapping[str, tuple[str, ...]] = {name: row.links_wanted for name, row in CONTROL.items() if row.links}
 _CONDITIONS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
 
 
@@ -86,7 +81,7 @@ class _Complaint:
         last = self._last
         if last is None or self._type in _VALUES or self._type in _OPENING or self._type == "PREFIX":
             return None
-        if last.type in _MISSING_LINK or last.type in ("UNTIL", "VALUE"):
+        if last.type in _LINKS or last.type in ("UNTIL", "VALUE"):
             return self._say(CannotInterpret, f"a value is missing after {last.text.upper()}", CONTROL[last.type].form)
         if last.type not in _WANTS_VALUE or (last.type == "COMMA" and self._type == ""):
             return None
@@ -114,7 +109,7 @@ class _Complaint:
         if self._start != "entry":
             return None
         hint = "write a name, a blank and the value: count 12"
-        return self._say(CannotInterpret, f"{self._shown()} in a section of variables", hint)
+        return self._say(CannotInterpret, f"{self._token_or_end()} in a section of variables", hint)
 
     def _equals(self) -> Diagnostic | None:
         if self._type != "EQUAL" or self._head is None:
@@ -131,12 +126,12 @@ class _Complaint:
     def _missing_link(self) -> Diagnostic | None:
         """IF without THEN, and its like."""
         head = self._head
-        if head is None or head.type not in _MISSING_LINK or head is self._last:
+        if head is None or head.type not in _LINKS or head is self._last:
             return None
-        links = _MISSING_LINK[head.type]
+        links = _LINKS[head.type]
         relation = RELATIONS_OF_VAL.get(self._token_text().upper())
         if relation is not None:
-            return self._say(IllegalExpression, self._shown(), f"write {relation}")
+            return self._say(IllegalExpression, self._token_or_end(), f"write {relation}")
         if any(one.type in links for one in self._before) or self._type in _VALUES:
             return None
         last = self._before[-1]
@@ -151,17 +146,17 @@ class _Complaint:
         if last is None or last.type not in _ENDS_VALUE or self._type not in _VALUES | set(_OPENING):
             return None
         if last.type == "RAW":
-            return self._say(CannotInterpret, self._shown(), 'a name with blanks stands in quotes: "my file.v2"')
+            return self._say(CannotInterpret, self._token_or_end(), 'a name with blanks stands in quotes: "my file.v2"')
         if last.text.upper() in ("AT", "IN") and self._before[-2:-1] and self._before[-2].type == "WORD":
             return self._say(CannotInterpret, f"{self._before[-2].value} takes no {last.text.upper()}", "", last)
         if self._head is not None and self._head.type == "FOR" and not any(one.type == "EQUAL" for one in self._before):
             return self._say(CannotInterpret, "= is missing", f"the form is {CONTROL['FOR'].form}")
         relation = RELATIONS_OF_VAL.get(self._token_text().upper())
-        hint = f"write {relation}" if relation else self._meant_modifier()
+        hint = f"write {relation}" if relation else self._nearest_modifier()
         hint = hint or f"an operator or a comma is missing before {self._token_text()}"
-        return self._say(IllegalExpression, self._shown(), hint)
+        return self._say(IllegalExpression, self._token_or_end(), hint)
 
-    def _meant_modifier(self) -> str:
+    def _nearest_modifier(self) -> str:
         """Whether a word after the arguments is nearly one that may follow them: SPEED 30 ALWYS."""
         row = self._head.row if self._head is not None else None
         if row is None or self._type != "NAME":
@@ -173,23 +168,23 @@ class _Complaint:
     def _other(self) -> tuple[str, str]:
         head, last = self._head, self._last
         if head is None or last is None:
-            return self._shown(), ""
+            return self._token_or_end(), ""
         if last.type == "THEN":
-            return f"{self._shown()} after THEN", "THEN ends the line; what is done stands on the next ones"
+            return f"{self._token_or_end()} after THEN", "THEN ends the line; what is done stands on the next ones"
         if head.type in CONTROL and (head is last or last.type in ("DO", "OF", "COLON")):
             hint = (
                 f"the form is {CONTROL[head.type].form}"
                 if CONTROL[head.type].arguments
                 else f"{head.type} stands alone"
             )
-            return f"{self._shown()} after {last.text.upper()}", hint
+            return f"{self._token_or_end()} after {last.text.upper()}", hint
         if head.type == "NAME" and self._start in ("step", "prompt"):
-            return self._shown(), "a variable is followed by = and its value"
+            return self._token_or_end(), "a variable is followed by = and its value"
         row = CONTROL.get(head.type, head.row)
-        return self._shown(), f"the form is {row.form}" if row is not None else ""
+        return self._token_or_end(), f"the form is {row.form}" if row is not None else ""
 
     def _token_text(self) -> str:
         return self._token.text if self._token is not None else ""
 
-    def _shown(self) -> str:
+    def _token_or_end(self) -> str:
         return self._token_text() or "the end of the line"

@@ -35,7 +35,7 @@ class Diagnostic(Struct, frozen=True):
     @property
     def message(self) -> str:
         """`*Unknown instruction* MOVEE (did you mean MOVE?)`. A very long detail is shortened."""
-        return sentence(self.text, _shortened(self.detail), self.hint)
+        return sentence(self.text, _shorten(self.detail), self.hint)
 
 
 class LineRefused(ProgramError):
@@ -83,7 +83,7 @@ def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> s
     return "\n".join(lines)
 
 
-def _shortened(text: str) -> str:
+def _shorten(text: str) -> str:
     return text if len(text) <= SHOWN_OF_DETAIL else f"{text[:SHOWN_OF_DETAIL]}..."
 
 

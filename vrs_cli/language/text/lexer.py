@@ -28,11 +28,11 @@ from vrs_cli.language.words.instructions import (
     OPERATOR_WORDS,
     PROGRAM_WORDS,
     RELATIONS_OF_VAL,
-    reserved,
+    why_reserved,
 )
 from vrs_cli.language.words.kind import NAME_LENGTH
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.word import SORT_WORDS, Control, Shape, State, Word, abbreviated, argument_at, usable
+from vrs_cli.language.words.word import SORT_WORDS, Control, Shape, State, Word, argument_at, rows_for, usable_names
 
 LABEL_HIGH = 65535
 LONGEST = 400  # tokens of a line; a VAL-II line holds far fewer
@@ -161,7 +161,7 @@ class _Scan:
         if match is None:
             return
         if int(match[1][:9]) > LABEL_HIGH:
-            raise self._refused(InvalidNumber, *match.span(1), match[1], f"labels are 0 to {LABEL_HIGH}")
+            raise self._refusal(InvalidNumber, *match.span(1), match[1], f"labels are 0 to {LABEL_HIGH}")
         self._add("LABEL", match[1], *match.span(1))
 
     def statement(self) -> None:
@@ -218,7 +218,7 @@ class _Scan:
             return True
         if defined:
             return _NO_ARGUMENT.match(self._text, at) is not None
-        return operated and not abbreviated(name, COMMANDS, PROGRAM_WORDS)
+        return operated and not rows_for(name, COMMANDS, PROGRAM_WORDS)
 
     def _statement(self, tables: Tables, unknown: type[VrsError]) -> None:
         hint = "LISTR 5+3 shows a value, HELP the commands" if unknown is UsageError else ""
@@ -227,12 +227,12 @@ class _Scan:
         colon_equal = _COLON_EQUAL.match(self._text, word.end())
         if colon_equal:
             hint = f"{word[0]} = 5 assigns, {word[0]} == 5 compares"
-            raise self._refused(CannotInterpret, *colon_equal.span(1), ":= is no sign of VAL-II", hint)
+            raise self._refusal(CannotInterpret, *colon_equal.span(1), ":= is no sign of VAL-II", hint)
         if _ASSIGNS.match(self._text, word.end()):
             self._refuse_operator(word)
             self._rest()
         elif word[0][0] in "#$%":
-            raise self._refused(CannotInterpret, *word.span(), word[0], "a variable is followed by = and its value")
+            raise self._refusal(CannotInterpret, *word.span(), word[0], "a variable is followed by = and its value")
         else:
             self._operation(self._row_of(word, tables, unknown), word, tables)
 
@@ -243,7 +243,7 @@ class _Scan:
             if kind is not UsageError and self._patterns.next(self._text, self._at) is None:
                 raise self._unreadable()
             glued = _GLUED.match(self._text, self._at)
-            raise self._refused(kind, self._at, glued.end() if glued else self._at + 1, detail, hint)
+            raise self._refusal(kind, self._at, glued.end() if glued else self._at + 1, detail, hint)
         self._refuse_other_letters(match)
         return match
 
@@ -253,22 +253,22 @@ class _Scan:
             glued = _GLUED.match(self._text, word.end())
             end = glued.end() if glued else word.end() + 1
             hint = "letters a to z, digits, . and _"
-            raise self._refused(InvalidName, word.start(), end, self._text[word.start() : end], hint)
+            raise self._refusal(InvalidName, word.start(), end, self._text[word.start() : end], hint)
 
     def _refuse_operator(self, word: re.Match[str]) -> None:
         """AND = 5: what follows would be read as its operand."""
         name = word[0].upper()
         if name in OPERATOR_WORDS:
-            raise self._refused(InvalidName, *word.span(), *reserved(name))
+            raise self._refusal(InvalidName, *word.span(), *why_reserved(name))
 
     def _row_of(self, word: re.Match[str], tables: Tables, unknown: type[VrsError]) -> Word:
-        found = abbreviated(word[0], *tables)
+        found = rows_for(word[0], *tables)
         if len(found) == 1:
             return found[0]
         detail, hint = word[0], ", ".join(row.name for row in found[:8])
         if found:
             detail = f"{word[0]} is short for several words"
-        raise self._refused(unknown, *word.span(), detail, hint or self._other_form(word[0], word.end(), tables))
+        raise self._refusal(unknown, *word.span(), detail, hint or self._other_form(word[0], word.end(), tables))
 
     def _other_form(self, word: str, end: int, tables: Tables) -> str:
         """What an unknown first word may have been meant as."""
@@ -280,7 +280,7 @@ class _Scan:
         if _ELEMENT.match(rest):
             return f"an element of an array is {word}[index]"
         at_prompt = COMMANDS in tables
-        near = did_you_mean(word, usable(COMMANDS, INSTRUCTIONS) if at_prompt else usable(PROGRAM_WORDS))
+        near = did_you_mean(word, usable_names(COMMANDS, INSTRUCTIONS) if at_prompt else usable_names(PROGRAM_WORDS))
         if near:
             return near
         if rest and rest[0] != "(":
@@ -376,7 +376,7 @@ class _Scan:
             self._token()
         if len(self.tokens) > LONGEST:
             beyond = self.tokens[LONGEST]
-            raise self._refused(CannotInterpret, beyond.column - 1, size, "the line is too long")
+            raise self._refusal(CannotInterpret, beyond.column - 1, size, "the line is too long")
 
     def _token(self) -> None:
         """Read one token."""
@@ -442,7 +442,7 @@ class _Scan:
     def _number(self, text: str, start: int, end: int) -> bool:
         glued = _GLUED.match(self._text, end)
         if glued is not None:
-            raise self._refused(InvalidNumber, start, glued.end(), self._text[start : glued.end()])
+            raise self._refusal(InvalidNumber, start, glued.end(), self._text[start : glued.end()])
         self._add("NUMBER", text, start, end)
         return True
 
@@ -488,7 +488,7 @@ class _Scan:
             self._token()
         return self._at >= len(self._text)
 
-    def _refused(self, kind: type[VrsError], start: int, end: int, detail: str, hint: str = "") -> LineRefused:
+    def _refusal(self, kind: type[VrsError], start: int, end: int, detail: str, hint: str = "") -> LineRefused:
         return LineRefused(error(kind, Span(self._line, start + 1, end + 1), detail, hint))
 
     def _unreadable(self) -> LineRefused:
@@ -497,15 +497,15 @@ class _Scan:
         at, character = self._at, self._text[self._at]
         glued = _GLUED.match(self._text, at)
         if character == '"':
-            return self._refused(MissingQuote, at, len(self._text), "the text is not closed", 'a text ends in "')
+            return self._refusal(MissingQuote, at, len(self._text), "the text is not closed", 'a text ends in "')
         if character in "^'" and glued is not None:
             hint = "write ^HFF, ^B101, ^17 or 'A"
-            return self._refused(InvalidNumber, at, glued.end(), glued[0], hint)
+            return self._refusal(InvalidNumber, at, glued.end(), glued[0], hint)
         if character in "_#$%" or character.isalpha():
             end = glued.end() if glued else at + 1
-            return self._refused(InvalidName, at, end, self._text[at:end], "a name begins with a letter a to z")
+            return self._refusal(InvalidName, at, end, self._text[at:end], "a name begins with a letter a to z")
         shown = character if character.isprintable() else f"character {ord(character)}"
-        return self._refused(CannotInterpret, at, at + 1, f"{shown} has no meaning here")
+        return self._refusal(CannotInterpret, at, at + 1, f"{shown} has no meaning here")
 
 
 def _symbol(kind: str) -> _Reader:

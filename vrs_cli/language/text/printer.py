@@ -12,7 +12,7 @@ from typing import Any
 
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, File, Program, Section, Statement, Step
-from vrs_cli.language.text.builder import text_omitted
+from vrs_cli.language.text.builder import begins_with_variable
 from vrs_cli.language.text.precedence import ORDER
 from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RELATIONS_OF_VAL
@@ -69,7 +69,7 @@ def _section_lines(section: Section) -> Iterator[str]:
 def _entry_text(entry: ast.Entry) -> str:
     name = expression_text(entry.variable)
     if entry.text is not None:
-        return f"{name:<{NAME_WIDTH}} {_quoted(entry.text)}"
+        return f"{name:<{NAME_WIDTH}} {_quote(entry.text)}"
     if len(entry.numbers) == 1 and not entry.variable.sigil:
         return f"{name:<{NAME_WIDTH}} {_number_text(entry.numbers[0])}"
     return f"{name:<{NAME_WIDTH}}" + "".join(f" {_column_text(number):>12}" for number in entry.numbers)
@@ -79,7 +79,7 @@ def _entry_text(entry: ast.Entry) -> str:
 _UNQUOTABLE = re.compile(r'(["\x00-\x08\x0a-\x1f])')
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     """`"a"+$CHR(34)+"b"` where a character cannot stand in quotes."""
     pieces = _UNQUOTABLE.split(text)
     shown = (f"$CHR({ord(piece)})" if at % 2 else f'"{piece}"' for at, piece in enumerate(pieces) if piece)
@@ -224,12 +224,12 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
     if row.state is not State.SUPPORTED:
         yield "".join(argument.text for argument in arguments if isinstance(argument, ast.Word))
         return
-    if arguments[:1] == [None] and _shape_at(row, 0) is Shape.STRING and text_omitted(arguments[1:]):
+    if arguments[:1] == [None] and _shape_at(row, 0) is Shape.STRING and begins_with_variable(arguments[1:]):
         arguments.pop(0)
     if row.tasked and len(arguments) == len(row.arguments):
         task = arguments.pop()
         yield "" if task is None else expression_text(task)
-        arguments = _trimmed(arguments)
+        arguments = _trim(arguments)
     arguments = [_capital(given, _shape_at(row, place)) for place, given in enumerate(arguments)]
     if row.comma:
         yield expression_text(arguments[0]) if arguments and arguments[0] is not None else ""
@@ -245,7 +245,7 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
     elif row.grouped == len(row.arguments):
         yield _list_text(own)  # what is too much keeps its comma: without it, it would be the group
         return
-    yield _list_text(own[row.grouped :] if not row.leads else _trimmed(own[:plain]))
+    yield _list_text(own[row.grouped :] if not row.leads else _trim(own[:plain]))
     if row.leads:
         for argument, given in zip(row.arguments[plain:], own[plain:], strict=False):
             if given is not None:
@@ -284,7 +284,7 @@ def _modifier_parts(modifiers: ast.Modifiers) -> Iterator[str]:
         yield f"IN {expression_text(modifiers.within)}"
 
 
-def _trimmed(items: list[Expression | None]) -> list[Expression | None]:
+def _trim(items: list[Expression | None]) -> list[Expression | None]:
     while items and items[-1] is None:
         items = items[:-1]
     return items

@@ -258,7 +258,7 @@ _CONTROL = (
     Control("GOTO label", "2 +", "go on at a label", "GOTO 10"),
 )  # fmt: skip
 
-CONTROL: Mapping[str, Word] = by_name(_CONTROL)
+CONTROL: Mapping[str, Control] = by_name(_CONTROL)
 
 PROGRAM_WORDS: Mapping[str, Word] = {**CONTROL, **INSTRUCTIONS}
 
@@ -282,6 +282,6 @@ RESERVED: Mapping[str, str] = {
 }
 
 
-def reserved(word: str) -> tuple[str, str]:
+def why_reserved(word: str) -> tuple[str, str]:
     """Why a word can be no name, and a hint."""
     return f"{word} is a word of the language", f"{RESERVED[word]} is no name"

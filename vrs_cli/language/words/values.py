@@ -62,7 +62,7 @@ def integer_between(value: float, low: int, high: int, what: str) -> int:
     return whole(value)
 
 
-def wrapped(bits: int) -> float:
+def wrap(bits: int) -> float:
     """An integer cut to 24 bits and a sign, as the bitwise operators leave it."""
     span = INTEGER_HIGH - INTEGER_LOW + 1
     return float((bits - INTEGER_LOW) % span + INTEGER_LOW)

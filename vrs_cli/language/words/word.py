@@ -287,6 +287,16 @@ class Control(Word, frozen=True, eq=False, dict=True):
     def _read(self) -> Form:
         return read_form(re.split(r" (?=[A-Z])|:", self.form[len(self.name) :])[0], self.shapes)
 
+    @property
+    def links(self) -> tuple[str, ...]:
+        """The words behind its operands: THEN and GOTO of IF."""
+        return tuple(re.findall(r"[A-Z]+", self.form[len(self.name) :]))
+
+    @property
+    def links_wanted(self) -> tuple[str, ...]:
+        """Those of them one of which must be there: TO of FOR, not STEP."""
+        return tuple(word for word in self.links if f"[{word}" not in self.form)
+
 
 AnyRow = TypeVar("AnyRow", bound=Row)
 
@@ -296,7 +306,7 @@ def by_name(words: Iterable[AnyRow]) -> Mapping[str, AnyRow]:
     return {word.name: word for word in words}
 
 
-def usable(*tables: Mapping[str, Word]) -> Iterable[str]:
+def usable_names(*tables: Mapping[str, Row]) -> Iterable[str]:
     """The names of the rows that are carried out: what a hint may propose."""
     return (name for table in tables for name, row in table.items() if row.state is State.SUPPORTED)
 
@@ -306,7 +316,7 @@ def usable(*tables: Mapping[str, Word]) -> Iterable[str]:
 SHORTEST, SHORTEST_IF_DRASTIC = 2, 3
 
 
-def abbreviated(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
+def rows_for(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
     """What a word as typed can mean: the one row it names, or is cut short from; several if it is ambiguous.
 
     Earlier tables come first, a full name before any abbreviation. Words of VAL and VAL-II may be cut to whatever
