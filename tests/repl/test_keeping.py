@@ -38,8 +38,8 @@ class Shell:
 
     @property
     def memory(self) -> object:
-        programs, values = self.conversation.session.unstored.memory()
-        return {key: len(program.steps) for key, program in programs.items()}, values
+        environment = self.conversation.session.environment
+        return {key: len(one.program.steps) for key, one in environment.programs.items()}, environment.values()
 
 
 @pytest.fixture

@@ -94,7 +94,7 @@ class Inspector:
         self, environment: Environment, programs: Mapping[str, Placed]
     ) -> tuple[tuple[Placed, _Inspected], ...]:
         trees = {program.key: program for _, program in programs_of(programs.values())}
-        memory, before = _Memory(Surroundings(environment.kinds(), trees), self._constants), self._inspected
+        memory, before = _Memory(Surroundings(dict(environment.kinds()), trees), self._constants), self._inspected
         self._inspected = {}
         for key, placed in programs.items():
             one = before.get(placed.part)

@@ -37,7 +37,7 @@ class Keeper:
         from vrs_cli.files.store import store
 
         begun = self._clock()
-        now = (session.unstored.memory(), unfinished)
+        now = (session.unstored.state(), unfinished)
         if now == self._kept or begun < self._not_before:
             return
         worked = time.process_time()

@@ -10,7 +10,7 @@ from vrs_cli.dialogue.replies import Farewell, Message, Reply, Tone
 from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.errors import FileError, FileExists
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.language.words.kind import key_of
+from vrs_cli.language.words.kind import Kind, key_of
 
 
 def refusal(station: Station, question: str) -> Message | None:
@@ -26,9 +26,7 @@ def refusal(station: Station, question: str) -> Message | None:
 
 def leave(station: Station) -> Iterator[Reply]:
     """EXIT: Farewell, once the user knows what is not stored. Where nobody is there, at once."""
-    terminal, unstored = station.terminal, station.unstored
-    locations = sorted(map(station.environment.name_of, unstored.locations()))
-    named = "; ".join(listed(*row) for row in (("program", unstored.programs()), ("location", locations)) if row[1])
+    terminal, named = station.terminal, "; ".join(_not_stored(station))
     if named and isinstance(terminal, Dialogue) and station.robot.switch("INTERACTIVE"):
         yield Message(f"Not stored: {named}. STORE file stores all", Tone.WARNING)
         if not terminal.leave(Parting("Leave without storing (Y/N)?")):
@@ -36,7 +34,18 @@ def leave(station: Station) -> Iterator[Reply]:
     yield Farewell()
 
 
+def _not_stored(station: Station) -> Iterator[str]:
+    """Programs and variables that no file has."""
+    unstored = station.unstored
+    if programs := unstored.programs():
+        yield listed("program", programs)
+    for what, kinds in (("location", PLACES), ("real", (Kind.REAL,)), ("string", (Kind.STRING,))):
+        if names := sorted(map(station.environment.name_of, unstored.items(*kinds))):
+            yield listed(what, names)
+
+
 MOST_NAMED = 10
+PLACES = (Kind.LOCATION, Kind.PRECISION)
 
 
 def listed(what: str, names: list[str]) -> str:

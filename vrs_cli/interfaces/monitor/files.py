@@ -20,14 +20,14 @@ from vrs_cli.files.folder import copy, delete, entries, existing, rename, target
 from vrs_cli.files.program_file import find_program_file, read_program_file, write_atomically
 from vrs_cli.files.store import Part
 from vrs_cli.files.trajectory_file import EXTENSION, Recording, read_trajectory, write_trajectory
-from vrs_cli.interfaces.monitor.consent import listed, may_replace, may_write, refusal
+from vrs_cli.interfaces.monitor.consent import PLACES, listed, may_replace, may_write, refusal
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.station.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.station.sections import item_of
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.programs import StoredProgram
-from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.ast import Instruction, Section
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import Value
@@ -90,13 +90,12 @@ def _kept(station: Station, sections: Iterable[Section]) -> dict[Item, Value]:
     if not isinstance(station.terminal, Dialogue) or not station.robot.switch("INTERACTIVE"):
         return {}
     taken = {item_of(entry) for section in sections for entry in section.entries}
-    lost = [item for item in station.unstored.locations() if item in taken]
+    lost = [item for item in station.unstored.items(*PLACES) if item in taken]
     are = "is" if len(lost) == 1 else "are"
     names = listed("location", sorted(map(environment.name_of, lost)))
     if not lost or station.terminal.confirm(Confirmation(f"The {names} {are} not stored. Overwrite (Y/N)?")):
         return {}
-    values = environment.values()
-    return {item: values[item] for item in lost}
+    return {item: value for item in lost if (value := environment.value(item)) is not None}
 
 
 def _load_trajectory(station: Station, path: Path) -> Iterator[Reply]:

@@ -6,7 +6,8 @@ between its replies is a generator: each reply is shown before the next question
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 
 from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, Reply
@@ -38,6 +39,17 @@ from vrs_cli.language.text.ast import (
 )
 from vrs_cli.language.text.diagnostics import LineRefused, Severity
 from vrs_cli.language.text.parser import parse_prompt
+
+
+@dataclass(frozen=True, slots=True)
+class _Either:
+    """What one or the other contains."""
+
+    one: Container[str]
+    other: Container[str]
+
+    def __contains__(self, key: object) -> bool:
+        return key in self.one or key in self.other
 
 
 class Session(Station):
@@ -89,10 +101,12 @@ class Session(Station):
         if found is not None:
             yield found
 
-    def names(self) -> frozenset[str]:
+    def names(self) -> Container[str]:
         """The keys of the variables that have a value, those among them that a stopped program has for itself."""
         own = {} if self.task is None else self.task.own
-        return frozenset((*self.environment.kinds(), *(key for key, one in own.items() if one.defined())))
+        defined = frozenset(key for key, one in own.items() if one.defined())
+        known = self.environment.kinds()
+        return _Either(defined, known) if defined else known
 
     def _edited(self, editor: LineEditor, line: str) -> Iterator[Reply]:
         replies = editor.take(line)

@@ -6,9 +6,8 @@ from collections.abc import Iterable
 from itertools import chain
 
 from vrs_cli.errors import VrsError
-from vrs_cli.language.run.cells import Index
+from vrs_cli.language.run.cells import Index, Item
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.ast import Entry, Number, Section
 from vrs_cli.language.text.diagnostics import Diagnostic, error
 from vrs_cli.language.words.values import whole

@@ -103,6 +103,9 @@ class Station:
         self.units = self.engine.model.units
         self.environment = Environment(units=self.units)
         self.unstored = Unstored(self.environment)
+        self._asked = isinstance(terminal, Dialogue)  # about what is not stored; elsewhere nobody looks
+        if self._asked:
+            self.unstored.watch()
         self.robot = Readings(self.engine)
         self.limits = limits
         self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder)
@@ -204,8 +207,7 @@ class Station:
 
     def _run(self, track: Track, limits: Limits, progress: Callable[[float], None] | None) -> RunResult:
         """SPEED and the like of a program end with it: the prompt has what every program starts with."""
-        asked = isinstance(self.terminal, Dialogue)  # about what is not stored; elsewhere nobody looks
-        with self.unstored.running() if asked else nullcontext():
+        with self.unstored.running() if self._asked else nullcontext():
             result = self.driver.run(track, limits, progress)
         if track.task.ended:
             for setting in CYCLE_SETTINGS:

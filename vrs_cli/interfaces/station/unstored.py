@@ -6,74 +6,107 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
 from vrs_cli.interfaces.station.sections import item_of
+from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.programs import StoredProgram
-from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.printer import print_program
-from vrs_cli.language.words.values import Value
+from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.values import Value, kind_of_value
 
-Memory = tuple[Mapping[str, Program], Mapping[Item, Value]]
+State = tuple[int, Mapping[str, Program]]
 
 
 class Unstored:
     """Compares what is in memory with what files have of it. What programs compute is theirs to compute again: it does
     not count, unless somebody has changed it before.
+
+    Variables are looked at when they have changed, and only where the changes are asked for (`watch`).
     """
 
     def __init__(self, environment: Environment) -> None:
         self._environment = environment
-        self._programs: dict[str, Program] = {}
-        self._values: dict[Item, Value] = {}
+        self._programs: dict[str, Program] = {}  # as files have them
+        self._different: dict[str, StoredProgram] = {}  # programs that files have otherwise
+        self._values: dict[Item, Value] = {}  # as files have them
+        self._items: set[Item] = set()
+        self._changed: set[Item] = set()  # since they were looked at
+        self._version = 0
+
+    def watch(self) -> None:
+        """Note from now on which variables change."""
+        self._environment.note_changes(self._changed)
 
     # --- what is told of ---
 
-    def memory(self) -> Memory:
-        """All programs and values as they are now: equal as long as nothing is changed."""
-        programs = {key: stored.program for key, stored in self._environment.programs.items()}
-        return programs, self._environment.values()
+    def state(self) -> State:
+        """Equal as long as no variable and no program is changed."""
+        self._look()
+        return self._version, {key: stored.program for key, stored in self._environment.programs.items()}
 
     def programs(self) -> list[str]:
         """The names of the programs that are not stored."""
         stored = self._environment.programs.items()
-        return [one.name for key, one in stored if not _same(self._programs.get(key), one)]
+        return [one.name for key, one in stored if self._differs(key, one)]
 
-    def items(self) -> list[Item]:
-        """The variables that are not stored."""
-        return [item for item, value in self._environment.values().items() if self._values.get(item) != value]
+    def items(self, *kinds: Kind) -> list[Item]:
+        """The variables of some kinds that are not stored, those of all kinds when none is named."""
+        self._look()
+        values = ((item, self._environment.value(item)) for item in self._items)
+        return [item for item, value in values if value is not None and (not kinds or kind_of_value(value) in kinds)]
 
-    def locations(self) -> list[Item]:
-        """The transformations and precision points among them."""
-        values = self._environment.values()
-        return [item for item in self.items() if isinstance(values[item], tuple)]
+    def _look(self) -> None:
+        """Compare the variables that have changed with what files have of them."""
+        self._version += bool(self._changed)
+        for item in self._changed:
+            value = self._environment.value(item)
+            if value is None or value == self._values.get(item):
+                self._items.discard(item)
+            else:
+                self._items.add(item)
+        self._changed.clear()
+
+    def _differs(self, key: str, stored: StoredProgram) -> bool:
+        """Whether a program is in memory otherwise than in a file."""
+        if self._different.get(key) is stored:
+            return True
+        of_file, now = self._programs.get(key), stored.program
+        if of_file is not now and (of_file is None or print_program(of_file) != print_program(now)):
+            self._different[key] = stored
+            return True
+        self._programs[key] = now
+        return False
 
     # --- what is noted ---
 
     def stored(self, parts: Iterable[object]) -> None:
         """A file has these programs and sections."""
-        values = self._environment.values()
         for part in parts:
             if isinstance(part, Program):
                 self._programs[part.key] = part
+                self._different.pop(part.key, None)
             elif isinstance(part, Section):
-                items = map(item_of, part.entries)
-                self._values.update((item, values[item]) for item in items if item in values)
+                for item in map(item_of, part.entries):
+                    value = self._environment.value(item)
+                    if value is not None:
+                        self._values[item] = value
+                        self._changed.add(item)
 
     @contextmanager
     def running(self) -> Iterator[None]:
         """A program runs: what it changes needs no storing, where it did not before."""
+        self._look()
+        self._environment.note_changes(None)
         before = self._environment.values()
         try:
             yield
         finally:
-            for item, value in self._environment.values().items():
+            self.watch()
+            after = self._environment.values()
+            for item, value in after.items():
                 old = before.get(item)
-                if old is not value and old == self._values.get(item):
-                    self._values[item] = value
-
-
-def _same(program: Program | None, stored: StoredProgram) -> bool:
-    """Whether a program is in memory as it is in a file."""
-    if program is None or program is stored.program:
-        return program is not None
-    return print_program(program) == print_program(stored.program)
+                if old is not value and old != value:
+                    self._changed.add(item)
+                    if old == self._values.get(item):
+                        self._values[item] = value
+            self._changed.update(before.keys() - after.keys())

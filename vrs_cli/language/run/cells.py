@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
-from typing import NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn, cast
 
 from vrs_cli.errors import IllegalArrayIndex, TypeMismatch, UndefinedValue
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, kind_of_value, storable, whole
 
 Index = int | tuple[int, ...]
+Item = tuple[str, Index | None]  # a variable by its key, an element of an array by its index, too
 
 OTHER_KIND = {Kind.REAL: Kind.LOCATION, Kind.LOCATION: Kind.REAL}
 
@@ -35,10 +36,10 @@ class Cells(dict[str | Index, Value]):
 
     Reading what is not there raises UndefinedValue, TypeMismatch or IllegalArrayIndex. `spelling`: how names were first
     typed, by key. `others`: the cells of the other kind that a bare name can have. `omitted` names the parameter whose
-    argument a CALL left out, in the cells made to stand for it.
+    argument a CALL left out, in the cells made to stand for it. `changed`: where changes are noted, if they are.
     """
 
-    __slots__ = ("array", "kind", "omitted", "others", "spelling")
+    __slots__ = ("array", "changed", "kind", "omitted", "others", "spelling")
 
     def __init__(
         self, spelling: Mapping[str, str], kind: Kind, array: str | None = None, omitted: str | None = None
@@ -49,6 +50,12 @@ class Cells(dict[str | Index, Value]):
         self.array = array
         self.omitted = omitted
         self.others: Cells | None = None
+        self.changed: set[Item] | None = None
+
+    def note_changes(self, changed: set[Item] | None) -> None:
+        """Add every variable that changes from now on to a set; with None, note nothing."""
+        self.changed = changed
+        self.__class__ = Cells if changed is None else NotedCells
 
     def __missing__(self, key: str | Index) -> Value:
         if self.omitted is not None:
@@ -95,6 +102,31 @@ class Cells(dict[str | Index, Value]):
         if self.array is not None or not isinstance(key, str):
             return ""
         return closest(key, {str(name): self.spelling.get(str(name), str(name)) for name in self})
+
+
+class NotedCells(Cells):
+    """Cells that note which variables change. They are slower to write, so that programs run on plain ones."""
+
+    __slots__ = ()
+
+    def __setitem__(self, key: str | Index, value: Value) -> None:
+        if self.get(key) != value:
+            self._note(key)
+        super().__setitem__(key, value)
+
+    def pop(self, key: str | Index, default: Any = None) -> Any:
+        if key in self:
+            self._note(key)
+        return super().pop(key, default)
+
+    def clear(self) -> None:
+        for key in self:
+            self._note(key)
+        super().clear()
+
+    def _note(self, key: str | Index) -> None:
+        if self.changed is not None:
+            self.changed.add((str(key), None) if self.array is None else (self.array, cast(Index, key)))
 
 
 def bare_cells(

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import TURNING, JointUnits
-from vrs_cli.language.run.cells import NO_CELLS, OTHER_KIND, Cells, Index, Reference, bare_cells, subscript
+from vrs_cli.language.run.cells import NO_CELLS, OTHER_KIND, Cells, Index, Item, Reference, bare_cells, subscript
 from vrs_cli.language.text.ast import Entry, Number
 from vrs_cli.language.words.kind import Kind, key_of, kind_of_name
 from vrs_cli.language.words.values import Value, kind_of_value, precision_point, transformation, whole
-
-Item = tuple[str, Index | None]  # a variable by its key, an element of an array by its index, too
 
 
 class NamedValue(NamedTuple):
@@ -36,6 +34,7 @@ class Variables:
             Kind.PRECISION: precision_points,
         }
         self._arrays: dict[Kind, dict[str, Cells]] = {kind: {} for kind in Kind}
+        self._changed: set[Item] | None = None
 
     def cells(self, kind: Kind, array: str | None = None) -> Cells:
         """The simple variables of a kind, or the elements of one array (empty where it has none yet)."""
@@ -47,7 +46,16 @@ class Variables:
                 self._arrays[Kind.REAL][array], self._arrays[Kind.LOCATION][array] = bare_cells(self.spelling, array)
             else:
                 arrays[array] = Cells(self.spelling, kind, array)
+            for made in (kind, OTHER_KIND.get(kind, kind)):
+                self._arrays[made][array].note_changes(self._changed)
         return arrays[array]
+
+    def note_changes(self, changed: set[Item] | None) -> None:
+        """Add every variable that changes from now on to a set; with None, note nothing, which is faster."""
+        self._changed = changed
+        for kind in Kind:
+            for cells in (self._simple[kind], *self._arrays[kind].values()):
+                cells.note_changes(changed)
 
     def reference(self, name: str, index: Index | None = None, *, array: bool = False) -> Reference:
         """The variable of that name (as typed); an element of an array; or, with `array`, the whole of it."""
@@ -82,13 +90,19 @@ class Variables:
                 return kind
         return None
 
-    def kinds(self) -> dict[str, Kind]:
-        """Every name that has a value, by key, and its kind."""
-        known: dict[str, Kind] = {}
+    def kinds(self) -> Mapping[str, Kind]:
+        """Every name that has a value, by key, and its kind: as they are whenever one looks."""
+        return _Kinds(self._simple, self._arrays)
+
+    def value(self, item: Item) -> Value | None:
+        """The value of a variable or an element; None where it has none."""
+        key, index = item
         for kind in Kind:
-            known.update((key, kind) for key, cells in self._arrays[kind].items() if cells)
-            known.update((str(key), kind) for key in self._simple[kind])
-        return known
+            cells = self._simple[kind] if index is None else self._arrays[kind].get(key, NO_CELLS)
+            found = cells.get(key if index is None else index)
+            if found is not None:
+                return found
+        return None
 
     def variables(self, kind: Kind) -> Iterator[NamedValue]:
         """Every value of a kind in the order of names and indexes, arrays element by element."""
@@ -148,6 +162,32 @@ class Variables:
             self._simple[kind].clear()
             for cells in self._arrays[kind].values():
                 cells.clear()
+
+
+class _Kinds(Mapping[str, Kind]):
+    """The names that have a value, and their kinds. Nothing is copied: a line of the prompt asks for a few of many."""
+
+    def __init__(self, simple: Mapping[Kind, Cells], arrays: Mapping[Kind, Mapping[str, Cells]]) -> None:
+        self._simple, self._arrays = simple, arrays
+
+    def __getitem__(self, key: str) -> Kind:
+        for kind in _LAST_FIRST:
+            if key in self._simple[kind] or self._arrays[kind].get(key):
+                return kind
+        raise KeyError(key)
+
+    def __iter__(self) -> Iterator[str]:
+        known: dict[str, None] = {}
+        for kind in Kind:
+            known.update((key, None) for key, cells in self._arrays[kind].items() if cells)
+            known.update((str(key), None) for key in self._simple[kind])
+        return iter(known)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+
+_LAST_FIRST = tuple(reversed(Kind))  # a name that is a variable of one kind and an array of another has the latter
 
 
 def _entry_value(entry: Entry, units: JointUnits) -> Value:
