@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
-ALL = ("kinematics", "robots", "engine", "steering", "timeline", "language", "program", "startup")
+ALL = ("kinematics", "robots", "engine", "steering", "timeline", "language", "program", "prompt", "startup")
 
 
 def main() -> None:

@@ -59,6 +59,6 @@ def ordered(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
     """Whether a program with these is not executable."""
-    from vrs_cli.language.text.diagnostics import Severity
+    from vrs_cli.language.text.diagnostics import first_error
 
-    return any(diagnostic.severity is Severity.ERROR for diagnostic in diagnostics)
+    return first_error(diagnostics) is not None

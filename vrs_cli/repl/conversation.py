@@ -15,8 +15,10 @@ from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.errors import ProgramExists, VrsError
 from vrs_cli.interfaces.monitor.consent import leave, may_replace
 from vrs_cli.interfaces.monitor.files import load
+from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.repl.entry import Entry, closes_entry, opens_entry
 from vrs_cli.repl.mishap import internal_error
+from vrs_cli.repl.validate import mistake_in_entry
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.session.session import Session
@@ -70,6 +72,17 @@ class Conversation:
             self._open(line)
         elif line.strip():
             self.session.perform(line)
+
+    def mistake(self, text: str) -> Diagnostic | None:
+        """The first mistake in a line that is not sent yet. Several lines (pasted) are not looked at."""
+        session, entry = self.session, self.entry
+        if not text.strip() or "\n" in text:
+            return None
+        if session.editor is not None:
+            return session.editor.mistake(text)
+        if entry is not None:
+            return mistake_in_entry(entry, text, session.environment.kinds())
+        return None if opens_entry(text) and not Entry(text).program else session.mistake(text)
 
     # --- typing a program ---
 

@@ -37,7 +37,6 @@ from vrs_cli.repl.toolbar import GAP, toolbar
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import Clock
     from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.language.text.diagnostics import Diagnostic
     from vrs_cli.render.console import TerminalRenderer
     from vrs_cli.repl.conversation import Conversation
     from vrs_cli.repl.recorder import Recorder
@@ -62,7 +61,7 @@ class Workplace:
         from vrs_cli.interfaces.session.session import Session
         from vrs_cli.language.text import parser
         from vrs_cli.render.console import TerminalRenderer
-        from vrs_cli.repl import names, validate  # noqa: F401 (the first key must not wait for them)
+        from vrs_cli.repl import names  # noqa: F401 (the first key must not wait for it)
         from vrs_cli.repl.conversation import Conversation
         from vrs_cli.repl.keeping import Keeper
         from vrs_cli.repl.terminal import ShellTerminal
@@ -151,29 +150,13 @@ class LineValidator(Validator):
 
     def validate(self, document: Document) -> None:
         try:
-            mistake = self._mistake(document.text)
+            mistake = self._work().conversation.mistake(document.text)
         except Exception:  # the line is sent then, and whatever is wrong is told of it
             return
         if mistake is not None:
             column = min(mistake.span.column - 1, len(document.text))
             width = get_app().output.get_size().columns
             raise ValidationError(cursor_position=column, message=fill(mistake.message, width, break_on_hyphens=False))
-
-    def _mistake(self, text: str) -> Diagnostic | None:
-        from vrs_cli.repl.entry import Entry, closes_entry, opens_entry
-        from vrs_cli.repl.validate import first_mistake
-
-        conversation = self._work().conversation
-        entry, editor = conversation.entry, conversation.session.editor
-        if editor is not None:
-            return editor.mistake(text)
-        if closes_entry(text) if entry else opens_entry(text) and not Entry(text).program:
-            return None
-        if entry is not None and not entry.program:
-            return None
-        known = conversation.session.environment.kinds()
-        entered = (entry.header, *entry.lines) if entry else ()
-        return first_mistake(text, known, entered, conversation.session.names())
 
 
 # --- the shell -----------------------------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, Usa
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.text.ast import BadLine, Expression, Program, ProgramCall, ProgramHeader, Span, Step, Variable
-from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, first_error
 from vrs_cli.language.text.meaning import resolve_line, resolve_program, variables_named_like_functions
 from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import print_program, program_header, step_texts
@@ -230,9 +230,9 @@ def checked_step(program: Program, line: str, known: Mapping[str, Kind]) -> tupl
     outside = {key: kind for key, kind in known.items() if key not in own}
     names = variables_named_like_functions(program.parameters, (step.statement for step in program.steps))
     found = check_line(resolve_line(step.statement, names), outside, in_program=True)
-    for diagnostic in found:
-        if diagnostic.severity is Severity.ERROR:
-            raise LineRefused(diagnostic)
+    wrong = first_error(found)
+    if wrong is not None:
+        raise LineRefused(wrong)
     return step, (DiagnosticsReport(tuple(Diagnosed(one, line) for one in found)),) if found else ()
 
 
@@ -340,7 +340,7 @@ def stored(station: Station, program: Program) -> tuple[Reply, ...]:
     whole, source = rebuilt(program)
     found = station.keep(whole, source)
     lines = ["", *source.split("\n")]
-    first = next((one for one in found if one.severity is Severity.ERROR), None)
+    first = first_error(found)
     report: tuple[Reply, ...] = ()
     if first is not None:
         report = (DiagnosticsReport((Diagnosed(first, lines[first.span.line]),)),)

@@ -15,7 +15,7 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.cells import Index, Reference, subscript
 from vrs_cli.language.text.ast import Binary, Expression, Instruction, Unary, Variable
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
-from vrs_cli.language.words.kind import Kind, key_of
+from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, kind_of_value, whole
 
 Rows = tuple[tuple[str, Value], ...]
@@ -88,8 +88,7 @@ def _elements(station: Station, expression: Expression) -> tuple[tuple[str, Valu
         return ()
     if expression.key in own(station):
         return tuple(_own_elements(station, expression, own(station)[expression.key]))
-    rows = (row for kind in Kind for row in station.environment.variables(kind))
-    return tuple(row for row in rows if key_of(row.name.partition("[")[0]) == expression.key)
+    return tuple(station.environment.values_named(expression.key))
 
 
 def _own_elements(station: Station, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:

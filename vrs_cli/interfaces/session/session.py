@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, Reply
 from vrs_cli.engine.branches import MAIN
@@ -37,7 +38,7 @@ from vrs_cli.language.text.ast import (
     Show,
     Statement,
 )
-from vrs_cli.language.text.diagnostics import LineRefused, Severity
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, first_error
 from vrs_cli.language.text.parser import parse_prompt
 
 
@@ -52,9 +53,18 @@ class _Either:
         return key in self.one or key in self.other
 
 
+class _Reading(NamedTuple):
+    """A line of the prompt, what it says, and what the analyzer finds in it."""
+
+    line: str
+    statement: Statement | ProgramHeader | None
+    findings: tuple[Diagnostic, ...]
+
+
 class Session(Station):
     """A station with a prompt: lines in, replies out."""
 
+    _read: _Reading | None = None  # a line that was found without mistake, before it is sent
     _scheduled: Mapping[str, Schedule] = MappingProxyType({})  # by branch, when the present line began
 
     @property
@@ -76,14 +86,15 @@ class Session(Station):
         if self.editor is not None:
             yield from self._edited(self.editor, line)
             return
-        statement = parse_prompt(line, self.names())
+        read, self._read = self._read if self._read and self._read.line == line else self._reading(line), None
+        statement = read.statement
         if statement is None:
             return
         if isinstance(statement, ProgramHeader):
             raise UsageError(
                 ".PROGRAM opens a program of several lines", "type it at the prompt of vrs, or LOAD a file"
             )
-        yield from self._check(statement, line)
+        yield from self._check(statement, read)
         self._scheduled = self._schedules()
         yield from self.carry_out(statement)
         yield from self._displaced()
@@ -115,15 +126,31 @@ class Session(Station):
             self.editor = None
         yield from replies
 
-    def _check(self, statement: Statement, line: str) -> Iterator[Reply]:
+    def mistake(self, line: str) -> Diagnostic | None:
+        """The first mistake in a line that is not sent yet. One without is remembered: it need not be read again."""
+        try:
+            read = self._reading(line)
+        except LineRefused as refused:
+            return refused.diagnostic
+        self._read = read
+        return first_error(read.findings)
+
+    def _reading(self, line: str) -> _Reading:
+        """Raises LineRefused for a line that cannot be read."""
+        statement = parse_prompt(line, self.names())
+        if statement is None or isinstance(statement, ProgramHeader):
+            return _Reading(line, statement, ())
+        return _Reading(line, statement, check_line(statement, self.environment.kinds()))
+
+    def _check(self, statement: Statement, read: _Reading) -> Iterator[Reply]:
         """Raises LineRefused for the first error; warnings are answered."""
-        found = check_line(statement, self.environment.kinds())
+        found = read.findings
         found += () if self.robot.switch("VPLUS") else tuple(beyond_val2(statement, at_prompt=True))
-        for diagnostic in found:
-            if diagnostic.severity is Severity.ERROR:
-                raise LineRefused(diagnostic)
+        wrong = first_error(found)
+        if wrong is not None:
+            raise LineRefused(wrong)
         if found:
-            yield DiagnosticsReport(tuple(Diagnosed(warning, line) for warning in found))
+            yield DiagnosticsReport(tuple(Diagnosed(warning, read.line) for warning in found))
 
     def carry_out(self, statement: Statement) -> Iterator[Reply]:
         """A monitor command by its handler, everything else as DO."""

@@ -49,7 +49,7 @@ from vrs_cli.language.text.ast import (
     Statement,
 )
 from vrs_cli.language.text.collector import pause_collector
-from vrs_cli.language.text.diagnostics import Diagnostic, Severity
+from vrs_cli.language.text.diagnostics import Diagnostic, first_error
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import Value
 
@@ -361,5 +361,5 @@ def _why_not(stored: StoredProgram) -> str:
     """Why a program is not executable: its bad lines, or its first mistake."""
     if any(isinstance(step.statement, BadLine) for step in stored.program.steps):
         return f"LISTP {stored.name} shows its bad lines with a ?"
-    mistakes = (one for one in stored.analysis.diagnostics if one.severity is Severity.ERROR)
-    return next((one.detail for one in mistakes), "")
+    mistake = first_error(stored.analysis.diagnostics)
+    return "" if mistake is None else mistake.detail

@@ -76,8 +76,8 @@ class Analysis(Struct, frozen=True):
 def analyze(
     program: Program, known: Mapping[str, Kind] | None = None, programs: Mapping[str, Program] | None = None
 ) -> Analysis:
-    """Analyse a program. `known`: the kinds of the variables that have a value; `programs`: those in memory, by key."""
-    return analyze_among(Surroundings(known or {}, programs or {}), program)
+    """A whole program. `known`: the kinds of the variables that have a value; `programs`: those in memory, by key."""
+    return analyze_among(Surroundings({} if known is None else known, programs or {}), program)
 
 
 def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
@@ -106,7 +106,7 @@ def check_line(
 ) -> tuple[Diagnostic, ...]:
     """Check a line of the prompt, or (`in_program`) one step, whose block and labels are out of sight."""
     findings = Findings()
-    steps = _Steps(findings, known or {})
+    steps = _Steps(findings, {} if known is None else known)
     if isinstance(line, ProgramHeader):
         steps.header(line)
     elif in_program:

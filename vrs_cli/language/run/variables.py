@@ -106,16 +106,22 @@ class Variables:
 
     def variables(self, kind: Kind) -> Iterator[NamedValue]:
         """Every value of a kind in the order of names and indexes, arrays element by element."""
-        rows: list[tuple[str, tuple[int, ...], str, Value]]
-        rows = [(str(key), (), self._simple[kind].name(key), value) for key, value in self._simple[kind].items()]
-        rows += [
-            (array, index if isinstance(index, tuple) else (index,), cells.name(index), value)
-            for array, cells in self._arrays[kind].items()
-            for index, value in cells.items()
-            if not isinstance(index, str)
-        ]
-        for _, _, name, value in sorted(rows, key=lambda row: (row[0], row[1])):
-            yield NamedValue(name, value)
+        simple, arrays = self._simple[kind], self._arrays[kind]
+        for key in sorted({*map(str, simple), *(array for array, cells in arrays.items() if cells)}):
+            yield from self._named(kind, key)
+
+    def values_named(self, key: str) -> Iterator[NamedValue]:
+        """What one name stands for: the simple variable, and all elements of the array."""
+        for kind in Kind:
+            yield from self._named(kind, key)
+
+    def _named(self, kind: Kind, key: str) -> Iterator[NamedValue]:
+        simple, elements = self._simple[kind], self._arrays[kind].get(key, NO_CELLS)
+        if key in simple:
+            yield NamedValue(simple.name(key), simple[key])
+        indexes = [index for index in elements if not isinstance(index, str)]
+        for index in sorted(indexes, key=lambda index: index if isinstance(index, tuple) else (index,)):
+            yield NamedValue(elements.name(index), elements[index])
 
     def values(self) -> dict[Item, Value]:
         """Every value by its variable."""
@@ -175,6 +181,9 @@ class _Kinds(Mapping[str, Kind]):
             if key in self._simple[kind] or self._arrays[kind].get(key):
                 return kind
         raise KeyError(key)
+
+    def __contains__(self, key: object) -> bool:
+        return any(key in self._simple[kind] or self._arrays[kind].get(key) for kind in Kind)  # type: ignore[call-overload]
 
     def __iter__(self) -> Iterator[str]:
         known: dict[str, None] = {}

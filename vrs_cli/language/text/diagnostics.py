@@ -63,6 +63,11 @@ def warning(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") 
     return Diagnostic(Severity.WARNING, kind.code, kind.text, detail, hint, span)
 
 
+def first_error(found: Iterable[Diagnostic]) -> Diagnostic | None:
+    """The first error among diagnostics; None where there are warnings at most."""
+    return next((one for one in found if one.severity is Severity.ERROR), None)
+
+
 def counted(number: int, noun: str) -> str:
     """`1 argument`, `2 arguments`."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
