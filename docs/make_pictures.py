@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.text import Text
 
 from vrs_cli.__main__ import main as vrs
-from vrs_cli.interfaces.session import Session
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.render.blocks import Line
 from vrs_cli.render.console import TerminalRenderer, rich_text
 from vrs_cli.render.roles import Role

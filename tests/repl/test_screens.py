@@ -52,7 +52,7 @@ def test_what_was_typed_comes_back(tmp_path: Path, columns: int, rows: int) -> N
         shell.wait_for("Loaded, and not stored yet: STORE file stores all")
         typed(shell, "EXIT")
         asked_again = shell.wait_for("Leave without storing (Y/N)?")
-        assert "Not stored: programs fetch, half; location part. STORE file stores all" in asked_again
+        assert "Not stored: programs fetch, half; location part; real count. STORE file stores" in asked_again
         shell.type("N", "Enter")
         typed(shell, "STORE all", "EXIT")
         shell.wait_for_end()

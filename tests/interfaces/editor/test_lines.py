@@ -190,3 +190,14 @@ def test_every_subcommand_says_what_it_is() -> None:
     for letter, row in editor.SUBCOMMANDS.items():
         assert row.form.startswith(letter)
         assert row.summary
+
+
+def test_a_step_with_a_mistake_is_marked_as_listp_marks_it() -> None:
+    session = Session(RecordingTerminal())
+    session.load_text(".PROGRAM p\nGOTO 99\nTYPE 1\nMOVEE x\n.END\n")
+    for line in ("LISTP p", "EDIT p", "P 3"):
+        session.perform(line)
+    listing, entered, printed = session.terminal.replies[0], *session.terminal.replies[1:3]  # type: ignore[attr-defined]
+    assert [step.bad for step in listing.steps] == [True, False, True]
+    assert entered.steps == listing.steps[:1]
+    assert printed.steps == listing.steps

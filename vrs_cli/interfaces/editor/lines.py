@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 from msgspec import structs
@@ -20,9 +21,9 @@ from vrs_cli.dialogue.numbers import count
 from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
 from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, UsageError
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.language.analysis.analyzer import check_line
+from vrs_cli.language.analysis.analyzer import Analysis, analyze, check_line
 from vrs_cli.language.text.ast import BadLine, Expression, Program, ProgramCall, ProgramHeader, Span, Step, Variable
-from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, first_error
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, errors, first_error
 from vrs_cli.language.text.meaning import resolve_line, resolve_program, variables_named_like_functions
 from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import print_program, program_header, step_texts
@@ -40,12 +41,13 @@ _STEP_NUMBER = re.compile(r"\d{1,9}$")
 class Draft:
     """A program in the editor. `at`: the present step from 0; behind the last one where `at == len(steps)`.
 
-    `inserting`: lines go in before the present step, until an empty line.
+    `inserting`: lines go in before the present step, until an empty line. `analysed` finds what is wrong with it.
     """
 
     program: Program
     at: int = 0
     inserting: bool = False
+    analysed: Callable[[Program], Analysis] = analyze
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -68,12 +70,9 @@ class Draft:
 
     def shown(self, first: int, count: int = 1) -> tuple[ListedStep, ...]:
         """Steps from `first` (from 0) on, as they are listed."""
-        listed = zip(self.steps, step_texts(self.program), strict=True)
-        rows = [
-            ListedStep(number, text, isinstance(step.statement, BadLine))
-            for number, (step, text) in enumerate(listed, 1)
-        ]
-        return tuple(rows[first : first + count])
+        if first >= len(self.steps):
+            return ()
+        return listed(self.analysed(rebuilt(self.program)[0]))[first : first + count]
 
     def present(self) -> tuple[Reply, ...]:
         """The step where the editor stands; nothing behind the last one, and nothing while lines are inserted."""
@@ -83,6 +82,15 @@ class Draft:
     def screen(self) -> tuple[Reply, ...]:
         """What is seen on entry: the heading and the present step."""
         return (ProgramPart(program_header(self.program), self.shown(self.at)),)
+
+
+def listed(analysis: Analysis) -> tuple[ListedStep, ...]:
+    """The steps of a program in canonical form, numbered, those marked that have a mistake."""
+    program, wrong = analysis.program, {one.span.line for one in errors(analysis.diagnostics)}
+    return tuple(
+        ListedStep(number, text, bad=isinstance(step.statement, BadLine) or step.span.line in wrong)
+        for number, (step, text) in enumerate(zip(program.steps, step_texts(program), strict=True), 1)
+    )
 
 
 class Change(NamedTuple):
@@ -236,7 +244,9 @@ def checked_step(program: Program, line: str, known: Mapping[str, Kind]) -> tupl
     return step, (DiagnosticsReport(tuple(Diagnosed(one, line) for one in found)),) if found else ()
 
 
+@lru_cache(maxsize=20_000)
 def _step(text: str, line: int = 1) -> Step:
+    """Remembered: a line that is typed changes one step of many."""
     return parse_step(text, line)
 
 
@@ -363,11 +373,18 @@ def opened(station: Station, asked: Program, step: int = 1) -> Draft:
     """The program of that name as it is in memory, or a new one. Parameters that are named replace its own."""
     programs = station.environment.programs
     if key_of(asked.name) not in programs:
-        return Draft(asked)
+        return Draft(asked, analysed=partial(analysis_of, station))
     program = programs[key_of(asked.name)].program
     if asked.parameters:
         program = structs.replace(program, parameters=asked.parameters)
-    return Draft(program).moved(step - 1)
+    return Draft(program, analysed=partial(analysis_of, station)).moved(step - 1)
+
+
+def analysis_of(station: Station, program: Program) -> Analysis:
+    """A program among those in memory, in the place of one of its name."""
+    environment = station.environment
+    programs = {key: one.program for key, one in environment.programs.items()} | {program.key: program}
+    return analyze(program, environment.kinds(), programs)
 
 
 def refuse_running(station: Station, name: str) -> None:

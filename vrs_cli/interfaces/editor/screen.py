@@ -11,9 +11,8 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 from vrs_cli.dialogue.replies import Message, Reply
 from vrs_cli.errors import CannotInterpret, ProgramExists
-from vrs_cli.interfaces.editor.lines import opened, stored
+from vrs_cli.interfaces.editor.lines import analysis_of, opened, stored
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Span, Step
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, error
 from vrs_cli.language.text.meaning import resolve_program
@@ -58,9 +57,7 @@ class ScreenDraft:
             return Reading(None, (header, *findings))
         body = tuple(step for step, _ in steps)
         program = resolve_program(Program(header.name, header.parameters, body, header.comment, header.span))
-        environment = self._station.environment
-        programs = {key: one.program for key, one in environment.programs.items()} | {program.key: program}
-        findings += analyze(program, environment.kinds(), programs).diagnostics
+        findings += analysis_of(self._station, program).diagnostics
         return Reading(program, tuple(sorted(findings, key=lambda one: (one.span.line, one.span.column))))
 
     def canonical(self, text: str) -> str:

@@ -7,19 +7,18 @@ from fnmatch import fnmatchcase
 
 from msgspec.structs import replace
 
-from vrs_cli.dialogue.replies import ListedStep, ProgramName, ProgramNames, ProgramText, Reply
+from vrs_cli.dialogue.replies import ProgramName, ProgramNames, ProgramText, Reply
 from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, UsageError
 from vrs_cli.files.layout import Layout
 from vrs_cli.files.store import variables_used, with_called
-from vrs_cli.interfaces.editor.lines import Editor, asked_program, named_program, opened, refuse_running
+from vrs_cli.interfaces.editor.lines import Editor, asked_program, listed, named_program, opened, refuse_running
 from vrs_cli.interfaces.editor.screen import ScreenDraft, ScreenTerminal
 from vrs_cli.interfaces.monitor.consent import refusal
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.programs import StoredProgram
-from vrs_cli.language.text.ast import BadLine, Instruction, Program
-from vrs_cli.language.text.diagnostics import Severity
-from vrs_cli.language.text.printer import program_header, step_texts
+from vrs_cli.language.text.ast import Instruction, Program
+from vrs_cli.language.text.printer import program_header
 from vrs_cli.language.words.kind import key_of
 from vrs_cli.language.words.values import whole
 
@@ -36,13 +35,7 @@ def _listp(station: Station, it: Instruction) -> Iterator[Reply]:
 
 def listing(stored: StoredProgram) -> ProgramText:
     """The canonical text of a program, its steps numbered, and those marked that have a mistake."""
-    program = stored.program
-    wrong = {one.span.line for one in stored.analysis.diagnostics if one.severity is Severity.ERROR}
-    steps = tuple(
-        ListedStep(number, text, bad=isinstance(step.statement, BadLine) or step.span.line in wrong)
-        for number, (step, text) in enumerate(zip(program.steps, step_texts(program), strict=True), 1)
-    )
-    return ProgramText(program_header(program), steps)
+    return ProgramText(program_header(stored.program), listed(stored.analysis))
 
 
 def _directory(station: Station, it: Instruction) -> Iterator[Reply]:

@@ -76,7 +76,7 @@ class Analysis(Struct, frozen=True):
 def analyze(
     program: Program, known: Mapping[str, Kind] | None = None, programs: Mapping[str, Program] | None = None
 ) -> Analysis:
-    """A whole program. `known`: the kinds of the variables that have a value; `programs`: those in memory, by key."""
+    """Analyse a program. `known`: the kinds of the variables that have a value; `programs`: those in memory, by key."""
     return analyze_among(Surroundings({} if known is None else known, programs or {}), program)
 
 

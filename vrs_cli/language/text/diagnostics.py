@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from enum import Enum
 from typing import Final
 
@@ -65,7 +65,12 @@ def warning(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") 
 
 def first_error(found: Iterable[Diagnostic]) -> Diagnostic | None:
     """The first error among diagnostics; None where there are warnings at most."""
-    return next((one for one in found if one.severity is Severity.ERROR), None)
+    return next(errors(found), None)
+
+
+def errors(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+    """What is no warning among diagnostics."""
+    return (one for one in found if one.severity is Severity.ERROR)
 
 
 def counted(number: int, noun: str) -> str:
