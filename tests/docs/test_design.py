@@ -1,0 +1,47 @@
+"""docs/design.md is true: the floors are those that the imports keep, and what it names is there."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.test_architecture import FLOORS, INNER_FLOORS
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
+UNTOLD = {"extras", "__main__"}  # floors of one small file
+PATHS = sorted(set(re.findall(r"`((?:vrs_cli|tests|benchmarks|[a-z]+)/[\w/.]*)`", PAGE)))
+ROWS = re.findall(r"^\| ([^|]+) \| ([^|]+) \| `([^|]+)` \|$", PAGE, re.MULTILINE)
+
+
+def test_the_picture_has_all_floors_in_their_order() -> None:
+    picture = PAGE.split("```text\n")[1].split("```")[0]
+    told = [line.split()[0].removesuffix("/").removesuffix(".py") for line in picture.splitlines()]
+    assert told == [floor for floor in reversed(FLOORS) if floor not in UNTOLD]
+
+
+@pytest.mark.parametrize("folder", INNER_FLOORS)
+def test_inner_floors_are_named_in_their_order(folder: str) -> None:
+    places = [PAGE.index(f"`{floor}/`") for floor in INNER_FLOORS[folder]]
+    assert places == sorted(places)
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_every_place_is_there(path: str) -> None:
+    inner = [f"vrs_cli/{folder}/{path}" for folder in INNER_FLOORS]
+    assert any((ROOT / place).exists() for place in (path, f"vrs_cli/{path}", *inner))
+
+
+@pytest.mark.parametrize(("what", "where", "example"), ROWS)
+def test_every_example_is_where_the_table_says(what: str, where: str, example: str) -> None:
+    for place in re.findall(r"`([\w/.]+/[\w/.]*)`", where):
+        here = ROOT / place
+        files = sorted(here.rglob("*.*")) if here.is_dir() else [here]
+        texts = [file.name + file.read_text(encoding="utf-8") for file in files if file.suffix in {".py", ".toml"}]
+        assert any(example in text or Path(example).stem in text for text in texts), f"{what}: no {example} in {place}"
+
+
+def test_the_table_is_read() -> None:
+    assert len(ROWS) >= 12
