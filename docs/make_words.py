@@ -8,13 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
-from vrs_cli.language.words.word import State, Word
+from vrs_cli.language.words.operators import LINKS, OPERATORS
+from vrs_cli.language.words.word import Row
 
-Row = Word | Function | Operator
 PAGE = Path(__file__).parent / "words.md"
 HEAD = """# Every word
 
@@ -58,13 +57,11 @@ def _anchor(name: str, sort: str) -> str:
 
 
 def _cells(row: Row) -> Iterator[str]:
-    note = "" if isinstance(row, Operator) else row.note
-    state = State.SUPPORTED if isinstance(row, Operator) else row.state
     yield f"`{row.form}`"
     yield row.summary
     yield f"`{row.example}`"
     yield row.where.strip()
-    yield f"{state.value}: {note}" if note else state.value
+    yield f"{row.state.value}: {row.note}" if row.note else row.state.value
 
 
 if __name__ == "__main__":

@@ -10,13 +10,13 @@ from itertools import islice
 from vrs_cli.dialogue.replies import HelpEntry, HelpGroup, HelpOverview, HelpPage
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch
 from vrs_cli.errors import UsageError
-from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.words.values import plain
-from vrs_cli.language.words.word import Route, State, Word, rows_for
+from vrs_cli.language.words.word import Route, Row, State, Word, rows_for
 
 ROUTES: Mapping[Route, str] = {
     Route.MOTION: "Motion",
@@ -49,7 +49,7 @@ def _groups() -> Iterator[HelpGroup]:
     yield HelpGroup("Parameters", tuple(PARAMETERS))
 
 
-def _usable(rows: Iterable[Word | Function]) -> tuple[str, ...]:
+def _usable(rows: Iterable[Row]) -> tuple[str, ...]:
     return tuple(row.name for row in rows if row.state is State.SUPPORTED)
 
 
@@ -105,43 +105,29 @@ def _users(name: str) -> Iterator[HelpEntry]:
         if name in re.findall(r"[A-Z]+", row.form) and row.state is State.SUPPORTED
     )
     for sort, row in islice(users, MOST_USERS):
-        yield HelpEntry(sort, row.form, row.summary, row.example, row.where)
+        yield _entry(sort, row, "")
 
 
-def _word(sort: str, table: Mapping[str, Word]) -> Callable[[str], Iterator[HelpEntry]]:
-    def entries(name: str) -> Iterator[HelpEntry]:
-        if name in table:
-            row = table[name]
-            example = row.example if row.state is State.SUPPORTED else ""
-            yield HelpEntry(sort, row.form, row.summary, example, row.where, _state_note(row.state, row.note))
-
-    return entries
+def _entry(sort: str, row: Row, note: str) -> HelpEntry:
+    """What a row says. One that is not available has no example, and says what to write instead."""
+    if row.state is State.SUPPORTED:
+        return HelpEntry(sort, row.form, row.summary, row.example, row.where, note)
+    return HelpEntry(sort, row.form, row.summary, "", row.where, "; ".join(filter(None, (row.state.value, note))))
 
 
-def _state_note(state: State, note: str) -> str:
-    """What a reader must know: that a word is not there, and what to write instead."""
-    if state is State.SUPPORTED:
-        return note
-    return f"{state.value}; {note}" if note else state.value
-
-
-def _function(name: str) -> Iterator[HelpEntry]:
-    for known in (name, f"${name}", f"#{name}"):
-        if known in FUNCTIONS:
-            row = FUNCTIONS[known]
-            sort = "constant" if row.constant else f"function, {row.result.value}"
-            example = row.example if row.state is State.SUPPORTED else ""
-            yield HelpEntry(sort, row.form, row.summary, example, row.where, _state_note(row.state, ""))
-
-
-def _operator(sort: str, table: Mapping[str, Operator]) -> Callable[[str], Iterator[HelpEntry]]:
+def _row(sort: str, table: Mapping[str, Row]) -> Callable[[str], Iterator[HelpEntry]]:
     def entries(name: str) -> Iterator[HelpEntry]:
         row = table.get(name)
         if row is not None:
-            note = f"also written {row.also}" if row.also else ""
-            yield HelpEntry(sort, row.form, row.summary, row.example, row.where, note)
+            also = row.also if isinstance(row, Operator) else ""
+            yield _entry(sort, row, f"also written {also}" if also else row.note)
 
     return entries
+
+
+def _function(name: str) -> Iterator[HelpEntry]:
+    for row in filter(None, map(FUNCTIONS.get, (name, f"${name}", f"#{name}"))):
+        yield _entry("constant" if row.constant else f"function, {row.result.value}", row, "")
 
 
 def _switch(name: str) -> Iterator[HelpEntry]:
@@ -160,12 +146,12 @@ def _parameter(name: str) -> Iterator[HelpEntry]:
 
 
 _SOURCES: tuple[Callable[[str], Iterator[HelpEntry]], ...] = (
-    _word("monitor command", COMMANDS),
-    _word("instruction", INSTRUCTIONS),
-    _word("control structure", CONTROL),
+    _row("monitor command", COMMANDS),
+    _row("instruction", INSTRUCTIONS),
+    _row("control structure", CONTROL),
     _function,
-    _operator("operator", OPERATORS),
-    _operator("word that links", LINKS),
+    _row("operator", OPERATORS),
+    _row("word that links", LINKS),
     _switch,
     _parameter,
 )
