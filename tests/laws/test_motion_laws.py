@@ -108,6 +108,10 @@ def test_every_timeline_keeps_the_laws(sequence: list[tuple[object, bool]]) -> N
 accelerations = st.builds(SetAcceleration, acceleration=st.floats(20.0, 100.0))
 durations = st.builds(SetDuration, seconds=st.floats(0.1, 3.0))
 roundings = st.builds(SetParameter, name=st.just("ROUNDING"), value=st.just("DECEL") | st.floats(0.0, 50.0))
+profiles = st.builds(
+    SetParameter, name=st.just("PROFILE"), value=st.sampled_from([profile.name for profile in Profile])
+)
+any_request = moves | moves | moves | others | profiles | accelerations | durations | roundings
 SMOOTH = [profile.name for profile in Profile if LAWS[profile].smooth]
 
 

@@ -6,9 +6,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 from math import inf, radians
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, any_request
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine, Event
@@ -81,7 +82,7 @@ def do(branches: Branches, act: object) -> None:
             act(branches)  # type: ignore[operator]
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(150)
 @given(acts)
 def test_a_snapshot_at_any_version_and_what_comes_after_it_are_the_timeline(sequence: list[object]) -> None:
     engine = Engine(MODEL)
@@ -95,7 +96,7 @@ def test_a_snapshot_at_any_version_and_what_comes_after_it_are_the_timeline(sequ
         assert bits(mirror.timeline) == bits(engine.timeline)
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@examples(150)
 @given(acts, st.floats(0.0, 8.0), st.floats(0.0, 3.0) | st.just(inf), st.integers(0, 6))
 def test_in_a_window_of_it_the_robot_is_where_it_is(
     sequence: list[object], begin: float, lasting: float, joins: int
