@@ -163,7 +163,7 @@ def test_nothing_to_list_says_so() -> None:
 
 
 def test_an_undefined_location_is_named() -> None:
-    table = replies.LocationTable((replies.NamedLocation("part", None),))
+    table = replies.LocationTable((replies.NamedLocation("part"),))
     assert plain_text(table).splitlines()[1].split() == ["part", "undefined"]
 
 

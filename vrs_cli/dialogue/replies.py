@@ -93,10 +93,15 @@ class ReachReport(Struct, frozen=True):
 
 
 class NamedLocation(Struct, frozen=True):
-    """A transformation or the joints of a precision point; `value` is None where it is not defined."""
+    """A transformation, or the joints of a precision point; neither where it is not defined."""
 
     name: str
-    value: Transform | Joints | None
+    pose: Transform | None = None
+    joints: Joints | None = None
+
+    @classmethod
+    def of(cls, name: str, value: Transform | Joints) -> NamedLocation:
+        return cls(name, value) if isinstance(value, Transform) else cls(name, None, value)
 
 
 class LocationTable(Struct, frozen=True):

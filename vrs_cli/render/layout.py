@@ -181,7 +181,7 @@ def _locations(reply: replies.LocationTable, _page: Page) -> Iterator[Block]:
     if not reply.rows:
         yield line("No locations defined", Role.NOTE)
         return
-    rows = [(row.name, *_location_cells(row.value, reply.units)) for row in reply.rows]
+    rows = [(row.name, *_location_cells(row.pose or row.joints, reply.units)) for row in reply.rows]
     size = max(len(POSE) + 1, *map(len, rows))
     headings = [f"{POSE[i]}/JT{i + 1}" if i < len(POSE) else f"JT{i + 1}" for i in range(size - 1)]
     columns = (Column("", Role.NAME, width=NAME_COLUMN), *map(number_column, headings))

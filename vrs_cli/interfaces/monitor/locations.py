@@ -180,7 +180,7 @@ def changed(value: Transform | Joints, answer: str, units: JointUnits = TURNING)
 
 
 def _one_location(station: Station, name: str, value: Transform | Joints) -> LocationTable:
-    return LocationTable((NamedLocation(name, value),), station.units)
+    return LocationTable((NamedLocation.of(name, value),), station.units)
 
 
 def _tool(station: Station, it: Instruction) -> Iterator[Reply]:

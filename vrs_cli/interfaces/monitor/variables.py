@@ -24,7 +24,7 @@ PLACES, REALS, STRINGS = frozenset({Kind.LOCATION, Kind.PRECISION}), frozenset({
 
 
 def _places(station: Station, rows: Rows) -> Reply:
-    named = tuple(NamedLocation(name, cast("Transform | Joints", value)) for name, value in rows)
+    named = tuple(NamedLocation.of(name, cast("Transform | Joints", value)) for name, value in rows)
     return LocationTable(named, station.units)
 
 

@@ -1,0 +1,180 @@
+"""What is decoded is what was encoded, to the bit; bytes of anybody else are refused with one error."""
+
+from __future__ import annotations
+
+import json
+import types
+from collections.abc import Mapping
+from dataclasses import is_dataclass
+from enum import Enum
+from functools import cache
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import msgspec
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.files.trajectories import deltas, form, initial, motions, planned, segments, transforms
+from vrs_cli.dialogue.replies import Message, Tone
+from vrs_cli.engine.settings import Settings
+from vrs_cli.engine.snapshot import Snapshot
+from vrs_cli.errors import JointOutOfRange
+from vrs_cli.kinematics.configuration import ALL, Configuration
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.segment import Segment
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.wire.messages import KINDS, VERSION, Encoding, Refusal, decode, encode
+from vrs_cli.wire.records import RecordError
+
+GIVEN: Mapping[Any, st.SearchStrategy[Any]] = {
+    TimelineDelta: deltas,
+    Segment: segments,
+    Motion: motions,
+    Transform: transforms,
+    Configuration: st.sampled_from(ALL),
+    float: st.floats(allow_nan=False, allow_infinity=False),
+    int: st.integers(0, 2**53),
+    bool: st.booleans(),
+    str: st.text(max_size=5),
+    type(None): st.none(),
+}
+
+
+@cache
+def values(kind: Any) -> st.SearchStrategy[Any]:
+    """Values of a type, by its annotations."""
+    if kind in GIVEN:
+        return GIVEN[kind]
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin in (Union, types.UnionType):
+        return st.one_of(*map(values, arguments))
+    if origin is tuple and arguments[-1] is Ellipsis:
+        return st.lists(values(arguments[0]), max_size=2).map(tuple)
+    if origin is tuple:
+        return st.tuples(*map(values, arguments))
+    if origin is Mapping:
+        return st.dictionaries(values(arguments[0]), values(arguments[1]), max_size=2)
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return st.sampled_from(kind)
+    return _built(origin or kind, dict(zip(getattr(origin, "__parameters__", ()), arguments, strict=False)))
+
+
+def _built(kind: type, given_types: Mapping[TypeVar, Any]) -> st.SearchStrategy[Any]:
+    assert issubclass(kind, msgspec.Struct | tuple) or is_dataclass(kind), kind
+    hints = get_type_hints(kind)
+    names = [name for name in hints if not name.startswith("_")]
+    return st.builds(kind, **{name: values(_put(hints[name], given_types)) for name in names})
+
+
+def _put(kind: Any, given_types: Mapping[TypeVar, Any]) -> Any:
+    """A type with the types that stand for its variables."""
+    if isinstance(kind, TypeVar):
+        return given_types[kind]
+    if get_origin(kind) in (Union, types.UnionType):
+        return Union[tuple(_put(one, given_types) for one in get_args(kind))]  # noqa: UP007 (made at run time)
+    return kind
+
+
+@pytest.mark.parametrize("encoding", Encoding)
+@pytest.mark.parametrize("kind", KINDS.values(), ids=lambda kind: kind.__name__)
+def test_what_is_decoded_is_what_was_encoded(kind: type, encoding: Encoding) -> None:
+    @settings(max_examples=15, deadline=None, database=None, derandomize=True, suppress_health_check=list(HealthCheck))
+    @given(values(kind))
+    def law(value: Any) -> None:
+        data = encode(value, encoding)
+        again = decode(data, form(), encoding)
+        assert again == value
+        assert repr(again) == repr(value)  # which tells -0.0 from 0.0
+        assert encode(again, encoding) == data
+
+    law()
+
+
+def through(value: Any, encoding: Encoding) -> Any:
+    return decode(encode(value, encoding), form(), encoding)
+
+
+@pytest.mark.parametrize("encoding", Encoding)
+def test_a_snapshot_and_the_deltas_after_it_give_the_same_timeline_to_the_bit(encoding: Encoding) -> None:
+    timeline, changes = Timeline([initial()]), planned(40, seed=3)[1]
+    for delta in changes[:20]:
+        timeline = timeline.apply(delta)
+    mirror = through(Snapshot.of(timeline, Settings()), encoding).timeline()
+    for delta in changes[20:]:
+        timeline, mirror = timeline.apply(delta), mirror.apply(through(delta, encoding))
+        assert mirror.version == timeline.version
+    assert repr(tuple(mirror)) == repr(tuple(timeline))
+
+
+@pytest.mark.parametrize("encoding", Encoding)
+def test_a_window_of_a_snapshot_too(encoding: Encoding) -> None:
+    timeline = planned(30, seed=4)[0]
+    whole = Snapshot.of(timeline, Settings())
+    part = whole.window(timeline.end / 3, timeline.end / 2)
+    assert 1 < len(part.segments) < len(whole.segments)
+    assert repr(through(part, encoding)) == repr(part)
+
+
+def test_a_message_as_it_is_written() -> None:
+    data = encode(Message("Program completed", Tone.NOTE))
+    assert data == b'{"v":1,"kind":"Message","body":{"text":"Program completed","tone":"note"}}'
+
+
+def test_an_error_keeps_its_numbers() -> None:
+    error = JointOutOfRange("would be 9", "less", joint=3, value=9.0, lower=0.0, upper=1.0, place=(1.0, 2.0, 3.0))
+    refusal = decode(encode(Refusal.of(error)), form())
+    assert refusal == Refusal(
+        -1023, "Joint 3 out of range", str(error), "would be 9", "less", 9.0, 0.0, 1.0, 3, (1.0, 2.0, 3.0)
+    )
+
+
+# --- bytes of others ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("encoding", Encoding)
+def test_another_version_is_refused_in_one_clear_line(encoding: Encoding) -> None:
+    pack = msgspec.json.encode if encoding is Encoding.JSON else msgspec.msgpack.encode
+    with pytest.raises(RecordError, match=rf"^a message of version 7; this vrs \S+ reads version {VERSION}$"):
+        decode(pack({"v": 7, "what": []}), form(), encoding)
+
+
+def test_an_unknown_kind_is_refused() -> None:
+    with pytest.raises(RecordError, match="unknown kind 'Massage'"):
+        decode(b'{"v":1,"kind":"Massage","body":{}}', form())
+
+
+@pytest.mark.parametrize("encoding", Encoding)
+@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@given(junk=st.binary(max_size=60), place=st.floats(0.0, 1.0), cut=st.integers(0, 8))
+def test_hostile_bytes_give_one_error(encoding: Encoding, junk: bytes, place: float, cut: int) -> None:
+    whole = encode(planned(2)[1][1], encoding)
+    at = int(place * len(whole))
+    for data in (junk, whole[:at] + junk + whole[at + cut :], whole[:at]):
+        try:
+            value = decode(data, form(), encoding)
+        except RecordError:
+            continue
+        assert type(value).__name__ in KINDS
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        {"text": 5},
+        {"tone": "note"},
+        {"text": "x", "tone": "loud"},
+        [],
+        None,
+    ],
+)
+def test_a_body_that_is_not_of_its_kind_is_refused(body: object) -> None:
+    with pytest.raises(RecordError, match="no message"):
+        decode(json.dumps({"v": 1, "kind": "Message", "body": body}).encode(), form())
+
+
+def test_nesting_without_end_is_refused() -> None:
+    with pytest.raises(RecordError):
+        decode(b'{"v":1,"kind":"Message","body":' + b"[" * 100_000, form())
