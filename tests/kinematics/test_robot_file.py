@@ -7,11 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
+from tests.examples import some
+from tests.kinematics.robot_texts import robot_text
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, VrsError
+from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
 
 PUMA = load_robot("puma560")
+MESSAGE = 1000  # characters
 
 
 def test_the_puma_is_built_in() -> None:
@@ -40,3 +44,29 @@ def test_files_that_are_not_there_or_not_readable(tmp_path: Path) -> None:
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(FileDamaged, match="UTF-8"):
         load_robot(tmp_path / "bytes.toml")
+
+
+@pytest.mark.parametrize("part", range(4))
+def test_a_damaged_file_is_a_robot_or_has_one_clear_message(tmp_path: Path, part: int) -> None:
+    path, refused = tmp_path / "arm.toml", 0
+    for seed in range(part, some(1000), 4):
+        path.write_text(robot_text(seed), encoding="utf-8")
+        try:
+            arm = arm_for(load_robot(path))
+        except VrsError as error:
+            refused += 1
+            said = f"{error} {error.hint}"
+            assert path.parent.name in said, seed
+            assert said.isprintable(), seed
+            assert len(said) < MESSAGE, seed
+        else:
+            arm.branches(arm.forward(arm.model.poses["ready"]))
+    assert refused > 10
+
+
+@pytest.mark.parametrize("name", ["\0.toml", "\0", f"{'A' * 5000}.toml", "\udce4.urdf", "loop.toml"])
+def test_a_name_that_no_file_can_have(tmp_path: Path, name: str) -> None:
+    (tmp_path / "loop.toml").symlink_to(tmp_path / "loop.toml")
+    with pytest.raises(FileError) as caught:
+        load_robot(tmp_path / name)
+    assert len(str(caught.value)) < MESSAGE + 5000

@@ -202,6 +202,7 @@ def test_what_is_wrong_is_said_with_file_and_element(tmp_path: Path, old: str, n
             r"no chain of joints leads from lens to tool0",
         ),
         ('urdf = "little.urdf"\n[[joints]]\nname = "lena"', r"no joint 'lena' that moves \(it has turn, lean, slide\)"),
+        ('urdf = "little.urdf"\n[[joints]]\nname = []', r"joint 1: name: \[\] is not a text"),
         (
             'urdf = "little.urdf"\n[poses]\nready = [0, 0, 300]',
             r"poses.ready: puts joint 3 at 300 mm \(its range is 0 to 250 mm",

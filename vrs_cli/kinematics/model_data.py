@@ -10,6 +10,7 @@ import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import radians
+from reprlib import repr as brief
 from typing import Any, NamedTuple
 
 from vrs_cli.errors import FileDamaged
@@ -129,7 +130,7 @@ class ModelReader:
 
     def profile(self, value: object) -> str:
         if value not in PROFILES:
-            raise self.wrong("profile", f"{value!r} is no profile", f"write one of {', '.join(PROFILES)}")
+            raise self.wrong("profile", f"{brief(value)} is no profile", f"write one of {', '.join(PROFILES)}")
         return str(value)
 
     def joints(self, data: object) -> list[dict[str, Any]]:
@@ -160,7 +161,7 @@ class ModelReader:
 
     def kind(self, value: object, key: str) -> JointKind:
         if value not in (TURN, SLIDE):
-            raise self.wrong(key, f"kind is {value!r}", f'write "{TURN}" or "{SLIDE}"')
+            raise self.wrong(key, f"kind is {brief(value)}", f'write "{TURN}" or "{SLIDE}"')
         return JointKind(value)
 
     def own_joints(self, data: object, names: Sequence[str]) -> list[dict[str, float]]:
@@ -170,11 +171,13 @@ class ModelReader:
         for i, table in enumerate(tables, 1):
             key = f"joint {i}"
             checked = self.table(table, key, ("name",), (*JOINT_KEYS, "kind"))
-            name = checked["name"]
+            name = self.word(checked["name"], f"{key}: name")
             if name not in own:
-                raise self.wrong(key, f"the URDF file has no joint {name!r} that moves", f"it has {', '.join(names)}")
+                raise self.wrong(
+                    key, f"the URDF file has no joint {brief(name)} that moves", f"it has {', '.join(names)}"
+                )
             kind = self.kind(checked.get("kind", TURN), key)
-            own[str(name)] = {k: self.of_joint(checked[k], f"{key}: {k}", k, kind) for k in JOINT_KEYS if k in checked}
+            own[name] = {k: self.of_joint(checked[k], f"{key}: {k}", k, kind) for k in JOINT_KEYS if k in checked}
         return [own[name] for name in names]
 
     def numbers(self, data: object, key: str, quantities: Mapping[str, Quantity]) -> dict[str, float]:
@@ -193,7 +196,7 @@ class ModelReader:
             return found
         task = next((task for task in Task if task.value == value), None)
         if task is None:
-            raise self.wrong("task", f"{value!r} is none", f"give one of {', '.join(task.value for task in Task)}")
+            raise self.wrong("task", f"{brief(value)} is none", f"give one of {', '.join(task.value for task in Task)}")
         if not task.suits(model.joint_count):
             what = f"{task.value!r} takes {task.size} joints"
             raise self.wrong("task", what, f"the robot has {model.joint_count}")
@@ -249,7 +252,7 @@ class ModelReader:
             if name not in known:
                 near = difflib.get_close_matches(str(name), known, n=1)
                 hint = f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
-                raise self.wrong(key, f"has an unknown key {name!r}", hint)
+                raise self.wrong(key, f"has an unknown key {brief(name)}", hint)
         for name in needed:
             if name not in data:
                 raise self.wrong(key, f"has no {name}", f"give {', '.join(needed)}")
@@ -257,18 +260,20 @@ class ModelReader:
 
     def number(self, value: object, key: str, quantity: Quantity) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float) or value != value:  # NaN
-            raise self.wrong(key, f"{value!r} is not a number", f"give a number in {self.unit(quantity)}")
+            raise self.wrong(key, f"{brief(value)} is not a number", f"give a number in {self.unit(quantity)}")
         if not abs(value) < HUGE:
-            raise self.wrong(key, f"{value!r} is too large", f"give less than {HUGE:g} {self.unit(quantity)}")
+            raise self.wrong(key, f"{brief(value)} is too large", f"give less than {HUGE:g} {self.unit(quantity)}")
         if quantity.positive and not value > 0:
-            raise self.wrong(key, f"{value!r} is not above zero", f"give a number above 0 in {self.unit(quantity)}")
+            raise self.wrong(
+                key, f"{brief(value)} is not above zero", f"give a number above 0 in {self.unit(quantity)}"
+            )
         if quantity.positive and value < TINY:
-            raise self.wrong(key, f"{value!r} is too small", f"give at least {TINY:g} {self.unit(quantity)}")
+            raise self.wrong(key, f"{brief(value)} is too small", f"give at least {TINY:g} {self.unit(quantity)}")
         return quantity.to_si(value) if self.human else float(value)
 
     def word(self, value: object, key: str) -> str:
         if not isinstance(value, str) or not value.strip():
-            raise self.wrong(key, f"{value!r} is not a text", 'write it in quotes, as name = "puma560"')
+            raise self.wrong(key, f"{brief(value)} is not a text", 'write it in quotes, as name = "puma560"')
         return value
 
     def unit(self, quantity: Quantity) -> str:

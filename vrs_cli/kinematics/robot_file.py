@@ -50,6 +50,8 @@ def _read_toml(path: Path) -> RobotModel:
         data = tomllib.loads(_text(path, "TOML"))
     except tomllib.TOMLDecodeError as error:
         raise FileDamaged(f"{path}: {error}", "a robot is a TOML file") from None
+    except RecursionError:
+        raise FileDamaged(f"{path}: lists or tables in one another without end", "a robot is a TOML file") from None
     if "urdf" not in data:
         return ModelReader(str(path), human=True).model(data)
     reader = ModelReader(str(path), human=True)
@@ -73,16 +75,19 @@ _READERS = {".toml": _read_toml, ".urdf": _read_urdf, ".xml": _read_urdf, ".xacr
 
 
 def _text(path: Path, kind: str) -> str:
-    if path.exists() and not path.is_file():
-        raise FileError(f"{path} is a folder, a pipe or a device", f"a robot is a {kind} file")
+    right = f"a robot is a {kind} file"
     try:
+        if path.exists() and not path.is_file():
+            raise FileError(f"{path} is a folder, a pipe or a device", right)
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise NonexistentFile(str(path)) from None
     except UnicodeDecodeError:
-        raise FileDamaged(str(path), f"a robot is a {kind} file in UTF-8") from None
+        raise FileDamaged(str(path), f"{right} in UTF-8") from None
     except OSError as error:
         raise FileError(f"{path}: {error.strerror}") from error
+    except ValueError:
+        raise FileError(f"{str(path)!r} is no name of a file", right) from None
 
 
 # what a URDF file does not say
