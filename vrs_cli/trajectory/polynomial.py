@@ -69,7 +69,7 @@ def zeros(a: Polynomial, lasting: float) -> list[float]:
     """The times between 0 and `lasting` at which p(t) is zero, in order; of three or more that are one, one."""
     if len(a) <= 3:
         c0, c1, c2 = (*a, 0.0, 0.0)[:3]
-        return sorted(t for t in turns(c0, c1, 2.0 * c2) if 0.0 < t < lasting)
+        return sorted([t for t in turns(c0, c1, 2.0 * c2) if 0.0 < t < lasting])
     found = []
     for low, high in pairwise((0.0, *turning_points(a, lasting), lasting)):
         if value(a, low) * value(a, high) < 0.0:

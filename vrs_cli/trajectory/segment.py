@@ -79,9 +79,13 @@ class JointPath:
         """Whether every joint ends inside its range, and turns back there if it does."""
         for a, least, most in zip(self.coefficients, lower, upper, strict=True):
             low, high = least - LIMIT_TOLERANCE, most + LIMIT_TOLERANCE
-            if not low <= value(a, duration) <= high:
-                return False
-            if len(a) > 2 and not all(low <= value(a, s) <= high for s in turning_points(a, duration)):
+            if len(a) == 3:  # by far the most frequent
+                p, v, half = a
+                if not low <= p + duration * (v + duration * half) <= high:
+                    return False
+                if v * (v + 2.0 * half * duration) < 0.0 and not low <= p - 0.25 * v * v / half <= high:
+                    return False
+            elif not all(low <= value(a, s) <= high for s in (duration, *turning_points(a, duration))):
                 return False
         return True
 
@@ -136,7 +140,8 @@ class CartesianPath:
 
     def twist_rate(self, s: float) -> Twist:
         """Acceleration of the tool tip and angular acceleration [m/s2, rad/s2]."""
-        return self.twist_rates(s)[0]
+        x, y, z = self.position
+        return (second_derivative(x, s), second_derivative(y, s), second_derivative(z, s), *self._spin_rate(s))
 
     def twist_rates(self, s: float) -> tuple[Twist, Twist]:
         """`twist_rate`, and the rate of that: jerk of the tool tip and angular jerk [m/s3, rad/s3]."""
@@ -146,6 +151,15 @@ class CartesianPath:
             (second_derivative(x, s), second_derivative(y, s), second_derivative(z, s), *alpha),
             (third_derivative(x, s), third_derivative(y, s), third_derivative(z, s), *beta),
         )
+
+    def _spin_rate(self, s: float) -> Vector:
+        """Angular acceleration; that of one turn, as most paths have, is along its axis."""
+        if len(self.turns) > 1:
+            return self._spin_rates(s)[0]
+        if not self.turns:
+            return STILL
+        ((axis, angle),) = self.turns
+        return added(STILL, scaled(rotate(self.orientation, axis), second_derivative(angle, s)))
 
     def _spin_rates(self, s: float) -> tuple[Vector, Vector]:
         """Angular acceleration and jerk: each turn adds to what the turns before it carry along."""
