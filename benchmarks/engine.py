@@ -20,8 +20,10 @@ from benchmarks.peers.timing import at_once, each
 from benchmarks.report import Figure, show
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.planner import Here, plan, plan_motion
+from vrs_cli.engine.one_motion import plan_motion
+from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import joints_at, joints_over, positions_at
+from vrs_cli.engine.problem import Here, Problem
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
@@ -149,7 +151,7 @@ def _planned(tasks: list[tuple[Joints, ...]], profile: Profile = Profile.LSPB) -
 
 def _plan(profile: Profile, q: Joints, v: Joints, goal: Joints, a: Joints = ()) -> tuple[Segment, ...]:
     motion = Motion(1, Kind.JOINT, Start.AT, goal=goal, profile=profile)
-    return plan_motion(ARM, Here(JointState(q, v, a)), motion, 0.0)
+    return plan_motion(Problem(ARM, Here(JointState(q, v, a)), motion, 0.0))
 
 
 def editing(engine: Engine) -> list[Figure]:

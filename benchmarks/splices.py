@@ -11,7 +11,8 @@ from random import Random
 from ruckig import InputParameter, Result, Ruckig, Trajectory
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.planner import Here, joint_limits, plan_motion, state_at
+from vrs_cli.engine.one_motion import joint_limits, plan_motion
+from vrs_cli.engine.problem import Here, Problem, state_at
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
@@ -28,7 +29,7 @@ def main(count: int = 2000, seed: int = 1) -> None:
     source, rows = Random(seed), []
     for number in range(count):
         here, motion = interruption(source)
-        segments = plan_motion(ARM, here, motion, 0.0)
+        segments = plan_motion(Problem(ARM, here, motion, 0.0))
         theirs = ruckig(here, motion)
         if theirs > SHORT and segments[0].phase is not Phase.DECELERATE:  # no room: it braked first
             rows.append((segments[-1].finish / theirs, number))
@@ -44,7 +45,7 @@ def interruption(source: Random) -> tuple[Here, Motion]:
     part = source.choice((1.0, 1.0, 0.3, 0.05))
     start = _somewhere(source)
     first = _motion(1, _beside(source, start, part), source)
-    segments = plan_motion(ARM, Here(JointState(start, (0.0,) * len(start))), first, 0.0)
+    segments = plan_motion(Problem(ARM, Here(JointState(start, (0.0,) * len(start))), first, 0.0))
     t = source.uniform(0.0, segments[-1].finish)
     segment = [segment for segment in segments if segment.start <= t][-1]
     here = state_at(ARM, segment, t - segment.start)

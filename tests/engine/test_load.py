@@ -10,7 +10,8 @@ import pytest
 
 from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.engine.load import Load, StretchLoad, _first_peak
-from vrs_cli.engine.planner import Here, plan_motion, state_at
+from vrs_cli.engine.one_motion import plan_motion
+from vrs_cli.engine.problem import Here, Problem, state_at
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.joints import Joints
@@ -40,7 +41,7 @@ def line(seed: int, profile: Profile) -> tuple[Segment, ...]:
     goal[4] = source.choice((-1.0, 1.0)) * 10.0 ** source.uniform(-2.5, -0.5)
     motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=ARM.forward(tuple(goal)), profile=profile)
     try:
-        return plan_motion(ARM, Here(JointState(start, STILL)), motion, 0.0)
+        return plan_motion(Problem(ARM, Here(JointState(start, STILL)), motion, 0.0))
     except MotionError:
         return ()
 
@@ -108,7 +109,7 @@ def test_a_joint_that_begins_at_its_greatest_velocity_does_not_go_beyond_it_befo
         *(-0.8834965058163926, 0.2194239185940437, 0.41386841889549797, 0.10018837610983539),
     )
     motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=goal, speed=0.6824392266758237, profile=Profile.SCURVE)
-    segments = plan_motion(ARM, Here(JointState(q, qd, STILL)), motion, 0.0)
+    segments = plan_motion(Problem(ARM, Here(JointState(q, qd, STILL)), motion, 0.0))
     for segment in segments:
         for k in range(PLACES):
             velocity = state_at(ARM, segment, segment.duration * (k + 0.5) / PLACES).joints.velocity

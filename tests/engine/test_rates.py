@@ -7,7 +7,8 @@ from random import Random
 import pytest
 
 from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
-from vrs_cli.engine.planner import Here, plan_motion, segment_joints
+from vrs_cli.engine.one_motion import plan_motion
+from vrs_cli.engine.problem import Here, Problem, segment_joints
 from vrs_cli.engine.rates import joint_acceleration, joint_acceleration_and_jerk
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm, arm_for
@@ -39,7 +40,7 @@ def lines(arm: RobotArm, tool: Transform) -> list[Segment]:
         pose = compose(arm.forward(goal), tool)
         motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=pose, frames=Frames(tool=tool), profile=Profile.SCURVE)
         try:
-            found += plan_motion(arm, Here(JointState(start, (0.0,) * len(start))), motion, 0.0)
+            found += plan_motion(Problem(arm, Here(JointState(start, (0.0,) * len(start))), motion, 0.0))
         except MotionError:
             continue
     return found

@@ -14,8 +14,9 @@ from tests.laws.motion_laws import check_continuous, check_limits, off_line
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetDuration, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
-from vrs_cli.engine.planner import Here, plan_motion
+from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.position import joints_over
+from vrs_cli.engine.problem import Here, Problem
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.model import PROFILES
@@ -65,7 +66,7 @@ def test_a_line_out_of_motion_with_a_least_duration_is_slowed_down_without_braki
     velocity = tuple(map(radians, (44.3, 15.82, 54.75, 44.68, -68.3, -58.6)))
     pose = from_oat(-0.1792, 0.1374, 0.8884, *map(radians, (-30.3, -80.5, -117.2)))
     motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=pose, duration=3.93)
-    segments = plan_motion(engine.arm, Here(JointState(joints, velocity)), motion, 0.0)
+    segments = plan_motion(Problem(engine.arm, Here(JointState(joints, velocity)), motion, 0.0))
     assert segments[0].phase is Phase.BLEND
     engine.timeline = Timeline(segments)
     check_limits(engine, segments)
@@ -98,7 +99,7 @@ def test_a_joint_that_is_farthest_between_samples_is_known_to_a_ten_millionth(ro
         motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=arm_for(model).forward(goal))
         still = Here(JointState(start, (0.0,) * len(start)))
         try:
-            timeline = Timeline(plan_motion(arm_for(model), still, motion, 0.0))
+            timeline = Timeline(plan_motion(Problem(arm_for(model), still, motion, 0.0)))
         except MotionError:
             continue
         joints = joints_over(arm_for(model), timeline, np.linspace(0.0, timeline.end, 20001))
@@ -112,10 +113,10 @@ def test_a_joint_that_is_farthest_between_samples_is_known_to_a_ten_millionth(ro
             upper[joint] = float(joints[:, joint].max()) + hair
             arm = arm_for(replace(model, upper=tuple(upper)))
             if possible:
-                plan_motion(arm, still, motion, 0.0)
+                plan_motion(Problem(arm, still, motion, 0.0))
             else:
                 with pytest.raises(JointOutOfRange, match=f"Joint {joint + 1}"):
-                    plan_motion(arm, still, motion, 0.0)
+                    plan_motion(Problem(arm, still, motion, 0.0))
 
 
 def test_an_acceleration_that_peaks_between_two_samples_is_seen() -> None:
@@ -126,7 +127,7 @@ def test_an_acceleration_that_peaks_between_two_samples_is_seen() -> None:
     velocity = (-0.07555095, 0.58118274, -0.23310806, 1.96178389, -0.2550953, -2.25853576)
     pose = from_oat(0.08675773, 0.36073906, -0.23482681, radians(44.477), radians(37.4547), radians(22.4346))
     motion = Motion(1, Kind.STRAIGHT, Start.BLEND, pose=pose, acceleration=0.83)
-    segments = plan_motion(engine.arm, Here(JointState((*joints, *wrist), velocity)), motion, 0.0)
+    segments = plan_motion(Problem(engine.arm, Here(JointState((*joints, *wrist), velocity)), motion, 0.0))
     engine.timeline = Timeline(segments)
     check_limits(engine, segments)
 
@@ -176,7 +177,7 @@ def test_a_line_that_would_start_with_too_much_jerk_of_a_joint_brakes_first(
     motion = Motion(
         1, Kind.STRAIGHT, Start.AT, pose=pose, speed=speed, rotation=speed, acceleration=rate, profile=Profile.SCURVE
     )
-    segments = plan_motion(engine.arm, Here(state), motion, 0.0)
+    segments = plan_motion(Problem(engine.arm, Here(state), motion, 0.0))
     engine.timeline = Timeline(segments)
     check_continuous(engine, segments)
     check_limits(engine, segments)
@@ -279,7 +280,7 @@ def test_a_joint_at_the_end_of_its_range_may_not_swing_out_first() -> None:
     frames = Frames(tool=turned._replace(px=-0.031789269261289235))
     motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=pose, speed=0.4774, acceleration=0.8264, frames=frames)
     with pytest.raises(JointOutOfRange) as caught:
-        plan_motion(arm, Here(JointState(q, (0.0,) * 6)), motion, 0.0)
+        plan_motion(Problem(arm, Here(JointState(q, (0.0,) * 6)), motion, 0.0))
     assert caught.value.joint == 4
 
 
@@ -299,5 +300,5 @@ def test_a_smooth_line_has_more_stretches_and_fewer_samples_of_each(
     x, y, z = position(arm.forward(start))
     goal = arm.forward(start)._replace(px=x + 0.05, py=y, pz=z + 0.02)
     motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=goal, profile=profile)
-    plan_motion(arm, Here(JointState(start, (0.0,) * 6)), motion, 0.0)
+    plan_motion(Problem(arm, Here(JointState(start, (0.0,) * 6)), motion, 0.0))
     assert asked == {steps}

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from tests.files.trajectories import initial, planned, puma, without_checksums
-from vrs_cli.engine.planner import segment_joints, state_at
+from vrs_cli.engine.problem import segment_joints, state_at
 from vrs_cli.errors import FileDamaged
 from vrs_cli.files.trajectory_file import Recording, read_trajectory, write_trajectory
 from vrs_cli.kinematics.arm import arm_for

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.laws.lines import count_faults
-from vrs_cli.engine.planner import Here, plan_motion
+from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.position import joints_over
+from vrs_cli.engine.problem import Here, Problem
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.joints import JointKind, Joints
@@ -77,7 +78,7 @@ def check_line(model: RobotModel, seed: int) -> bool:
     )
     still = JointState(line.start, (0.0,) * model.joint_count)
     try:
-        segments = plan_motion(arm, Here(still), motion, 0.0)
+        segments = plan_motion(Problem(arm, Here(still), motion, 0.0))
     except MotionError:
         return False
     check_segments(arm, segments)

@@ -12,7 +12,8 @@ from random import Random
 
 from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.planner import Here, NoRoomToStop, plan_motion
+from vrs_cli.engine.one_motion import plan_motion
+from vrs_cli.engine.problem import Here, NoRoomToStop, Problem
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
@@ -37,7 +38,7 @@ def check_line(model: RobotModel, seed: int) -> bool:
         1, Kind.STRAIGHT, Start.AT, pose=pose, speed=speed, rotation=speed, acceleration=rate, profile=profile
     )
     try:
-        segments = plan_motion(engine.arm, Here(state), motion, 0.0)
+        segments = plan_motion(Problem(engine.arm, Here(state), motion, 0.0))
     except (MotionError, NoRoomToStop):
         return False
     engine.timeline = Timeline(segments)

@@ -7,8 +7,8 @@ from itertools import pairwise
 from math import sqrt
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.planner import segment_joints, state_at
 from vrs_cli.engine.position import position_at
+from vrs_cli.engine.problem import segment_joints, state_at
 from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform, angle_between, compose, distance

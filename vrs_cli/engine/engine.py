@@ -29,11 +29,13 @@ from vrs_cli.engine.commands import (
     SetTool,
     Stamp,
 )
+from vrs_cli.engine.corners import rounding_begins, slowing_down
 from vrs_cli.engine.history import CommandRecord, Step
 from vrs_cli.engine.line_check import Standpoint
 from vrs_cli.engine.motions import at_fraction, at_program_speed, motion_of, motion_to, rest_after
-from vrs_cli.engine.planner import NoRoomToStop, plan, rounding_begins, slowing_down
+from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at, world_pose
+from vrs_cli.engine.problem import NoRoomToStop
 from vrs_cli.engine.reach import Reach, reach_of
 from vrs_cli.engine.settings import Settings, checked_time
 from vrs_cli.engine.snapshot import Snapshot

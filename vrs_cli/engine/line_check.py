@@ -9,7 +9,8 @@ from msgspec import Struct, structs
 
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetConfiguration
 from vrs_cli.engine.motions import at_program_speed, motion_to
-from vrs_cli.engine.planner import Here, plan_motion, segment_joints
+from vrs_cli.engine.one_motion import plan_motion
+from vrs_cli.engine.problem import Here, Problem, segment_joints
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.targets import Goal, Situation, resolve
 from vrs_cli.errors import MotionError
@@ -97,7 +98,7 @@ class Standpoint(Struct, frozen=True):
     def planned(self, line: Motion) -> tuple[Segment, ...]:
         """The segments of a line that begins here, at rest, at time 0. Raises MotionError."""
         still = JointState(self.here, (0.0,) * len(self.here))
-        return plan_motion(self.arm, Here(still), line, 0.0, self.settings.slowest)
+        return plan_motion(Problem(self.arm, Here(still), line, 0.0, self.settings.slowest))
 
 
 class Way(Struct, frozen=True):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vrs_cli.engine.planner import segment_joints
+from vrs_cli.engine.problem import segment_joints
 from vrs_cli.engine.rates import joint_acceleration
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from functools import partial
 
-from vrs_cli.engine.planner import braked, hardest_limits, joint_limits, place_at
+from vrs_cli.engine.one_motion import hardest_limits, joint_limits, plan_stop
+from vrs_cli.engine.planner import place_at
+from vrs_cli.engine.problem import Problem
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.laws.law import Pieces
@@ -37,7 +39,7 @@ def plan_steering(
         keep=place.keep,
         drop=len(timeline) - place.keep,
         shift=0.0,
-        segments=segments or braked(arm, here, motion, executed),
+        segments=segments or plan_stop(Problem(arm, place.here, motion, executed)),
     )
 
 

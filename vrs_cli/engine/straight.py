@@ -12,11 +12,14 @@ from functools import reduce
 from itertools import repeat
 from math import dist, sqrt
 
+from msgspec import structs
+
 from vrs_cli.engine.boundary import Survey, Touch, survey
 from vrs_cli.engine.continuation import Followed, check_continuous
 from vrs_cli.engine.following import PASSED, Follower, Sample, seeds_of
 from vrs_cli.engine.kinks import Kinks, Stop, straighten_wrist
 from vrs_cli.engine.load import ROUNDING, Load, StretchLoad
+from vrs_cli.engine.problem import SLOWEST, Here, NotInTime, Problem
 from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
@@ -38,7 +41,6 @@ SPARE = 1.001  # a line is slowed so much more than it must be, to be done with 
 SAME_VELOCITY = 5e-7  # [rad/s] two joint velocities that are one
 EAGER = 1.05  # a line that starts in motion is slowed so much more than its load
 ATTEMPTS = 6  # to slow down a line that starts in motion
-SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER STRETCH says otherwise
 INSTANT_STEPS = 50  # to find when a part of a line is done
 NO_WAY = 1e-9  # [m] a line that only turns
 
@@ -46,32 +48,26 @@ Seeds = tuple[Joints, ...]
 Marks = tuple[float, ...]
 
 
-def straight_segments(
-    arm: RobotArm, state: ToolState, joints: JointState, motion: Motion, start: float, slowest: float = SLOWEST
-) -> tuple[Segment, ...]:
-    """The segments of a straight-line motion from a tool state (that of `joints`) to `motion.pose`.
+def straight_segments(problem: Problem) -> tuple[Segment, ...]:
+    """The segments of a straight-line motion to the pose of its motion.
 
     Raises LocationOutOfRange or JointOutOfRange when the line leaves the reach, StraightLineSingular when the joints
-    could follow only at less than 1/`slowest` of the speed asked, or not as they move now.
+    could follow only at less than 1/`slowest` of the speed asked, or not as they move now; NotInTime.
     """
+    arm, joints, state = problem.arm, problem.here.joints.joints, problem.tool
     failure: MotionError | None = None
-    for configuration in _configurations(arm, joints.joints):
+    for configuration in _configurations(arm, joints):
         try:
-            return _Line(arm, state, joints, motion, configuration, slowest).segments(start)
+            return _Line(problem, state, configuration).segments()
         except MotionError as error:
             failure = failure or error
     assert failure is not None
     if not isinstance(failure, LocationOutOfRange):
-        _check_end(arm, joints.joints, motion)
-    if state.at_rest and _nearly_singular(arm, joints.joints) and _near_start(state, failure):
+        _check_end(arm, joints, problem.motion)
+    if state.at_rest and _nearly_singular(arm, joints) and _near_start(state, failure):
         as_ready = ", as READY is" if _nearly_singular(arm, arm.model.poses["ready"]) else ""
         raise failure.reworded(hint=f"the line starts in a singular pose{as_ready}: MOVE away from it first")
     raise failure
-
-
-def least_duration(arm: RobotArm, state: ToolState, joints: JointState, motion: Motion) -> float:
-    """The time of a line for the tool alone [s], which the joints can only make longer. Raises StraightLineSingular."""
-    return _Line(arm, state, joints, motion, arm.configuration(joints.joints), SLOWEST).least_duration()
 
 
 def _check_end(arm: RobotArm, joints: Joints, motion: Motion) -> None:
@@ -119,17 +115,10 @@ def tool_limits(arm: RobotArm, motion: Motion) -> ToolLimits:
 class _Line:
     """One straight-line motion in one configuration."""
 
-    def __init__(
-        self,
-        arm: RobotArm,
-        state: ToolState,
-        joints: JointState,
-        motion: Motion,
-        configuration: Configuration,
-        slowest: float,
-    ) -> None:
-        self.state, self.joints, self.motion = _counted(arm, state), joints, motion
-        self.arm, self.configuration, self.slowest = arm, configuration, slowest
+    def __init__(self, problem: Problem, state: ToolState, configuration: Configuration) -> None:
+        arm, motion = problem.arm, problem.motion
+        self.problem, self.arm, self.motion, self.configuration = problem, arm, motion, configuration
+        self.state, self.joints = _counted(arm, state), problem.here.joints
         self.limits, self.least = tool_limits(arm, motion), motion.duration
         self.law = LAWS[motion.profile]
         self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base)
@@ -137,23 +126,20 @@ class _Line:
         goal = goal if arm.model.task.turns else at_position(state.pose, *position(goal))
         self.goal = straighten_wrist(self.follower, goal)
 
-    def segments(self, start: float) -> tuple[Segment, ...]:
+    def segments(self) -> tuple[Segment, ...]:
         if self.state.at_rest:
-            return self._from_rest(start)
+            return self._from_rest()
         slowed = 1.0
         for _ in range(ATTEMPTS):
             stretches = self._stretches(self.limits)
             seeds, loads = self._follow(stretches, self._surveyed(stretches))
             load = _worst(loads)
             if load.slowing <= 1.0 + ROUNDING:
-                return self._laid(stretches, seeds, start)
+                return self._segments(stretches, seeds)
             slowed *= self._ease(stretches, loads)
-            if slowed > self.slowest:
+            if slowed > self.problem.slowest:
                 break
         raise self._too_singular(load)
-
-    def least_duration(self) -> float:
-        return sum(stretch.duration for stretch in self._stretches(self.limits))
 
     def _ease(self, stretches: list[ToolStretch], loads: list[Load]) -> float:
         """Ask less of what asked too much: of the blend, of slowing down, or of the speed; by how much of that."""
@@ -168,26 +154,28 @@ class _Line:
         self.least *= by_velocity
         return by_velocity
 
-    def _from_rest(self, start: float) -> tuple[Segment, ...]:
+    def _from_rest(self) -> tuple[Segment, ...]:
         """From rest the line is slowed down by stretching its time as a whole: once, exactly, on the same path."""
+        stretches = self._stretches(self.limits)
+        if self.problem.latest <= self.problem.begin + sum(stretch.duration for stretch in stretches):
+            raise NotInTime  # the joints can only make it longer
         way = self._way()
         found = survey(self.follower, way, 1.0)
         if found.touches or found.trouble:
             stops = self._stops(way, found)
             if stops:
-                return self._in_parts(stops, start)
-        stretches = self._stretches(self.limits)
+                return self._in_parts(stops)
         seeds, loads = self._follow(stretches, self._marks(stretches, found.marks))
         load = _worst(loads)
         if load.slowing > 1.0:
-            if load.slowing > self.slowest:
+            if load.slowing > self.problem.slowest:
                 raise self._too_singular(load)
             factor = load.slowing * SPARE
             self.least *= factor
             stretches = self._stretches(self.limits.slowed(factor, factor * factor, factor * factor * factor))
             if len(stretches) != len(seeds):  # a cruise of next to no time has come or gone
                 seeds, _ = self._follow(stretches, self._marks(stretches, found.marks))
-        return self._laid(stretches, seeds, start)
+        return self._segments(stretches, seeds)
 
     # --- the boundary of the reach ---
 
@@ -210,16 +198,17 @@ class _Line:
             self._follow(self._stretches(self.limits))
             raise
 
-    def _in_parts(self, stops: list[Stop], start: float) -> tuple[Segment, ...]:
+    def _in_parts(self, stops: list[Stop]) -> tuple[Segment, ...]:
         """The line as several, from rest to rest."""
-        done, joints, pose = 0.0, self.joints.joints, self.state.pose
+        done, joints, pose, start = 0.0, self.joints.joints, self.state.pose, self.problem.begin
         still = (0.0,) * len(joints)
         segments: list[Segment] = []
         for stop in (*stops, Stop(1.0, self.goal)):
             motion = replace(self.motion, pose=stop.pose, duration=self.motion.duration * (stop.part - done))
             state = ToolState(pose, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-            part = _Line(self.arm, state, JointState(joints, still), motion, self.configuration, self.slowest)
-            segments += [replace(segment, motion=self.motion) for segment in part.segments(start)]
+            problem = Problem(self.arm, Here(JointState(joints, still)), motion, start, self.problem.slowest)
+            part = _Line(problem, state, self.configuration)
+            segments += [replace(segment, motion=self.motion) for segment in part.segments()]
             start, path = segments[-1].finish, segments[-1].path
             assert isinstance(path, CartesianPath)
             done, joints, pose = stop.part, path.seeds[-1], stop.pose
@@ -329,8 +318,8 @@ class _Line:
         what = f"near {near} {wanted}"
         return StraightLineSingular(what, hint or PASSED, joint=load.joint, place=position(load.place))
 
-    def _laid(self, stretches: list[ToolStretch], seeds: list[Seeds], start: float) -> tuple[Segment, ...]:
-        segments = []
+    def _segments(self, stretches: list[ToolStretch], seeds: list[Seeds]) -> tuple[Segment, ...]:
+        segments, start = [], self.problem.begin
         for stretch, stretch_seeds in zip(stretches, seeds, strict=True):
             finish = start + stretch.duration
             segments.append(Segment(start, finish, self._path(stretch, stretch_seeds), stretch.phase, self.motion))
@@ -353,14 +342,13 @@ class _Stop(_Line):
             raise StraightLineSingular(str(no_times)) from None
 
 
-def line_stop(arm: RobotArm, state: ToolState, joints: JointState, motion: Motion, start: float) -> tuple[Segment, ...]:
-    """From a tool state (that of `joints`) to rest on the line that the tool moves on, whatever the speed of `motion`.
-
-    Raises MotionError.
-    """
-    stop = _Stop(arm, state, joints, motion, arm.configuration(joints.joints), SLOWEST)
+def line_stop(problem: Problem) -> tuple[Segment, ...]:
+    """To rest on the line that the tool moves on, whatever the speed of the motion. Raises MotionError."""
+    arm, motion = problem.arm, problem.motion
+    problem = structs.replace(problem, slowest=SLOWEST)
+    stop = _Stop(problem, problem.tool, arm.configuration(problem.here.joints.joints))
     stop.limits = tool_limits(arm, replace(motion, speed=1.0, acceleration=1.0, tip_speed=None, rotation=None))
-    return stop.segments(start)
+    return stop.segments()
 
 
 def _worst(loads: Iterable[Load]) -> Load:

@@ -8,7 +8,8 @@ import pytest
 
 from tests.laws.motion_laws import check_continuous
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.planner import Here, plan_motion
+from vrs_cli.engine.one_motion import plan_motion
+from vrs_cli.engine.problem import Here, Problem
 from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
@@ -50,7 +51,7 @@ def test_an_interruption_is_about_as_quick_as_can_be(state: tuple[tuple[float, .
     joints, velocity, acceleration, goal = state
     engine = Engine(MODEL)
     motion = Motion(1, Kind.JOINT, Start.AT, goal=goal, profile=Profile.SCURVE)
-    segments = plan_motion(engine.arm, Here(JointState(joints, velocity, acceleration)), motion, 0.0)
+    segments = plan_motion(Problem(engine.arm, Here(JointState(joints, velocity, acceleration)), motion, 0.0))
     assert segments[-1].finish < NEAR * ruckig
     check_continuous(engine, segments)
     last = segments[-1]

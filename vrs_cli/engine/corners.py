@@ -1,0 +1,83 @@
+"""Continuous path: where a motion rounds the corner at which the one before would end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from msgspec import structs
+
+from vrs_cli.engine.one_motion import plan_directly, plan_motion
+from vrs_cli.engine.problem import NotInTime, NoWay, Problem, segment_joints
+from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.transform import Transform, compose, distance
+from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.segment import Phase, Segment
+from vrs_cli.trajectory.timeline import Timeline
+
+NEARLY_NOW = 1e-6  # [s] to which the instant is found at which a corner is near
+SLOWER = 1e-3  # [s] by which rounding a corner may take longer than stopping in it
+SAME_PLACE = 1e-9  # [m] two places that are one
+
+
+def slowing_down(segments: Timeline | Sequence[Segment]) -> list[Segment]:
+    """The last segments of a timeline, or of a part of it, in which the last motion slows down."""
+    found: list[Segment] = []
+    for index in range(len(segments) - 1, -1, -1):
+        segment = segments[index]
+        if segment.phase is not Phase.DECELERATE or (found and segment.motion.number != found[0].motion.number):
+            break
+        found.insert(0, segment)
+    return found
+
+
+def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float | None) -> float:
+    """When a motion begins that blends into one that slows down so [s]: then, or once the tip is within `rounding`
+    [m] of the place where that one would end.
+
+    From there on the path is another, and at that instant the tip is that near.
+    """
+    last = slowing[-1]
+    if rounding is None:
+        return slowing[0].start
+    if rounding <= SAME_PLACE:
+        return last.finish
+    corner = _tip(arm, last, last.duration)
+    for segment in slowing:
+        if distance(_tip(arm, segment, segment.duration), corner) <= rounding:
+            return _arrival(arm, segment, corner, rounding)
+    return last.finish
+
+
+def _arrival(arm: RobotArm, segment: Segment, corner: Transform, near: float) -> float:
+    """When the tip comes within `near` [m] of a place that it is so near to when the segment ends."""
+    low, high = 0.0, segment.duration
+    if distance(_tip(arm, segment, low), corner) <= near:
+        return segment.start
+    while high - low > NEARLY_NOW:
+        middle = 0.5 * (low + high)
+        if distance(_tip(arm, segment, middle), corner) <= near:
+            high = middle
+        else:
+            low = middle
+    return min(up_to_grid(segment.start + high), segment.finish)
+
+
+def _tip(arm: RobotArm, segment: Segment, s: float) -> Transform:
+    return compose(arm.forward(segment_joints(arm, segment, s)), segment.motion.frames.tool)
+
+
+def plan_corner(moving: Problem, resting: Problem) -> tuple[Segment, ...]:
+    """A motion that rounds the corner where the one before would end; where that would take longer, it begins once the
+    arm stands there. Raises MotionError where it is possible from neither.
+    """
+    try:
+        rounded = plan_directly(moving)
+    except NoWay:
+        return plan_motion(resting)
+    latest = rounded[-1].finish - SLOWER
+    try:
+        stopped = plan_motion(structs.replace(resting, latest=latest))
+    except (MotionError, NotInTime):
+        return rounded
+    return stopped if stopped[-1].finish < latest else rounded

@@ -1,0 +1,129 @@
+"""The part of f that plans one motion: on its own way, or after braking."""
+
+from __future__ import annotations
+
+from msgspec import structs
+
+from vrs_cli.engine.problem import NoRoomToStop, NoWay, Problem, rest_after
+from vrs_cli.engine.straight import line_stop, straight_segments
+from vrs_cli.errors import MotionError, StreamIsOver
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.instant import on_grid
+from vrs_cli.trajectory.laws.law import NoTimes
+from vrs_cli.trajectory.laws.table import LAWS
+from vrs_cli.trajectory.limits import JointLimits
+from vrs_cli.trajectory.motion import Kind, Motion
+from vrs_cli.trajectory.segment import Segment, rest, stay_inside
+
+STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
+
+
+def plan_motion(problem: Problem) -> tuple[Segment, ...]:
+    """The segments of a motion to rest. Where its own way does not lead there out of a motion, it brakes first.
+
+    Raises MotionError, NoRoomToStop, NotInTime.
+    """
+    try:
+        return plan_directly(problem)
+    except NoWay:
+        return _plan_braked_first(problem)
+
+
+def plan_directly(problem: Problem) -> tuple[Segment, ...]:
+    """The segments of a motion on its own way. Raises MotionError, NoWay, NotInTime."""
+    return _PLANS[problem.motion.kind](problem)
+
+
+def _plan_joint(problem: Problem) -> tuple[Segment, ...]:
+    state, motion = problem.here.joints, problem.motion
+    assert motion.goal is not None
+    limits, law = joint_limits(problem.arm, motion), LAWS[motion.profile]
+    try:
+        segments = law.joint_motion(state, motion.goal, limits, problem.begin, motion, motion.duration)
+    except NoTimes as no_times:
+        raise NoWay from no_times
+    if state.at_rest or stay_inside(segments, limits.lower, limits.upper):
+        return segments or _stay(problem)
+    raise NoWay
+
+
+def _plan_straight(problem: Problem) -> tuple[Segment, ...]:
+    try:
+        return straight_segments(problem) or _stay(problem)
+    except MotionError as error:
+        if problem.here.joints.at_rest:
+            raise
+        raise NoWay from error
+
+
+def _plan_rest(problem: Problem) -> tuple[Segment, ...]:
+    if problem.here.joints.at_rest:
+        return _stay(problem, on_grid(problem.motion.duration))
+    raise NoWay
+
+
+def _stay(problem: Problem, duration: float = 0.0) -> tuple[Segment, ...]:
+    """A rest, also of no time: a motion that has nothing to do keeps its place on the timeline, for it may have, once
+    an earlier one changes.
+    """
+    return (rest(problem.here.joints.joints, duration, problem.begin, problem.motion),)
+
+
+def _refuse_steered(_problem: Problem) -> tuple[Segment, ...]:
+    """Raises StreamIsOver."""
+    raise StreamIsOver("its targets came one by one, from the place where the arm was then", STREAM_STAYS)
+
+
+_PLANS = {
+    Kind.JOINT: _plan_joint,
+    Kind.STRAIGHT: _plan_straight,
+    Kind.REST: _plan_rest,
+    Kind.STEERED: _refuse_steered,
+}
+
+
+def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
+    """Joint velocities and accelerations at the motion's fractions of them; jerks as the robot has them."""
+    model = arm.model
+    return JointLimits(
+        tuple(v * motion.speed for v in model.max_velocity),
+        tuple(a * motion.acceleration for a in model.max_acceleration),
+        model.max_jerk,
+        model.max_velocity,
+        model.lower,
+        model.upper,
+    )
+
+
+def hardest_limits(arm: RobotArm) -> JointLimits:
+    """All that the joints can, whatever speed and acceleration a motion has."""
+    model = arm.model
+    most = model.max_velocity
+    return JointLimits(most, model.max_acceleration, model.max_jerk, most, model.lower, model.upper)
+
+
+def _plan_braked_first(problem: Problem) -> tuple[Segment, ...]:
+    """Come to rest on the present way, which stays inside all limits, then go. Raises NoRoomToStop."""
+    stop = _stop_on_line(problem) or plan_stop(problem)
+    place = rest_after(problem.arm, stop[-1])
+    return stop + plan_motion(structs.replace(problem, here=place, begin=stop[-1].finish))
+
+
+def _stop_on_line(problem: Problem) -> tuple[Segment, ...]:
+    """To rest on the straight line that the tool moves on; nothing where it moves on none, or cannot."""
+    here = problem.here
+    if here.tool is None or here.T_flange_tool != problem.motion.frames.tool:
+        return ()
+    try:
+        return line_stop(problem)
+    except MotionError:
+        return ()
+
+
+def plan_stop(problem: Problem) -> tuple[Segment, ...]:
+    """To rest, on a way that stays inside all limits. Raises NoRoomToStop."""
+    limits, motion = hardest_limits(problem.arm), problem.motion
+    for stop in LAWS[motion.profile].joint_stops(problem.here.joints, limits, problem.begin, motion):
+        if stay_inside(stop, limits.lower, limits.upper):
+            return stop
+    raise NoRoomToStop
