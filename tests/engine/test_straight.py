@@ -68,7 +68,7 @@ def test_a_line_out_of_motion_with_a_least_duration_is_slowed_down_without_braki
     motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=pose, duration=3.93)
     segments = plan_motion(Problem(engine.arm, Here(JointState(joints, velocity)), motion, 0.0))
     assert segments[0].phase is Phase.BLEND
-    engine.timeline = Timeline(segments)
+    engine.book.timeline = Timeline(segments)
     check_limits(engine, segments)
 
 
@@ -128,7 +128,7 @@ def test_an_acceleration_that_peaks_between_two_samples_is_seen() -> None:
     pose = from_oat(0.08675773, 0.36073906, -0.23482681, radians(44.477), radians(37.4547), radians(22.4346))
     motion = Motion(1, Kind.STRAIGHT, Start.BLEND, pose=pose, acceleration=0.83)
     segments = plan_motion(Problem(engine.arm, Here(JointState((*joints, *wrist), velocity)), motion, 0.0))
-    engine.timeline = Timeline(segments)
+    engine.book.timeline = Timeline(segments)
     check_limits(engine, segments)
 
 
@@ -178,7 +178,7 @@ def test_a_line_that_would_start_with_too_much_jerk_of_a_joint_brakes_first(
         1, Kind.STRAIGHT, Start.AT, pose=pose, speed=speed, rotation=speed, acceleration=rate, profile=Profile.SCURVE
     )
     segments = plan_motion(Problem(engine.arm, Here(state), motion, 0.0))
-    engine.timeline = Timeline(segments)
+    engine.book.timeline = Timeline(segments)
     check_continuous(engine, segments)
     check_limits(engine, segments)
     assert isinstance(segments[0].path, JointPath)

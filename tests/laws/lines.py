@@ -41,7 +41,7 @@ def check_line(model: RobotModel, seed: int) -> bool:
         segments = plan_motion(Problem(engine.arm, Here(state), motion, 0.0))
     except (MotionError, NoRoomToStop):
         return False
-    engine.timeline = Timeline(segments)
+    engine.book.timeline = Timeline(segments)
     check_continuous(engine, segments)
     check_limits(engine, segments)
     return True
