@@ -22,7 +22,7 @@ def _omitted_argument(memory: Memory, parameter: Variable) -> Reference:
 
 def _check_argument(program: Executable, parameter: Variable, given: Reference, arrays: frozenset[str]) -> Reference:
     name = f"{parameter.sigil}{parameter.name} of {program.name}"
-    kind = kind_of_name(parameter.key)
+    kind = kind_of_name(parameter.sigil)
     if given.cells.kind is not kind:
         wanted = kind.value if parameter.sigil else "real or a transformation"
         raise ArgumentMismatch(f"{name} is given a {given.cells.kind.value}", f"a {wanted} is wanted")

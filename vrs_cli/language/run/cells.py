@@ -133,7 +133,8 @@ def bare_cells(
     spelling: Mapping[str, str], array: str | None = None, omitted: str | None = None
 ) -> tuple[Cells, Cells]:
     """The reals and the transformations that bare names can be."""
-    reals, locations = (Cells(spelling, kind, array, omitted) for kind in (Kind.REAL, Kind.LOCATION))
+    reals = Cells(spelling, Kind.REAL, array, omitted)
+    locations = Cells(spelling, Kind.LOCATION, array, omitted)
     reals.others, locations.others = locations, reals
     return reals, locations
 

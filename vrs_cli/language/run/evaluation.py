@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import chain
 from typing import Any
 
 from vrs_cli.language.compile.compiler import CompiledExpression
@@ -17,10 +18,9 @@ def evaluator(compiled: CompiledExpression) -> Callable[..., Any]:
 
     def evaluate(context: Context, *references: Reference) -> Any:
         cells = context.environment.cells
-        given = (part for reference in references for part in reference)
-        simple, elements = (cells(kind) for kind in CELLS), (cells(one.kind, one.key) for one in compiled.arrays)
+        arrays = (cells(array.kind, array.key) for array in compiled.arrays)
         try:
-            return compiled.function(context, *simple, *given, *elements)
+            return compiled.function(context, *map(cells, CELLS), *chain.from_iterable(references), *arrays)
         except ArithmeticError as error:
             raise overflow(error) from None
 

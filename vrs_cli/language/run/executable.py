@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from functools import cached_property
+from itertools import chain
 
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.declarations import Own
@@ -48,11 +49,10 @@ class Executable:
         `slots`: `fresh_slots()` to begin with; when the activation has ended in any way they hold what it kept.
         """
         variant = self.compiled.variant(op)
-        environment = context.environment
-        cells = (environment.cells(kind) for kind in CELLS)
-        bound = (part for reference in arguments for part in reference)
-        arrays = (environment.cells(array.kind, array.key) for array in variant.arrays)
-        return variant.function(context, *cells, slots, variant.numbers[op], *bound, *arrays)
+        cells = context.environment.cells
+        arrays = (cells(array.kind, array.key) for array in variant.arrays)
+        bound = chain.from_iterable(arguments)
+        return variant.function(context, *map(cells, CELLS), slots, variant.numbers[op], *bound, *arrays)
 
     def fresh_slots(self) -> list[object]:
         """The limits of its FOR loops and the subjects of its CASEs, none of them known yet."""
