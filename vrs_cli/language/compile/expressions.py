@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import ast as py
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from msgspec import Struct
 
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.kinds import VARIABLES
@@ -38,14 +40,14 @@ _RELATIONS: dict[str, type[py.cmpop]] = {
     ">=": py.GtE,
 }
 _LOGICAL: dict[str, type[py.operator]] = {"AND": py.BitAnd, "OR": py.BitOr, "XOR": py.BitXor}  # both sides, always
+NO_PARAMETERS: Mapping[str, int] = MappingProxyType({})
 CELLS = {Kind.REAL: "R", Kind.LOCATION: "L", Kind.STRING: "S", Kind.PRECISION: "P"}
 
 
 # --- expressions -------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(Struct, frozen=True):
     """Where a variable is: the names of the Python variables with its cells, and those of the other kind a bare name
     can have; its key in both, None for a whole array."""
 
@@ -54,29 +56,28 @@ class Place:
     key: py.expr | None
 
 
-@dataclass(frozen=True, slots=True)
-class Array:
+class Array(Struct, frozen=True):
     """A Python variable that holds the cells of an array of the environment."""
 
     key: str
     kind: Kind
 
 
-@dataclass
 class ExpressionCompiler:
-    """Expressions as Python's. Remembers what else the Python function has to be given: `arrays` of the environment,
-    with the names of their Python variables, and `namespace`, its globals. `parameters`: their numbers, by key."""
+    """Makes expressions of Python from those of VAL-II. `parameters`: their numbers, by key.
 
-    library: Library
-    kinds: Mapping[str, Kind]
-    parameters: Mapping[str, int] = field(default_factory=dict)
-    arrays: dict[Array, str] = field(default_factory=dict)
-    spelling: dict[str, str] = field(default_factory=dict)
-    array_parameters: set[str] = field(default_factory=set)
-    namespace: dict[str, object] = field(init=False)
+    It remembers what else the Python function needs: `arrays` of the environment, with the names of their Python
+    variables, and its globals, the `namespace`.
+    """
 
-    def __post_init__(self) -> None:
-        self.namespace = dict(self.library.names)
+    def __init__(
+        self, library: Library, kinds: Mapping[str, Kind], parameters: Mapping[str, int] = NO_PARAMETERS
+    ) -> None:
+        self.library, self.kinds, self.parameters = library, kinds, parameters
+        self.arrays: dict[Array, str] = {}
+        self.array_parameters: set[str] = set()
+        self.spelling: dict[str, str] = {}
+        self.namespace = dict(library.names)
 
     def global_of(self, prefix: str, value: object) -> py.expr:
         """Make a value of the compiler a global of the program."""
