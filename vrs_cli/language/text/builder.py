@@ -337,25 +337,6 @@ class Builder:
 
     # --- lines ---
 
-    def step(self, children: Children) -> ast.Step:
-        label, statement, comment = None, None, None
-        for child in children:
-            if type(child) is not Token:
-                statement = child
-            elif child.type == "LABEL":
-                label = int(child.text)
-            else:
-                comment = child.value[1:]
-        span = _all(children) if children else Span(0, 1, 1)
-        return ast.Step(label, statement, comment, span)
-
-    def prompt(self, children: Children) -> ast.Statement | None:
-        """A statement that no monitor command is, is one for DO."""
-        if not children or type(children[0]) is Token:
-            return None
-        statement: ast.Statement = children[0]
-        return statement
-
     @_by_name
     def do_command(self, span: Span, _do: Token, statement: ast.Statement | None = None) -> ast.DoInstruction:
         return ast.DoInstruction(statement, span)
@@ -368,19 +349,14 @@ class Builder:
     def header(self, span: Span, name: Token, *rest: Any) -> ast.ProgramHeader:
         if name.text[0] in "#$%":
             raise LineRefused(error(InvalidName, name.span, name.text, "a program name begins with a letter"))
-        comment = rest[-1].value[1:] if rest and _is(rest[-1], "COMMENT") else None
         parameters = tuple(_as_variable(child) for child in rest if type(child) is not Token)
-        return ast.ProgramHeader(name.text, parameters, comment, span)
+        return ast.ProgramHeader(name.text, parameters, None, span)
 
     @_by_name
     def entry(self, span: Span, variable: Expression, *rest: Any) -> ast.Entry:
-        comment = rest[-1] if rest and _is(rest[-1], "COMMENT") else None
-        if comment is not None:
-            span = _from(variable, rest[-2])
         pieces = [child.value for child in rest if isinstance(child, ast.Text)]
         numbers = tuple(_signed_number(child) for child in rest if _is(child, "NUMBER"))
-        text = "".join(pieces) if pieces else None
-        return ast.Entry(_as_variable(variable), numbers, text, span, comment.value[1:] if comment else None)
+        return ast.Entry(_as_variable(variable), numbers, "".join(pieces) if pieces else None, span)
 
     def string(self, children: Children) -> ast.Text:
         return ast.Text(children[0].value, children[0].span)

@@ -27,9 +27,6 @@ _CONDITIONS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
 
 def complaint(tokens: Sequence[Token], token: Token | None, start: str) -> Diagnostic:
     """The diagnostic for the token that does not fit; None is the end of the line."""
-    if token is not None and token.type == "COMMENT":
-        token = None
-    tokens = [one for one in tokens if one.type != "COMMENT"]
     before = tokens[: tokens.index(token)] if token is not None else list(tokens)
     return _Complaint(before, token, start).diagnostic()
 
@@ -41,7 +38,7 @@ class _Complaint:
         self._before = before
         self._token = token
         self._start = start
-        self._head = next((one for one in before if one.type not in ("LABEL", "DO_COMMAND")), None)
+        self._head = next((one for one in before if one.type != "DO_COMMAND"), None)
 
     def diagnostic(self) -> Diagnostic:
         """The first explanation that applies."""

@@ -95,8 +95,8 @@ class Lexer:
     """`terminals`: the pattern of each terminal that has one, by name. Its methods raise LineRefused."""
 
     def __init__(self, terminals: Mapping[str, str]) -> None:
-        names = ("COMMENT", "STRING", "NUMBER", "NAME", "INFIX", *_SYMBOLS)
-        choices = "|".join(f"(?P<{name}>{terminals[name]})" for name in names)
+        names = ("STRING", "NUMBER", "NAME", "INFIX", *_SYMBOLS)
+        choices = "|".join(("(?P<COMMENT>;.*)", *(f"(?P<{name}>{terminals[name]})" for name in names)))
         self._patterns = Patterns(re.compile(f"[ \t]*(?:{choices})").match, re.compile(terminals["FORMAT"]).match)
 
     def step(self, text: str, line: int) -> list[Token]:

@@ -16,6 +16,7 @@ from typing import Any, cast
 
 from lark import Lark, UnexpectedToken
 from lark.lexer import Lexer as LarkLexer
+from msgspec.structs import replace
 
 from vrs_cli.errors import InvalidName
 from vrs_cli.language.text import ast
@@ -106,20 +107,21 @@ class LineParser:
     def step(self, text: str, line: int) -> Step:
         """Raises LineRefused."""
         tokens = self._lexer.step(text, line)
-        if not tokens:
-            return Step(None, None, None, Span(line, 1, 1))
-        return cast(Step, self._parse(tokens, "step"))
+        label = tokens.pop(0) if tokens and tokens[0].type == "LABEL" else None
+        comment = _pop_comment(tokens)
+        statement: Statement | None = self._parse(tokens, "step") if tokens else None
+        spans = [part.span for part in (label, statement, comment) if part is not None]
+        span = Span(line, spans[0].column, spans[-1].end) if spans else Span(line, 1, 1)
+        return Step(int(label.text) if label else None, statement, _text(comment), span)
 
     def prompt(self, text: str, names: Container[str]) -> Statement | None:
         """Raises LineRefused."""
         tokens = self._lexer.prompt(text, names)
+        _pop_comment(tokens)
         if not tokens:
             return None
-        statement: Statement | None = self._parse(tokens, "prompt")
         row = tokens[0].row
-        if statement is None:
-            return None
-        statement = resolve_line(statement, names)
+        statement: Statement = resolve_line(self._parse(tokens, "prompt"), names)
         if isinstance(statement, ast.DoInstruction | ast.Show):
             return statement
         if row is not None and COMMANDS.get(row.name) is row:
@@ -132,7 +134,11 @@ class LineParser:
         if not tokens or tokens[0].type != "PROGRAM":
             span = Span(line, at + 1, at + 2)
             raise LineRefused(error(InvalidName, span, "a program name is missing", ".PROGRAM pick.place(part)"))
-        return cast(ProgramHeader, self._parse(tokens, "header"))
+        comment = _pop_comment(tokens)
+        header: ProgramHeader = self._parse(tokens, "header")
+        if comment is None:
+            return header
+        return replace(header, comment=_text(comment), span=Span(line, header.span.column, comment.end))
 
     def entry(self, text: str, line: int) -> ast.Entry | str | None:
         """A variable with its value, the text of a comment line, or None for a blank one. Raises LineRefused."""
@@ -140,11 +146,10 @@ class LineParser:
         if usual is not None:
             return usual
         tokens = self._lexer.entry(text, line)
+        comment = _text(_pop_comment(tokens))
         if not tokens:
-            return None
-        if tokens[0].type == "COMMENT":
-            return tokens[0].value[1:]
-        return cast(ast.Entry, self._parse(tokens, "entry"))
+            return comment
+        return replace(cast(ast.Entry, self._parse(tokens, "entry")), comment=comment)
 
     def _parse(self, tokens: list[Token], start: str) -> Any:
         try:
@@ -152,6 +157,14 @@ class LineParser:
         except UnexpectedToken as unexpected:
             token = unexpected.token if unexpected.token.type != "$END" else None
             raise LineRefused(complaint(tokens, cast("Token | None", token), start)) from None
+
+
+def _pop_comment(tokens: list[Token]) -> Token | None:
+    return tokens.pop() if tokens and tokens[-1].type == "COMMENT" else None
+
+
+def _text(comment: Token | None) -> str | None:
+    return None if comment is None else comment.value[1:]
 
 
 class _Remembering:
