@@ -32,7 +32,7 @@ from vrs_cli.engine.commands import (
 from vrs_cli.engine.corners import rounding_begins, slowing_down
 from vrs_cli.engine.history import CommandRecord, Step
 from vrs_cli.engine.line_check import Standpoint
-from vrs_cli.engine.motions import at_fraction, at_program_speed, motion_of, motion_to, rest_after
+from vrs_cli.engine.motions import fraction_of_full, motion_of, motion_to, rest_after
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at, world_pose
 from vrs_cli.engine.problem import NoRoomToStop
@@ -262,10 +262,7 @@ class Engine:
     def _motion(self, move: Move, start: Start, executed: float) -> Motion:
         before, settings = self._motion_at(executed), self.settings
         goal = resolve(self.arm, settings, move, self._situation(move, start, executed, before.frames))
-        motion = motion_of(move, goal, start, before, self._next_number, settings)
-        if move.speed is None:
-            return at_program_speed(motion, settings.speed.present, settings, self.model)
-        return at_fraction(motion, move.speed, settings)
+        return motion_of(move, goal, start, before, self._next_number, settings, self.model)
 
     @property
     def _next_number(self) -> int:
@@ -393,8 +390,8 @@ class Engine:
     def _motion_from_now(self, goal: Joints | Transform, speed: float, text: str) -> Motion:
         before = self._motion_at(on_grid(self.now))
         where = Goal(pose=compose(before.frames.base, goal)) if isinstance(goal, Transform) else Goal(joints=goal)
-        motion = motion_to(where, Start.AT, before, self._next_number, self.settings, text)
-        return at_fraction(motion, speed, self.settings)
+        speed_now = fraction_of_full(speed, self.settings)
+        return motion_to(where, Start.AT, speed_now, before, self._next_number, self.settings, text=text)
 
     # --- changing the timeline ---
 

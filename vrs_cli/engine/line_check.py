@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 from msgspec import Struct, structs
 
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetConfiguration
-from vrs_cli.engine.motions import at_program_speed, motion_to
+from vrs_cli.engine.motions import motion_to, program_speed
 from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.problem import Here, Problem, segment_joints
 from vrs_cli.engine.settings import Settings
@@ -27,7 +26,6 @@ from vrs_cli.kinematics.transform import (
     position,
     rotation_about,
 )
-from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.motion import Frames, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, Segment, stops_on_the_way
 from vrs_cli.trajectory.state import JointState
@@ -92,8 +90,8 @@ class Standpoint(Struct, frozen=True):
         settings = self.settings
         duration = settings.duration.present if once else settings.duration.always
         speed = settings.speed.present if once else settings.speed.always
-        motion = motion_to(Goal(pose=pose), Start.AT, self.before, self.before.number + 1, settings)
-        return at_program_speed(replace(motion, duration=on_grid(duration)), speed, settings, self.arm.model)
+        fast, number = program_speed(speed, settings, self.arm.model), self.before.number + 1
+        return motion_to(Goal(pose=pose), Start.AT, fast, self.before, number, settings, duration=duration)
 
     def planned(self, line: Motion) -> tuple[Segment, ...]:
         """The segments of a line that begins here, at rest, at time 0. Raises MotionError."""

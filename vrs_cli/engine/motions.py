@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from typing import NamedTuple
 
 from vrs_cli.engine.commands import Move, SetSpeed, SpeedUnit
 from vrs_cli.engine.parameters import FULL_SPEED
@@ -16,31 +16,67 @@ SLOWEST = 1e-4  # fraction of nominal speed: slower is no motion
 INCH = 0.0254  # [m]
 
 
-def motion_to(goal: Goal, start: Start, before: Motion, number: int, settings: Settings, text: str = "") -> Motion:
-    """A motion at full speed, with hand, BASE and TOOL as the motion `before` it has them."""
+class Speed(NamedTuple):
+    """Fractions of the nominal speed of a motion, and of that of turning on a line; `tip` [m/s] where it was given."""
+
+    fraction: float
+    tip: float | None = None
+    rotation: float | None = None
+
+
+def motion_to(
+    goal: Goal,
+    start: Start,
+    speed: Speed,
+    before: Motion,
+    number: int,
+    settings: Settings,
+    *,
+    duration: float = 0.0,
+    hand: float | None = None,
+    text: str = "",
+    relative: RelativeTarget | None = None,
+) -> Motion:
+    """A motion to joints or a pose; hand, BASE and TOOL are as the motion `before` it has them."""
     return Motion(
-        number,
-        Kind.JOINT if goal.pose is None else Kind.STRAIGHT,
-        start,
-        goal.joints,
-        goal.pose,
+        number=number,
+        kind=Kind.JOINT if goal.pose is None else Kind.STRAIGHT,
+        start=start,
+        goal=goal.joints,
+        pose=goal.pose,
+        speed=speed.fraction,
         acceleration=settings.acceleration,
-        hand=before.hand,
+        tip_speed=speed.tip,
+        rotation=speed.rotation,
+        duration=on_grid(duration),
+        hand=before.hand if hand is None else hand,
         frames=before.frames,
         text=text,
+        relative=relative,
         profile=settings.profile,
+        rounding=settings.rounding if start is Start.BLEND else None,
     )
 
 
-def motion_of(move: Move, goal: Goal, start: Start, before: Motion, number: int, settings: Settings) -> Motion:
-    """The motion of an instruction, but for its speed."""
-    hand = move.hand if move.hand is not None else settings.hand
-    return replace(
-        motion_to(goal, start, before, number, settings, move.text),
-        duration=on_grid(settings.duration.present),
-        hand=before.hand if hand is None else hand,
+def motion_of(
+    move: Move, goal: Goal, start: Start, before: Motion, number: int, settings: Settings, model: RobotModel
+) -> Motion:
+    """The motion of an instruction."""
+    if move.speed is None:
+        speed = program_speed(settings.speed.present, settings, model)
+    else:
+        speed = fraction_of_full(move.speed, settings)
+    return motion_to(
+        goal,
+        start,
+        speed,
+        before,
+        number,
+        settings,
+        duration=settings.duration.present,
+        hand=move.hand if move.hand is not None else settings.hand,
+        text=move.text,
         relative=move.target if isinstance(move.target, RelativeTarget) else None,
-        rounding=settings.rounding if start is Start.BLEND else None,
     )
 
 
@@ -71,28 +107,18 @@ def rest_after(
 # --- speed: actual = monitor x program -------------------------------------------------------------------------------
 
 
-def at_fraction(motion: Motion, fraction: float, settings: Settings) -> Motion:
-    """At a fraction of full speed."""
-    return replace(motion, speed=_limited(_monitor(settings) * fraction))
+def fraction_of_full(fraction: float, settings: Settings) -> Speed:
+    return Speed(_limited(settings.monitor_speed / FULL_SPEED * fraction))
 
 
-def at_program_speed(motion: Motion, program: SetSpeed, settings: Settings, model: RobotModel) -> Motion:
-    monitor, rotation = _monitor(settings), program.rotation
-    turning = None if rotation is None else _limited(monitor * rotation / FULL_SPEED)
+def program_speed(program: SetSpeed, settings: Settings, model: RobotModel) -> Speed:
+    monitor = settings.monitor_speed / FULL_SPEED
+    rotation = None if program.rotation is None else _limited(monitor * program.rotation / FULL_SPEED)
     if program.unit is SpeedUnit.PERCENT:
-        return replace(motion, speed=_limited(monitor * program.value / FULL_SPEED), rotation=turning)
+        return Speed(_limited(monitor * program.value / FULL_SPEED), None, rotation)
     tip, full = monitor * program.value * (MM if program.unit is SpeedUnit.MMPS else INCH), model.linear_speed
     fraction = _limited(tip / full)
-    return replace(
-        motion,
-        speed=fraction,
-        tip_speed=min(max(tip, SLOWEST * full), full),
-        rotation=fraction if turning is None else turning,
-    )
-
-
-def _monitor(settings: Settings) -> float:
-    return settings.monitor_speed / FULL_SPEED
+    return Speed(fraction, min(max(tip, SLOWEST * full), full), fraction if rotation is None else rotation)
 
 
 def _limited(speed: float) -> float:

@@ -142,12 +142,16 @@ class Settings(Struct, frozen=True):
 
     def after_motion(self, target: Target) -> Settings:
         """The settings once a motion has taken what was for it alone; one to joints ends the configuration words."""
+        said = NONE if isinstance(target, JointTarget | NamedTarget) else self.configuration
+        settings: tuple[Setting[Any], ...] = (self.speed, self.duration, *self.modes.values())
+        if self.hand is None and said is self.configuration and all(setting.once is None for setting in settings):
+            return self
         return structs.replace(
             self,
             speed=self.speed.after_motion(),
             duration=self.duration.after_motion(),
             modes={mode: setting.after_motion() for mode, setting in self.modes.items()},
-            configuration=NONE if isinstance(target, JointTarget | NamedTarget) else self.configuration,
+            configuration=said,
             hand=None,
         )
 
