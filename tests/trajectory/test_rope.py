@@ -57,7 +57,7 @@ def cut_up(pieces: int, length: int = SMALL) -> Held:
     held = rope.rope_of(row(pieces * length))
     assert held is not None
     for piece in range(1, pieces):
-        again = rope.spliced(held, piece * length, piece * length, (), 1.0)  # a shift cuts
+        again = rope.splice(held, piece * length, piece * length, (), 1.0)  # a shift cuts
         assert again is not None
         held = again
     return held
@@ -92,7 +92,7 @@ def test_splices_as_of_a_list(seed: int) -> None:
         new = row(source.choice([0, 1, 3, SMALL + 2, 3 * SMALL]), begin)
         shift = source.choice([0.0, float(len(new) + source.randint(0, 9))])
         versions.append((held, plain))
-        held = rope.spliced(held, keep, keep + drop, new, shift)
+        held = rope.splice(held, keep, keep + drop, new, shift)
         plain = plain[:keep] + new + [s.shifted(shift) for s in plain[keep + drop :]]
         assert listed(held) == plain
         if held is None or source.random() < 0.2:  # go on from an old one: two versions have the same row then
@@ -110,7 +110,7 @@ def test_splices_as_of_a_list(seed: int) -> None:
 
 def test_edits_copy_only_what_lies_along_their_way() -> None:
     held = cut_up(FAN * 2)
-    again = rope.spliced(held, SMALL * 40 + 7, SMALL * 40 + 9, row(3, SMALL * 40 + 46.0), 1.0)
+    again = rope.splice(held, SMALL * 40 + 7, SMALL * 40 + 9, row(3, SMALL * 40 + 46.0), 1.0)
     assert again is not None
     old = {id(leaf) for _, leaf in rope.leaves(held, 0.0, 1e9)}
     new = {id(leaf) for _, leaf in rope.leaves(again, 0.0, 1e9)}
@@ -130,7 +130,7 @@ def test_many_edits_leave_no_crumbs() -> None:
         assert held is not None
         keep = source.randrange(1, held.node.count - 6)
         new = [rope.segment(held, keep + k) for k in range(source.choice([0, 1, 2, 4]))]
-        held = rope.spliced(held, keep, keep + 2, new, source.choice([0.0, 2 * TICK]))
+        held = rope.splice(held, keep, keep + 2, new, source.choice([0.0, 2 * TICK]))
     assert held is not None
     check_sound(held)
     sizes = [leaf.count for _, leaf in rope.leaves(held, -1e9, 1e9)]
@@ -142,7 +142,7 @@ def test_what_is_put_on_behind_lengthens_the_row() -> None:
     held = rope.rope_of(row(3))
     for k in range(1000):
         assert held is not None
-        held = rope.spliced(held, held.node.count, held.node.count, row(3, 3.0 * k + 3.0), 0.0)
+        held = rope.splice(held, held.node.count, held.node.count, row(3, 3.0 * k + 3.0), 0.0)
     assert held is not None
     assert len(list(rope.leaves(held, -1.0, 1e9))) == 1
     assert listed(held) == row(3003)
@@ -151,7 +151,7 @@ def test_what_is_put_on_behind_lengthens_the_row() -> None:
 def test_two_versions_that_go_on_from_one_do_not_disturb_each_other() -> None:
     held = rope.rope_of(row(3))
     assert held is not None
-    one, other = (rope.spliced(held, 3, 3, row(2, begin), 0.0) for begin in (3.0, 7.0))
+    one, other = (rope.splice(held, 3, 3, row(2, begin), 0.0) for begin in (3.0, 7.0))
     assert listed(held) == row(3)
     assert listed(one) == row(5)
     assert listed(other) == row(3) + row(2, 7.0)
@@ -161,7 +161,7 @@ def test_threads_that_go_on_from_one_version_do_not_disturb_each_other(monkeypat
     """Both find the end of the row free; the other one is let in just before this one takes it."""
     held, grow, made = rope.rope_of(row(3)), Row.grow, list[Held | None]()
     assert held is not None
-    other = Thread(target=lambda: made.append(rope.spliced(held, 3, 3, row(2, 7.0), 0.0)))
+    other = Thread(target=lambda: made.append(rope.splice(held, 3, 3, row(2, 7.0), 0.0)))
 
     def let_in(self: Row, segments: Sequence[Segment]) -> None:
         monkeypatch.setattr(Row, "grow", grow)
@@ -170,7 +170,7 @@ def test_threads_that_go_on_from_one_version_do_not_disturb_each_other(monkeypat
         grow(self, segments)
 
     monkeypatch.setattr(Row, "grow", let_in)
-    one = rope.spliced(held, 3, 3, row(2, 3.0), 0.0)
+    one = rope.splice(held, 3, 3, row(2, 3.0), 0.0)
     other.join()
     assert listed(held) == row(3)
     assert listed(one) == row(5)
@@ -189,9 +189,9 @@ def test_an_edit_that_is_interrupted_leaves_no_trace() -> None:
     one = held_row(held)
     one.segments = Interrupted(one.segments)
     with pytest.raises(KeyboardInterrupt):
-        rope.spliced(held, 3, 3, row(2, 7.0), 0.0)
+        rope.splice(held, 3, 3, row(2, 7.0), 0.0)
     one.segments = list(one.segments)
-    again = rope.spliced(held, 3, 3, row(3, 3.0), 0.0)
+    again = rope.splice(held, 3, 3, row(3, 3.0), 0.0)
     assert again is not None
     check_sound(again)
     assert listed(again) == row(6)
@@ -204,7 +204,7 @@ def test_a_stream_that_takes_back_its_last_segments_makes_long_rows() -> None:
         assert held is not None
         keep = max(held.node.count - 3, 1)
         begin = rope.segment(held, keep - 1).finish
-        held = rope.spliced(held, keep, held.node.count, row(4, begin), 0.0)
+        held = rope.splice(held, keep, held.node.count, row(4, begin), 0.0)
     assert held is not None
     check_sound(held)
     assert listed(held) == row(held.node.count)

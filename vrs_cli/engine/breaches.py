@@ -96,31 +96,31 @@ class _Stretch:
         """After the last segment the robot stands; but a stream of targets may have ended at any time."""
         rate = np.abs(self.end_rate[-1:])
         if self.segments[-1].motion.kind is not Kind.STEERED:
-            yield from self._told(rate > RATE, rate, "joint {joint} moves with {size}/s at the end")
+            yield from self._tell(rate > RATE, rate, "joint {joint} moves with {size}/s at the end")
 
     # --- laws ----------------------------------------------------------------------------------------------------
 
     def _seams(self) -> Iterator[Breach]:
         """From each segment to the next."""
         jump = np.abs(self.begin[1:] - self.end[:-1])
-        yield from self._told(jump > PLACE, jump, "joint {joint} jumps by {size}", 1)
+        yield from self._tell(jump > PLACE, jump, "joint {joint} jumps by {size}", 1)
         touching = (self.starts[1:] == self.starts[:-1] + self.durations[:-1])[:, None]
         before, after = self.end_rate[:-1], self.begin_rate[1:]
         kick, fast = np.abs(after - before), np.maximum(np.abs(after), np.abs(before))
         wrong = touching & (kick > RATE * np.maximum(1.0, fast))
-        yield from self._told(wrong, kick, "the velocity of joint {joint} jumps by {size}/s", 1)
-        yield from self._told(~touching & (fast > RATE), fast, "joint {joint} moves with {size}/s next to a gap", 1)
+        yield from self._tell(wrong, kick, "the velocity of joint {joint} jumps by {size}/s", 1)
+        yield from self._tell(~touching & (fast > RATE), fast, "joint {joint} moves with {size}/s next to a gap", 1)
 
     def _ranges(self) -> Iterator[Breach]:
         """A joint is farthest at an end, or where it turns back."""
         low, high = self._extremes()
         beyond = np.maximum(np.array(self.model.lower) - low, high - np.array(self.model.upper))
-        yield from self._told(beyond > PLACE, beyond, "joint {joint} is {size} beyond its range")
+        yield from self._tell(beyond > PLACE, beyond, "joint {joint} is {size} beyond its range")
 
     def _rests(self) -> Iterator[Breach]:
         resting = self.resting[:, None]
         moved = np.maximum(np.abs(self.end - self.begin), np.maximum(np.abs(self.begin_rate), np.abs(self.end_rate)))
-        yield from self._told(resting & (moved > RATE), moved, "joint {joint} moves by {size} while the robot stands")
+        yield from self._tell(resting & (moved > RATE), moved, "joint {joint} moves by {size} while the robot stands")
 
     def _limits(self) -> Iterator[Breach]:
         """The velocity is greatest at an end or, in joint space, where the acceleration is 0; that one at an end."""
@@ -130,11 +130,11 @@ class _Stretch:
         for row, path, duration in self.steep:
             rate[row], gain[row] = (np.abs(path.extremes(duration, order)).max(axis=1) for order in (1, 2))
         wrong = moving & (rate > np.array(self.model.max_velocity) * (1.0 + EXCESS))
-        yield from self._told(wrong, rate, "joint {joint} moves with {size}/s, faster than it can")
+        yield from self._tell(wrong, rate, "joint {joint} moves with {size}/s, faster than it can")
         wrong = moving & ~self.straight[:, None] & (gain > np.array(self.model.max_acceleration) * (1.0 + EXCESS))
-        yield from self._told(wrong, gain, "joint {joint} accelerates with {size}/s2, more than it can")
+        yield from self._tell(wrong, gain, "joint {joint} accelerates with {size}/s2, more than it can")
 
-    def _told(self, wrong: Flags, size: Floats, what: str, shift: int = 0) -> Iterator[Breach]:
+    def _tell(self, wrong: Flags, size: Floats, what: str, shift: int = 0) -> Iterator[Breach]:
         """A breach for each row (of n joints) that is wrong, of its worst joint. `shift` 1: each is of a seam."""
         for row in np.flatnonzero(wrong.any(axis=1)).tolist():
             joint = int(np.where(wrong[row], size[row], 0.0).argmax()) + 1

@@ -71,7 +71,7 @@ def check_continuous(follower: Follower, stretches: Sequence[Followed]) -> None:
     if follower.arm.continuation is None:
         return
     gaps, left = [gap for stretch in stretches for gap in _gaps(follower, stretch)], MOST_SAMPLES
-    while gaps := _unproved(follower, gaps):
+    while gaps := _gaps_without_proof(follower, gaps):
         left -= len(gaps)
         finest = min(gaps, key=lambda gap: gap.lasting / gap.of.duration)
         if left < 0 or finest.lasting < FINEST * finest.of.duration:
@@ -89,7 +89,7 @@ def _gaps(follower: Follower, stretch: Followed) -> list[Gap]:
     return [Gap(stretch, a, b) for a, b in pairwise(samples) if b.s > a.s and b.s > begin and a.s < end]
 
 
-def _unproved(follower: Follower, gaps: list[Gap]) -> list[Gap]:
+def _gaps_without_proof(follower: Follower, gaps: list[Gap]) -> list[Gap]:
     continuation = follower.arm.continuation
     assert continuation is not None
     for pieces in PIECES:

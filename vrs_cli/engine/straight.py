@@ -93,7 +93,7 @@ def _configurations(arm: RobotArm, joints: Joints) -> Iterator[Configuration]:
     yield from arm.twins(joints)
 
 
-def _counted(arm: RobotArm, state: ToolState) -> ToolState:
+def _without_free_turn(arm: RobotArm, state: ToolState) -> ToolState:
     """The state of the tool without the turn of an arm whose tool turns as the joints have it: no line asks for one."""
     none = (0.0, 0.0, 0.0)
     return state if arm.model.task.turns else replace(state, spin=none, spin_rate=none)
@@ -118,7 +118,7 @@ class _Line:
     def __init__(self, problem: Problem, state: ToolState, configuration: Configuration) -> None:
         arm, motion = problem.arm, problem.motion
         self.problem, self.arm, self.motion, self.configuration = problem, arm, motion, configuration
-        self.state, self.joints = _counted(arm, state), problem.here.joints
+        self.state, self.joints = _without_free_turn(arm, state), problem.here.joints
         self.limits, self.least = tool_limits(arm, motion), motion.duration
         self.law = LAWS[motion.profile]
         self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base)
@@ -132,7 +132,7 @@ class _Line:
         slowed = 1.0
         for _ in range(ATTEMPTS):
             stretches = self._stretches(self.limits)
-            seeds, loads = self._follow(stretches, self._surveyed(stretches))
+            seeds, loads = self._follow(stretches, self._survey_in_motion(stretches))
             load = _worst(loads)
             if load.slowing <= 1.0 + ROUNDING:
                 return self._segments(stretches, seeds)
@@ -147,10 +147,10 @@ class _Line:
             _worst(load for stretch, load in zip(stretches, loads, strict=True) if stretch.phase is phase)
             for phase in (Phase.BLEND, Phase.CRUISE, Phase.DECELERATE)
         )
-        by_velocity = _eased(max(blend.velocity, cruise.velocity, slow.velocity, sqrt(cruise.acceleration)))
-        by_acceleration, by_jerk = _eased(slow.acceleration), _eased(slow.jerk)
+        by_velocity = _easing(max(blend.velocity, cruise.velocity, slow.velocity, sqrt(cruise.acceleration)))
+        by_acceleration, by_jerk = _easing(slow.acceleration), _easing(slow.jerk)
         limits = self.limits.slowed(by_velocity, by_acceleration, by_jerk)
-        self.limits = limits.blended(_eased(blend.acceleration) / by_acceleration, _eased(blend.jerk) / by_jerk)
+        self.limits = limits.blended(_easing(blend.acceleration) / by_acceleration, _easing(blend.jerk) / by_jerk)
         self.least *= by_velocity
         return by_velocity
 
@@ -214,7 +214,7 @@ class _Line:
             done, joints, pose = stop.part, path.seeds[-1], stop.pose
         return tuple(segments)
 
-    def _surveyed(self, stretches: list[ToolStretch]) -> list[Marks]:
+    def _survey_in_motion(self, stretches: list[ToolStretch]) -> list[Marks]:
         """The instants of each stretch that need a sample. Raises MotionError where the line leaves the reach, or
         touches a boundary in motion.
         """
@@ -288,7 +288,7 @@ class _Line:
             samples = self.follower.samples(path, stretch.duration, near, self.law.samples, before, instants)
             followed.append(Followed(path, stretch.duration, samples))
             if started is None:
-                started = self._started(samples[0])
+                started = self._starting_rates(samples[0])
             asked = StretchLoad(self.follower, path, samples, closely=bool(instants))
             loads.append(asked.smooth(started) if self.law.smooth else asked.parabolic(started))
             seeds.append(seeds_of(samples, self.arm.seed_step))
@@ -297,7 +297,7 @@ class _Line:
         check_continuous(self.follower, followed)
         return seeds, loads
 
-    def _started(self, first: Sample) -> Joints:
+    def _starting_rates(self, first: Sample) -> Joints:
         """The joint velocities with which the line starts: those that there are, but where the arm is singular."""
         jumps = [abs(w - v) for v, w in zip(self.joints.velocity, first.velocity, strict=True)]
         if max(jumps) > SAME_VELOCITY:
@@ -355,6 +355,6 @@ def _worst(loads: Iterable[Load]) -> Load:
     return reduce(Load.worse, loads, Load())
 
 
-def _eased(load: float) -> float:
+def _easing(load: float) -> float:
     """By how much to slow down for a load: in motion the start stays as it is, so more than in proportion."""
     return load * EAGER if load > 1.0 + ROUNDING else 1.0

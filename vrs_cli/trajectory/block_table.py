@@ -83,7 +83,7 @@ class BlockTable:
         return qd, qdd
 
 
-def tabulated(segments: list[Segment]) -> BlockTable:
+def table_of(segments: list[Segment]) -> BlockTable:
     """The table of segments that follow each other."""
     import numpy as np
 

@@ -20,7 +20,7 @@ from itertools import accumulate, pairwise
 from threading import Lock
 from typing import NamedTuple
 
-from vrs_cli.trajectory.block_table import BlockTable, tabulated
+from vrs_cli.trajectory.block_table import BlockTable, table_of
 from vrs_cli.trajectory.segment import Segment
 
 SMALL = 128  # segments: a leaf of no more may be copied
@@ -113,7 +113,7 @@ class Block(NamedTuple):
         part = slice(first, first + self.last - self.first)
         table = self.row.tables.get(number)
         if table is None or len(table.segments) < part.stop:  # the row has grown since
-            table = tabulated(self.row.segments[number * BLOCK : (number + 1) * BLOCK])
+            table = table_of(self.row.segments[number * BLOCK : (number + 1) * BLOCK])
             self.row.tables[number] = table
         return table, part
 
@@ -134,7 +134,7 @@ def _part(leaf: Leaf, first: int, last: int) -> Leaf:
     return Leaf(row, first, last, last - first, row.starts[first], row.segments[last - 1].finish)
 
 
-def _grown(leaf: Leaf, segments: Sequence[Segment]) -> Leaf:
+def _grow(leaf: Leaf, segments: Sequence[Segment]) -> Leaf:
     """A leaf that ends its row, with segments put on behind."""
     leaf.row.grow(segments)
     count = len(segments)
@@ -183,40 +183,40 @@ def rope_of(segments: Sequence[Segment]) -> Held | None:
 _EDITING = Lock()  # two threads that go on from one version must not both put something on behind the same row
 
 
-def spliced(held: Held, first: int, last: int, new: Sequence[Segment], shift: float) -> Held | None:
+def splice(held: Held, first: int, last: int, new: Sequence[Segment], shift: float) -> Held | None:
     """`new` in place of the segments from index `first` to before `last`; all after them later by `shift` [s]."""
     with _EDITING:
-        return _root(_spliced(held, 0.0, first, last, new, shift))
+        return _root(_splice(held, 0.0, first, last, new, shift))
 
 
-def _spliced(held: Held, base: float, first: int, last: int, new: Sequence[Segment], shift: float) -> list[Held]:
+def _splice(held: Held, base: float, first: int, last: int, new: Sequence[Segment], shift: float) -> list[Held]:
     """Nodes of the same height; none where nothing is left. `base` is what the offset of `held` counts from."""
     offset, node = held
     if first == 0 and last >= node.count and not new:
         return []
     if isinstance(node, Leaf):
-        return _spliced_leaf(offset, node, base, first, last, new, shift)
+        return _splice_leaf(offset, node, base, first, last, new, shift)
     counts = node.counts
     i = min(bisect_right(counts, first), len(node.nodes)) - 1
     j = max(bisect_left(counts, last) - 1, i)
     base += offset
     if i == j:
-        middle = _spliced(_child(node, i), base, first - counts[i], last - counts[i], new, shift)
+        middle = _splice(_child(node, i), base, first - counts[i], last - counts[i], new, shift)
     else:
-        middle = _spliced(_child(node, i), base, first - counts[i], node.nodes[i].count, new, 0.0)
-        middle += _spliced(_child(node, j), base, 0, last - counts[j], (), shift)
+        middle = _splice(_child(node, i), base, first - counts[i], node.nodes[i].count, new, 0.0)
+        middle += _splice(_child(node, j), base, 0, last - counts[j], (), shift)
     j += 1
     if not middle or any(_is_sparse(part.node) for part in middle):
         low, high = max(i - 1, 0), min(j + 1, len(node.nodes))
-        middle = _mended(_children(node, low, i) + middle + _children(node, j, high, shift))
+        middle = _merge_sparse(_children(node, low, i) + middle + _children(node, j, high, shift))
         i, j = low, high
     if middle and len(node.nodes) + len(middle) - (j - i) <= FAN:
-        return [Held(offset, _patched(node, i, j, middle, shift))]
+        return [Held(offset, _patch(node, i, j, middle, shift))]
     row = _children(node, 0, i) + middle + _children(node, j, len(node.nodes), shift)
     return [part.shifted(offset) for part in _branches(row)]
 
 
-def _patched(node: Branch, first: int, last: int, middle: list[Held], shift: float) -> Branch:
+def _patch(node: Branch, first: int, last: int, middle: list[Held], shift: float) -> Branch:
     """A branch with `middle` in place of the children from `first` to before `last`, those after it later by `shift`.
 
     What every edit does on every level: nothing is counted anew that stays.
@@ -244,7 +244,7 @@ def _children(node: Branch, first: int, last: int, shift: float = 0.0) -> list[H
     return [Held(begin - child.begin + shift, child) for begin, child in row]
 
 
-def _spliced_leaf(
+def _splice_leaf(
     offset: float, leaf: Leaf, base: float, first: int, last: int, new: Sequence[Segment], shift: float
 ) -> list[Held]:
     """What is before and after new segments stays where it is."""
@@ -254,17 +254,17 @@ def _spliced_leaf(
         parts = [Held(offset, _part(leaf, 0, first))] if first else []
         parts += [Held(offset, _leaf(new))] if new else []
         return [*parts, Held(offset + shift, _part(leaf, last, count) if last else leaf)]
-    return [Held(offset, part) for part in _ended(leaf, first, new)]
+    return [Held(offset, part) for part in _replace_end(leaf, first, new)]
 
 
-def _ended(leaf: Leaf, first: int, new: Sequence[Segment]) -> list[Leaf]:
+def _replace_end(leaf: Leaf, first: int, new: Sequence[Segment]) -> list[Leaf]:
     """`new` in place of all segments of a leaf from `first` on."""
     if not new:
         return [_part(leaf, 0, first)]
     if not first:
         return [_leaf(new)]
     if first == leaf.count and _ends_row(leaf):
-        return [_grown(leaf, new)]
+        return [_grow(leaf, new)]
     if first + len(new) <= SMALL:
         return [_leaf([*leaf.segments[:first], *new])]
     kept = _leaf(leaf.segments[:first]) if first <= SMALL else _part(leaf, 0, first)  # the copy ends its row
@@ -275,16 +275,16 @@ def _shifted(segments: Sequence[Segment], shift: float) -> Sequence[Segment]:
     return [segment.shifted(shift) for segment in segments] if shift else segments
 
 
-def _mended(row: list[Held]) -> list[Held]:
+def _merge_sparse(row: list[Held]) -> list[Held]:
     """A row of nodes in which sparse ones have joined the neighbour before them, where that has room, and a small leaf
     the row of the one before it, where more is to come behind it.
     """
     made: list[Held] = []
     for place, held in enumerate(row):
         if made and (_is_sparse(held.node) or _is_sparse(made[-1].node)):
-            made[-1:] = _together(made[-1], held)
+            made[-1:] = _merge_neighbours(made[-1], held)
         elif made and place < len(row) - 1 and _takes(made[-1].node, held.node):
-            made[-1:] = [_taken(made[-1], held)]
+            made[-1:] = [_merge_leaves(made[-1], held)]
         else:
             made.append(held)
     return made
@@ -300,13 +300,13 @@ def _takes(left: Node, right: Node) -> bool:
     return _ends_row(left) and right.height == 0 and right.count <= SMALL
 
 
-def _taken(left: Held, right: Held) -> Held:
+def _merge_leaves(left: Held, right: Held) -> Held:
     """Two leaves as one, the first of which ends its row."""
     assert isinstance(left.node, Leaf)
-    return Held(left.offset, _grown(left.node, _moved(right, left.offset)))
+    return Held(left.offset, _grow(left.node, _segments_of(right, left.offset)))
 
 
-def _together(left: Held, right: Held) -> list[Held]:
+def _merge_neighbours(left: Held, right: Held) -> list[Held]:
     """Two neighbours of one height as one node, if that can hold both."""
     if isinstance(left.node, Branch) and isinstance(right.node, Branch):
         if (len(left.node.nodes) + len(right.node.nodes)) * MENDED > FAN:
@@ -315,7 +315,7 @@ def _together(left: Held, right: Held) -> list[Held]:
     if (left.node.count + right.node.count) * MENDED > SMALL:
         return [left, right]
     offset = max(left, right, key=lambda held: held.node.count).offset
-    return [Held(offset, _leaf([*_moved(left, offset), *_moved(right, offset)]))]
+    return [Held(offset, _leaf([*_segments_of(left, offset), *_segments_of(right, offset)]))]
 
 
 def _shifted_children(held: Held) -> list[Held]:
@@ -323,7 +323,7 @@ def _shifted_children(held: Held) -> list[Held]:
     return _children(held.node, 0, len(held.node.nodes), held.offset)
 
 
-def _moved(held: Held, offset: float = 0.0) -> Sequence[Segment]:
+def _segments_of(held: Held, offset: float = 0.0) -> Sequence[Segment]:
     """The segments of a leaf, their times counted from `offset`."""
     assert isinstance(held.node, Leaf)
     return _shifted(held.node.segments, held.offset - offset)

@@ -90,7 +90,7 @@ class Timeline:
         last = rope.segment(self._rope, keep - 1) if keep else None
         if last is not None and last.finish > delta.cut:
             keep, new = keep - 1, (last.truncated(delta.cut), *new)
-        made = rope.spliced(self._rope, keep, delta.keep + delta.drop, new, delta.shift)
+        made = rope.splice(self._rope, keep, delta.keep + delta.drop, new, delta.shift)
         if made is None:
             raise ValueError("the delta leaves a timeline without segments")
         timeline = Timeline.__new__(Timeline)

@@ -13,7 +13,7 @@ from vrs_cli.engine.problem import Here, Problem
 from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.trajectory.laws.scurve_pieces import advanced
+from vrs_cli.trajectory.laws.scurve_pieces import state_after
 from vrs_cli.trajectory.laws.scurve_separate import course_pieces, together
 from vrs_cli.trajectory.laws.scurve_times import Part
 from vrs_cli.trajectory.motion import Kind, Motion, Start
@@ -91,10 +91,10 @@ def _check(part: Part, pieces: tuple[tuple[float, float], ...]) -> None:
     for duration, jerk in pieces:
         assert abs(jerk) <= part.max_jerk * (1.0 + 1e-5)
         for share in (0.25, 0.5, 0.75, 1.0):
-            _, speed, rate = advanced(q, v, a, share * duration, jerk)
+            _, speed, rate = state_after(q, v, a, share * duration, jerk)
             assert abs(speed) <= part.peak * (1.0 + 1e-5)
             assert abs(rate) <= max(part.max_acceleration, abs(part.acceleration)) * (1.0 + 1e-5)
-        q, v, a = advanced(q, v, a, duration, jerk)
+        q, v, a = state_after(q, v, a, duration, jerk)
     assert abs(q - part.displacement) <= 1e-9
     assert abs(v) <= 1e-9
     assert abs(a) <= 1e-6

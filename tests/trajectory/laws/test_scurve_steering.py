@@ -7,14 +7,14 @@ from random import Random
 import pytest
 
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.trajectory.laws.scurve_pieces import advanced
+from vrs_cli.trajectory.laws.scurve_pieces import state_after
 from vrs_cli.trajectory.laws.scurve_steering import (
     KEPT,
     Joint,
     _beyond,
     _jerk,
-    _phased,
     _slowing,
+    _with_phases,
     steer,
 )
 from vrs_cli.trajectory.laws.scurve_times import ramps
@@ -64,14 +64,18 @@ def test_too_fast_is_what_is_too_fast_once_the_acceleration_has_gone(v: float, a
 def test_the_pieces_of_a_change_end_at_rest(v: float) -> None:
     state = (0.0, v, 0.0)
     for duration, jerk in ramps(0.3, 0.04).pieces(v, 0.0, 0.0):
-        state = advanced(*state, duration, jerk)
+        state = state_after(*state, duration, jerk)
     assert state[1:] == pytest.approx((0.0, 0.0), abs=1e-12)
 
 
 def test_what_begins_in_the_tick_is_no_stop_yet() -> None:
     path = JointPath(((0.0,),))
     stretches = [(0.5 * TICK, Phase.DECELERATE, path), (TICK, Phase.DECELERATE, path), (1.0, Phase.DECELERATE, path)]
-    assert [phase for _, phase, _ in _phased(iter(stretches), TICK)] == [Phase.BLEND, Phase.BLEND, Phase.DECELERATE]
+    assert [phase for _, phase, _ in _with_phases(iter(stretches), TICK)] == [
+        Phase.BLEND,
+        Phase.BLEND,
+        Phase.DECELERATE,
+    ]
 
 
 def test_a_target_that_moves_is_followed_without_a_lag() -> None:

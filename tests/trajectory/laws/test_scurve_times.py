@@ -14,7 +14,7 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.law import NoTimes
 from vrs_cli.trajectory.laws.scurve import joint_motion
-from vrs_cli.trajectory.laws.scurve_pieces import advanced, farthest, joint_stop, stop, turning_back
+from vrs_cli.trajectory.laws.scurve_pieces import farthest, joint_stop, state_after, stop, turning_back
 from vrs_cli.trajectory.laws.scurve_times import (
     NONE,
     Change,
@@ -141,7 +141,7 @@ def test_nothing_turns_back_earlier_than_full_braking(v: float, part: float) -> 
     braked = turning_back(v, a, 4.0, jerk)
     state = (0.0, v, a)
     for duration, rate in braked:
-        state = advanced(*state, duration, rate)
+        state = state_after(*state, duration, rate)
     swung = braked + stop(state[1], state[2], 4.0, jerk)
     _, nearest = farthest(0.0, v, a, swung)
     _, direct = farthest(0.0, v, a, stop(v, a, 4.0, jerk))

@@ -86,19 +86,19 @@ def _joint_stretches(
 
 def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, least: float = 0.0) -> list[ToolStretch]:
     """The shortest straight-line motion to rest at T_robot_tool `target`; empty when the tool is there already."""
-    line = _Line(state, target, limits)
+    line = _ToolMotion(state, target, limits)
     times = line.times(least)
     return list(line.stretches(times)) if times.reach > 0.0 else []
 
 
 def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
     """The tool to rest as soon as it can, on the line that it moves on."""
-    line = _Line(state, state.pose, limits)
+    line = _ToolMotion(state, state.pose, limits)
     blend = up_to_grid(max(length(state.velocity) / limits.acceleration, line.spin / limits.spin_acceleration))
     return [replace(stretch, phase=Phase.DECELERATE) for stretch in line.stretches(Times(blend, 0.0, 0.0))]
 
 
-class _Line:
+class _ToolMotion:
     """A straight line from a state to a target, with its rotation: first the present spin dies, then one turn."""
 
     def __init__(self, state: ToolState, target: Transform, limits: ToolLimits) -> None:
@@ -136,7 +136,7 @@ class _Line:
             slowing = max(slowing, angle / limits.spin_acceleration)
         return Demand(low, high, slowing)
 
-    def turned(self, blend: float) -> Transform:
+    def orientation_after(self, blend: float) -> Transform:
         """The orientation reached by the present spin while it dies."""
         if self.spin <= NEGLIGIBLE:
             return self.state.pose
@@ -144,7 +144,7 @@ class _Line:
 
     def turn(self, blend: float) -> tuple[Vector, float]:
         """Axis and angle of the turn that is left after the spin has died."""
-        return axis_angle(compose(inverse(self.turned(blend)), self.target))
+        return axis_angle(compose(inverse(self.orientation_after(blend)), self.target))
 
     def stretches(self, times: Times) -> Iterator[ToolStretch]:
         blend, cruise, slow = times
@@ -160,7 +160,7 @@ class _Line:
         turning = ((axis, parabola(0.0, 0.0, w1, blend)),) if w1 else ()
         phase = Phase.ACCELERATE if state.at_rest else Phase.BLEND
         yield ToolStretch(blend, phase, position, state.pose, dying + turning)
-        p, angle, R = _ends(position, blend), 0.5 * w1 * blend, self.turned(blend)
+        p, angle, R = _ends(position, blend), 0.5 * w1 * blend, self.orientation_after(blend)
         if cruise:
             position = ((p[0], v1[0]), (p[1], v1[1]), (p[2], v1[2]))
             yield ToolStretch(cruise, Phase.CRUISE, position, R, ((axis, (angle, w1)),) if w1 else ())

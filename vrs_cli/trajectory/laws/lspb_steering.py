@@ -42,7 +42,7 @@ def steer(
     """A tick [s] towards the target, on the time grid, then coasting and braking to rest; braking at once, at the
     `hardest`, where the motion before has left no room for a whole tick.
     """
-    segments = _steered(state, target, limits, tick, start, motion)
+    segments = _follow_and_stop(state, target, limits, tick, start, motion)
     return (
         segments
         if stay_inside(segments, limits.lower, limits.upper)
@@ -50,7 +50,7 @@ def steer(
     )
 
 
-def _steered(
+def _follow_and_stop(
     state: JointState, target: Target, limits: JointLimits, tick: float, start: float, motion: Motion
 ) -> tuple[Segment, ...]:
     v1 = tuple(

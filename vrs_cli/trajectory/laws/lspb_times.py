@@ -76,7 +76,7 @@ def from_rest(components: Sequence[Component], least: float = 0.0) -> Times:
     if by_velocity <= NEGLIGIBLE:
         return Times(0.0, 0.0, 0.0)
     reach = max(by_velocity, sqrt(by_acceleration), _reach_for(least, by_acceleration))
-    return _rounded(reach * MARGIN, by_acceleration)
+    return _rest_times(reach * MARGIN, by_acceleration)
 
 
 def _reach_for(total: float, by_acceleration: float) -> float:
@@ -85,7 +85,7 @@ def _reach_for(total: float, by_acceleration: float) -> float:
     return 0.5 * (total + sqrt(square)) if square > 0.0 else 0.0
 
 
-def _rounded(reach: float, by_acceleration: float) -> Times:
+def _rest_times(reach: float, by_acceleration: float) -> Times:
     """Blend and slowing-down of equal length, the sum of blend and cruise at least `reach`."""
     blend = up_to_grid(by_acceleration / reach)
     return _without_sliver(blend, up_to_grid(max(reach - blend, 0.0)), blend)
@@ -195,7 +195,7 @@ def search(
         if best.blend > LONGEST_BLEND:
             raise ValueError("no blend time brings the motion to its target within the limits")
         low, best = best, tried(2.0 * best.blend)
-    return _settled(demands, _shortest(tried, low, best, first_steps), least)
+    return _times_on_grid(demands, _shortest(tried, low, best, first_steps), least)
 
 
 class Try(NamedTuple):
@@ -240,7 +240,7 @@ def _most(demand: Demand, blend: float) -> float:
     return min(high, (sqrt(blend * blend + 8.0 * slowing) - blend) / (2.0 * slowing))
 
 
-def _settled(demands: Demands, blend: float, least: float) -> Times:
+def _times_on_grid(demands: Demands, blend: float, least: float) -> Times:
     """The times on the grid for the chosen blend time; slower when the motion is to last at least `least`."""
     blend = up_to_grid(blend * MARGIN) + ROOM
     while True:

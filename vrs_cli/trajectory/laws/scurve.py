@@ -148,19 +148,19 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
 
     Raises NoTimes where the state at the start allows none.
     """
-    line = _Line(state, target, limits)
+    line = _ToolMotion(state, target, limits)
     course = line.course(least)
     return list(line.stretches(course)) if course.reach > 0.0 else []
 
 
 def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
     """The tool to rest about as soon as it can, on the line that it moves on. Raises NoTimes."""
-    line = _Line(state, state.pose, limits)
+    line = _ToolMotion(state, state.pose, limits)
     stretches = line.stretches(Course(line.stop(), 0.0, NONE))
     return [replace(stretch, phase=Phase.DECELERATE) for stretch in stretches]
 
 
-class _Line:
+class _ToolMotion:
     """A straight line from a state to a target, with its rotation: the present spin dies, then one turn.
 
     The spin dies as a turn about its axis and, where its rate points elsewhere, as another about an axis across.
@@ -243,7 +243,7 @@ class _Line:
         )
         return both(vector_bounds(part, change), turn_bounds(angle, change, self.spin, self.spin_rate, turning))
 
-    def turned(self, change: Change) -> Transform:
+    def orientation_after(self, change: Change) -> Transform:
         """The orientation reached while the present spin dies."""
         R = self.state.pose
         for axis, rate, acceleration in self.dying:
@@ -254,7 +254,7 @@ class _Line:
 
     def turn(self, change: Change) -> tuple[Vector, float]:
         """Axis and angle of the turn that is left after the spin has died."""
-        return axis_angle(compose(inverse(self.turned(change)), self.target))
+        return axis_angle(compose(inverse(self.orientation_after(change)), self.target))
 
     def stretches(self, course: Course) -> Iterator[ToolStretch]:
         change, cruise, slow = course
@@ -280,7 +280,7 @@ class _Line:
             x, y, z = (row[i] for row in position)
             yield ToolStretch(duration, phase, (x, y, z), state.pose, tuple((k, row[i]) for k, row in turns))
         p = [value(row[-1], times[-1]) for row in position]
-        turned, R = value(turns[-1][1][-1], times[-1]) if w1 else 0.0, self.turned(change)
+        turned, R = value(turns[-1][1][-1], times[-1]) if w1 else 0.0, self.orientation_after(change)
         if cruise:
             x, y, z = zip(p, v1, strict=True)
             yield ToolStretch(cruise, Phase.CRUISE, (x, y, z), R, ((axis, (turned, w1)),) if w1 else ())

@@ -38,13 +38,13 @@ def stop(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
     if fall < MOMENT:  # so little to do that the time grid would show in the jerk
         rise, fall = max(rise, 10.0 * MOMENT), 10.0 * MOMENT
     elif rise < MOMENT:  # the level is that which there is
-        return tuple((duration, -sign * rate) for duration, rate in _held(v, a, jerk))
+        return tuple((duration, -sign * rate) for duration, rate in _pieces_at_level(v, a, jerk))
     hold = (v + 0.5 * (a - level) * rise) / level - 0.5 * fall
     change = Change(up_to_grid(rise) + ROOM, up_to_grid(max(hold, 0.0)), up_to_grid(fall) + ROOM)
     return tuple((duration, sign * rate) for duration, rate in change.pieces(v, a, 0.0))
 
 
-def _held(v: float, a: float, jerk: float) -> Iterator[tuple[float, float]]:
+def _pieces_at_level(v: float, a: float, jerk: float) -> Iterator[tuple[float, float]]:
     """The deceleration a < 0 is kept, and then goes; the sign of the jerk is turned round."""
     fall = up_to_grid(-a / jerk)
     hold = up_to_grid(max(-v / a - 0.5 * fall, 0.0))
@@ -73,12 +73,12 @@ def farthest(q: float, v: float, a: float, pieces: Pieces) -> tuple[float, float
     places = [q]
     for duration, jerk in pieces:
         places += [q + s * (v + s * (0.5 * a + s * jerk / 6.0)) for s in turns(v, a, jerk) if 0.0 < s < duration]
-        q, v, a = advanced(q, v, a, duration, jerk)
+        q, v, a = state_after(q, v, a, duration, jerk)
         places.append(q)
     return min(places), max(places)
 
 
-def advanced(q: float, v: float, a: float, s: float, jerk: float) -> tuple[float, float, float]:
+def state_after(q: float, v: float, a: float, s: float, jerk: float) -> tuple[float, float, float]:
     """The state s seconds later."""
     return q + s * (v + s * (0.5 * a + s * jerk / 6.0)), v + s * (a + 0.5 * s * jerk), a + s * jerk
 
@@ -122,7 +122,7 @@ def _pieces_to_rest(
         return direct
     pieces = turning_back(v, a, acceleration, jerk)
     for duration, rate in pieces:
-        q, v, a = advanced(q, v, a, duration, rate)
+        q, v, a = state_after(q, v, a, duration, rate)
     return pieces + stop(v, a, acceleration, jerk)
 
 
@@ -137,12 +137,12 @@ def joint_pieces(state: JointState, pieces: Sequence[Pieces], phase: Phase) -> I
             at = sum(1 for time in times[1:] if time <= begin)
             jerk = row[at][1] if at < len(row) else 0.0
             path.append((q, v, 0.5 * a, jerk / 6.0))
-            after.append(_settled(advanced(q, v, a, end - begin, jerk), end >= times[-1], phase))
+            after.append(_without_rounding(state_after(q, v, a, end - begin, jerk), end >= times[-1], phase))
         states = after
         yield end - begin, phase, JointPath(tuple(path))
 
 
-def _settled(state: tuple[float, float, float], done: bool, phase: Phase) -> tuple[float, float, float]:
+def _without_rounding(state: tuple[float, float, float], done: bool, phase: Phase) -> tuple[float, float, float]:
     """The state of a joint without what rounding has left of an acceleration, and of a velocity, that is over."""
     q, v, a = state
     return (q, 0.0 if phase is Phase.DECELERATE else v, 0.0) if done else (q, v, a)

@@ -34,14 +34,14 @@ class Fastest(NamedTuple):
 
 
 def fastest(part: Part) -> Fastest:
-    change, _ = _to(part, 0.0)
-    ahead = part.displacement - _changed(part.velocity, part.acceleration, 0.0, change)
+    change, _ = _changes_through(part, 0.0)
+    ahead = part.displacement - _way_of_change(part.velocity, part.acceleration, 0.0, change)
     if abs(ahead) <= NEGLIGIBLE:
         return Fastest(change, 0.0, change.lasts)
     slow, fast = 0.0, part.max_velocity if ahead > 0.0 else -part.max_velocity
     v1 = fast
     for _ in range(HALVINGS):
-        change, slowing = _to(part, v1)
+        change, slowing = _changes_through(part, v1)
         cruise = (part.displacement - _way(part, change, v1, slowing)) / v1
         if cruise >= 0.0:
             if v1 == fast or cruise < CLOSE * change.lasts:
@@ -58,20 +58,20 @@ def together(parts: Sequence[Part], least: float) -> list[Course]:
     alone = [fastest(part) for part in parts]
     whole = up_to_grid(max(least, *(one.lasting for one in alone)) + SPARE)
     while True:
-        courses = [_lasting(part, one.velocity, whole) for part, one in zip(parts, alone, strict=True)]
+        courses = [_course_of_time(part, one.velocity, whole) for part, one in zip(parts, alone, strict=True)]
         if None not in courses:
             return [course for course in courses if course is not None]
         whole = up_to_grid(LATER * whole)
 
 
-def _lasting(part: Part, fast: float, whole: float) -> Course | None:
+def _course_of_time(part: Part, fast: float, whole: float) -> Course | None:
     """The times of a part that arrives at that time; None where it would have to come to rest earlier."""
     if not fast:
-        return Course(_to(part, 0.0)[0], 0.0, NONE)
+        return Course(_changes_through(part, 0.0)[0], 0.0, NONE)
     slow = 0.0
     for _ in range(HALVINGS):
         v1 = 0.5 * (slow + fast)
-        change, slowing = _to(part, v1)
+        change, slowing = _changes_through(part, v1)
         cruise = whole - change.lasts - slowing.lasts
         if (part.displacement - _way(part, change, v1, slowing) - v1 * cruise) * fast > 0.0:
             slow = v1
@@ -93,26 +93,26 @@ def course_pieces(part: Part, course: Course) -> Pieces:
     return (*begin, *(((course.cruise, 0.0),) if course.cruise else ()), *end)
 
 
-def _to(part: Part, v1: float) -> tuple[Change, Change]:
+def _changes_through(part: Part, v1: float) -> tuple[Change, Change]:
     """The quickest changes to velocity v1, and from there to rest."""
     acceleration, jerk = part.max_acceleration, part.max_jerk
-    change = _losing(part.velocity - v1, part.acceleration, acceleration, jerk)
-    return change, _losing(v1, 0.0, acceleration, jerk) if abs(v1) > NEGLIGIBLE else NONE
+    change = _change_to_rest(part.velocity - v1, part.acceleration, acceleration, jerk)
+    return change, _change_to_rest(v1, 0.0, acceleration, jerk) if abs(v1) > NEGLIGIBLE else NONE
 
 
 def _way(part: Part, change: Change, v1: float, slow: Change) -> float:
     """How far the part goes in both changes."""
-    return _changed(part.velocity, part.acceleration, v1, change) + _changed(v1, 0.0, 0.0, slow)
+    return _way_of_change(part.velocity, part.acceleration, v1, change) + _way_of_change(v1, 0.0, 0.0, slow)
 
 
-def _changed(v0: float, a0: float, v1: float, change: Change) -> float:
+def _way_of_change(v0: float, a0: float, v1: float, change: Change) -> float:
     if not change.lasts:
         return 0.0
     k0, k1 = change.ways
     return v0 * change.lasts + a0 * k0 + change.level(v0, a0, v1) * k1
 
 
-def _losing(v: float, a: float, acceleration: float, jerk: float) -> Change:
+def _change_to_rest(v: float, a: float, acceleration: float, jerk: float) -> Change:
     """The times of the quickest change to velocity and acceleration zero."""
     acceleration, jerk = acceleration / CAREFUL, jerk / CAREFUL
     left = v + 0.5 * a * abs(a) / jerk  # the velocity once the acceleration is gone

@@ -19,7 +19,7 @@ from typing import NamedTuple
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Coming, Pieces
 from vrs_cli.trajectory.laws.lspb_steering import COASTING, SPARE
-from vrs_cli.trajectory.laws.scurve_pieces import advanced, farthest, joint_pieces, stop
+from vrs_cli.trajectory.laws.scurve_pieces import farthest, joint_pieces, state_after, stop
 from vrs_cli.trajectory.laws.scurve_times import MOMENT, Change, ramps
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.motion import Motion
@@ -75,10 +75,10 @@ def steer(
     if before is None:
         return ()
     pieces = [
-        planned if jerk is None else ((tick, jerk), *_stopped(one, jerk, tick))
+        planned if jerk is None else ((tick, jerk), *_pieces_of_stop(one, jerk, tick))
         for one, jerk, planned in zip(joints, jerks, before, strict=True)
     ]
-    return segments_of(start, motion, _phased(joint_pieces(state, pieces, Phase.DECELERATE), tick))
+    return segments_of(start, motion, _with_phases(joint_pieces(state, pieces, Phase.DECELERATE), tick))
 
 
 def _joints(state: JointState, target: Target, limits: JointLimits) -> list[Joint]:
@@ -108,7 +108,7 @@ def _jerk(one: Joint, tick: float) -> float | None:
     """The jerk of a tick, as near to what the joint wants as its limits allow; None where no jerk keeps them."""
     least = min(max(-one.j_max, (-one.a_max - one.a) / tick), one.j_max)
     most = max(min(one.j_max, (one.a_max - one.a) / tick), -one.j_max)
-    jerk = min(max((_wanted(one, tick) - one.a) / tick, least), most)
+    jerk = min(max((_wanted_acceleration(one, tick) - one.a) / tick, least), most)
     beyond = _beyond(one, jerk, tick)
     if not beyond:
         return jerk
@@ -124,7 +124,7 @@ def _jerk(one: Joint, tick: float) -> float | None:
     return None if _beyond(one, near, tick) else near
 
 
-def _wanted(one: Joint, tick: float) -> float:
+def _wanted_acceleration(one: Joint, tick: float) -> float:
     """The acceleration at the end of the tick."""
     error = one.p - one.q
     closing = min(abs(error) / (RESPONSE * tick), _brakable(abs(error), EASY * one.a_max, EASY * one.j_max))
@@ -147,7 +147,7 @@ def _beyond(one: Joint, jerk: float, tick: float) -> int:
     """Whether a tick with this jerk makes a joint too fast, or leaves it too little room to stop: 1 upwards, -1
     downwards, 0 not at all."""
     q, v, a = one.q, one.v, one.a
-    _, v1, a1 = advanced(q, v, a, tick, jerk)
+    _, v1, a1 = state_after(q, v, a, tick, jerk)
     turning = v - 0.5 * a * a / jerk if a * a1 < 0.0 else v  # where the acceleration changes its sign
     settled = v1 + 0.5 * a1 * abs(a1) / (KEPT * one.j_max)
     if max(turning, v1, settled) > _bound(one, v, a):
@@ -172,8 +172,8 @@ def _bound(one: Joint, v: float, a: float) -> float:
 # --- the stop ------------------------------------------------------------------------------------------------------
 
 
-def _stopped(one: Joint, jerk: float, tick: float) -> Pieces:
-    _, v1, a1 = advanced(one.q, one.v, one.a, tick, jerk)
+def _pieces_of_stop(one: Joint, jerk: float, tick: float) -> Pieces:
+    _, v1, a1 = state_after(one.q, one.v, one.a, tick, jerk)
     return stop(v1, a1, KEPT * one.a_max, KEPT * one.j_max)
 
 
@@ -181,14 +181,14 @@ def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[
     """The tick, then all joints lose their accelerations, coast, and come to rest together; nothing where there is no
     room for that."""
     joints = [one for one, _ in steady]
-    after = [advanced(one.q, one.v, one.a, tick, jerk) for one, jerk in steady]
+    after = [state_after(one.q, one.v, one.a, tick, jerk) for one, jerk in steady]
     chase = JointPath(tuple([(one.q, one.v, 0.5 * one.a, jerk / 6.0) for one, jerk in steady]))
     stretches: list[tuple[float, Phase, Path]] = [(tick, Phase.BLEND, chase)]
     if not any(v or a for _, v, a in after):
         return stretches
     settling = [abs(a) / one.j_max for one, (_, _, a) in zip(joints, after, strict=True)]
     coasting = up_to_grid(max(COASTING * tick, *settling))
-    coasted = [advanced(q, v, a, coasting, -a / coasting)[:2] for q, v, a in after]
+    coasted = [state_after(q, v, a, coasting, -a / coasting)[:2] for q, v, a in after]
     change = _slowing(joints, [v for _, v in coasted])
     for one, here, (_, v) in zip(joints, after, coasted, strict=True):
         if not _has_room(one, here, v, coasting, change):
@@ -221,7 +221,7 @@ def _has_room(one: Joint, here: tuple[float, float, float], v1: float, coasting:
     return one.low <= low and high <= one.high
 
 
-def _phased(stretches: Iterator[tuple[float, Phase, Path]], tick: float) -> Iterator[tuple[float, Phase, Path]]:
+def _with_phases(stretches: Iterator[tuple[float, Phase, Path]], tick: float) -> Iterator[tuple[float, Phase, Path]]:
     """What begins in the tick is no stop yet."""
     begun = 0.0
     for duration, phase, path in stretches:

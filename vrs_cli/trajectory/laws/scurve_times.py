@@ -430,7 +430,7 @@ def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0,
         u = _quickest(bounds)
         return inf if u is None else _total(bounds, change, u)
 
-    return _settled(demands, _downhill(total, _possible(total, guess, shortest), shortest, good), least)
+    return _times_on_grid(demands, _downhill(total, _possible(total, guess, shortest), shortest, good), least)
 
 
 def _total(bounds: Bounds, change: Change, u: float) -> float:
@@ -485,7 +485,7 @@ def _downhill(total: Callable[[Change], float], start: Change, shortest: float, 
     return best
 
 
-def _settled(demands: Demands, change: Change, least: float) -> Course:
+def _times_on_grid(demands: Demands, change: Change, least: float) -> Course:
     """The times on the grid for the chosen change; slower when the motion is to last at least `least`."""
     for _ in range(DOUBLINGS):
         change = Change(*(up_to_grid(x * MARGIN) + ROOM if x > SLIVER else 0.0 for x in change))
