@@ -87,6 +87,8 @@ def _zero_between(a: Polynomial, low: float, high: float) -> float:
 
 def turning_points(a: Polynomial, lasting: float) -> list[float]:
     """The times between 0 and `lasting` at which p(t) turns back, or stands for a moment."""
+    if len(a) == 4:
+        return sorted([t for t in turns(a[1], 2.0 * a[2], 6.0 * a[3]) if 0.0 < t < lasting])
     return zeros(derivative(a), lasting)
 
 

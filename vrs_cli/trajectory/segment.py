@@ -79,13 +79,13 @@ class JointPath:
         """Whether every joint ends inside its range, and turns back there if it does."""
         for a, least, most in zip(self.coefficients, lower, upper, strict=True):
             low, high = least - LIMIT_TOLERANCE, most + LIMIT_TOLERANCE
+            if not low <= value(a, duration) <= high:
+                return False
             if len(a) == 3:  # by far the most frequent
                 p, v, half = a
-                if not low <= p + duration * (v + duration * half) <= high:
-                    return False
                 if v * (v + 2.0 * half * duration) < 0.0 and not low <= p - 0.25 * v * v / half <= high:
                     return False
-            elif not all(low <= value(a, s) <= high for s in (duration, *turning_points(a, duration))):
+            elif len(a) > 3 and not all(low <= value(a, s) <= high for s in turning_points(a, duration)):
                 return False
         return True
 
