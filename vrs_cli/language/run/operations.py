@@ -21,6 +21,7 @@ from vrs_cli.kinematics.transform import (
     Transform,
     Vector,
     at_position,
+    distance,
     from_oat,
     inverse,
     normalised,
@@ -30,9 +31,8 @@ from vrs_cli.kinematics.transform import (
     rotation_z,
     translation,
 )
-from vrs_cli.kinematics.transform import distance as metres_between
 from vrs_cli.language.run.cells import Reference
-from vrs_cli.language.run.formats import TypeItem, encode
+from vrs_cli.language.run.formats import encode
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.units import NO_WAIT, checked_unit
 from vrs_cli.language.words.values import (
@@ -58,26 +58,10 @@ def truth(condition: bool) -> float:
     return TRUE if condition else FALSE
 
 
-def sign(x: float) -> float:
-    return -1.0 if x < 0.0 else 1.0
-
-
-def square(x: float) -> float:
-    return x * x
-
-
 def square_root(x: float) -> float:
     if x < 0.0:
         raise NegativeSquareRoot(f"SQRT({plain(x)})", "the argument must not be negative")
     return sqrt(x)
-
-
-def integer_part(x: float) -> float:
-    return float(math.trunc(x))
-
-
-def fraction(x: float) -> float:
-    return x - math.trunc(x)
 
 
 _SINES: tuple[Callable[[float], float], ...] = (sin, cos, lambda x: -sin(x), lambda x: -cos(x))
@@ -98,14 +82,6 @@ def tangent(angle: float) -> float:
     if adjacent == 0.0:
         raise ArithmeticOverflow(f"TAN({plain(angle)})", "the tangent of a right angle is infinite")
     return sine(angle) / adjacent
-
-
-def arc_tangent(y: float, x: float) -> float:
-    return in_degrees(math.atan2(y, x))
-
-
-def outside(low: float, value: float, high: float) -> float:
-    return truth(value < low or value > high)
 
 
 def modulo(a: float, b: float) -> float:
@@ -153,22 +129,10 @@ def signals_on(context: Context, *numbers: float) -> float:
     return truth(all(states))
 
 
-def signal_installed(context: Context, number: float) -> float:
-    return truth(context.environment.signals.exists(number))
-
-
-def bits_of(context: Context, first: float, count: float | None) -> float:
-    return float(context.environment.signals.read_bits(first, 1.0 if count is None else count))
-
-
 # --- locations ---------------------------------------------------------------------------------------------------
 
 
 NULL_ANGLES = (90.0, -90.0, 0.0)  # O, A, T of the identity (val2 section 6.2)
-
-
-def distance(a: Transform, b: Transform) -> float:
-    return millimetres(metres_between(a, b))
 
 
 def _or(number: float | None, default: float) -> float:
@@ -231,9 +195,7 @@ def frame(a: Transform, b: Transform, c: Transform, d: Transform | None) -> Tran
 
 
 def code_of(text: str, index: float | None) -> float:
-    place = whole(_or(index, 1.0))
-    if place < 1:
-        raise IllegalValue(f"character {place} of a string", "characters count from 1")
+    place = _from_one(_or(index, 1.0), "a string")
     return float(ord(text[place - 1])) if place <= len(text) else -1.0
 
 
@@ -247,24 +209,14 @@ def position_of(text: str, part: str, start: float | None) -> float:
     return float(text.find(part, first - 1) + 1) if part else 0.0
 
 
-def string_order(a: str, b: str) -> float:
-    return float((a > b) - (a < b))
-
-
 def character(code: float) -> str:
     return chr(integer_between(code, 0, 255, "character"))
 
 
 def middle(text: str, first: float, count: float | None) -> str:
-    start = whole(first)
-    if start < 1:
-        raise IllegalValue(f"character {start} of a string", "characters count from 1")
+    start = _from_one(first, "a string")
     size = len(text) if count is None else max(whole(count), 0)
     return text[start - 1 : start - 1 + size]
-
-
-def encoded(context: Context, *items: TypeItem) -> str:
-    return encode(items, context.environment.units)[0]
 
 
 def decoded(source: Reference, separators: str, mode: float | None) -> str:
@@ -275,10 +227,6 @@ def decoded(source: Reference, separators: str, mode: float | None) -> str:
     size = next((i for i, c in enumerate(text) if (c in separators) is not wanted), len(text))
     source.assign(text[size:])
     return text[:size]
-
-
-def truncate(text: str) -> str:
-    return text.split("\0", 1)[0]
 
 
 def packer(code: str, low: float, high: float) -> Callable[[float], str]:
@@ -309,26 +257,34 @@ PIECE = 128  # characters of an element of an array that PACK and $UNPACK take f
 
 def unpacked(array: Reference, first: float, count: float) -> str:
     """Return `count` characters from `first` on (counted from 1 in the element named), across elements of 128 each."""
-    start, size = whole(first) - 1, integer_between(count, 0, PIECE, "a number of characters of")
-    if start < 0:
-        raise IllegalValue(f"character {whole(first)} of an array", "characters count from 1")
-    pieces = [element(array, start // PIECE + k) for k in (0, 1)]
+    pieces, at, size = _stretch(array, first, count)
     text = "".join(str(piece.value()).ljust(PIECE, "\0") if piece.defined() else "" for piece in pieces)
-    return text[start % PIECE : start % PIECE + size].rstrip("\0")
+    return text[at : at + size].rstrip("\0")
 
 
 def pack(array: Reference, first: float, count: float, text: str) -> None:
     """Put `count` characters of a text where `unpacked` finds them. Fill a shorter text with zero characters."""
-    start, size = whole(first) - 1, integer_between(count, 0, PIECE, "a number of characters of")
-    if start < 0:
-        raise IllegalValue(f"character {whole(first)} of an array", "characters count from 1")
-    pieces = [element(array, start // PIECE + k) for k in (0, 1)]
+    pieces, at, size = _stretch(array, first, count)
     old = "".join((str(piece.value()) if piece.defined() else "").ljust(PIECE, "\0") for piece in pieces)
-    at = start % PIECE
     new = old[:at] + text[:size].ljust(size, "\0") + old[at + size :]
     for piece, part in zip(pieces, (new[:PIECE], new[PIECE:]), strict=True):
         if piece.defined() or part.rstrip("\0"):
             piece.assign(part.rstrip("\0"))
+
+
+def _stretch(array: Reference, first: float, count: float) -> tuple[list[Reference], int, int]:
+    """Return the two elements that hold the characters, the index of the first character in them, and the number."""
+    size = integer_between(count, 0, PIECE, "a number of characters of")
+    start = _from_one(first, "an array") - 1
+    return [element(array, start // PIECE + k) for k in (0, 1)], start % PIECE, size
+
+
+def _from_one(number: float, what: str) -> int:
+    """The place of a character. Raises IllegalValue."""
+    place = whole(number)
+    if place < 1:
+        raise IllegalValue(f"character {place} of {what}", "characters count from 1")
+    return place
 
 
 def element(first: Reference, offset: int) -> Reference:
@@ -426,10 +382,6 @@ def test_and_set(variable: Reference, new: float) -> float:
     return old
 
 
-def identical(a: Transform, b: Transform) -> float:
-    return truth(a == b)
-
-
 # --- the table -----------------------------------------------------------------------------------------------------
 
 Evaluator = Callable[..., Value]
@@ -437,26 +389,26 @@ Evaluator = Callable[..., Value]
 # Each function by its name: its arguments are values, None for an omitted one, a Reference where a variable is wanted.
 OF_VALUES: Mapping[str, Evaluator] = {
     "ABS": abs,
-    "SIGN": sign,
-    "SQR": square,
+    "SIGN": lambda x: -1.0 if x < 0.0 else 1.0,
+    "SQR": lambda x: x * x,
     "SQRT": square_root,
-    "INT": integer_part,
-    "FRACT": fraction,
+    "INT": lambda x: float(math.trunc(x)),
+    "FRACT": lambda x: x - math.trunc(x),
     "SIN": sine,
     "COS": cosine,
     "TAN": tangent,
-    "ATAN2": arc_tangent,
+    "ATAN2": lambda y, x: in_degrees(math.atan2(y, x)),
     "MAX": lambda *x: max(x),
     "MIN": lambda *x: min(x),
-    "OUTSIDE": outside,
+    "OUTSIDE": lambda low, x, high: truth(x < low or x > high),
     "BCD": to_bcd,
     "DCB": from_bcd,
     "BMASK": bit_mask,
     "DX": lambda T: millimetres(T.px),
     "DY": lambda T: millimetres(T.py),
     "DZ": lambda T: millimetres(T.pz),
-    "DISTANCE": distance,
-    "IDENTICAL": identical,
+    "DISTANCE": lambda a, b: millimetres(distance(a, b)),
+    "IDENTICAL": lambda a, b: truth(a == b),
     "TRANS": trans,
     "SHIFT": shift,
     "FRAME": frame,
@@ -479,13 +431,13 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "ASC": code_of,
     "VAL": value_of,
     "POS": position_of,
-    "STRDIF": string_order,
+    "STRDIF": lambda a, b: float((a > b) - (a < b)),
     "$CHR": character,
     "$MID": middle,
     "$DECODE": decoded,
     "$ERROR": lambda code: message(whole(code)),
     "$ID": lambda _=None: f"vrs {__version__}",
-    "$TRUNCATE": truncate,
+    "$TRUNCATE": lambda text: text.split("\0", 1)[0],
     "$INTB": packer("h", -32768.0, 32767.0),
     "$LNGB": packer("i", -2147483648.0, 2147483647.0),
     "$FLTB": packer("f", -3.4028234e38, 3.4028234e38),
@@ -511,8 +463,8 @@ IN_CONTEXT: Mapping[str, Evaluator] = {
     "#PDEST": lambda it: it.robot.destination_joints(),
     "#PHERE": lambda it: it.robot.joints(),
     "SIG": signals_on,
-    "SIG.INS": signal_installed,
-    "BITS": bits_of,
+    "SIG.INS": lambda it, number: truth(it.environment.signals.exists(number)),
+    "BITS": lambda it, first, count: float(it.environment.signals.read_bits(first, _or(count, 1.0))),
     "TIMER": lambda it, number: it.environment.timers.read(number, it.robot.time()),
     "TIME": lambda it: it.robot.time(),
     "SPEED": lambda it, n: float(it.robot.speed(whole(n))),
@@ -522,7 +474,7 @@ IN_CONTEXT: Mapping[str, Evaluator] = {
     "HAND": lambda it: float(it.robot.hand()),
     "HAND.TIME": lambda it: numeric(it.robot.parameter("HAND.TIME")),
     "ERROR": lambda it, *_: float(it.environment.last_error),
-    "$ENCODE": encoded,
+    "$ENCODE": lambda it, *items: encode(items, it.environment.units)[0],
     "$TIME": clock_text,
     "STATUS": lambda it, name: float(it.environment.system.program_status(name)),
     "TASK": about_task,

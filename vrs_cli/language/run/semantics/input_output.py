@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import cast
 
 from vrs_cli.engine.commands import Break
@@ -124,11 +125,8 @@ def _detach(_context: Context, it: Operands) -> Iterable[Yielded]:
     return (Break(), DetachRobot()) if unit == ROBOT else (DetachUnit(checked_unit(unit)),)
 
 
-def _open(access: Access) -> Handler:
-    def open_file(_context: Context, it: Operands) -> Iterable[Yielded]:
-        return (OpenFile(checked_disk(it.real(0), access.value), cast(str, it.get(1)), access),)
-
-    return open_file
+def _open(access: Access, _context: Context, it: Operands) -> Iterable[Yielded]:
+    return (OpenFile(checked_disk(it.real(0), access.value), cast(str, it.get(1)), access),)
 
 
 def _close(_context: Context, it: Operands) -> Iterable[Yielded]:
@@ -188,7 +186,7 @@ INPUT_OUTPUT: Mapping[str, Handler] = {
     "PROMPT": _prompt,
     "ATTACH": _attach,
     "DETACH": _detach,
-    **{access.value: _open(access) for access in Access},
+    **{access.value: partial(_open, access) for access in Access},
     "FCLOSE": _close,
     "FDELETE": _delete_file,
     "READ": _read,

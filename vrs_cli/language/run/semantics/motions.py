@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 
 from vrs_cli.engine.commands import Brake, Break, Delay, JointTarget, Move, NamedTarget, PoseTarget, Target
 from vrs_cli.engine.parameters import FULL_SPEED, JOINT_SPEED
@@ -26,12 +27,9 @@ def _hand_of(opening: float | None) -> float | None:
     return None if opening is None else 1.0 if opening > 0.0 or opening == -1.0 else 0.0
 
 
-def _move(straight: bool) -> Handler:
-    def move(_context: Context, it: Operands) -> Iterable[Yielded]:
-        hand = _hand_of(it.optional(1))
-        return (Move(_target(it.place(0)), straight, hand=hand, stamp=it.stamp, text=it.text),)
-
-    return move
+def _move(straight: bool, _context: Context, it: Operands) -> Iterable[Yielded]:
+    hand = _hand_of(it.optional(1))
+    return (Move(_target(it.place(0)), straight, hand=hand, stamp=it.stamp, text=it.text),)
 
 
 def _back_off(distance: float) -> Transform:
@@ -39,20 +37,13 @@ def _back_off(distance: float) -> Transform:
     return translation(0.0, 0.0, -distance / 1000.0)
 
 
-def _approach(straight: bool) -> Handler:
-    def approach(_context: Context, it: Operands) -> Iterable[Yielded]:
-        pose = compose(it.transform(0), _back_off(it.real(1)))
-        return (Move(PoseTarget(pose), straight, stamp=it.stamp, text=it.text),)
-
-    return approach
+def _approach(straight: bool, _context: Context, it: Operands) -> Iterable[Yielded]:
+    pose = compose(it.transform(0), _back_off(it.real(1)))
+    return (Move(PoseTarget(pose), straight, stamp=it.stamp, text=it.text),)
 
 
-def _depart(straight: bool) -> Handler:
-    def depart(_context: Context, it: Operands) -> Iterable[Yielded]:
-        target = ToolOffsetTarget(_back_off(it.real(0)))
-        return (Move(target, straight, stamp=it.stamp, text=it.text),)
-
-    return depart
+def _depart(straight: bool, _context: Context, it: Operands) -> Iterable[Yielded]:
+    return (Move(ToolOffsetTarget(_back_off(it.real(0))), straight, stamp=it.stamp, text=it.text),)
 
 
 def _drive(context: Context, it: Operands) -> Iterable[Yielded]:
@@ -64,11 +55,8 @@ def _drive(context: Context, it: Operands) -> Iterable[Yielded]:
     return (Move(target, False, speed=fraction, stamp=it.stamp, text=it.text),)
 
 
-def _named(name: str) -> Handler:
-    def named(_context: Context, it: Operands) -> Iterable[Yielded]:
-        return (Move(NamedTarget(name), False, stamp=it.stamp, text=it.text),)
-
-    return named
+def _named(name: str, _context: Context, it: Operands) -> Iterable[Yielded]:
+    return (Move(NamedTarget(name), False, stamp=it.stamp, text=it.text),)
 
 
 def _align(_context: Context, it: Operands) -> Iterable[Yielded]:
@@ -87,30 +75,22 @@ def _delay(_context: Context, it: Operands) -> Iterable[Yielded]:
     return (Delay(seconds, it.text),)
 
 
-def _break(_context: Context, _it: Operands) -> Iterable[Yielded]:
-    return (Break(),)
-
-
-def _brake(_context: Context, _it: Operands) -> Iterable[Yielded]:
-    return (Brake(),)
-
-
 MOTIONS: Mapping[str, Handler] = {
-    "MOVE": _move(straight=False),
-    "MOVES": _move(straight=True),
-    "MOVET": _move(straight=False),
-    "MOVEST": _move(straight=True),
-    "GO": _move(straight=False),
-    "APPRO": _approach(straight=False),
-    "APPROS": _approach(straight=True),
-    "DEPART": _depart(straight=False),
-    "DEPARTS": _depart(straight=True),
+    "MOVE": partial(_move, False),
+    "MOVES": partial(_move, True),
+    "MOVET": partial(_move, False),
+    "MOVEST": partial(_move, True),
+    "GO": partial(_move, False),
+    "APPRO": partial(_approach, False),
+    "APPROS": partial(_approach, True),
+    "DEPART": partial(_depart, False),
+    "DEPARTS": partial(_depart, True),
     "DRAW": _draw,
     "DRIVE": _drive,
-    "READY": _named("ready"),
-    "NEST": _named("nest"),
+    "READY": partial(_named, "ready"),
+    "NEST": partial(_named, "nest"),
     "ALIGN": _align,
     "DELAY": _delay,
-    "BREAK": _break,
-    "BRAKE": _brake,
+    "BREAK": lambda _context, _it: (Break(),),
+    "BRAKE": lambda _context, _it: (Brake(),),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from math import radians
 from typing import cast
 
@@ -55,26 +56,17 @@ def _acceleration(_context: Context, it: Operands) -> Iterable[Yielded]:
     return (SetAcceleration(ACCELERATION.checked(it.real(0)), deceleration),)
 
 
-def _mode(mode: Mode, on: bool) -> Handler:
-    def change(_context: Context, it: Operands) -> Iterable[Yielded]:
-        tolerance = None if it.get(0) is None else it.positive(0, "a tolerance of")
-        return (SetMode(mode, on, it.always, tolerance),)
-
-    return change
+def _mode(mode: Mode, on: bool, _context: Context, it: Operands) -> Iterable[Yielded]:
+    tolerance = None if it.get(0) is None else it.positive(0, "a tolerance of")
+    return (SetMode(mode, on, it.always, tolerance),)
 
 
-def _configuration(flag: Arm | Elbow | Wrist) -> Handler:
-    def choose(_context: Context, _it: Operands) -> Iterable[Yielded]:
-        return (SetConfiguration(flag),)
-
-    return choose
+def _configuration(flag: Arm | Elbow | Wrist, _context: Context, _it: Operands) -> Iterable[Yielded]:
+    return (SetConfiguration(flag),)
 
 
-def _hand(opening: float | None, immediate: bool) -> Handler:
-    def operate(_context: Context, it: Operands) -> Iterable[Yielded]:
-        return (OperateHand(opening, immediate, it.text),)
-
-    return operate
+def _hand(opening: float | None, immediate: bool, _context: Context, it: Operands) -> Iterable[Yielded]:
+    return (OperateHand(opening, immediate, it.text),)
 
 
 def _tool(_context: Context, it: Operands) -> Iterable[Yielded]:
@@ -87,10 +79,6 @@ def _base(_context: Context, it: Operands) -> Iterable[Yielded]:
     return (SetBase(compose(shift, rotation_z(radians(turn)))),)
 
 
-def _nothing(_context: Context, _it: Operands) -> Iterable[Yielded]:
-    return NOTHING
-
-
 def _select(_context: Context, it: Operands) -> Iterable[Yielded]:
     device, number = cast(str, it.get(0)), cast(float, it.value)
     if not "ROBOT".startswith(device) or whole(number) != 1:
@@ -98,11 +86,8 @@ def _select(_context: Context, it: Operands) -> Iterable[Yielded]:
     return NOTHING
 
 
-def _switches(on: bool) -> Handler:
-    def change(_context: Context, it: Operands) -> Iterable[Yielded]:
-        return tuple(SetSwitch(cast(str, name), on) for name in it.arguments)
-
-    return change
+def _switches(on: bool, _context: Context, it: Operands) -> Iterable[Yielded]:
+    return tuple(SetSwitch(cast(str, name), on) for name in it.arguments)
 
 
 def _switch(_context: Context, it: Operands) -> Iterable[Yielded]:
@@ -135,17 +120,17 @@ SETTINGS: Mapping[str, Handler] = {
     "SPEED": _speed,
     "DURATION": _duration,
     "ACCEL": _acceleration,
-    **{word: _mode(mode, on) for word, (mode, on) in MODE_WORDS.items()},
-    **{word: _configuration(flag) for word, flag in _CONFIGURATIONS.items()},
-    **{word: _hand(opening, immediate=False) for word, opening in _HANDS.items()},
-    **{f"{word}I": _hand(opening, immediate=True) for word, opening in _HANDS.items()},
-    "GRASP": _hand(0.0, immediate=True),
+    **{word: partial(_mode, mode, on) for word, (mode, on) in MODE_WORDS.items()},
+    **{word: partial(_configuration, flag) for word, flag in _CONFIGURATIONS.items()},
+    **{word: partial(_hand, opening, False) for word, opening in _HANDS.items()},
+    **{f"{word}I": partial(_hand, opening, True) for word, opening in _HANDS.items()},
+    "GRASP": partial(_hand, 0.0, True),
     "TOOL": _tool,
     "BASE": _base,
-    "ENABLE": _switches(on=True),
-    "DISABLE": _switches(on=False),
+    "ENABLE": partial(_switches, True),
+    "DISABLE": partial(_switches, False),
     "SWITCH": _switch,
     "PARAMETER": _parameter,
     "SELECT": _select,
-    "CALIBRATE": _nothing,
+    "CALIBRATE": lambda _context, _it: NOTHING,
 }

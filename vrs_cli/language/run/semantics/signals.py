@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import cast
 
 from vrs_cli.language.run.effects import CallProgram, Ignore, Lock, ReactToErrors, RunSignal, SignalsSet, Yielded
@@ -37,15 +38,12 @@ def _timer(context: Context, it: Operands) -> Iterable[Yielded]:
     return NOTHING
 
 
-def _react(immediate: bool) -> Handler:
-    def react(context: Context, it: Operands) -> Iterable[Yielded]:
-        signal, program = checked_signal(it.real(0)), cast(CallProgram, it.get(1))
-        priority = checked_priority(it.real_or(2, DEFAULT), 1)
-        context.environment.signals.read(signal)
-        context.environment.program(program.name)
-        return (Reaction(signal, program.name, priority, immediate),)
-
-    return react
+def _react(immediate: bool, context: Context, it: Operands) -> Iterable[Yielded]:
+    signal, program = checked_signal(it.real(0)), cast(CallProgram, it.get(1))
+    priority = checked_priority(it.real_or(2, DEFAULT), 1)
+    context.environment.signals.read(signal)
+    context.environment.program(program.name)
+    return (Reaction(signal, program.name, priority, immediate),)
 
 
 def _react_to_errors(context: Context, it: Operands) -> Iterable[Yielded]:
@@ -76,8 +74,8 @@ SIGNALS: Mapping[str, Handler] = {
     "RESET": _reset,
     "BITS": _bits,
     "TIMER": _timer,
-    "REACT": _react(immediate=False),
-    "REACTI": _react(immediate=True),
+    "REACT": partial(_react, False),
+    "REACTI": partial(_react, True),
     "REACTE": _react_to_errors,
     "IGNORE": _ignore,
     "LOCK": _lock,

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import cast
 
-from vrs_cli.engine.commands import Request
 from vrs_cli.errors import IllegalValue
 from vrs_cli.language.run.effects import (
     CallProgram,
     Control,
     ControlTask,
-    Effect,
     Halt,
     Pause,
     Return,
@@ -36,25 +35,18 @@ def checked_task(number: float) -> int:
     return integer_between(number, 0, LAST_TASK, "task")
 
 
-def _start(number: int | None) -> Handler:
+def _start(number: int | None, context: Context, it: Operands) -> Iterable[Yielded]:
     """EXECUTE, whose last operand is the task, or (`number`) PCEXECUTE, which has none."""
-
-    def start(context: Context, it: Operands) -> Iterable[Yielded]:
-        call = cast(CallProgram, it.get(0))
-        cycles, step = whole(it.real_or(1, 1.0)), whole(it.real_or(2, 1.0))
-        asked = it.optional(3) if number is None else float(number)
-        task = None if asked is None else checked_task(asked)
-        context.environment.program(call.name)
-        return (StartTask(task, call, cycles, step),)
-
-    return start
+    call = cast(CallProgram, it.get(0))
+    cycles, step = whole(it.real_or(1, 1.0)), whole(it.real_or(2, 1.0))
+    asked = it.optional(3) if number is None else float(number)
+    task = None if asked is None else checked_task(asked)
+    context.environment.program(call.name)
+    return (StartTask(task, call, cycles, step),)
 
 
-def _control(control: Control) -> Handler:
-    def act(_context: Context, it: Operands) -> Iterable[Yielded]:
-        return (ControlTask(control, checked_task(it.real_or(0, 0.0))),)
-
-    return act
+def _control(control: Control, _context: Context, it: Operands) -> Iterable[Yielded]:
+    return (ControlTask(control, checked_task(it.real_or(0, 0.0))),)
 
 
 def _return(_context: Context, it: Operands) -> Iterable[Yielded]:
@@ -72,22 +64,15 @@ def _set_event(_context: Context, it: Operands) -> Iterable[Yielded]:
     return (SetEvent(checked_task(it.real(0))),)
 
 
-def _flow(effect: Effect | Request) -> Handler:
-    def flow(_context: Context, _it: Operands) -> Iterable[Yielded]:
-        return (effect,)
-
-    return flow
-
-
 TASKS: Mapping[str, Handler] = {
     "RETURN": _return,
-    "RETURNE": _flow(ReturnFromError()),
-    "STOP": _flow(Stop()),
-    "PAUSE": _flow(Pause()),
-    "HALT": _flow(Halt()),
-    "EXECUTE": _start(None),
-    "PCEXECUTE": _start(PROCESS_CONTROL),
-    **{control.value: _control(control) for control in Control},
+    "RETURNE": lambda _context, _it: (ReturnFromError(),),
+    "STOP": lambda _context, _it: (Stop(),),
+    "PAUSE": lambda _context, _it: (Pause(),),
+    "HALT": lambda _context, _it: (Halt(),),
+    "EXECUTE": partial(_start, None),
+    "PCEXECUTE": partial(_start, PROCESS_CONTROL),
+    **{control.value: partial(_control, control) for control in Control},
     "WAIT.EVENT": _wait_event,
     "SET.EVENT": _set_event,
 }
