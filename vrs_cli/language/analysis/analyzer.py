@@ -7,6 +7,7 @@ of the tables.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any
 
 from msgspec import Struct
@@ -195,7 +196,7 @@ class _Steps:
 
     def _given_elsewhere(self, variable: ast.Variable) -> bool:
         """Whether another program gives the variable a value. None can where AUTO or LOCAL declares it."""
-        if self._surroundings is None or self._program is None or self.names.is_own(variable):
+        if self._surroundings is None or self._program is None or variable.key in self.names.own:
             return False
         return self._surroundings.given_elsewhere(variable.key, self._program)
 
@@ -229,15 +230,9 @@ class _Steps:
                 self._expressions.value(limit, REAL)
         self.names.define(statement.variable, REAL)
 
-    def _case(self, statement: ast.Case) -> None:
-        self._expressions.value(statement.subject, REAL)
-
     def _value(self, statement: ast.Value) -> None:
         for test in statement.tests:
             self._expressions.value(test, REAL)
-
-    def _program_instruction(self, statement: ast.Instruction) -> None:
-        self._instruction(statement, INSTRUCTIONS)
 
     def _wait(self, statement: ast.Instruction) -> None:
         """WAIT 3 waits for a signal, as in VAL: as a condition a number would make no sense."""
@@ -367,12 +362,12 @@ class _Steps:
 
 _STATEMENTS: Mapping[type, Callable[[_Steps, Any], None]] = {
     ast.Assignment: _Steps._assignment,
-    ast.Instruction: _Steps._program_instruction,
+    ast.Instruction: partial(_Steps._instruction, table=INSTRUCTIONS),
     ast.If: _Steps._condition,
     ast.IfGoto: _Steps._condition,
     ast.While: _Steps._condition,
     ast.Until: _Steps._condition,
     ast.For: _Steps._for,
-    ast.Case: _Steps._case,
+    ast.Case: lambda steps, case: steps._expressions.value(case.subject, REAL),
     ast.Value: _Steps._value,
 }

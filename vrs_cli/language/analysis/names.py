@@ -64,7 +64,8 @@ class Names:
     """The names met so far. `step` is where we are.
 
     `known`: the kinds of the variables that have a value. At the prompt they decide; a program may run when they have
-    others, so there they only give rise to warnings.
+    others, so there they only give rise to warnings. `given`: the keys that are given a value; `own`: those that AUTO
+    or LOCAL declares; `first_read`: the first reading of each name.
     """
 
     def __init__(self, findings: Findings, known: Mapping[str, Kind], parameters: Collection[str], at_prompt: bool):
@@ -77,8 +78,8 @@ class Names:
         self._kinds: dict[str, _Decided] = {}
         self._spellings: dict[str, str] = {}
         self._declared: dict[str, ast.Variable] = {}
-        self._own: set[str] = set()
-        self._read: dict[str, ast.Variable] = {}
+        self.own: set[str] = set()
+        self.first_read: dict[str, ast.Variable] = {}
 
     def decided_kinds(self) -> Mapping[str, Kind]:
         """REAL or LOCATION by key, of the bare names whose use decides it."""
@@ -88,26 +89,18 @@ class Names:
         """The first reading of each name that is given a value nowhere here."""
         return [
             variable
-            for key, variable in self._read.items()
-            if key not in self.given and (key not in self._known or key in self._own) and key not in self._parameters
+            for key, variable in self.first_read.items()
+            if key not in self.given and (key not in self._known or key in self.own) and key not in self._parameters
         ]
-
-    def is_own(self, variable: ast.Variable) -> bool:
-        """Whether AUTO or LOCAL has declared it."""
-        return variable.key in self._own
 
     def declare(self, variable: ast.Variable, kind: Kind | None, *, own: bool) -> None:
         """AUTO, LOCAL (`own`) or GLOBAL; `kind`: of a bare name whose sort is said."""
         if own:
-            self._own.add(variable.key)
+            self.own.add(variable.key)
         self._declared[variable.key] = variable
         self.check(variable)
         if kind is not None:
             self._kinds[variable.key] = _Decided(kind, self.step)
-
-    def is_read(self, key: str) -> bool:
-        """Whether a name has been read."""
-        return key in self._read
 
     def is_declared(self, key: str) -> bool:
         """Whether a name is a parameter, or stands in a declaration."""
@@ -115,7 +108,7 @@ class Names:
 
     def met(self) -> set[str]:
         """The keys of all names."""
-        return {*self.given, *self._read, *self._declared, *self._parameters}
+        return {*self.given, *self.first_read, *self._declared, *self._parameters}
 
     def own_keys(self) -> set[str]:
         """The keys of all names that the program gives a value, or is given."""
@@ -128,7 +121,7 @@ class Names:
             self._findings.fault(InvalidName, variable.span, *why_reserved(word))
         if len(variable.name) > NAME_LENGTH:
             self._check_length(variable)
-        if variable.key in self._own:
+        if variable.key in self.own:
             self._check_declared(variable)
 
     def _check_declared(self, variable: ast.Variable) -> None:
@@ -151,7 +144,7 @@ class Names:
 
     def read(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
         """Note that a variable is read as one of the kinds. Return its kind if that is decided."""
-        self._read.setdefault(variable.key, variable)
+        self.first_read.setdefault(variable.key, variable)
         kind = SIGIL_KINDS.get(variable.sigil)
         if kind is None:
             return self._decide(variable, wanted)
@@ -191,7 +184,7 @@ class Names:
     def _compare(self, variable: ast.Variable, kind: Kind) -> None:
         """Warn if a variable of that name has a value of the other kind now."""
         now = self._known.get(variable.key, kind)
-        if now is not kind and variable.key not in self._parameters and variable.key not in self._own:
+        if now is not kind and variable.key not in self._parameters and variable.key not in self.own:
             detail = f"{variable.name} is used as {_ARTICLES[kind]}, and has the value of {_ARTICLES[now]} now"
             self._findings.warn(TypeMismatch, variable.span, detail)
 

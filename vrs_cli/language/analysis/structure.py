@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from enum import Enum
+from functools import partial
 from typing import Any
 
 from msgspec import Struct, field
@@ -162,15 +163,6 @@ class _Pairing:
     def _begin(self, index: int, statement: Statement) -> None:
         self._open.append(_Open(_OPENERS[type(statement)], index, statement.span))
 
-    def _else(self, index: int, statement: Statement) -> None:
-        self._middle(index, statement, "ELSE", BlockKind.IF, completes=True)
-
-    def _value(self, index: int, statement: Statement) -> None:
-        self._middle(index, statement, "VALUE", BlockKind.CASE, completes=False)
-
-    def _any(self, index: int, statement: Statement) -> None:
-        self._middle(index, statement, "ANY", BlockKind.CASE, completes=True)
-
     def _middle(self, index: int, statement: Statement, word: str, kind: BlockKind, completes: bool) -> None:
         block = self._open[-1] if self._open else None
         if block is None or block.kind is not kind:
@@ -182,12 +174,6 @@ class _Pairing:
         else:
             block.middles.append(index)
             block.complete = completes
-
-    def _end(self, index: int, statement: Statement) -> None:
-        self._close(index, statement, "END", "IF, WHILE, FOR or CASE")
-
-    def _until(self, index: int, statement: Statement) -> None:
-        self._close(index, statement, "UNTIL", "DO")
 
     def _close(self, index: int, statement: Statement, word: str, openers: str) -> None:
         """End the innermost block of that sort. Blocks inside it have no end of their own."""
@@ -212,9 +198,9 @@ _OPENERS: Mapping[type, BlockKind] = {
 
 _ACTIONS: Mapping[type, Callable[[_Pairing, int, Any], None]] = {
     **dict.fromkeys(_OPENERS, _Pairing._begin),
-    ast.Else: _Pairing._else,
-    ast.Value: _Pairing._value,
-    ast.Any: _Pairing._any,
-    ast.End: _Pairing._end,
-    ast.Until: _Pairing._until,
+    ast.Else: partial(_Pairing._middle, word="ELSE", kind=BlockKind.IF, completes=True),
+    ast.Value: partial(_Pairing._middle, word="VALUE", kind=BlockKind.CASE, completes=False),
+    ast.Any: partial(_Pairing._middle, word="ANY", kind=BlockKind.CASE, completes=True),
+    ast.End: partial(_Pairing._close, word="END", openers="IF, WHILE, FOR or CASE"),
+    ast.Until: partial(_Pairing._close, word="UNTIL", openers="DO"),
 }

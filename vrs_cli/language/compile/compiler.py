@@ -159,15 +159,6 @@ class _ProgramCompiler(ExpressionCompiler):
         statements = _OPERATIONS[type(op)](self, op)
         return statements if _silent(op) else [tree.yield_(tree.constant(place)), *statements]
 
-    def _mark(self, _op: Mark) -> list[py.stmt]:
-        return [py.Pass()]
-
-    def _finish(self, _op: Finish) -> list[py.stmt]:
-        return [tree.yield_(tree.name("RETURN")), py.Return(None)]
-
-    def _jump(self, op: Jump) -> list[py.stmt]:
-        return self._jumps.to(op.target)
-
     def _jump_if(self, op: JumpIf) -> list[py.stmt]:
         truth = self.truth(op.condition)
         test = truth if op.when else py.UnaryOp(py.Not(), truth)
@@ -357,14 +348,14 @@ def _constant_step(statement: ast.For) -> float | None:
 
 _OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {
     Perform: _ProgramCompiler._perform,
-    Jump: _ProgramCompiler._jump,
+    Jump: lambda compiler, op: compiler._jumps.to(op.target),
     JumpIf: _ProgramCompiler._jump_if,
     ForBegin: _ProgramCompiler._for_begin,
     ForNext: _ProgramCompiler._for_next,
     CaseBegin: _ProgramCompiler._case_begin,
     CaseTest: _ProgramCompiler._case_test,
-    Mark: _ProgramCompiler._mark,
-    Finish: _ProgramCompiler._finish,
+    Mark: lambda _compiler, _op: [py.Pass()],
+    Finish: lambda _compiler, _op: [tree.yield_(tree.name("RETURN")), py.Return(None)],
 }
 
 _SPECIAL: dict[str, Callable[[_ProgramCompiler, ast.Instruction], list[py.stmt]]] = {

@@ -127,7 +127,7 @@ class _Lowering:
     def result(self) -> Lowered:
         for number, step in enumerate(self._steps):
             self._places[number] = len(self._ops)
-            self._lower(number, step.statement)
+            self._ops.append(self._operation(number, step.statement))
         end = len(self._steps)
         self._places[end] = len(self._ops)
         self._ops.append(Finish(max(end - 1, 0)))
@@ -139,83 +139,81 @@ class _Lowering:
             return op
         return replace(op, target=self._places[op.target])
 
-    def _lower(self, number: int, statement: ast.Statement | None) -> None:
+    def _operation(self, number: int, statement: ast.Statement | None) -> Op:
         lowering = _LOWERINGS.get(type(statement))
         if lowering is not None:
-            lowering(self, number, statement)
-        elif isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
-            self._leave_loop(number, statement)
-        elif isinstance(statement, ast.Instruction) and statement.word in _CONDITIONS:
-            self._conditional(number, statement)
-        elif isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS:
-            self._ops.append(Mark(number))
-        elif isinstance(statement, ast.Assignment | ast.Instruction):
-            self._ops.append(Perform(number, statement))
-        else:
-            self._ops.append(Mark(number))
+            return lowering(self, number, statement)
+        if not isinstance(statement, ast.Assignment | ast.Instruction):
+            return Mark(number)
+        if isinstance(statement, ast.Assignment):
+            return Perform(number, statement)
+        if statement.word in LOOP_JUMPS:
+            return self._leave_loop(number, statement)
+        if statement.word in _CONDITIONS:
+            return self._conditional(number, statement)
+        return Mark(number) if statement.word in DECLARATIONS else Perform(number, statement)
 
-    def _goto(self, number: int, statement: ast.Goto) -> None:
-        self._ops.append(Jump(number, self._labels[statement.label], counted=True))
+    def _goto(self, number: int, statement: ast.Goto) -> Op:
+        return Jump(number, self._labels[statement.label], counted=True)
 
-    def _leave_loop(self, number: int, statement: ast.Instruction) -> None:
+    def _leave_loop(self, number: int, statement: ast.Instruction) -> Op:
         """EXIT goes past the end of the loop, NEXT to that end, which tests for another pass."""
         around = [b for b in self._openers.values() if b.kind in LOOPS and b.opener < number < b.closer]
         around.sort(key=lambda block: block.opener, reverse=True)
         closer = around[loops_of(statement) - 1].closer
-        self._ops.append(Jump(number, closer + (statement.word == "EXIT"), counted=True))
+        return Jump(number, closer + (statement.word == "EXIT"), counted=True)
 
-    def _if_goto(self, number: int, statement: ast.IfGoto) -> None:
-        self._ops.append(JumpIf(number, statement.condition, True, self._labels[statement.label]))
+    def _if_goto(self, number: int, statement: ast.IfGoto) -> Op:
+        return JumpIf(number, statement.condition, True, self._labels[statement.label])
 
-    def _conditional(self, number: int, statement: ast.Instruction) -> None:
+    def _conditional(self, number: int, statement: ast.Instruction) -> Op:
         label = label_of(statement)
         assert label is not None
         condition, first = _CONDITIONS[statement.word](statement)
-        self._ops.append(JumpIf(number, condition, True, self._labels[label], first))
+        return JumpIf(number, condition, True, self._labels[label], first)
 
-    def _if(self, number: int, statement: ast.If) -> None:
+    def _if(self, number: int, statement: ast.If) -> Op:
         block = self._openers[number]
         target = block.middles[0] + 1 if block.middles else block.closer
-        self._ops.append(JumpIf(number, statement.condition, False, target))
+        return JumpIf(number, statement.condition, False, target)
 
-    def _while(self, number: int, statement: ast.While) -> None:
-        self._ops.append(JumpIf(number, statement.condition, False, self._openers[number].closer + 1))
+    def _while(self, number: int, statement: ast.While) -> Op:
+        return JumpIf(number, statement.condition, False, self._openers[number].closer + 1)
 
-    def _until(self, number: int, statement: ast.Until) -> None:
-        self._ops.append(JumpIf(number, statement.condition, False, self._closers[number].opener))
+    def _until(self, number: int, statement: ast.Until) -> Op:
+        return JumpIf(number, statement.condition, False, self._closers[number].opener)
 
-    def _for(self, number: int, statement: ast.For) -> None:
-        target = self._openers[number].closer + 1
-        self._ops.append(ForBegin(number, statement, self._slots[number], target))
+    def _for(self, number: int, statement: ast.For) -> Op:
+        return ForBegin(number, statement, self._slots[number], self._openers[number].closer + 1)
 
-    def _case(self, number: int, statement: ast.Case) -> None:
+    def _case(self, number: int, statement: ast.Case) -> Op:
         block = self._openers[number]
         target = block.middles[0] + _TESTS if block.middles else block.closer
-        self._ops.append(CaseBegin(number, statement.subject, self._slots[number], target))
+        return CaseBegin(number, statement.subject, self._slots[number], target)
 
-    def _leave(self, number: int, _statement: ast.Else) -> None:
-        self._ops.append(Jump(number, self._middles[number].closer, counted=False))
+    def _leave(self, number: int, _statement: ast.Else) -> Op:
+        return Jump(number, self._middles[number].closer, counted=False)
 
-    def _value(self, number: int, statement: ast.Value) -> None:
+    def _value(self, number: int, statement: ast.Value) -> Op:
         block = self._middles[number]
         case = self._steps[block.opener].statement
         assert isinstance(case, ast.Case)
         later = [step for step in block.middles if step > number]
         target = later[0] + _TESTS if later else block.closer
+        self._leave_case(number, block)
+        return CaseTest(number, case.subject, statement.tests, self._slots[block.opener], target)
+
+    def _any(self, number: int, _statement: ast.Any) -> Op:
+        self._leave_case(number, self._middles[number])
+        return Mark(number)
+
+    def _leave_case(self, number: int, block: Block) -> None:
+        """What stands above VALUE or ANY goes to the end of the CASE."""
         self._ops.append(Jump(number, block.closer, counted=False))
         self._places[number + _TESTS] = len(self._ops)
-        self._ops.append(CaseTest(number, case.subject, statement.tests, self._slots[block.opener], target))
 
-    def _any(self, number: int, _statement: ast.Any) -> None:
-        self._ops.append(Jump(number, self._middles[number].closer, counted=False))
-        self._places[number + _TESTS] = len(self._ops)
-        self._ops.append(Mark(number))
-
-    def _end(self, number: int, _statement: ast.End) -> None:
+    def _end(self, number: int, _statement: ast.End) -> Op:
         block = self._closers[number]
-        self._ops.append(self._end_of_block(number, block))
-
-    def _end_of_block(self, number: int, block: Block) -> Op:
         if block.kind is BlockKind.WHILE:
             return Jump(number, block.opener, counted=False)
         if block.kind is BlockKind.FOR:
@@ -243,7 +241,7 @@ _CONDITIONS: dict[str, Callable[[ast.Instruction], tuple[ast.Expression, ast.Ins
     "GRASP": _grasp,
 }
 
-_LOWERINGS: dict[type, Callable[..., None]] = {
+_LOWERINGS: dict[type, Callable[..., Op]] = {
     ast.Goto: _Lowering._goto,
     ast.IfGoto: _Lowering._if_goto,
     ast.If: _Lowering._if,
