@@ -36,7 +36,7 @@ INNER_FLOORS = {  # the same inside a folder; a file that stands beside these fl
     "interfaces": ("tasks", "station", "editor", "jog", "monitor", "session"),
 }
 LIVES_IN = {
-    "lark": {"language/text/parser.py"},
+    "lark": {"language/text/table.py"},
     "prompt_toolkit": {"repl"},
     "rich": {"render"},
     "msgspec": {*FLOORS[FLOORS.index("engine") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
@@ -77,6 +77,7 @@ DEFERRED = (
     Deferred(("files/store.py",), ("vrs_cli.language.text.printer",), "most runs store no program"),
     Deferred(("files/program_file.py", "language/text/diagnostics.py"), ("difflib",), "only mistakes need it"),
     Deferred(("language/run/operations.py",), ("datetime",), "only $TIME needs it"),
+    Deferred(("language/text/table.py",), ("lark",), "the table that lark makes is kept between runs"),
     Deferred(
         ("kinematics", "trajectory", "engine", "files", "interfaces/monitor/plotting.py", "render/plots.py"),
         ("numpy",),

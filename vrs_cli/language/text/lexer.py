@@ -52,9 +52,6 @@ class Token(Struct, eq=False):
     end: int
     row: Word | None = None
 
-    # what the parser's library asks of a token beside its type
-    start_pos = end_line = end_column = end_pos = None
-
     @property
     def span(self) -> Span:
         return Span(self.line, self.column, self.end)

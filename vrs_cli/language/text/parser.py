@@ -1,4 +1,4 @@
-"""Text to syntax trees, by the one grammar of the language (grammar/val2.lark). The only module that imports lark.
+"""Text to syntax trees, by the one grammar of the language (grammar/val2.lark).
 
 What cannot be read is a diagnostic, never another exception: of a line (`LineRefused`), or of a file, where every line
 is read for itself and all findings come together.
@@ -6,16 +6,13 @@ is read for itself and all findings come together.
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable
 from contextlib import suppress
 from functools import cache, lru_cache, partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
-from lark import Lark, UnexpectedToken
-from lark.lexer import Lexer as LarkLexer
 from msgspec.structs import replace
 
 from vrs_cli.errors import InvalidName
@@ -28,6 +25,7 @@ from vrs_cli.language.text.entries import usual_entry
 from vrs_cli.language.text.lexer import Lexer, Token
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, resolve_line, variables_named_like_functions
 from vrs_cli.language.text.source import FileReader, header_end
+from vrs_cli.language.text.table import END, Rule, table_of
 from vrs_cli.language.words.monitor import COMMANDS
 
 GRAMMAR = "val2.lark"
@@ -91,18 +89,9 @@ class LineParser:
 
     def __init__(self) -> None:
         grammar = (grammar_dir() / GRAMMAR).read_text(encoding="utf-8")
-        self._lark = Lark(
-            grammar,
-            start=list(STARTS),
-            parser="lalr",
-            lexer=_Ready,
-            transformer=Builder(),
-            keep_all_tokens=True,
-            maybe_placeholders=False,
-            cache=_cache_file(),
-        )
-        terminals = {terminal.name: terminal.pattern.to_regexp() for terminal in self._lark.terminals}
-        self._lexer = Lexer(terminals)
+        self._table = table_of(grammar, STARTS)
+        self._reductions = [_reduction(rule, Builder()) for rule in self._table.rules]
+        self._lexer = Lexer(self._table.terminals)
 
     def step(self, text: str, line: int) -> Step:
         """Raises LineRefused."""
@@ -152,11 +141,52 @@ class LineParser:
         return replace(cast(ast.Entry, self._parse(tokens, "entry")), comment=comment)
 
     def _parse(self, tokens: list[Token], start: str) -> Any:
-        try:
-            return self._lark.parse(cast(str, tokens), start=start)
-        except UnexpectedToken as unexpected:
-            token = unexpected.token if unexpected.token.type != "$END" else None
-            raise LineRefused(complaint(tokens, cast("Token | None", token), start)) from None
+        """The tree of a line, by the LALR algorithm (Aho, Sethi, Ullman: Compilers, 4.7). Raises LineRefused."""
+        states, reductions, done = self._table.states, self._reductions, self._table.ends[start]
+        at, values = [self._table.starts[start]], list[Any]()
+        for token in (*tokens, None):
+            terminal = END if token is None else token.type
+            while (to := states[at[-1]].get(terminal)) is not None and to < 0:
+                origin, size, build = reductions[~to]
+                children = values[len(values) - size :]
+                del at[len(at) - size :], values[len(values) - size :]
+                values.append(build(children))
+                at.append(states[at[-1]][origin])
+                if token is None and at[-1] == done:
+                    return values[-1]
+            if to is None:
+                raise LineRefused(complaint(tokens, token, start))
+            at.append(to)
+            values.append(token)
+        raise AssertionError("the end of a line is never shifted")
+
+
+class _Reduction(NamedTuple):
+    """What becomes of the last `size` values when a rule is complete: `build` makes one of them, an `origin`."""
+
+    origin: str
+    size: int
+    build: Callable[[list[Any]], Any]
+
+
+def _reduction(rule: Rule, builder: Builder) -> _Reduction:
+    build: Callable[[list[Any]], Any] = getattr(builder, rule.name, list)  # a helper is the list of its children
+    if rule.alone:
+        build = partial(_only_child_or, build)
+    if any(rule.helpers):
+        build = partial(_with_children_of_helpers, build, rule.helpers)
+    return _Reduction(rule.origin, len(rule.helpers), build)
+
+
+def _only_child_or(build: Callable[[list[Any]], Any], children: list[Any]) -> Any:
+    return children[0] if len(children) == 1 else build(children)
+
+
+def _with_children_of_helpers(build: Callable[[list[Any]], Any], helpers: tuple[bool, ...], children: list[Any]) -> Any:
+    own = list[Any]()
+    for helper, child in zip(helpers, children, strict=True):
+        own += child if helper else (child,)
+    return build(own)
 
 
 def _pop_comment(tokens: list[Token]) -> Token | None:
@@ -197,24 +227,3 @@ def _parser() -> LineParser:
 @cache
 def _remembering() -> _Remembering:
     return _Remembering(_parser())
-
-
-class _Ready(LarkLexer):
-    """Hands over the tokens that `Lexer` has found."""
-
-    def __init__(self, _configuration: object) -> None:
-        pass
-
-    def lex(self, tokens: Any) -> Iterator[Any]:  # type: ignore[override]
-        return iter(tokens)
-
-
-def _cache_file() -> str | bool:
-    """Where the parser's tables are kept between runs: a folder of the user's own, or nowhere."""
-    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
-    folder = Path(base) / "vrs" if base else Path.home() / ".cache" / "vrs"
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    except (OSError, RuntimeError):
-        return False
-    return str(folder / "grammar.cache") if os.access(folder, os.W_OK) else False
