@@ -200,6 +200,12 @@ class UnreachableCode(ProgramError):
     code, text = 57, "Unreachable code"
 
 
+class PauseOfArm(ProgramError):
+    """A warning: a DELAY that a reader could take for a pause of the program."""
+
+    code, text = 60, "Pause of the arm"
+
+
 class NoProgramSpecified(ProgramError):
     code, text = -301, "No program specified"
 

@@ -14,6 +14,7 @@ from vrs_cli.interfaces.tasks.readings import Readings
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language.analysis.analyzer import Analysis, analyze_among
+from vrs_cli.language.analysis.delays import delays
 from vrs_cli.language.analysis.reachability import unreachable
 from vrs_cli.language.analysis.surroundings import Surroundings, names_given_in
 from vrs_cli.language.run.constants import Constants
@@ -134,6 +135,7 @@ class _Memory:
 
     def _of_running(self, analysis: Analysis) -> Iterator[Diagnostic]:
         yield from unreachable(analysis.program, analysis.blocks, analysis.labels)
+        yield from delays(analysis.program)
         yield from self.constants.findings(analysis.program)
 
     def basis(self, analysis: Analysis) -> _Basis:

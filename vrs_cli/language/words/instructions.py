@@ -48,7 +48,8 @@ _MOTIONS = (
         "straight motion along the axes of the world by so many mm, in VAL", "DRAW 0, 0, 50",
         "MOVES SHIFT(DEST BY dx, dy, dz) is the same"),
     _motion("ALIGN", "1 2 +", "turn the tool so that its Z lies along the nearest world axis", "ALIGN"),
-    _motion("DELAY seconds", "1 2 +", "no motion for so many seconds", "DELAY 0.5"),
+    _motion("DELAY seconds", "1 2 +",
+        "hold the arm for so many seconds; the program goes on to its next motion", "DELAY 0.5"),
     _motion("BREAK", "1 2 +", "wait until the robot has come to rest", "BREAK", breaks=True),
 )  # fmt: skip
 
