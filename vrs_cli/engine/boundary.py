@@ -34,7 +34,7 @@ CLOSE = (0.01, 0.01, 0.01, 0.1)  # parts of the greatest clearances of a path: l
 
 
 class Touch(NamedTuple):
-    """A part of a path that is on a boundary: of which clearance."""
+    """A part of a path on which one clearance, `which`, is at its boundary."""
 
     begin: float
     end: float
@@ -42,7 +42,7 @@ class Touch(NamedTuple):
 
 
 class Survey(Struct, frozen=True):
-    """What a path comes to. `marks`: places around those where it passes close to a boundary, closer and closer.
+    """What a path meets. `marks`: places around those where it passes close to a boundary, closer and closer.
 
     `beyond`: a place beyond the reach, if there is one; `endless`: a place where it could not be decided.
     """
@@ -59,7 +59,7 @@ class Survey(Struct, frozen=True):
 
 
 def survey(follower: Follower, path: CartesianPath, lasting: float) -> Survey:
-    """Of all of a path from 0 to `lasting`."""
+    """Search all of a path, from 0 to `lasting`."""
     return _survey(follower.arm, follower.tool, replace(path, seeds=()), lasting)
 
 
@@ -98,7 +98,7 @@ class _Search:
                 pending.append((middle, seen))
                 continue
             if which:
-                self.touched(begin, end, which)
+                self.add_touch(begin, end, which)
             begin, at_begin = pending.pop()
             self.seen.append((begin, at_begin))
             if not pending:
@@ -121,13 +121,13 @@ class _Search:
         return ""
 
     def on_boundary(self, a: Clearance, b: Clearance, which: str, h: float) -> bool:
-        """Whether all of the way between two places is."""
+        """Whether all of the way between two places is on the boundary of a clearance."""
         edge = getattr(self.arm.boundary, which)
         low = getattr(self.arm.least_clearance(a, b, self.pace, h), which)
         return bool(max(getattr(a, which), getattr(b, which)) <= 2.0 * edge and low >= -edge)
 
-    def touched(self, begin: float, end: float, which: str) -> None:
-        """One touch more, or the one just before goes on."""
+    def add_touch(self, begin: float, end: float, which: str) -> None:
+        """Add a touch, or prolong the last one where this one goes on from it."""
         last = self.touches[-1] if self.touches else None
         if last is not None and last.end == begin and last.which == which:
             self.touches[-1] = last._replace(end=end)
@@ -147,7 +147,7 @@ class _Search:
         return tuple(sorted(marks))
 
     def around(self, i: int) -> Iterator[float]:
-        """A place that was looked at, and others on both sides of it, down to the next such place."""
+        """The place of one look, and others on both sides of it, nearer and nearer to it."""
         s, step = self.seen[i][0], self.lasting
         nearest = min(abs(self.seen[k][0] - s) for k in (i - 1, i + 1) if 0 <= k < len(self.seen))
         if s in (0.0, self.lasting):
@@ -163,17 +163,17 @@ class _Search:
 
 
 def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Transform) -> Pace:
-    """How fast the hand goes and turns at most."""
+    """Upper bounds of how fast the hand moves and turns."""
     x, y, z = hand.centre
     lever = rotate(T_tool_flange, (x, y, z))
     lever = lever[0] + T_tool_flange.px, lever[1] + T_tool_flange.py, lever[2] + T_tool_flange.pz
     approach = rotate(T_tool_flange, hand.approach)
-    rows = path.position if hand.T_axis_base is IDENTITY else _seen(path.position, hand.T_axis_base)
+    rows = path.position if hand.T_axis_base is IDENTITY else _rotated(path.position, hand.T_axis_base)
     rates = [derivative(row) for row in rows]
     vx, vy, vz = [most(row, lasting) for row in rates]
     ax, ay, az = [most(derivative(row), lasting) for row in rates]
-    swing, swing_bend = _carried(path.turns, lasting, lever)
-    tilt, tilt_bend = _carried(path.turns, lasting, approach)
+    swing, swing_bend = _swing(path.turns, lasting, lever)
+    tilt, tilt_bend = _swing(path.turns, lasting, approach)
     return Pace(
         across=hypot(vx, vy) + swing,
         across_bend=hypot(ax, ay) + swing_bend,
@@ -184,8 +184,8 @@ def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Tran
     )
 
 
-def _seen(position: tuple[Polynomial, ...], T: Transform) -> Sequence[Polynomial]:
-    """Polynomials of a place as another frame has them, but for where its origin is."""
+def _rotated(position: tuple[Polynomial, ...], T: Transform) -> Sequence[Polynomial]:
+    """The coordinates of a place along the axes of another frame of the same origin."""
     size = max(map(len, position))
     x, y, z = ((*row, *(0.0,) * (size - len(row))) for row in position)
     return list(zip(*(rotate(T, v) for v in zip(x, y, z, strict=True)), strict=True))
@@ -202,8 +202,8 @@ def most(a: Polynomial, lasting: float) -> float:
     return reduce(lambda total, c: total * lasting + abs(c), reversed(a), 0.0)
 
 
-def _carried(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, float]:
-    """Bounds of the first and the second derivative of a vector of the tool that turns with it."""
+def _swing(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, float]:
+    """Bounds of the first and the second derivative of a vector that turns with the tool."""
     if not turns:
         return 0.0, 0.0
     rates = [most(derivative(turn.angle), lasting) for turn in turns]

@@ -69,15 +69,15 @@ class Branches:
         return name.lower() in self._all
 
     def spelled(self, name: str) -> str:
-        """A name as it was given first. Raises UsageError for one that there is not."""
+        """The name of a branch in the letters in which it was given first. Raises UsageError for an unknown name."""
         return self._named(name).name
 
     def book(self, name: str) -> Book:
-        """The book of a branch. Raises UsageError for a name that there is not."""
+        """The book of a branch. Raises UsageError for an unknown name."""
         return self.left(name).book
 
     def left(self, name: str) -> Bookmark:
-        """Where a branch was left, or is now. Raises UsageError for a name that there is not."""
+        """Where a branch was left, or is now if it is the present one. Raises UsageError for an unknown name."""
         return self._left(self._named(name))
 
     def _left(self, branch: _Branch) -> Bookmark:
@@ -92,7 +92,7 @@ class Branches:
     # --- changing over ---
 
     def make(self, name: str) -> None:
-        """A branch of what is there, and change over to it. Raises UsageError for a name that there is already."""
+        """Make a branch of the present course of events, and change over to it. Raises UsageError for a name in use."""
         self._check_time()
         here = self.engine.bookmark()
         fork = self._present.fork or Fork(here.book.timeline, tuple(here.book.history.done))
@@ -100,7 +100,7 @@ class Branches:
         self.change_over(name)
 
     def add(self, name: str, left: Bookmark) -> None:
-        """A branch that comes from elsewhere (a file) and has nothing of main. Raises UsageError as `make` does."""
+        """Add a branch that comes from a file and shares nothing with main. Raises UsageError as `make` does."""
         self._add(_Branch(name, Fork(left.book.initial, ()), left))
 
     def _add(self, branch: _Branch) -> None:
@@ -121,13 +121,13 @@ class Branches:
         self._present, branch.left = branch, None
 
     def drop(self, name: str) -> None:
-        """Forget a branch; from the present one back to main. Raises UsageError as `droppable` does."""
+        """Forget a branch; where it is the present one, change over to main. Raises UsageError as `droppable` does."""
         if self.droppable(name) == self.present:
             self.change_over(MAIN)
         del self._all[name.lower()]
 
     def droppable(self, name: str) -> str:
-        """The name, spelled. Raises UsageError for main, and for a name that there is not."""
+        """The name, spelled, of a branch that may be dropped. Raises UsageError for main and for an unknown name."""
         branch = self._named(name)
         if branch.fork is None:
             raise UsageError(f"{MAIN} cannot be deleted", "UNDO takes its commands back")
@@ -141,8 +141,8 @@ class Branches:
     # --- merging ---
 
     def merge(self, name: str) -> int:
-        """Make what a branch has become the main timeline, which is the present one then; the branch goes. How many
-        commands were planned again.
+        """Merge a branch into main, change over to main, and forget the branch. Return how many commands were planned
+        again.
 
         Where main has not changed since, it gets the branch to the bit, with clock and settings. Otherwise the
         commands of the branch are planned again on main, at their times or after its last motion, as they were
@@ -192,7 +192,7 @@ class Branches:
 
 
 def _begins_as(book: Book, main: Book) -> bool:
-    """Whether all that has happened on main has happened in a book, too."""
+    """Whether a book begins with all that has happened on main."""
     known = len(main.deltas)
     if not known:
         return book.initial == main.initial
@@ -200,7 +200,7 @@ def _begins_as(book: Book, main: Book) -> bool:
 
 
 def _own_steps(name: str, fork: Fork, book: Book) -> Sequence[Step]:
-    """What a branch did since it left main. Raises UsageError where it also took commands of main back."""
+    """The commands of a branch since it left main. Raises UsageError where the branch undid commands of main."""
     done, known = book.history.done, fork.done
     if len(done) < len(known) or any(a is not b for a, b in zip(done, known, strict=False)):
         raise UsageError(
@@ -210,7 +210,7 @@ def _own_steps(name: str, fork: Fork, book: Book) -> Sequence[Step]:
 
 
 def _when(delta: TimelineDelta, old: Timeline, new: Timeline) -> float:
-    """When a command of the old timeline begins on the new one: at its own time, or behind the last motion as before.
+    """When a command of the old timeline begins on the new one [s]: at its own time, or after the last motion.
 
     `Start.AFTER` keeps its pause, `Start.BLEND` its place in the deceleration where there is one.
     """

@@ -89,21 +89,21 @@ class WallClock:
 
     @property
     def reached(self) -> float:
-        """On the time grid, as all that happens."""
+        """How far the wall has come, on the time grid as all that happens."""
         return max(self.now, down_to_grid(self._time(self._wall())))
 
     def _time(self, wall: float) -> float:
         return self._at if self._paused else self._at + self._rate * max(wall - self._since, 0.0)
 
     def change(self, *, rate: float | None = None, paused: bool | None = None) -> None:
-        """Another rate, a pause, or the end of one, from this instant on."""
+        """Change the rate, begin a pause or end it, from this instant on."""
         wall = self._wall()
         self._at, self._since = self._time(wall), wall
         self._rate = self._rate if rate is None else rate
         self._paused = self._paused if paused is None else paused
 
     def wait(self, to: float) -> None:
-        """As far as a SLICE of real time brings it. Raises ClockPaused where it stands."""
+        """Wait for a SLICE of real time at most. Raises ClockPaused where the clock stands."""
         ahead = to - self._time(self._wall())
         if ahead >= TICK:
             if self._paused:

@@ -54,7 +54,7 @@ class Pair(Struct, frozen=True):
 
 
 class Apart(Struct, frozen=True):
-    """The greatest distance and when it is reached [s]; `joint` (from 1) of joints, 0 of the tool."""
+    """A greatest distance, and the time of it [s]. `joint` counts from 1; 0: the distance is that of the tool."""
 
     distance: float
     time: float
@@ -76,7 +76,7 @@ class Comparison(Struct, frozen=True):
 
 
 def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
-    """What is different between two courses of events of one robot."""
+    """Compare two courses of events of one robot."""
     since = first_difference(a.timeline, b.timeline)
     tool, joints = _apart(arm, a.timeline, b.timeline, since)
     return Comparison(_extent(arm, a), _extent(arm, b), tuple(_pairs(a, b)), since, tool, joints)
@@ -94,7 +94,7 @@ def first_difference(a: Timeline, b: Timeline) -> float | None:
 
 
 def _course(segment: Segment) -> tuple[object, ...]:
-    """What the robot does in a segment, whatever command asked for it; when it ends is last."""
+    """What the robot does in a segment, without the command that asked for it; the time at which it ends is last."""
     return segment.start, segment.path, segment.motion.hand, segment.motion.frames, segment.finish
 
 
@@ -136,7 +136,7 @@ def _sample_times(timeline: Timeline, since: float = 0.0) -> Floats:
 
 
 def _apart(arm: RobotArm, a: Timeline, b: Timeline, since: float | None) -> tuple[Apart, Apart]:
-    """The greatest distances of tool and joints."""
+    """The greatest distances of tool and joints from `since` on."""
     import numpy as np
 
     if since is None:
@@ -146,7 +146,7 @@ def _apart(arm: RobotArm, a: Timeline, b: Timeline, since: float | None) -> tupl
 
 
 def _greatest(arm: RobotArm, a: Timeline, b: Timeline, times: Floats, distance: Distance) -> Apart:
-    """At the sampled times first, then closer and closer around the greatest."""
+    """Find the greatest distance at the sampled times, then around it at times that are closer and closer."""
     import numpy as np
 
     for _ in range(CLOSER_ROUNDS):
@@ -160,7 +160,7 @@ def _greatest(arm: RobotArm, a: Timeline, b: Timeline, times: Floats, distance: 
 
 
 def _tool_distance(a: Positions, b: Positions) -> Floats:
-    """(N, 1) [m]."""
+    """The distance of the tool at each time (N, 1) [m]."""
     import numpy as np
 
     distance: Floats = np.linalg.norm(a.T_world_tool[:, :, 3] - b.T_world_tool[:, :, 3], axis=1)[:, None]
@@ -168,7 +168,7 @@ def _tool_distance(a: Positions, b: Positions) -> Floats:
 
 
 def _joint_distance(a: Positions, b: Positions) -> Floats:
-    """(N, n) [rad]."""
+    """The distance of each joint at each time (N, n) [rad]."""
     import numpy as np
 
     distance: Floats = np.abs(a.joints - b.joints)
@@ -188,6 +188,6 @@ def _pairs(a: Book, b: Book) -> Iterator[Pair]:
 
 
 def _identity(step: Step) -> tuple[object, ...]:
-    """What tells that two steps are one command: a branch has the commands from before it began."""
+    """What two steps have in common if they are one command: a branch has the commands from before it began."""
     motion = step.delta.motion
     return motion.number, motion.text, motion.kind, motion.goal, motion.pose

@@ -80,7 +80,7 @@ def check_continuous(follower: Follower, stretches: Sequence[Followed]) -> None:
 
 
 def _gaps(follower: Follower, stretch: Followed) -> list[Gap]:
-    """All, but those next to a singular pose where the tool rests: the follower's samples are close there."""
+    """All gaps but those next to a singular pose where the tool rests: the follower's samples are close there."""
     samples, begin, end = stretch.samples, 0.0, stretch.duration
     if follower.singular(samples[0]):
         begin = AT_REST * stretch.duration

@@ -1,4 +1,4 @@
-"""What became of the motions that were scheduled already when others came or went: nothing moves unsaid."""
+"""Which scheduled motions a change has moved or dropped: the answer to a command says so."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ SAME_TIME = 5e-4  # [s] two times that are shown alike
 
 
 class Moved(Struct, frozen=True):
-    """A scheduled motion, when it began and when it begins now [s]. `asked`: its own time, None for one that follows
-    another; `after`: None for one that was dropped.
+    """A scheduled motion: when it was to begin, and when it begins now [s]. `asked`: its time stamp, None for a motion
+    that follows another; `after`: None for a motion that was dropped.
     """
 
     text: str
@@ -28,7 +28,7 @@ class Moved(Struct, frozen=True):
 
     @property
     def later(self) -> float:
-        """By how much; 0 for one that was dropped."""
+        """By how much it begins later [s]; 0 for a motion that was dropped."""
         return 0.0 if self.after is None else self.after - self.before
 
 
@@ -45,8 +45,8 @@ class Displacement(Struct, frozen=True):
 
 
 def displacement(book: Book, before: Timeline) -> Displacement | None:
-    """How the motions that were scheduled on the timeline of `before` have been moved since; None where none has. What
-    was taken back was to go.
+    """How the motions that were scheduled on the timeline `before` have been moved since; None where none has been.
+    Motions that UNDO took back are not counted as dropped.
     """
     changes = book.deltas_since(before.version)
     if not any(delta.drop or delta.shift for delta in changes):

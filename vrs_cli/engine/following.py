@@ -167,7 +167,7 @@ class Follower:
         return True
 
     def _check_range(self, path: CartesianPath, samples: list[Sample], gap: float) -> None:
-        """That no joint leaves its range between samples: none can where all are far from it. `gap` [s] at most."""
+        """Check that no joint leaves its range between samples, which are at most `gap` [s] apart."""
         way = (
             JOINT_STEP + JUMP + 0.5 * gap * max(self.rate_steps)
         )  # of a joint from one sample to the next, if `_close`
@@ -179,7 +179,7 @@ class Follower:
                 self._check_between(path, a, b)
 
     def _check_between(self, path: CartesianPath, a: Sample, b: Sample, left: int = RANGE_STEPS) -> None:
-        """That no joint leaves its range between two samples: the way between them is halved where one may."""
+        """Check that no joint leaves its range between two samples: the way between them is halved where one may."""
         if left and self._may_leave(a, b):
             middle = self.sample(path, 0.5 * (a.s + b.s), a.joints)
             self._check_between(path, a, middle, left - 1)
@@ -203,7 +203,7 @@ class Follower:
             self._check_no_jump(a, b, path, min(JUMP, LEAST_JUMP + moved))
 
     def check_goes_on(self, path: CartesianPath, before: float, after: float, near: Joints) -> None:
-        """That no joint jumps between two times, next to each other, on both sides of a boundary that the path touches.
+        """Check that no joint jumps between two times on both sides of a boundary that the path touches.
 
         Raises StraightLineSingular.
         """
@@ -332,7 +332,7 @@ class Follower:
 
 
 def _overshoot(change: float, before: float, after: float) -> float:
-    """By how much a joint goes beyond both ends of a short way: change, and velocities by time at its ends [rad, m].
+    """By how much a joint goes beyond both ends of a short way [rad, m]. `before`, `after`: velocity by time there.
 
     That of the cubic which has them, which is none where it is monotonic (Fritsch and Carlson, 1980), and half of what
     the velocities do not explain: more than the cubic is off, for that goes down with a power of the time more.

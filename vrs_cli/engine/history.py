@@ -44,7 +44,7 @@ class CommandRecord(Struct, frozen=True):
 
 
 class Step(Struct, frozen=True):
-    """A command that took place: its delta, how it is taken back, the clock before it [s], and its policy.
+    """A command that took place: its delta, the inverse of it, the clock before it [s], and the policy INSERT.
 
     `back` is the inverse of the delta, or the timeline before it where the inverse would be long.
     """
@@ -59,7 +59,7 @@ class Step(Struct, frozen=True):
         return Step(delta, before if delta.drop > WIDE else before.inverse(delta), clock, insert)
 
     def lengthened(self, timeline: Timeline) -> Step:
-        """The same, when its motion has become all that is on the timeline since it began."""
+        """The same step, whose motion is now all that stands on the timeline since it began."""
         segments = tuple(timeline[index] for index in range(self.delta.keep, len(timeline)))
         more, back = len(segments) - len(self.delta.segments), self.back
         if isinstance(back, TimelineDelta):
@@ -94,7 +94,7 @@ class History:
         return History(self.done, self.undone)
 
     def add(self, step: Step) -> None:
-        """A new command: what was undone before it cannot be done again."""
+        """Add a new command: what was undone before it cannot be done again."""
         self.done.append(step)
         self.undone.clear()
 
@@ -111,17 +111,17 @@ class History:
         return _last(self.undone, count, "redo")
 
     def take_back(self, clock: float) -> None:
-        """The last step is undone, at that clock. Raises UsageError where there is none."""
+        """Undo the last step; `clock` is the time now [s]. Raises UsageError where there is none."""
         self.last_done(1)
         self.undone.append(Undone(self.done.pop(), clock))
 
     def do_again(self) -> None:
-        """The step that was taken back last holds again. Raises UsageError where there is none."""
+        """Let the step that was taken back last hold again. Raises UsageError where there is none."""
         self.last_undone(1)
         self.done.append(self.undone.pop().step)
 
     def lengthen_last(self, timeline: Timeline) -> None:
-        """The last command was a stream, which is over: what UNDO takes back is all that came of it."""
+        """End the stream of targets that is the last command: UNDO takes back all that came of it."""
         self.done[-1] = self.done[-1].lengthened(timeline)
 
 
@@ -132,7 +132,7 @@ def _last(steps: Sequence[_S], count: int, what: str) -> Sequence[_S]:
 
 
 def records(timeline: Timeline, steps: Sequence[Step]) -> tuple[CommandRecord, ...]:
-    """Steps as commands, with the times of their motions on a timeline."""
+    """The commands of steps, with the times of their motions on a timeline."""
     begins: dict[int, float] = {}
     ends: dict[int, float] = {}
     for segment in timeline:

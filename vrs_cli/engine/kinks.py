@@ -65,7 +65,7 @@ class Kinks:
         return stops
 
     def _check_tangent(self, touch: Touch, near: Joints) -> None:
-        """That a line from a boundary, or to it, is a tangent."""
+        """Check that a line from a boundary, or to it, is a tangent of it."""
         if touch.which == "wrist" or not self.speed:  # how the joints turn there is seen in samples
             return
         end = 0.0 if touch.begin == 0.0 else self.lasting
@@ -75,7 +75,7 @@ class Kinks:
             raise self.follower.refuse_start(self.path, end, end + inward, near)
 
     def _stop(self, touch: Touch) -> Stop:
-        """The least clearance, by Newton's method on differences, moved onto the boundary by what it is off."""
+        """The place of the least clearance, by Newton's method on differences, moved onto the boundary."""
         s, step = 0.5 * (touch.begin + touch.end), NEAR / self.speed
         for _ in range(NEWTON_STEPS):
             before, here, after = (self._clearance(touch.which, s + side) for side in (-step, 0.0, step))

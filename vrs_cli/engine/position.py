@@ -68,7 +68,7 @@ def joints_at(arm: RobotArm, timeline: Timeline, t: float) -> Joints:
 
 
 def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
-    """Everything about the robot at time t [s]. In gaps, before the first segment and after the last it stands still.
+    """The robot at time t [s]. In gaps, before the first segment and after the last it stands still.
 
     On a boundary the velocity and acceleration are those of the segment that begins.
     """
@@ -134,14 +134,14 @@ def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
 
 
 def _order(times: Floats) -> Rows | None:
-    """What sorts the times; None where they are sorted."""
+    """The indices that sort the times; None where they are sorted."""
     if len(times) < 2 or (times[1:] >= times[:-1]).all():
         return None
     return times.argsort(kind="stable")
 
 
 def _blocks(timeline: Timeline, times: Floats) -> Iterator[tuple[Block, slice]]:
-    """The blocks that sorted times (N,) fall to, each with its part of them."""
+    """The blocks in which sorted times (N,) lie, each with the slice of times that lie in it."""
     import numpy as np
 
     if not len(times):
@@ -164,7 +164,7 @@ def _joints(arm: RobotArm, table: BlockTable, places: Rows, s: Floats, out: Floa
 
 
 def _runs(places: Rows) -> Iterator[tuple[int, slice]]:
-    """Stretches of equal places."""
+    """Each run of equal places, with its slice."""
     import numpy as np
 
     cuts = [0, *(np.flatnonzero(np.diff(places)) + 1), len(places)]
@@ -210,14 +210,14 @@ def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> Positions:
 
 
 def _in_order(times: Floats, order: Rows, found: Positions) -> Positions:
-    """What was found for sorted times, as it was asked for."""
+    """The positions found for sorted times, in the order in which the times were asked."""
     back = order.argsort()
     columns = (found.joints, found.velocity, found.acceleration, found.T_world_tool, found.hand)
     return Positions(times, *(column[back] for column in columns))
 
 
 def _fill(arm: RobotArm, block: Block, rows: slice, out: Positions) -> None:
-    """What the segments of one block say of the sorted times in `rows`."""
+    """Fill the rows of the sorted times that lie in one block."""
     import numpy as np
 
     from vrs_cli.kinematics import transform_batch as batch

@@ -77,7 +77,7 @@ def _tool_pose(arm: RobotArm, move: Move, situation: Situation) -> Transform | N
 
 
 def _in_the_cell(pose: Transform) -> Transform:
-    """The pose itself. Raises LocationTooFar where no arm could be meant."""
+    """Return the pose. Raises LocationTooFar for a pose that is farther than any cell."""
     distance = _distance(pose)
     if not distance <= FARTHEST:
         what, right = f"{distance * 1000.0:g} mm from the robot", f"at most {FARTHEST * 1000.0:g} mm"
