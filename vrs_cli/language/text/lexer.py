@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Container, Mapping
-from typing import NamedTuple
 
 from msgspec import Struct
 
@@ -94,43 +93,27 @@ class Lexer:
     def __init__(self, terminals: Mapping[str, str]) -> None:
         names = ("STRING", "NUMBER", "NAME", "INFIX", *_SYMBOLS)
         choices = "|".join(("(?P<COMMENT>;.*)", *(f"(?P<{name}>{terminals[name]})" for name in names)))
-        self._patterns = Patterns(re.compile(f"[ \t]*(?:{choices})").match, re.compile(terminals["FORMAT"]).match)
+        self.next = re.compile(f"[ \t]*(?:{choices})").match  # blanks and a token
+        self.format = re.compile(terminals["FORMAT"]).match
 
     def step(self, text: str, line: int) -> list[Token]:
         """A program line: `[label] [statement] [;comment]`."""
-        scan = _Scan(self._patterns, text, line)
-        scan.label()
-        scan.statement()
-        return scan.tokens
+        return _Scan(self, text, line).step()
 
     def prompt(self, text: str, names: Container[str] = ()) -> list[Token]:
         """A line of the prompt. `names`: the keys of what is defined."""
-        scan = _Scan(self._patterns, text, 1)
-        scan.command(names)
-        return scan.tokens
+        return _Scan(self, text, 1).command(names)
 
     def header(self, text: str, line: int, at: int) -> list[Token]:
         """What follows `.PROGRAM`, which ends at index `at`."""
-        scan = _Scan(self._patterns, text, line, at)
-        scan.heading()
-        return scan.tokens
+        return _Scan(self, text, line, at).heading()
 
     def entry(self, text: str, line: int) -> list[Token]:
         """A line of a section of variables: numbers have their signs."""
-        scan = _Scan(self._patterns, text, line)
-        scan.entry()
-        return scan.tokens
+        return _Scan(self, text, line).entry()
 
 
-Match = Callable[[str, int], re.Match[str] | None]
 Tables = tuple[Mapping[str, Word], ...]
-
-
-class Patterns(NamedTuple):
-    """`next`: blanks and a token; `format`: a format code."""
-
-    next: Match
-    format: Match
 
 
 class _Scan:
@@ -140,9 +123,9 @@ class _Scan:
     word at the start, while its arguments are read.
     """
 
-    def __init__(self, patterns: Patterns, text: str, line: int, at: int = 0) -> None:
+    def __init__(self, lexer: Lexer, text: str, line: int, at: int = 0) -> None:
         self.tokens: list[Token] = []
-        self._patterns = patterns
+        self._lexer = lexer
         self._text = text.rstrip()
         self._line = line
         self._at = at
@@ -152,37 +135,35 @@ class _Scan:
 
     # --- the parts of a line ---
 
-    def label(self) -> None:
-        """Read the number before a statement, if there is one."""
+    def step(self) -> list[Token]:
+        """Read a label, if there is one, and a statement."""
         match = _LABEL.match(self._text)
-        if match is None:
-            return
-        if int(match[1][:9]) > LABEL_HIGH:
-            raise self._refusal(InvalidNumber, *match.span(1), match[1], f"labels are 0 to {LABEL_HIGH}")
-        self._add("LABEL", match[1], *match.span(1))
-
-    def statement(self) -> None:
-        """Read an assignment, or an instruction with what belongs to it."""
+        if match is not None:
+            if int(match[1][:9]) > LABEL_HIGH:
+                raise self._refusal(InvalidNumber, *match.span(1), match[1], f"labels are 0 to {LABEL_HIGH}")
+            self._add("LABEL", match[1], *match.span(1))
         if not self._at_end():
             self._statement((PROGRAM_WORDS,), UnknownInstruction)
+        return self.tokens
 
-    def command(self, names: Container[str]) -> None:
+    def command(self, names: Container[str]) -> list[Token]:
         """Read a monitor command, a statement, or an expression whose value is shown."""
-        if self._at_end():
-            return
-        if self._shows(names):
-            self._rest()
-        else:
-            self._statement((COMMANDS, PROGRAM_WORDS), UsageError)
+        if not self._at_end():
+            if self._shows(names):
+                self._rest()
+            else:
+                self._statement((COMMANDS, PROGRAM_WORDS), UsageError)
+        return self.tokens
 
-    def heading(self) -> None:
+    def heading(self) -> list[Token]:
         """Read a program's name and parameters."""
         if not self._at_end():
             name = self._first_word(InvalidName, "a program name begins with a letter", ".PROGRAM pick.place(part)")
             self._add("PROGRAM", name[0], *name.span())
         self._rest()
+        return self.tokens
 
-    def entry(self) -> None:
+    def entry(self) -> list[Token]:
         """Read a variable and its value."""
         while not self._at_end():
             number = _ENTRY_NUMBER.match(self._text, self._at)
@@ -191,6 +172,7 @@ class _Scan:
             else:
                 self._operand = False
                 self._token()
+        return self.tokens
 
     # --- the start of a statement ---
 
@@ -237,7 +219,7 @@ class _Scan:
         self._skip_blanks()
         match = _WORD.match(self._text, self._at)
         if match is None:
-            if kind is not UsageError and self._patterns.next(self._text, self._at) is None:
+            if kind is not UsageError and self._lexer.next(self._text, self._at) is None:
                 raise self._unreadable()
             glued = _GLUED.match(self._text, self._at)
             raise self._refusal(kind, self._at, glued.end() if glued else self._at + 1, detail, hint)
@@ -291,7 +273,8 @@ class _Scan:
             self._add("COMMENT", f";{self._text[word.end() :]}", word.start(), len(self._text))
         elif row is COMMANDS["DO"] and COMMANDS in tables:
             self._add("DO_COMMAND", "DO", *word.span())
-            self.statement()
+            if not self._at_end():
+                self._statement((PROGRAM_WORDS,), UnknownInstruction)
         elif type(row) is Control:
             self._add(row.name, row.name, *word.span())
             self._val_if = row.name == "IF" and VAL_IF.search(_before_comment(self._text[self._at :])) is not None
@@ -377,7 +360,7 @@ class _Scan:
 
     def _token(self) -> None:
         """Read one token."""
-        match = self._patterns.next(self._text, self._at)
+        match = self._lexer.next(self._text, self._at)
         if match is None:
             raise self._unreadable()
         kind = match.lastgroup
@@ -451,7 +434,7 @@ class _Scan:
         if self._operand:
             self._add("INFIX", _SPELLINGS.get(text, text), start, end)
             return False
-        format_code = self._patterns.format(self._text, start) if text == "/" else None
+        format_code = self._lexer.format(self._text, start) if text == "/" else None
         if format_code is not None:
             self._add("FORMAT", format_code[0], *format_code.span())
             return True

@@ -17,7 +17,7 @@ from vrs_cli.language.text.precedence import ORDER
 from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RELATIONS_OF_VAL
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.word import Shape, State, Word
+from vrs_cli.language.words.word import COMMAS, Shape, State, Word
 
 INDENT = 4
 NAME_WIDTH = 16  # of a variable in a section
@@ -96,14 +96,6 @@ def _number_text(value: float) -> str:
     return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value).upper()
 
 
-def _remark_lines(comment: ast.Comment) -> Iterator[str]:
-    yield _comment(comment.text)
-
-
-def _bad_lines(line: ast.BadLine) -> Iterator[str]:
-    yield line.text
-
-
 def _comment(text: str | None) -> str:
     return "" if text is None else f";{text.rstrip()}"
 
@@ -115,8 +107,8 @@ def _with_comment(text: str, comment: str | None) -> str:
 _PARTS: Mapping[type, Callable[[Any], Iterable[str]]] = {
     Program: _program_lines,
     Section: _section_lines,
-    ast.Comment: _remark_lines,
-    ast.BadLine: _bad_lines,
+    ast.Comment: lambda comment: (_comment(comment.text),),
+    ast.BadLine: lambda line: (line.text,),
 }
 
 # --- steps -------------------------------------------------------------------------------------------------------
@@ -227,34 +219,32 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
     if arguments[:1] == [None] and _shape_at(row, 0) is Shape.STRING and begins_with_variable(arguments[1:]):
         arguments.pop(0)
     if row.tasked and len(arguments) == len(row.arguments):
-        task = arguments.pop()
-        yield "" if task is None else expression_text(task)
+        yield _list_text([arguments.pop()])
         arguments = _trim(arguments)
     arguments = [_capital(given, _shape_at(row, place)) for place, given in enumerate(arguments)]
-    if row.comma:
-        yield expression_text(arguments[0]) if arguments and arguments[0] is not None else ""
-        yield f"{row.comma} {_list_text(arguments[1:])}" if len(arguments) > 1 else ""
-        return
-    plain = sum(not argument.lead for argument in row.arguments)
+    plain = sum(argument.lead in ("", *COMMAS) for argument in row.arguments)
     own = arguments if row.value is None or not row.value.repeated else arguments[:plain]
-    grouped = own[: row.grouped]
-    while grouped and grouped[-1] is None:
-        grouped.pop()
-    if grouped:
-        yield f"({_list_text(grouped)})"
-    elif row.grouped == len(row.arguments):
+    yield from _operand_parts(own, row, plain)
+    if statement.value is not None and row.value is not None:
+        yield f"= {_list_text([_capital(statement.value, row.value.shape)])}"
+    elif len(own) < len(arguments):
+        yield f"= {_list_text(arguments[plain:])}"
+
+
+def _operand_parts(own: list[Expression | None], row: Word, plain: int) -> Iterator[str]:
+    """The arguments before `=`: those in parentheses, `plain` ones between commas, those with a word before them."""
+    grouped = _trim(own[: row.grouped])
+    if row.comma:
+        yield _list_text(own[:1])
+        yield f"{row.comma} {_list_text(own[1:])}" if len(own) > 1 else ""
+    elif row.grouped == len(row.arguments) and not grouped:
         yield _list_text(own)  # what is too much keeps its comma: without it, it would be the group
-        return
-    yield _list_text(own[row.grouped :] if not row.leads else _trim(own[:plain]))
-    if row.leads:
+    else:
+        yield f"({_list_text(grouped)})" if grouped else ""
+        yield _list_text(_trim(own[row.grouped : plain]) if row.leads else own[row.grouped :])
         for argument, given in zip(row.arguments[plain:], own[plain:], strict=False):
             if given is not None:
                 yield f"{argument.lead} {expression_text(given)}"
-    if statement.value is not None:
-        value = _capital(statement.value, row.value.shape if row.value is not None else Shape.REAL)
-        yield f"= {_list_text([value])}"
-    elif len(own) < len(arguments):
-        yield f"= {_list_text(arguments[plain:])}"
 
 
 def _shape_at(row: Word, place: int) -> Shape:
@@ -292,11 +282,8 @@ def _trim(items: list[Expression | None]) -> list[Expression | None]:
 
 def _list_text(items: Sequence[Expression | None]) -> str:
     """Items with a comma and a blank between them; omitted ones leave their commas."""
-    text = ""
-    for number, item in enumerate(items):
-        shown = "" if item is None else expression_text(item)
-        text += ("," if number else "") + (" " if number and shown else "") + shown
-    return text
+    shown = ("" if item is None else expression_text(item) for item in items)
+    return ",".join(f" {text}" if place and text else text for place, text in enumerate(shown))
 
 
 _STATEMENTS: Mapping[type, Callable[[Any], str]] = {
