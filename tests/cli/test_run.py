@@ -8,6 +8,7 @@ import sys
 import time
 import tracemalloc
 from io import StringIO
+from itertools import cycle
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -430,6 +431,29 @@ def test_a_limit_ends_a_run_and_all_is_written_as_far_as_it_came(
         assert error["step"] > 1
         assert len((tmp_path / "p.csv").read_text().splitlines()) > 2
         assert read_trajectory(tmp_path / "p.vrst").deltas
+
+
+def test_a_limit_that_is_reached_while_a_file_is_loaded_is_told_in_json_too(
+    vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "p.v2").write_text(EVER)
+    monkeypatch.setattr("vrs_cli.interfaces.station.station.parse_file", lambda _text: [_ for _ in cycle((0,)) if _])
+    ended = vrs("run", "p.v2", "--json", "--max-wall", "0.05")
+    assert ended.status == 1
+    (error,) = json.loads(ended.out)["errors"]
+    assert error["message"].startswith("*Program limit reached* the run took longer than 0.05 s")
+    assert error["program"] is None
+    assert "the run took longer than 0.05 s" in ended.err
+
+
+def test_motions_that_begin_at_other_times_than_they_were_asked_for_are_told(vrs: Vrs, tmp_path: Path) -> None:
+    steps = ("MOVE #PPOINT(0,-90,90,0,10,0) AT 4", "MOVE #PPOINT(0,-90,90,0,20,0) AT 6")
+    (tmp_path / "p.v2").write_text("\n".join((".PROGRAM p", *steps, "MOVE #PPOINT(90,-45,90,0,20,0) AT 3.5", ".END")))
+    told = "2 later motions begin 0.296 to 0.898 s later: AT 4, AT 6\n"
+    assert vrs("run", "p.v2").err == told
+    assert vrs("run", "p.v2", "--quiet").err == ""
+    (tmp_path / "q.v2").write_text("\n".join((".PROGRAM q", *steps, ".END")))
+    assert vrs("run", "q.v2").err == ""
 
 
 @pytest.mark.parametrize(

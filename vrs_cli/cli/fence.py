@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from types import FrameType
 
@@ -14,11 +14,16 @@ from vrs_cli.errors import LimitReached
 GRACE = 2.0  # [s] to come to the end of a step; then it is broken off
 LEAST_MEMORY = 256_000_000  # bytes of address space, in which the interpreter and numpy have room
 
+Enough = Callable[[], AbstractContextManager[None]]
+
 
 @contextmanager
-def wall(seconds: float | None, end_by: Callable[[LimitReached], None]) -> Iterator[None]:
-    """`end_by` is told when so many seconds have passed, once; some seconds later that is raised wherever the program
-    is. Raises CommandLineError where the system has no such alarm."""
+def wall(seconds: float | None, end_by: Callable[[LimitReached], bool]) -> Iterator[None]:
+    """After so many seconds, `end_by` is to end the program that runs. Where none does, or where it has not ended some
+    seconds later, LimitReached is raised wherever that is.
+
+    Raises CommandLineError where the system has no such alarm.
+    """
     if seconds is None:
         yield
         return
@@ -28,10 +33,9 @@ def wall(seconds: float | None, end_by: Callable[[LimitReached], None]) -> Itera
     told: list[LimitReached] = []
 
     def ring(_number: int, _frame: FrameType | None) -> None:
-        if told:
+        if told or not end_by(reached):
             raise reached
         told.append(reached)
-        end_by(reached)
         signal.setitimer(signal.ITIMER_REAL, GRACE)
 
     before = signal.signal(signal.SIGALRM, ring)
@@ -44,13 +48,14 @@ def wall(seconds: float | None, end_by: Callable[[LimitReached], None]) -> Itera
 
 
 @contextmanager
-def memory(most: int | None) -> Iterator[Callable[[], None]]:
-    """Let the system give no more than so many bytes, until that is lifted; raises LimitReached where more is needed.
+def memory(most: int | None) -> Iterator[Enough]:
+    """Let the system give no more than so many bytes. What is yielded stands round that which may need more: it lifts
+    the limit then, and raises LimitReached.
 
     Raises CommandLineError where the system has no such limit.
     """
     if most is None:
-        yield lambda: None
+        yield partial(_enough, most, lambda: None)
         return
     try:
         import resource
@@ -67,14 +72,16 @@ def memory(most: int | None) -> Iterator[Callable[[], None]]:
         raise CommandLineError(f"--max-memory: the system refuses {most} bytes: {error}", "give less") from None
     lift = partial(resource.setrlimit, resource.RLIMIT_AS, before)
     try:
-        yield lift
-    except MemoryError:
-        lift()
-        raise out_of_memory(most) from None
+        yield partial(_enough, most, lift)
     finally:
         lift()
 
 
-def out_of_memory(most: int | None) -> LimitReached:
-    what = "there is" if most is None else f"--max-memory {most}"
-    return LimitReached(f"the run needs more memory than {what}", "give it more with --max-memory")
+@contextmanager
+def _enough(most: int | None, lift: Callable[[], None]) -> Iterator[None]:
+    try:
+        yield
+    except MemoryError:
+        lift()
+        what = "there is" if most is None else f"--max-memory {most}"
+        raise LimitReached(f"the run needs more memory than {what}", "give it more with --max-memory") from None

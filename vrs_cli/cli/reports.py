@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from vrs_cli.cli.recordings import position_object
+from vrs_cli.errors import VrsError
 from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.trajectory.instant import shown
 
@@ -56,17 +57,17 @@ def fault_object(fault: ProgramFault) -> Object:
 
 def diagnostic_objects(diagnostics: Iterable[Diagnostic]) -> list[Object]:
     """What is wrong with a file that could not be executed: errors, and warnings among them."""
-    return [
-        {
-            "severity": one.severity.value,
-            "code": one.code,
-            "message": one.message,
-            "program": None,
-            "step": None,
-            "line": one.span.line,
-        }
-        for one in diagnostics
-    ]
+    return [_outside(one.severity, one.code, one.message, one.span.line) for one in diagnostics]
+
+
+def error_object(error: VrsError) -> Object:
+    """What came before a program could be executed."""
+    return _outside(Severity.ERROR, error.code, str(error), None)
+
+
+def _outside(severity: Severity, code: int, message: str, line: int | None) -> Object:
+    """An error or a warning of no step of a program."""
+    return {"severity": severity.value, "code": code, "message": message, "program": None, "step": None, "line": line}
 
 
 def fault_text(path: str, fault: ProgramFault) -> str:

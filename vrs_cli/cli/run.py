@@ -6,7 +6,7 @@ import argparse
 import json
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, positive, size, whole
-from vrs_cli.cli.fence import memory, out_of_memory, wall
+from vrs_cli.cli.fence import Enough, memory, wall
 from vrs_cli.cli.journal import journal, told_by
 from vrs_cli.cli.outputs import Outputs, add_output_options
 from vrs_cli.cli.sources import Source, has_errors, read_source
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
     from vrs_cli.interfaces.tasks.runs import Beside, Limits, RunResult
     from vrs_cli.language.text.diagnostics import Diagnostic
+    from vrs_cli.render.progress import RunProgress
+    from vrs_cli.repl.interrupt import Stoppable
 
 OK, FAILED = 0, 1
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options and limits
@@ -124,39 +126,45 @@ class _Batch(Struct, frozen=True):
     def run(self) -> int:
         """Load and execute; the exit status."""
         from vrs_cli.cli.batch import BatchTerminal
+        from vrs_cli.cli.reports import error_object
         from vrs_cli.render.progress import RunProgress
         from vrs_cli.repl.interrupt import Stoppable
 
         options = self.options
-        with memory(options.max_memory) as lift, RunProgress(self.source.path, options.max_time) as progress:
+        with memory(options.max_memory) as enough, RunProgress(self.source.path, options.max_time) as progress:
             terminal = BatchTerminal(self._typed_to(), progress, options.quiet)
             station = self._station(terminal)
-            with wall(options.max_wall, station.driver.end_by):
-                diagnostics = station.load_text(self.source.text)
-                if has_errors(diagnostics):
-                    return self._refused(station, diagnostics)
-                print(self.source.shown(diagnostics), end="", file=sys.stderr)
-                program = self._program(station)
-                station.engine.clock.set(0.0)
-                stop = Stoppable(station.interrupt)
-                tell, durable = told_by("vrs run", progress.hide), options.realtime is not None
-                with journal(options.save, station.engine, tell, durable=durable) as kept, stop:
-                    result = self._executed(station, program, progress, lift)
-        status = max(self._ended(station, terminal, result), OK if kept.sound else FAILED)
+            try:
+                with enough(), wall(options.max_wall, station.driver.end_by):
+                    diagnostics = station.load_text(self.source.text)
+                    if has_errors(diagnostics):
+                        return self._refused(station, diagnostics)
+                    print(self.source.shown(diagnostics), end="", file=sys.stderr)
+                    stop = Stoppable(station.interrupt)
+                    result, sound = self._executed(station, progress, stop, enough)
+            except LimitReached as error:  # before the program was executed: there is none to stop
+                if options.json:
+                    self._print_json(station, None, [error_object(error)])
+                raise
+        status = max(self._ended(station, terminal, result), OK if sound else FAILED)
         stop.end(signal.SIGINT)
         return status
 
     def _executed(
-        self, station: Station, program: str, progress: Callable[[float], None], lift: Callable[[], None]
-    ) -> RunResult:
-        """Execute it; a fence that is run against in the middle of a step ends it too."""
-        try:
-            return station.execute(program, cycles=self.options.cycles, progress=progress)
-        except LimitReached as error:
-            return station.driver.broken_off(error)
-        except MemoryError:
-            lift()
-            return station.driver.broken_off(out_of_memory(self.options.max_memory))
+        self, station: Station, progress: RunProgress, stop: Stoppable, enough: Enough
+    ) -> tuple[RunResult, bool]:
+        """Execute a program, and whether all is in the file of --save. A fence that is run against in the middle of a
+        step ends it too."""
+        program, engine = self._program(station), station.engine
+        engine.clock.set(0.0)
+        tell, durable = told_by("vrs run", progress.hide), self.options.realtime is not None
+        with journal(self.options.save, engine, tell, durable=durable) as kept, stop:
+            try:
+                with enough():
+                    result = station.execute(program, cycles=self.options.cycles, progress=progress)
+            except LimitReached as error:
+                result = station.driver.broken_off(error)
+        return result, kept.sound
 
     def _typed_to(self) -> TextIO:
         """Where TYPE and PROMPT write: standard output, when nothing else is to stand there."""
@@ -220,6 +228,8 @@ class _Batch(Struct, frozen=True):
             terminal.show(Message(result.outcome.value))
         else:
             print(for_stream(fault_text(self.source.path, result.fault), sys.stderr), file=sys.stderr)
+        if not self.options.quiet:
+            _tell_displaced(station)
         return max(self._write_files(station), FAILED if faults else OK)
 
     def _tell_beside(self, terminal: BatchTerminal, one: Beside) -> None:
@@ -244,3 +254,13 @@ class _Batch(Struct, frozen=True):
         from vrs_cli.cli.reports import run_object
 
         print(json.dumps(run_object(station.engine, result, errors), indent=2))
+
+
+def _tell_displaced(station: Station) -> None:
+    """Tell which motions begin at other times than the program asked."""
+    from vrs_cli.engine.displacement import displacement_of
+    from vrs_cli.render.displaced import sentences
+
+    found = displacement_of(station.engine.records())
+    for sentence in () if found is None else sentences(found):
+        print(sentence, file=sys.stderr)

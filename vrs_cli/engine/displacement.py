@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 
 from msgspec import Struct
 
 from vrs_cli.engine.book import Book
+from vrs_cli.engine.history import CommandRecord
 from vrs_cli.trajectory.delta import Cause
 from vrs_cli.trajectory.motion import Motion, Start
 from vrs_cli.trajectory.timeline import Timeline
@@ -66,12 +67,27 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
     deltas = (step.delta for step in book.history.done)
     asked = {delta.motion.number: delta.executed for delta in deltas if delta.motion.start is Start.AT}
     moved = [Moved(motion.text, asked.get(motion.number), begin, then) for motion, begin, then in rows]
+    return _sorted_out(moved, more=len(old) > MOST)
+
+
+def _sorted_out(moved: Sequence[Moved], *, more: bool = False) -> Displacement:
     return Displacement(
         tuple(one for one in moved if one.later > SAME_TIME),
         tuple(one for one in moved if one.later < -SAME_TIME),
         tuple(one for one in moved if one.after is None),
-        len(old) > MOST,
+        more,
     )
+
+
+def displacement_of(commands: Iterable[CommandRecord]) -> Displacement | None:
+    """How motions have been moved from the times that were asked for them; None where none has."""
+    timed = ((one, one.asked) for one in commands if one.asked is not None)
+    moved = [
+        Moved(one.text, asked, asked, None if one.end is None else one.executed)
+        for one, asked in timed
+        if one.end is None or one.displaced
+    ]
+    return _sorted_out(sorted(moved, key=lambda one: one.before)) if moved else None
 
 
 def _begins(timeline: Timeline, since: float) -> Iterator[tuple[Motion, float]]:

@@ -80,9 +80,11 @@ class Driver:
         """Close the files of programs."""
         self.devices.disk.close_all()
 
-    def end_by(self, error: LimitReached) -> None:
-        """End the run before its next step with this error. Safe in a signal handler."""
-        self._ended_by = error
+    def end_by(self, error: LimitReached) -> bool:
+        """End the run before its next step with this error; False where none is under way. Safe in a signal handler."""
+        if self._running:
+            self._ended_by = error
+        return self._running
 
     def interrupt(self) -> None:
         """Stop the run before its next step and the robot as soon as it can. Safe in a signal handler."""
