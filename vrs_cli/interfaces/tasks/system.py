@@ -11,6 +11,7 @@ from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.events import TaskState
 from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
+from vrs_cli.language.run.robot import System
 from vrs_cli.language.words.kind import key_of
 
 RUN_STATES = {
@@ -24,8 +25,8 @@ RUN_STATES = {
 NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  # STATUS
 
 
-class SystemReadings:
-    """`language.environment.System` for the tasks of a robot."""
+class SystemReadings(System):
+    """The system of the tasks of a robot."""
 
     def __init__(self, robot: str, environment: Environment, tasks: Tasks, devices: Devices) -> None:
         self._robot, self._environment, self._tasks, self._devices = robot, environment, tasks, devices

@@ -11,7 +11,7 @@ from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.analysis.analyzer import Analysis
 from vrs_cli.language.run.cells import closest
 from vrs_cli.language.run.programs import StoredProgram
-from vrs_cli.language.run.robot import Alone, Robot, System
+from vrs_cli.language.run.robot import Robot, System
 from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.run.timers import Timers
 from vrs_cli.language.run.variables import Variables
@@ -31,7 +31,7 @@ class Memory(Variables):
         self.timers = Timers()
         self.random = Random(seed)
         self.last_error = 0
-        self.system: System = Alone()
+        self.system = System()
 
     def store(self, analysis: Analysis, lines: tuple[str, ...] = ()) -> StoredProgram:
         """Keep a program, in the place of one of the same name. `lines`: those of its whole file."""

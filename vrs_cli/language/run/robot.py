@@ -47,55 +47,39 @@ class Robot(Protocol):
         """0 where the place can be reached, otherwise the reasons as bits."""
 
 
-class System(Protocol):
-    """What a program may ask of the system that runs it; always for the task that asks."""
+class System:
+    """What a program may ask of the system that runs it; always for the task that asks.
+
+    This one is that of a program that runs by itself: one task, and no devices.
+    """
 
     def task(self) -> int:
         """Its number; -1 for a line of the prompt."""
-
-    def priority(self) -> int: ...
-    def run_state(self, task: int) -> int:
-        """What a task does (`operations.RUN_STATES`)."""
-
-    def program_status(self, name: str) -> int:
-        """What a program does (`STATUS` in the table of functions)."""
-
-    def identity(self, component: int) -> float:
-        """Raises IllegalValue for a component that there is not."""
-
-    def unit_status(self, unit: int) -> int:
-        """Of the last operation on a logical unit: 1, or a code."""
-
-    def record_length(self, unit: int) -> int:
-        """Characters of the last record of a logical unit."""
-
-    def character(self, unit: int, wait: bool) -> int:
-        """The code of the next character of a logical unit, or of what went wrong."""
-
-
-class Alone:
-    """The system of a program that runs by itself: one task, and no devices."""
-
-    def task(self) -> int:
         return 0
 
     def priority(self) -> int:
         return 0
 
-    def run_state(self, task: int) -> int:  # noqa: ARG002 (of the protocol, as are those below)
+    def run_state(self, task: int) -> int:  # noqa: ARG002 (for others to look at, as are those below)
+        """What a task does (`operations.IDLE` and the like)."""
         return 0
 
     def program_status(self, name: str) -> int:  # noqa: ARG002
+        """What a program does (`STATUS` in the table of functions)."""
         return 0
 
     def identity(self, component: int) -> float:  # noqa: ARG002
+        """Raises IllegalValue for a component that there is not."""
         return 0.0
 
     def unit_status(self, unit: int) -> int:  # noqa: ARG002
+        """Of the last operation on a logical unit: 1, or a code."""
         return UnitNotAttached.code
 
     def record_length(self, unit: int) -> int:  # noqa: ARG002
+        """Characters of the last record of a logical unit."""
         return 0
 
     def character(self, unit: int, wait: bool) -> int:  # noqa: ARG002
+        """The code of the next character of a logical unit, or of what went wrong."""
         return UnitNotAttached.code

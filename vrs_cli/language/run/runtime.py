@@ -86,7 +86,9 @@ class Task:
         self._context = Context(environment, robot)
         stored = environment.program(program) if isinstance(program, str) else program
         self._main = stored if isinstance(stored, Executable) else environment.executable(stored)
-        self._arguments = tuple(self._as_reference(argument) for argument in arguments)
+        self._arguments = tuple(
+            one if one is None or isinstance(one, Reference) else by_value(self._context, one) for one in arguments
+        )
         self._first_step = self._check_step(step) - 1
         if cycles == 0 or cycles > MOST_CYCLES:
             raise IllegalValue(f"{cycles} cycles", f"1 to {MOST_CYCLES}, or -1 for ever")
@@ -365,7 +367,8 @@ class Task:
         op, left = activation.op, budget
         try:
             if self._answer is not None:
-                answered = self._send_answer(activation)
+                answer, self._answer = self._answer, None
+                answered = activation.steps.send(answer)
                 if not isinstance(answered, int):
                     activation.between = activation.reached = False
                     return answered
@@ -385,11 +388,6 @@ class Task:
             activation.op = op
             self.steps_done += budget - left
             self._budget -= budget - left
-
-    def _send_answer(self, activation: Activation) -> int | Yielded:
-        """What the program says to the answer of a PROMPT."""
-        answer, self._answer = self._answer, None
-        return activation.steps.send(answer)
 
     def _call(self, call: CallProgram) -> None:
         if len(self._activations) > STACK_LIMIT:
@@ -420,13 +418,6 @@ class Task:
             activation.program.stored.source(activation.step),
         )
         return Failed(self.fault, error)
-
-    # arguments
-
-    def _as_reference(self, argument: Reference | Value | None) -> Reference | None:
-        if argument is None or isinstance(argument, Reference):
-            return argument
-        return by_value(self._context, argument)
 
     def _check_step(self, step: int) -> int:
         steps = len(self._main.program.steps)
