@@ -75,7 +75,11 @@ DEFERRED = (
     Deferred(("files/lock.py",), ("filelock",), "most runs write nothing"),
     Deferred(("files/mcap_log.py",), ("mcap",), "mcap is an extra"),
     Deferred(("files/store.py",), ("vrs_cli.language.text.printer",), "most runs store no program"),
-    Deferred(("files/program_file.py", "language/text/diagnostics.py"), ("difflib",), "only mistakes need it"),
+    Deferred(("errors.py",), ("difflib",), "only mistakes need it"),
+    Deferred(
+        ("files/atomic.py", "files/disk.py", "files/folder.py"), ("tempfile", "shutil"), "most runs write nothing"
+    ),
+    Deferred(("cli/check.py", "cli/run.py"), ("json",), "only --json needs it"),
     Deferred(("language/run/operations.py",), ("datetime",), "only $TIME needs it"),
     Deferred(("language/text/table.py",), ("lark",), "the table that lark makes is kept between runs"),
     Deferred(

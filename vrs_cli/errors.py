@@ -17,6 +17,7 @@ VAL-II's text and code. No error is changed after it was made: `reworded` makes 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import ClassVar, Final, Self
 
 Place = tuple[float, float, float]
@@ -64,6 +65,19 @@ class VrsError(Exception):
 def sentence(title: str, detail: str, hint: str) -> str:
     """`*Unknown instruction* MOVEE (did you mean MOVE?)`."""
     return f"*{title}*{f' {detail}' if detail else ''}{f' ({hint})' if hint else ''}"
+
+
+def nearest(word: str, known: Iterable[str], least: float = 0.6) -> str:
+    """The known word that is most like the one given, "" where none is. `least`: how like it must be, up to 1."""
+    from difflib import get_close_matches
+
+    return next(iter(get_close_matches(word, tuple(known), 1, least)), "")
+
+
+def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
+    """`did you mean MOVES?`, or another hint where no known word is near."""
+    near = nearest(word, known)
+    return f"did you mean {near}?" if near else otherwise
 
 
 class ProgramError(VrsError):

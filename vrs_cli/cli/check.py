@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -83,6 +82,8 @@ def _counted(count: int, what: str) -> str:
 
 
 def _json(findings: Sequence[Finding]) -> str:
+    import json
+
     return json.dumps({"files": [_object(finding) for finding in findings]}, indent=2) + "\n"
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
 from math import isfinite
 from typing import NoReturn
 
+from vrs_cli import errors
 from vrs_cli.errors import UsageError
 
 STANDARD_STREAM = "-"
@@ -65,8 +65,7 @@ def _words(arguments: Iterable[str]) -> Iterable[str]:
 
 def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
     """A hint: the known word that is near, or where all are listed."""
-    near = get_close_matches(word, tuple(known), n=1)
-    return f"did you mean {near[0]}?" if near else f"see {prog} --help"
+    return errors.did_you_mean(word, known, f"see {prog} --help")
 
 
 # --- kinds of values: a wrong one becomes one line that names its option ---------------------------------

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import signal
 import sys
 from collections.abc import Sequence
@@ -251,6 +250,8 @@ class _Batch(Struct, frozen=True):
         return OK
 
     def _print_json(self, station: Station, result: RunResult | None, errors: list[Object]) -> None:
+        import json
+
         from vrs_cli.cli.reports import run_object
 
         print(json.dumps(run_object(station.engine, result, errors), indent=2))

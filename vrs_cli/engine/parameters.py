@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 from typing import TypeVar
 
 from msgspec import Struct
 
 from vrs_cli.engine.commands import SpeedUnit
-from vrs_cli.errors import IllegalValue, UsageError
+from vrs_cli.errors import IllegalValue, UsageError, did_you_mean
 from vrs_cli.kinematics.profile import Profile
 
 V = TypeVar("V")
@@ -157,7 +156,4 @@ def row_of(table: Mapping[str, V], name: str, what: str) -> V:
     starting = [row for known, row in table.items() if known.startswith(upper)]
     if len(starting) == 1:
         return starting[0]
-    near = get_close_matches(upper, table, 1)
-    raise UsageError(
-        f"there is no {what} {upper}", f"did you mean {near[0]}?" if near else f"there are {', '.join(table)}"
-    )
+    raise UsageError(f"there is no {what} {upper}", did_you_mean(upper, table, f"there are {', '.join(table)}"))

@@ -11,7 +11,6 @@ import os
 import re
 import stat
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -90,6 +89,8 @@ def create_beside(target: Path, held: Hold | None = None) -> Beside:
 
     Raises OSError, FileOpened where somebody else writes the target.
     """
+    from tempfile import mkstemp
+
     if is_special(target):
         return Beside(target, None, open_to_write(target), None)
     if target.is_dir():
@@ -100,7 +101,7 @@ def create_beside(target: Path, held: Hold | None = None) -> Beside:
     try:
         if held.firm:
             _clear_left(target)
-        handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+        handle, name = mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
     except BaseException:
         held.release()
         raise

@@ -8,7 +8,6 @@ is closed, or when its task stops: a reader meets all of it or none.
 from __future__ import annotations
 
 import os
-import shutil
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -314,6 +313,8 @@ def _open_to_write(one: _Unit, path: Path) -> None:
 
 
 def _open_to_append(one: _Unit, path: Path) -> None:
+    import shutil
+
     beside = create_beside(path)
     try:
         if path.exists():

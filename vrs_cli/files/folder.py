@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fnmatch import fnmatchcase
@@ -83,6 +82,8 @@ def rename(old: Path, new: Path) -> None:
 
 def copy(old: Path, new: Path) -> None:
     """Whole or not at all. Raises FileError."""
+    import shutil
+
     try:
         source = open_to_read(old)
     except OSError as error:

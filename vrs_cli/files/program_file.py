@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 from pathlib import Path
 
-from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
 from vrs_cli.files.atomic import write_atomically
 from vrs_cli.files.opening import open_to_read, unreadable
 
@@ -80,10 +80,8 @@ def _lines(text: str) -> str:
 
 def _near(path: Path) -> str:
     """Which file of the folder was perhaps meant."""
-    import difflib
-
     folder = path.parent
     if not folder.is_dir():
         return f"there is no folder {folder}"
-    near = difflib.get_close_matches(path.name, (entry.name for entry in folder.iterdir()), n=1, cutoff=0.7)
-    return f"did you mean {folder / near[0]}?" if near else ""
+    near = nearest(path.name, (entry.name for entry in folder.iterdir()), 0.7)
+    return f"did you mean {folder / near}?" if near else ""

@@ -6,14 +6,13 @@ keys, in millimetres and degrees.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import radians
 from reprlib import repr as brief
 from typing import Any, NamedTuple
 
-from vrs_cli.errors import FileDamaged
+from vrs_cli.errors import FileDamaged, did_you_mean
 from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
 from vrs_cli.kinematics.model import PROFILES, RobotModel, axes_parallel, flange_steady
@@ -250,8 +249,7 @@ class ModelReader:
             raise self.wrong(key, "is not a table", f"give {', '.join(known)}")
         for name in data:
             if name not in known:
-                near = difflib.get_close_matches(str(name), known, n=1)
-                hint = f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
+                hint = did_you_mean(str(name), known, f"known here: {', '.join(known)}")
                 raise self.wrong(key, f"has an unknown key {brief(name)}", hint)
         for name in needed:
             if name not in data:

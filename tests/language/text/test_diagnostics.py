@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vrs_cli.errors import IllegalExpression, UnknownInstruction
 from vrs_cli.language.text.ast import Span
-from vrs_cli.language.text.diagnostics import LineRefused, closest, did_you_mean, error, show, warning
+from vrs_cli.language.text.diagnostics import LineRefused, did_you_mean, error, show, warning
 
 
 def test_message() -> None:
@@ -44,7 +44,7 @@ def test_a_refused_line_is_its_diagnostic() -> None:
 
 
 def test_near_words() -> None:
-    assert closest("movs", ["MOVE", "MOVES", "STOP"]) == "MOVES"
+    assert did_you_mean("movs", ["MOVE", "MOVES", "STOP"]) == "did you mean MOVES?"
     assert did_you_mean("xyzzy", ["MOVE"]) == ""
     assert did_you_mean("Part.1", ["part.2"]) == "did you mean part.2?"
 

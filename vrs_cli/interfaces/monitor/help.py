@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from difflib import get_close_matches
 from itertools import islice
 
 from vrs_cli.dialogue.replies import HelpEntry, HelpGroup, HelpOverview, HelpPage
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch
-from vrs_cli.errors import UsageError
+from vrs_cli.errors import UsageError, did_you_mean
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.kind import Kind
@@ -63,10 +62,8 @@ def page(typed: str) -> HelpPage:
     if not entries or name in LINKS:
         entries += tuple(_users(name))
     if not entries:
-        near = get_close_matches(name, _all_names(), 1)
-        raise UsageError(
-            f"there is no help on {name}", f"did you mean {near[0]}?" if near else "HELP alone lists all words"
-        )
+        hint = did_you_mean(name, _all_names(), "HELP alone lists all words")
+        raise UsageError(f"there is no help on {name}", hint)
     return HelpPage(name, entries)
 
 

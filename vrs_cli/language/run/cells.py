@@ -7,10 +7,9 @@ undefined, so that reading it says so by itself.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from difflib import get_close_matches
 from typing import Any, NamedTuple, NoReturn, cast
 
-from vrs_cli.errors import IllegalArrayIndex, TypeMismatch, UndefinedValue
+from vrs_cli.errors import IllegalArrayIndex, TypeMismatch, UndefinedValue, nearest
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, kind_of_value, storable, whole
 
@@ -22,8 +21,8 @@ OTHER_KIND = {Kind.REAL: Kind.LOCATION, Kind.LOCATION: Kind.REAL}
 
 def closest(key: str, names: Mapping[str, str]) -> str:
     """`did you mean X?` for a key that is not there, or nothing. `names`: key to spelling."""
-    near = get_close_matches(key, names, n=1, cutoff=0.7)
-    return f"did you mean {names[near[0]]}?" if near else ""
+    near = nearest(key, names, 0.7)
+    return f"did you mean {names[near]}?" if near else ""
 
 
 def subscript(index: Index) -> str:

@@ -8,7 +8,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from vrs_cli.errors import ProgramError, VrsError, sentence
+from vrs_cli.errors import ProgramError, VrsError, nearest, sentence
 from vrs_cli.language.text.ast import Span
 
 # characters that are shown of a source line (no line of an old program is longer) and of a detail
@@ -120,16 +120,8 @@ def _pointer(line: str, span: Span) -> str:
     return indent + "^" * max(1, width)
 
 
-def closest(word: str, known: Iterable[str]) -> str:
-    """The known word most like the one typed, or "" when none is near."""
-    import difflib
-
-    choices = {name.lower(): name for name in known}
-    found = difflib.get_close_matches(word.lower(), choices, n=1, cutoff=0.6)
-    return choices[found[0]] if found else ""
-
-
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """`did you mean MOVES?`, or ""."""
-    near = closest(word, known)
-    return f"did you mean {near}?" if near else ""
+    """`did you mean MOVES?`, in whatever letters either is written, or ""."""
+    choices = {name.lower(): name for name in known}
+    near = nearest(word.lower(), choices)
+    return f"did you mean {choices[near]}?" if near else ""
