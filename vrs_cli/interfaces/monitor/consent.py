@@ -66,7 +66,7 @@ def may_write(station: Station, path: Path) -> None:
     journal of this session."""
     journal = station.journal
     if journal is not None and path.exists() and journal.exists() and path.samefile(journal):
-        raise FileError(f"{path} holds all of this station already, and is being written", "name another file")
+        raise FileError(f"{path} holds all of this session already, and is being written", "name another file")
     if path.exists() and station.robot.switch("INTERACTIVE"):  # noqa: SIM102
         if not station.terminal.confirm(Confirmation(f"{path} exists. Overwrite it (Y/N)?")):
             raise FileExists(str(path), "answer Y or name another file; DISABLE INTERACTIVE overwrites")
