@@ -31,7 +31,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "cli",
     "__main__",
 )
-INNER_FLOORS = {  # the same inside a folder; a file that stands beside these floors is bound by no circle alone
+INNER_FLOORS = {  # the same inside a folder; a file beside these floors may import each of them
     "language": ("words", "text", "analysis", "compile", "run"),
     "interfaces": ("tasks", "station", "editor", "jog", "monitor", "session"),
 }

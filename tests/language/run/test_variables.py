@@ -112,12 +112,11 @@ def test_variables_can_be_deleted() -> None:
     assert not environment.delete("row")
 
 
-def test_clearing_keeps_the_other_kinds() -> None:
+def test_clearing_forgets_all_kinds() -> None:
     environment = Environment()
     environment.reference("x").assign(1.0)
     environment.reference("$x", 1).assign("x")
-    environment.clear_variables(Kind.STRING)
-    assert environment.kinds() == {"x": Kind.REAL}
+    assert environment.kinds() == {"x": Kind.REAL, "$x": Kind.STRING}
     environment.clear_variables()
     assert environment.kinds() == {}
 

@@ -23,11 +23,11 @@ from vrs_cli.files.trajectory_file import EXTENSION, Recording, read_trajectory,
 from vrs_cli.interfaces.monitor.consent import PLACES, listed, may_replace, may_write, refusal
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.station.operands import Handler, operand, path_of, word
-from vrs_cli.interfaces.station.sections import item_of
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.variables import item_of
 from vrs_cli.language.text.ast import Instruction, Section
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import Value

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
-from vrs_cli.interfaces.station.sections import item_of
 from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.variables import item_of
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.printer import print_program
 from vrs_cli.language.words.kind import Kind

@@ -69,14 +69,8 @@ class Variables:
 
     def define(self, entry: Entry) -> None:
         """A line of a .LOCATIONS, .REALS or .STRINGS section, in place of what the name was. Raises IllegalValue."""
-        name = entry.variable.sigil + entry.variable.name
-        numbers = [number.value for number in entry.variable.indexes or () if isinstance(number, Number)]
-        indexes = tuple(map(whole, numbers))
-        index = None if not indexes else indexes if len(indexes) > 1 else indexes[0]
-        value = _entry_value(entry, self.units)
-        if self.kind_of(name) not in (None, kind_of_value(value)):
-            self.delete(name)
-        self.reference(name, index).assign(value)
+        _, index = item_of(entry)
+        self.put_back((entry.variable.sigil + entry.variable.name, index), _entry_value(entry, self.units))
 
     def spell(self, key: str, name: str) -> None:
         """Keep the spelling of the first use of a name."""
@@ -133,7 +127,7 @@ class Variables:
         return found
 
     def put_back(self, item: Item, value: Value) -> None:
-        """Give a variable an earlier value again, whatever its kind is now."""
+        """Give a variable a value, whatever its kind is now. The item may have the name as it is typed."""
         key, index = item
         if self.kind_of(key) not in (None, kind_of_value(value)):
             self.delete(key)
@@ -162,9 +156,9 @@ class Variables:
             self.cells(kind, key).clear()
         return True
 
-    def clear_variables(self, *kinds: Kind) -> None:
-        """Forget all variables of some kinds, of all kinds when none is named."""
-        for kind in kinds or tuple(Kind):
+    def clear_variables(self) -> None:
+        """Forget all variables."""
+        for kind in Kind:
             self._simple[kind].clear()
             for cells in self._arrays[kind].values():
                 cells.clear()
@@ -197,6 +191,12 @@ class _Kinds(Mapping[str, Kind]):
 
 
 _LAST_FIRST = tuple(reversed(Kind))  # a name that is a variable of one kind and an array of another has the latter
+
+
+def item_of(entry: Entry) -> Item:
+    """The variable that a line of a section defines."""
+    indexes = tuple(whole(number.value) for number in entry.variable.indexes or () if isinstance(number, Number))
+    return entry.variable.key, None if not indexes else indexes if len(indexes) > 1 else indexes[0]
 
 
 def _entry_value(entry: Entry, units: JointUnits) -> Value:
