@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from vrs_cli.engine.commands import Move, NamedTarget, PoseTarget, SetParameter, SetSpeed
+from vrs_cli.engine.continuation import TOGETHER, Gap
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.following import Follower
 from vrs_cli.engine.position import joints_over
 from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import arm_for
@@ -137,3 +139,29 @@ def between(a: tuple[float, ...], b: tuple[float, ...], *ends: tuple[float, ...]
     still = np.array([1e-10])
     T = (first + x * (last - first)).reshape(1, -1, 3, 4)
     return Gaps(np.array([a]), np.array([b]), way[None], way[None], still, np.array([1e-5]), still), T
+
+
+@pytest.mark.parametrize(
+    ("start", "way"),
+    [
+        ((-0.005, -1.339, 0.384, 0.172, 0.0, -0.863), (0.012, 0.092, 0.019)),
+        ((-0.738, -1.963, 0.854, 0.146, 0.0, -0.818), (0.014, 0.048, 0.047)),
+    ],
+)
+def test_a_line_that_nothing_proves_is_refused_soon(
+    monkeypatch: pytest.MonkeyPatch, start: tuple[float, ...], way: tuple[float, float, float]
+) -> None:
+    """The finest ways first: after as many samples as it takes to come down to one of them."""
+    halved, halves = list[Gap](), Gap.halves
+
+    def counted(gap: Gap, follower: Follower) -> tuple[Gap, Gap]:
+        halved.append(gap)
+        return halves(gap, follower)
+
+    monkeypatch.setattr(Gap, "halves", counted)
+    engine = Engine(crooked_puma(), start=start)
+    here = engine.position().T_world_tool
+    goal = at_position(here, *(a + b for a, b in zip(position(here), way, strict=True)))
+    with pytest.raises(StraightLineSingular):
+        engine.perform(Move(PoseTarget(goal), straight=True))
+    assert 20 < len(halved) <= 24 * TOGETHER
