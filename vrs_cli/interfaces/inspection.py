@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch, row_of
@@ -47,8 +48,7 @@ Parts = tuple[Placed, ...]
 _Basis = tuple[object, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class _Inspected:
+class _Inspected(Struct, frozen=True, eq=False):
     """What was found in a program, and all that this depends on outside of it."""
 
     basis: _Basis
@@ -121,8 +121,7 @@ class Inspector:
             yield from placed.found(one for way in ways if (one := _unreached(way, places)) is not None)
 
 
-@dataclass(frozen=True)
-class _Memory:
+class _Memory(Struct, frozen=True):
     """The variables and programs that a file brings."""
 
     surroundings: Surroundings
@@ -192,8 +191,7 @@ _SETTING: Mapping[str, tuple[Mapping[str, Switch] | Mapping[str, ParameterRow], 
 # --- reach -----------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class _Way:
+class _Way(Struct, frozen=True):
     """A motion to a location: `distance` is how far in front of it the motion ends [m]."""
 
     target: ast.Variable | ast.Call
@@ -256,8 +254,7 @@ def _distance(statement: ast.Instruction) -> float | None:
     return distance.value / 1000.0 if isinstance(distance, ast.Number) else None
 
 
-@dataclass(frozen=True)
-class _Places:
+class _Places(Struct, frozen=True):
     """The locations that the file defines, and the arm that is to reach them."""
 
     environment: Environment

@@ -7,8 +7,9 @@ fast the targets move, and never what has happened.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from math import sqrt
+
+from msgspec import Struct, field
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.kinematics.joints import Joints, JointUnits
@@ -18,8 +19,7 @@ from vrs_cli.trajectory.state import Target
 SHORTEST, LONGEST = 0.001, 0.5  # [s] between targets of a stream: a longer time is a gap
 
 
-@dataclass(slots=True)
-class Error:
+class Error(Struct):
     """How far the robot was from each target when that came: the farthest joint of a kind [rad, m], or in time [s]."""
 
     targets: int = 0
@@ -36,8 +36,7 @@ class Error:
         self.worst = max(self.worst, error)
 
 
-@dataclass(slots=True)
-class Following:
+class Following(Struct):
     """How well it goes: targets taken, those held at the end of a joint's range, how late they came [s], and the errors
     of the joints that turn and of those that slide.
     """

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from textwrap import wrap
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vrs_cli.render.roles import Role
 
@@ -13,8 +15,7 @@ GAP = 2  # blanks between the columns of a grid
 LEAST_FOLD = 20  # a folded column is never narrower
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
+class Line(Struct, frozen=True):
     """One line of text in pieces."""
 
     pieces: tuple[Piece, ...]
@@ -29,8 +30,7 @@ def line(text: str = "", role: Role = Role.TEXT) -> Line:
     return Line(((text, role),))
 
 
-@dataclass(frozen=True, slots=True)
-class Column:
+class Column(Struct, frozen=True):
     """`width`: at least so many characters. Where the grid is too wide, one column gives way: with `fold` its long text
     goes on below itself, with `cut` it is cut."""
 
@@ -47,8 +47,7 @@ def number_column(heading: str, width: int = 10) -> Column:
     return Column(heading, Role.NUMBER, right=True, width=width)
 
 
-@dataclass(frozen=True, slots=True)
-class Grid:
+class Grid(Struct, frozen=True):
     """A table. `tight`: columns touch (their width holds the space); `boxed`: a terminal may draw rules.
 
     Where it is too wide, the columns go below each other, the first `keys` repeated.
@@ -71,8 +70,7 @@ class Grid:
 Block = Line | Grid
 
 
-@dataclass(frozen=True, slots=True)
-class Page:
+class Page(Struct, frozen=True):
     """What is drawn on: characters a line and rows of a table that grows with time (None: without end), colours or
     not, any character or ASCII only."""
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import zip_longest
 from math import degrees
 from textwrap import wrap
 from typing import Any
+
+from msgspec.structs import replace
 
 from vrs_cli.dialogue import replies
 from vrs_cli.dialogue.numbers import count, fixed, seconds

@@ -9,8 +9,9 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
 from functools import cache
+
+from msgspec import Struct, field
 
 from vrs_cli.interfaces.jog.jogger import AXIS_WORDS
 from vrs_cli.interfaces.monitor.clock import CLOCK_WORDS
@@ -22,8 +23,7 @@ from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Row, Shape, State, Word, rows_for
 
 
-@dataclass(frozen=True, slots=True)
-class Suggestion:
+class Suggestion(Struct, frozen=True):
     """`text` takes the place of the last `length` characters; `meta` explains it."""
 
     text: str
@@ -31,8 +31,7 @@ class Suggestion:
     meta: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Names:
+class Names(Struct, frozen=True):
     """What is defined: programs and variables with a short note on each; `settings`: switches, parameters; branches."""
 
     programs: Mapping[str, str] = field(default_factory=dict)
@@ -59,8 +58,7 @@ _BY = re.compile(r"\bBY\b", re.IGNORECASE)
 _NESTED = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(Struct, frozen=True):
     """The cursor among the arguments: the rest of the line since the word, and the name begun under the cursor."""
 
     before: str  # from after the first word, or its closed parenthesis, to the cursor, strings blanked

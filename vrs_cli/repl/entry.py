@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, lines_of
 
@@ -37,8 +38,7 @@ def _directive(line: str) -> str:
     return lines[0].directive if lines else ""
 
 
-@dataclass
-class Entry:
+class Entry(Struct):
     """The lines typed so far; the first is the header."""
 
     header: str

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from msgspec import Struct
+from msgspec.structs import replace
 
 RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)  # the steps of faster and slower
 
 
-@dataclass(frozen=True, slots=True)
-class Playback:
+class Playback(Struct, frozen=True):
     """From `start` to `end` [s] of a trajectory, `rate` seconds of it in one second.
 
     At the wall time `since` [s] it showed `shown` [s]. All methods give a new value or a reading of this one.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import NamedTuple
 
+from msgspec import Struct
 from prompt_toolkit.application import Application
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.layout import FormattedTextControl, Layout, Window
@@ -45,8 +45,7 @@ ACTIONS: tuple[Action, ...] = (
 )
 
 
-@dataclass
-class Player:
+class Player(Struct):
     """Holds the playback and draws it; `wall` tells the time of the day [s]."""
 
     arm: RobotArm

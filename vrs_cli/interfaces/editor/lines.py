@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from typing import NamedTuple
 
-from msgspec import structs
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vrs_cli.dialogue.numbers import count
 from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
@@ -37,8 +37,7 @@ _STEP_NUMBER = re.compile(r"\d{1,9}$")
 # --- the draft -----------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Draft:
+class Draft(Struct, frozen=True):
     """A program in the editor. `at`: the present step from 0; behind the last one where `at == len(steps)`.
 
     `inserting`: lines go in before the present step, until an empty line. `analysed` finds what is wrong with it.
@@ -66,7 +65,7 @@ class Draft:
         """With a step in the place of the present one (before it while inserting), and on to the next."""
         behind = self.at if self.inserting else self.at + 1
         steps = (*self.steps[: self.at], step, *self.steps[behind:])
-        return replace(self, program=resolve_program(structs.replace(self.program, steps=steps)), at=self.at + 1)
+        return replace(self, program=resolve_program(replace(self.program, steps=steps)), at=self.at + 1)
 
     def shown(self, first: int, count: int = 1) -> tuple[ListedStep, ...]:
         """Steps from `first` (from 0) on, as they are listed."""
@@ -123,7 +122,7 @@ def _delete(draft: Draft, argument: str, _line: str) -> Change:
     gone = len(draft.steps) - len(steps)
     if not gone:
         raise IllegalValue("D", "there is no step here to delete")
-    changed = replace(draft, program=structs.replace(draft.program, steps=steps)).moved(draft.at)
+    changed = replace(draft, program=replace(draft.program, steps=steps)).moved(draft.at)
     return Change(changed, (Message(f"{count(gone, 'step')} deleted"),))
 
 
@@ -262,14 +261,14 @@ def rebuilt(program: Program) -> tuple[Program, str]:
     )
     header = program_header(program)
     source = "\n".join((header, *texts, ".END", ""))
-    return resolve_program(structs.replace(program, steps=steps, span=Span(HEADER_LINE, 1, len(header) + 1))), source
+    return resolve_program(replace(program, steps=steps, span=Span(HEADER_LINE, 1, len(header) + 1))), source
 
 
 def _relocated(step: Step, text: str, line: int) -> Step:
     if isinstance(step.statement, BadLine):
         begin = len(text) - len(text.lstrip())
         span = Span(line, begin + 1, len(text) + 1)
-        return structs.replace(step, statement=structs.replace(step.statement, span=span), span=span)
+        return replace(step, statement=replace(step.statement, span=span), span=span)
     return _step(text, line)
 
 
@@ -376,7 +375,7 @@ def opened(station: Station, asked: Program, step: int = 1) -> Draft:
         return Draft(asked, analysed=partial(analysis_of, station))
     program = programs[key_of(asked.name)].program
     if asked.parameters:
-        program = structs.replace(program, parameters=asked.parameters)
+        program = replace(program, parameters=asked.parameters)
     return Draft(program, analysed=partial(analysis_of, station)).moved(step - 1)
 
 

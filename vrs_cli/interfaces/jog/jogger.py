@@ -11,10 +11,11 @@ Steps of the tool go straight: a line that cannot be, near a singularity, is ref
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from math import ceil, copysign, radians
 from typing import Protocol, runtime_checkable
+
+from msgspec import Struct
 
 from vrs_cli.dialogue.replies import Message, Reply, Tone
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
@@ -59,8 +60,7 @@ class Frame(Enum):
     TOOL = "tool"
 
 
-@dataclass(frozen=True, slots=True)
-class Axis:
+class Axis(Struct, frozen=True):
     """`index` counts from 0: joints, or X, Y, Z and the rotations about them."""
 
     frame: Frame
@@ -320,8 +320,7 @@ def moved(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:
 # --- with keys -----------------------------------------------------------------------------------------------------
 
 
-@dataclass(slots=True)
-class Panel:
+class Panel(Struct):
     """What keys change: the axis, how long a step is, how fast; `said` is what there is to say."""
 
     jogger: Jogger

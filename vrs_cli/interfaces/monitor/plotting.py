@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from vrs_cli.dialogue.replies import Curve, Plot
 from vrs_cli.engine.position import Positions, positions_at
@@ -23,8 +24,7 @@ if TYPE_CHECKING:
 SAMPLES = 481  # more than the dots of the widest drawing need
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(Struct, frozen=True):
     """A word of PLOT: `joints` where it has one curve a joint; `curves`: those of the tool."""
 
     title: str
@@ -52,8 +52,7 @@ SYNTAX = f"PLOT {', '.join(QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VEL
 _JOINT = re.compile(r"[0-9]{1,3}")
 
 
-@dataclass(frozen=True, slots=True)
-class Selection:
+class Selection(Struct, frozen=True):
     """What PLOT is asked for: the names of quantities on one scale, and joints from 1 (none for the tool's)."""
 
     names: tuple[str, ...]

@@ -7,9 +7,10 @@ between its replies is a generator: each reply is shown before the next question
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
+
+from msgspec import Struct
 
 from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, Reply
 from vrs_cli.engine.branches import MAIN
@@ -42,8 +43,7 @@ from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, first_err
 from vrs_cli.language.text.parser import parse_prompt
 
 
-@dataclass(frozen=True, slots=True)
-class _Either:
+class _Either(Struct, frozen=True):
     """What one or the other contains."""
 
     one: Container[str]

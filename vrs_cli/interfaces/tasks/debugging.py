@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from vrs_cli.errors import VrsError
 from vrs_cli.language.run.events import Budget, Event
@@ -12,24 +13,21 @@ from vrs_cli.language.words.kind import key_of
 from vrs_cli.language.words.values import Value
 
 
-@dataclass(frozen=True, slots=True)
-class Stopped:
+class Stopped(Struct, frozen=True):
     """The program stands before a step. `outcome`: STEPPED, BREAKPOINT or WATCHED; `detail`: what has changed."""
 
     outcome: str
     detail: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Onward:
+class Onward(Struct, frozen=True):
     """The program stands before a step, and goes on."""
 
 
 ONWARD = Onward()
 
 
-@dataclass(slots=True)
-class Stepping:
+class Stepping(Struct):
     """One step: into a program that it calls (`depth` None), or over it, with so many programs on the stack.
 
     `begun`: the step is the one that is being done; before that the task comes to the step first.
@@ -46,8 +44,7 @@ class Stepping:
         return not self.over or len(task.stack) <= self.depth
 
 
-@dataclass(slots=True)
-class Watch:
+class Watch(Struct):
     """An expression, its text and what it was when it was last looked at; None: it had no value."""
 
     text: str
@@ -73,8 +70,7 @@ class Watch:
         return "undefined" if value is None else self.shown(value)
 
 
-@dataclass(slots=True)
-class Debugging:
+class Debugging(Struct):
     """Where programs stop: `breakpoints` are program keys and steps (from 1)."""
 
     breakpoints: set[tuple[str, int]] = field(default_factory=set)

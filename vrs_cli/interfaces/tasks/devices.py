@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
+
+from msgspec import Struct, field
 
 from vrs_cli.errors import EndOfInput, NoDataReceived
 from vrs_cli.files.disk import Disk
@@ -25,8 +26,7 @@ from vrs_cli.language.run.units import (
 END_OF_LINE = "\r"  # what GETC gives at the end of a line of the terminal, as its Return key does
 
 
-@dataclass(eq=False, slots=True)
-class Devices:
+class Devices(Struct, eq=False):
     """`ask` reads a line of the terminal, `show` writes to it (text, whether the line ends)."""
 
     disk: Disk

@@ -11,10 +11,11 @@ A task that waits for a condition looks at it every tick, and at once when a sig
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from typing import TypeVar, cast
+
+from msgspec import Struct
 
 from vrs_cli.dialogue.questions import LineWanted
 from vrs_cli.dialogue.terminal import Console
@@ -42,8 +43,7 @@ ELEMENTS_A_STEP = 20  # that may be counted again for each step that was done: t
 MOST_A_STEP = 200  # elements that a step can add; a string has 128 characters
 
 
-@dataclass(slots=True)
-class _SoFar:
+class _SoFar(Struct):
     """A run: its limits, when it is to end, the steps done before it, and after how many its memory is looked at."""
 
     limits: Limits

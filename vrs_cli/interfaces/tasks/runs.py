@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
+
+from msgspec import Struct
 
 from vrs_cli.errors import LimitReached
 from vrs_cli.language.run.events import ProgramFault
@@ -26,8 +27,7 @@ class Outcome(Enum):
     WATCHED = "(WATCH)"
 
 
-@dataclass(frozen=True, slots=True)
-class Beside:
+class Beside(Struct, frozen=True):
     """Another task that stopped with an error, and when it did [s]."""
 
     number: int
@@ -39,8 +39,7 @@ class Beside:
         return f"task {self.number} at {self.at:.3f} s"
 
 
-@dataclass(frozen=True, slots=True)
-class RunResult:
+class RunResult(Struct, frozen=True):
     """A run of a program: cycles completed, robot clock at begin and end [s], what it typed, what went wrong.
 
     `beside`: the other tasks that stopped with an error; `detail`: what a watched expression has become.
@@ -57,8 +56,7 @@ class RunResult:
     detail: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
+class Limits(Struct, frozen=True):
     """When a program is stopped that does not stop by itself: counted alike on every machine. None: no limit.
 
     Robot's time [s], steps of all programs together, what their arrays and strings hold (elements and characters),
@@ -80,8 +78,7 @@ class Limits:
 USUAL = Limits()
 
 
-@dataclass(slots=True)
-class Spent:
+class Spent(Struct):
     """Bytes of one kind that a run has put out: typed, or written to files."""
 
     option: str

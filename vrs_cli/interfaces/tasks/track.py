@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from msgspec import Struct, field
 
 from vrs_cli.engine.commands import Request
 from vrs_cli.errors import VrsError
@@ -16,16 +16,14 @@ ROBOT_PROGRAM = 0
 PROMPT_LINE = -1  # the number of the task that a line of the prompt is
 
 
-@dataclass(frozen=True, slots=True)
-class Aborted:
+class Aborted(Struct, frozen=True):
     """What a task waits with that is stopped from outside: until the robot is at rest."""
 
 
 Pending = Event | Aborted | Stopped | Onward
 
 
-@dataclass(eq=False, slots=True)
-class Track:
+class Track(Struct, eq=False):
     """A task on its way: it goes on at `wake` [s], after `pending` is done where that is not None.
 
     `outcome` is None while it runs. `asked`: when `pending` was asked for. `mine`: it takes the robot when it goes on.
