@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from math import hypot, radians
+from math import hypot, pi, radians
 from random import Random
 
 import pytest
@@ -16,10 +16,21 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.errors import LocationOutOfRange, LocationTooFar, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.axes import along, cross, from_to, unit
 from vrs_cli.kinematics.clearance import Clearance
+from vrs_cli.kinematics.configuration import Elbow
 from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
-from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, from_oat, inverse, position, translation
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    at_position,
+    compose,
+    from_oat,
+    inverse,
+    position,
+    translation,
+)
 from vrs_cli.trajectory.segment import CartesianPath, Phase, Segment, Turn
 
 PLACES = 40  # of a stretch, at which a bound is checked
@@ -87,6 +98,54 @@ def test_a_line_on_a_tangent_stops_where_it_touches(robot: str, profile: str, sp
     (stop,) = stops(segments)
     assert position(stop)[0] == pytest.approx(0.0, abs=1e-9), "where the wrist is beside the axis of joint 1"
     check_segments(engine.arm, segments)
+
+
+def past_the_fold(profile: str, off: float) -> Engine:
+    """A UR5e on a straight line of 100 mm, past the place where its forearm would lie folded on the upper arm: so far
+    from it [m], square to the bars.
+    """
+    arm = arm_for(load_robot("ur5e"))
+    folded = (0.3, -1.0, pi, -0.7, 1.2, 0.4)
+    touch, (_, shoulder, _, elbow, *_) = arm.forward(folded), arm.frames(folded)
+    across = shoulder.ax, shoulder.ay, shoulder.az  # of the plane that the bars fold in
+    bar = unit(from_to(position(shoulder), position(elbow)))
+    way = unit(cross(across, bar))
+    begin, end = (along(along(position(touch), bar, off), way, part) for part in (-0.05, 0.05))
+    start = arm.select(at_position(touch, *begin), folded, elbow=Elbow.BELOW)
+    engine = Engine(arm.model, start=start)
+    engine.perform(SetParameter("PROFILE", profile))
+    engine.perform(Move(PoseTarget(at_position(touch, *end)), True))
+    return engine
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("off", [0.0, 1e-10])
+def test_a_line_through_a_folded_elbow_stops_where_it_folds(profile: str, off: float) -> None:
+    """The elbow folds and opens again the same way: joint 3 turns back at once."""
+    engine = past_the_fold(profile, off)
+    (stop,) = stops(straight(engine))
+    assert engine.arm.clearance(stop, engine.arm.configuration(engine.position().joints)).inner < 1e-9
+    check_segments(engine.arm, straight(engine))
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_a_line_beside_a_folded_elbow_is_too_fast_or_out_of_reach(profile: str) -> None:
+    with pytest.raises(StraightLineSingular, match="elbow singularity"):
+        past_the_fold(profile, 1e-6)
+    with pytest.raises(LocationOutOfRange, match="leaves the reach"):
+        past_the_fold(profile, -1e-6)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize(("robot", "stretched"), [("ur5e", (0.3, -1.0, 0.0, -0.7, 1.2, 0.4)), ("planar2", (0.3, 0.0))])
+def test_a_line_out_of_a_stretched_elbow_is_refused(robot: str, stretched: tuple[float, ...], profile: str) -> None:
+    """Joint 3 would go like the square root of the way."""
+    engine = Engine(load_robot(robot), start=stretched)
+    engine.perform(SetParameter("PROFILE", profile))
+    shoulder, *_, flange = (position(T) for T in engine.arm.frames(stretched)[robot == "ur5e" :])
+    x, y, z = (0.1 * 1e3 * part for part in unit(from_to(flange, shoulder)))
+    with pytest.raises(StraightLineSingular, match="elbow"):
+        engine.perform(by(engine, x, y, z))
 
 
 @pytest.mark.parametrize("off", [-0.9e-9, -1e-12, 1e-12, 0.9e-9])
