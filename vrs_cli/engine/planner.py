@@ -45,8 +45,9 @@ def plan(
     """
     place = place_at(arm, timeline, executed)
     cut, segments = _plan_new(timeline, place, Problem(arm, place.here, motion, executed, slowest))
-    edit = _Edit(arm, timeline, slowest, cut, segments, _after(timeline, cut.interrupted, cut.keep))
-    while insert and edit.changes_the_next:
+    following = _after(timeline, cut.interrupted, cut.keep) if insert else len(timeline)
+    edit = _Edit(arm, timeline, slowest, cut, segments, following)
+    while edit.changes_the_next:
         edit = edit.with_the_next_planned_again()
     begin = segments[0].start
     return TimelineDelta(
@@ -57,8 +58,8 @@ def plan(
         executed=begin if motion.start is Start.BLEND else executed,
         cut=begin,
         keep=cut.keep,
-        drop=(edit.index if insert else len(timeline)) - cut.keep,
-        shift=edit.shift if insert else 0.0,
+        drop=edit.index - cut.keep,
+        shift=edit.shift,
         segments=edit.segments,
     )
 
@@ -134,7 +135,7 @@ class _Edit(Struct, frozen=True, dict=True):
     segments: tuple[Segment, ...]
     index: int
 
-    @property
+    @cached_property
     def next(self) -> Segment:
         """The old segment that comes after what is planned."""
         return self.old[self.index]
@@ -157,7 +158,7 @@ class _Edit(Struct, frozen=True, dict=True):
         """By how much the old segments that stay begin later [s]."""
         return self._begin - self.next.start if self.index < len(self.old) else 0.0
 
-    @property
+    @cached_property
     def _begin(self) -> float:
         """When the next motion begins if it starts from rest [s]."""
         end = self.segments[-1].finish
