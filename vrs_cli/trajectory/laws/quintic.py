@@ -20,9 +20,11 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, position, rotation_about
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law, NoTimes
+from vrs_cli.trajectory.laws.lspb_times import MARGIN
 from vrs_cli.trajectory.laws.scurve import spin_turns, straight_stop
 from vrs_cli.trajectory.laws.scurve_pieces import joint_stops
 from vrs_cli.trajectory.laws.scurve_steering import steer
+from vrs_cli.trajectory.laws.scurve_times import PEAK
 from vrs_cli.trajectory.limits import JointLimits, ToolLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes, shifted, value
@@ -32,8 +34,6 @@ from vrs_cli.trajectory.stretch import ToolStretch, segments_of
 from vrs_cli.trajectory.vector import cross, dot, length, rotated_back, scaled, subtracted
 
 FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # of D/T, D/T^2 and D/T^3, from rest to rest
-MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
-AT_LIMIT = 1.0 + 1e-6  # a velocity or acceleration that is this little above its limit is at it
 LONGER = 1.06  # times are tried that are each so much longer than the one before
 TRIES = 160
 SHORTEST = 1e-3  # [s] of a motion that begins in motion
@@ -113,12 +113,7 @@ def joint_motion(
     """The joint-interpolated motion to rest at `goal`; `least`: the least duration [s]. Raises NoTimes."""
     rows = zip(state.joints, state.velocity, state.present_acceleration, goal, strict=True)
     parts = [(to - at, v, a) for at, v, a, to in rows]
-    bounds = [
-        _carried_on(part, *most)
-        for part, *most in zip(
-            parts, limits.velocity, limits.acceleration, limits.jerk, limits.peak or limits.velocity, strict=True
-        )
-    ]
+    bounds = map(_joint_bounds, parts, limits.velocity, limits.acceleration, limits.jerk, limits.peak)
     pairs = list(zip(parts, bounds, strict=True))
     if state.at_rest:
         lasting = from_rest([(way, bound) for (way, _, _), bound in pairs], least)
@@ -137,12 +132,12 @@ def joint_motion(
     return segments_of(start, motion, iter(stretches))
 
 
-def _carried_on(part: Part, velocity: float, acceleration: float, jerk: float, peak: float) -> Bounds:
+def _joint_bounds(part: Part, velocity: float, acceleration: float, jerk: float, peak: float) -> Bounds:
     """The limits, or what a joint that begins above them has: its velocity with what its acceleration adds to it."""
     _, v, a = part
     coming = abs(v) + (0.5 * a * a / jerk if a * v > 0.0 else 0.0)
     fastest = max(velocity, min(coming, peak), abs(v))
-    return Bounds(fastest * AT_LIMIT, max(acceleration, abs(a)) * AT_LIMIT, jerk)
+    return Bounds(fastest * PEAK, max(acceleration, abs(a)) * PEAK, jerk)
 
 
 # --- Cartesian space -------------------------------------------------------------------------------------------
@@ -188,15 +183,15 @@ def _tool_keeps(state: ToolState, target: Transform, limits: ToolLimits, tips: S
     return _group_keeps(
         [quintic(0.0, part, time) for part in tips],
         time,
-        max(limits.speed, length(state.velocity) * AT_LIMIT),
-        max(limits.blend_acceleration, length(state.acceleration) * AT_LIMIT),
+        max(limits.speed, length(state.velocity) * PEAK),
+        max(limits.blend_acceleration, length(state.acceleration) * PEAK),
         limits.acceleration,
         limits.blend_jerk,
     ) and _group_keeps(
         spins,
         time,
-        max(limits.spin, length(state.spin) * AT_LIMIT),
-        max(limits.blend_spin_acceleration, length(state.spin_rate) * AT_LIMIT),
+        max(limits.spin, length(state.spin) * PEAK),
+        max(limits.blend_spin_acceleration, length(state.spin_rate) * PEAK),
         limits.spin_acceleration,
         limits.blend_spin_jerk,
     )
