@@ -189,7 +189,7 @@ class Session:
         )()
 
     def profile(self) -> Request:
-        return SetParameter("PROFILE", self.random.choice(("LSPB", "SCURVE", "SCURVE")))
+        return SetParameter("PROFILE", self.random.choice(("LSPB", "SCURVE", "SCURVE", "QUINTIC")))
 
     def rounding(self) -> Request:
         return SetParameter("ROUNDING", self.random.choice(("DECEL", 0.0, self.random.uniform(0.0, 60.0))))

@@ -19,6 +19,7 @@ GRID = 2.0**30  # times are multiples of 1 / GRID
 PLACE, TURN = 1e-8, 1e-7  # of a target, whose numbers are rounded [m, rad]
 SAME = 1e-11  # [m] 1e-8 mm: a pose that joints lead to
 CONTINUOUS, RATE = 1e-8, 1e-6  # at a boundary, one side of which may come from inverse kinematics
+SMOOTH = ("scurve", "quintic")  # profiles whose acceleration does not jump
 EXACT = 1e-9
 ROUNDED = 1e-12
 ROUNDING = 1.0 + 1e-6
@@ -278,7 +279,7 @@ def pieces_of(case: Case) -> list[Piece]:
 def swings(piece: Piece) -> bool:
     """Whether a jerk-limited motion carries an acceleration on."""
     rows = piece.joints if piece.line is None else piece.line["position"]
-    return piece.motion.get("profile") == "scurve" and any(abs(row[2]) > EXACT for row in rows if len(row) > 2)
+    return piece.motion.get("profile") in SMOOTH and any(abs(row[2]) > EXACT for row in rows if len(row) > 2)
 
 
 def pace(case: Case) -> Faults:
@@ -369,7 +370,7 @@ def every_millisecond(robot: Robot, timeline: list[Piece], samples: Samples) -> 
 
 def jerk_limited(timeline: list[Piece], samples: Samples, index: Array) -> Array:
     """(N,): whether the jerk is limited there."""
-    smooth = np.array([piece.motion.get("profile") == "scurve" for piece in timeline])
+    smooth = np.array([piece.motion.get("profile") in SMOOTH for piece in timeline])
     return np.asarray(smooth[index] & (samples.times < np.array([piece.finish for piece in timeline])[index]))
 
 

@@ -35,7 +35,6 @@ class Settings:
     always: Speed = Speed()
     once: Speed | None = None
     acceleration: float = FULL
-    scurve: bool = False
     rounding: float | None = None  # [m]
     words: dict[int, str] = field(default_factory=dict)
     base: Array = field(default_factory=lambda: np.eye(4))
@@ -127,8 +126,7 @@ class Writer:
         r.choice(lines)()
 
     def profile(self) -> tuple[str, Callable[[Settings], None]]:
-        smooth = self.random.random() < 0.5
-        return f"PARAMETER PROFILE = {'SCURVE' if smooth else 'LSPB'}", lambda s: setattr(s, "scurve", smooth)
+        return f"PARAMETER PROFILE = {self.random.choice(('LSPB', 'SCURVE', 'QUINTIC'))}", lambda _settings: None
 
     def rounding(self) -> tuple[str, Callable[[Settings], None]]:
         near = self.random.choice((None, 0.0, round(self.random.uniform(0.0, 50.0), 2)))
