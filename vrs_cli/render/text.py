@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
+from vrs_cli.dialogue.replies import Message, Reply
 from vrs_cli.render.blocks import PIPE, Block, Grid, grid_lines
-from vrs_cli.render.layout import blocks
-
-if TYPE_CHECKING:
-    from vrs_cli.dialogue.replies import Reply
 
 
 def plain_text(reply: Reply) -> str:
     """The text of a reply, each line ended; an empty string for a reply that says nothing."""
+    if isinstance(reply, Message):  # how a run ends: most say nothing else, and the layouts take a while to load
+        return "".join(f"{line.rstrip()}\n" for line in reply.text.split("\n"))
+    from vrs_cli.render.layout import blocks
+
     return text_of(blocks(reply, PIPE))
 
 
