@@ -43,7 +43,7 @@ ARM = Engine(MODEL).arm
 def main() -> None:
     peers = Peers()
     engine = wandering(MOTIONS)
-    lines = [straight(Profile.LSPB), straight(Profile.SCURVE)]
+    lines = [straight(profile) for profile in Profile]
     figures = [*reading(engine, peers), *planning(peers), *editing(engine), *lines]
     title = f"Engine; g on a timeline of {len(engine.timeline)} segments, {engine.end:.0f} s"
     show(title, figures, peers.missing)
@@ -191,7 +191,7 @@ def straight(profile: Profile) -> Figure:
     planned = each(lambda _: plan(engine.arm, before, motion, at, at), range(20))
     if profile is Profile.LSPB:
         return Figure("f, MOVES of 200 mm, verified", planned, "600")
-    return Figure("f, MOVES of 200 mm, SCURVE, verified", planned)
+    return Figure(f"f, MOVES of 200 mm, {profile.name}, verified", planned)
 
 
 if __name__ == "__main__":
