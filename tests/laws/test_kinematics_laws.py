@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.configuration import ALL
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform_batch import from_oat_batch, to_oat_batch
+from vrs_cli.kinematics.transform import from_oat
+from vrs_cli.kinematics.transform_batch import stack, to_oat_batch
 
 Floats = NDArray[np.float64]
 
@@ -95,8 +96,9 @@ def test_velocities_there_and_back(q: Floats) -> None:
 
 
 def test_oat_there_and_back(q: Floats) -> None:
-    T = ARM.forward_batch(q)
-    metres, radians = apart(from_oat_batch(T[..., 3], to_oat_batch(T)), T)
+    T = ARM.forward_batch(q[:PART])
+    places = zip(T[..., 3].tolist(), to_oat_batch(T).tolist(), strict=True)
+    metres, radians = apart(stack(from_oat(*xyz, *oat) for xyz, oat in places), T)
     assert metres == 0.0
     assert radians < 1e-9
 

@@ -264,12 +264,6 @@ def angle_between(a: Transform, b: Transform) -> float:
     return axis_angle(compose(inverse(a), b))[1]
 
 
-def rotation_error(a: Transform, b: Transform) -> Vector:
-    """The rotation vector e (axis times angle [rad], in the outer frame) that turns a into b."""
-    (x, y, z), angle = axis_angle(compose(b, inverse(a)))
-    return x * angle, y * angle, z * angle
-
-
 # --- rigidity --------------------------------------------------------------------------------------------
 
 
@@ -282,21 +276,6 @@ def normalised(T: Transform) -> Transform:
     nx, ny, nz = _unit((T.sy * az - T.sz * ay, T.sz * ax - T.sx * az, T.sx * ay - T.sy * ax))
     sx, sy, sz = ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx
     return Transform(nx, sx, ax, T.px, ny, sy, ay, T.py, nz, sz, az, T.pz)
-
-
-def is_rigid(T: Transform, tolerance: float = 1e-9) -> bool:
-    """Three axes of length one at right angles and right-handed, and every number finite."""
-    nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
-    errors = (
-        nx * nx + ny * ny + nz * nz - 1.0,
-        sx * sx + sy * sy + sz * sz - 1.0,
-        sy * az - sz * ay - nx,
-        sz * ax - sx * az - ny,
-        sx * ay - sy * ax - nz,
-        nx * sx + ny * sy + nz * sz,
-        0.0 * (px + py + pz),  # NaN unless all three are finite
-    )
-    return all(-tolerance <= error <= tolerance for error in errors)
 
 
 def _unit(v: Vector) -> Vector:

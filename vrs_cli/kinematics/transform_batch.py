@@ -22,24 +22,11 @@ def stack(transforms: Iterable[Transform]) -> Floats:
     return np.array(list(transforms), dtype=np.float64).reshape(-1, 3, 4)
 
 
-def unstack(T: Floats) -> tuple[Transform, ...]:
-    """(N, 3, 4) -> N transforms of plain floats."""
-    return tuple(map(Transform._make, T.reshape(-1, 12).tolist()))
-
-
 def compose_batch(a: Floats, b: Floats) -> Floats:
     """(..., 3, 4) and (..., 3, 4) -> (..., 3, 4): T_x_z = T_x_y @ T_y_z."""
     product: Floats = a[..., :3] @ b
     product[..., 3] += a[..., 3]
     return product
-
-
-def inverse_of_batch(T: Floats) -> Floats:
-    """(..., 3, 4) -> (..., 3, 4)."""
-    inverse = np.empty_like(T)
-    inverse[..., :3] = np.swapaxes(T[..., :3], -1, -2)
-    inverse[..., 3] = -np.einsum("...ij,...j->...i", inverse[..., :3], T[..., 3])
-    return inverse
 
 
 def rotation_about_batch(axis: Floats, angle: Floats) -> Floats:
@@ -81,22 +68,3 @@ def to_oat_batch(T: Floats) -> Floats:
     angles[..., 1] -= RIGHT_ANGLE
     angles += 0.0
     return angles
-
-
-def from_oat_batch(xyz: Floats, oat: Floats) -> Floats:
-    """Positions (..., 3) [m] and O, A, T (..., 3) [rad] -> (..., 3, 4)."""
-    yaw, pitch, roll = oat[..., 0] - RIGHT_ANGLE, oat[..., 1] + RIGHT_ANGLE, oat[..., 2]
-    cy, sy, cp, sp, cr, sr = (
-        np.cos(yaw),
-        np.sin(yaw),
-        np.cos(pitch),
-        np.sin(pitch),
-        np.cos(roll),
-        np.sin(roll),
-    )
-    T = np.empty((*np.broadcast(xyz[..., 0], yaw).shape, 3, 4))
-    T[..., 0, 0], T[..., 0, 1], T[..., 0, 2] = cy * cp * cr - sy * sr, -cy * cp * sr - sy * cr, cy * sp
-    T[..., 1, 0], T[..., 1, 1], T[..., 1, 2] = sy * cp * cr + cy * sr, -sy * cp * sr + cy * cr, sy * sp
-    T[..., 2, 0], T[..., 2, 1], T[..., 2, 2] = -sp * cr, sp * sr, cp
-    T[..., 3] = xyz
-    return T

@@ -14,7 +14,7 @@ from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.configuration import ALL, Configuration
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat
-from vrs_cli.kinematics.transform_batch import stack, unstack
+from vrs_cli.kinematics.transform_batch import stack
 
 PUMA = load_robot("puma560")
 ARM = arm_for(PUMA)
@@ -41,6 +41,10 @@ def joints(n: int, seed: int) -> NDArray[np.float64]:
     q[5::10, 2] = atan2(0.43307, -0.02032)  # stretched arms
     q[0] = PUMA.poses["ready"]
     return q
+
+
+def unstack(T: NDArray[np.float64]) -> list[Transform]:
+    return [Transform(*row) for row in T.reshape(-1, 12).tolist()]
 
 
 def rows(q: NDArray[np.float64]) -> list[tuple[float, ...]]:

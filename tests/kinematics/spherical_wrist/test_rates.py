@@ -14,7 +14,7 @@ from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, from_oat, rotation_error
+from vrs_cli.kinematics.transform import IDENTITY, Transform, axis_angle, compose, from_oat, inverse
 
 PUMA = load_robot("puma560")
 ARM = arm_for(PUMA)
@@ -40,7 +40,8 @@ def measured_twist(arm: RobotArm, q: Joints, qd: Joints, tool: Transform) -> Twi
     """Central difference of the tool's pose [m/s, rad/s]."""
     before, after = (compose(arm.forward(moved(q, qd, dt)), tool) for dt in (-H, H))
     vx, vy, vz = ((b - a) / (2 * H) for a, b in zip(before[3::4], after[3::4], strict=True))
-    wx, wy, wz = (e / (2 * H) for e in rotation_error(before, after))
+    axis, angle = axis_angle(compose(after, inverse(before)))
+    wx, wy, wz = (x * angle / (2 * H) for x in axis)
     return vx, vy, vz, wx, wy, wz
 
 
