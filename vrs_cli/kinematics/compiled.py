@@ -58,7 +58,7 @@ class _Writer:
 
     def text(self) -> str:
         n, s, a, p = self.columns
-        entries = [_said(entry) for row in zip(n, s, a, p, strict=True) for entry in row]
+        entries = [_text_of(entry) for row in zip(n, s, a, p, strict=True) for entry in row]
         arguments = "".join(f"q{i}, " for i in range(len(self.links)))
         head = [f"({arguments.rstrip()}) = q", *self.lines]
         forward = [*head, f"return new(T, ({', '.join(entries)}))"]
@@ -69,7 +69,7 @@ class _Writer:
 
     @staticmethod
     def _columns_of(T: Transform) -> tuple[Column, Column, Column, Column]:
-        rows = [[_whole(x) for x in T[i : i + 4]] for i in (0, 4, 8)]
+        rows = [[_without_rounding(x) for x in T[i : i + 4]] for i in (0, 4, 8)]
         n, s, a, p = zip(*rows, strict=True)
         return n, s, a, p
 
@@ -81,7 +81,7 @@ class _Writer:
         n, s = self._mix((c, n), (z, s)), self._mix((c, s), (_minus(z), n))
         d: Entry = link.d if turns else self._sum(((1.0, f"q{i}"), (link.d, 1.0)))
         p = self._mix((1.0, p), (link.a, n), (d, a))
-        ca, sa = _whole(cos(link.alpha)), _whole(sin(link.alpha))
+        ca, sa = _without_rounding(cos(link.alpha)), _without_rounding(sin(link.alpha))
         s, a = self._mix((ca, s), (sa, a)), self._mix((ca, a), (-sa, s))
         self.columns = n, s, a, p
 
@@ -106,7 +106,7 @@ class _Writer:
                 self._sum(((z[0], x[1]), (_minus(z[1]), x[0]))),
             )
             columns.append((*moved, *z))
-        return ["".join(f"{_said(entry)}, " for entry in row) for row in zip(*columns, strict=True)]
+        return ["".join(f"{_text_of(entry)}, " for entry in row) for row in zip(*columns, strict=True)]
 
     # --- entries ---
 
@@ -120,10 +120,10 @@ class _Writer:
         known, rest = 0.0, list[str]()
         for a, b in terms:
             if isinstance(a, str) and isinstance(b, str):
-                rest.append(_signed(f"{a.lstrip('-')}*{b.lstrip('-')}", a.startswith("-") != b.startswith("-")))
+                rest.append(_with_sign(f"{a.lstrip('-')}*{b.lstrip('-')}", a.startswith("-") != b.startswith("-")))
             elif isinstance(a, str) or isinstance(b, str):
                 factor, name = (b, a) if isinstance(a, str) else (a, b)
-                rest += _scaled(float(factor), str(name))
+                rest += _scale(float(factor), str(name))
             else:
                 known += a * b
         if not rest:
@@ -138,15 +138,15 @@ class _Writer:
         return f"t{self.count}"
 
 
-def _scaled(factor: float, name: str) -> list[str]:
+def _scale(factor: float, name: str) -> list[str]:
     if abs(factor) <= NOTHING:
         return []
     negative = (factor < 0.0) != name.startswith("-")
     bare = name.lstrip("-")
-    return [_signed(bare if abs(factor) == 1.0 else f"{abs(factor)!r}*{bare}", negative)]
+    return [_with_sign(bare if abs(factor) == 1.0 else f"{abs(factor)!r}*{bare}", negative)]
 
 
-def _signed(text: str, negative: bool) -> str:
+def _with_sign(text: str, negative: bool) -> str:
     return f"-{text}" if negative else text
 
 
@@ -156,7 +156,7 @@ def _minus(entry: Entry) -> Entry:
     return 0.0 - entry
 
 
-def _whole(x: float) -> float:
+def _without_rounding(x: float) -> float:
     """The rounding of a right angle taken away."""
     for exact in (0.0, 1.0, -1.0):
         if abs(x - exact) < NOTHING:
@@ -164,7 +164,7 @@ def _whole(x: float) -> float:
     return x
 
 
-def _said(entry: Entry) -> str:
+def _text_of(entry: Entry) -> str:
     return entry if isinstance(entry, str) else repr(float(entry))
 
 

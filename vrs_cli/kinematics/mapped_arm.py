@@ -64,7 +64,7 @@ class MappedArm(SerialArm):
         self.method = inner.method
         self.to_inner, self.from_flange = inverse(way.chain.base), inverse(way.chain.flange)
 
-    def _seen(self, T: Transform) -> Transform:
+    def _inner_pose(self, T: Transform) -> Transform:
         """The pose of the flange as the inner arm has it."""
         return compose(compose(self.to_inner, T), self.from_flange)
 
@@ -76,10 +76,10 @@ class MappedArm(SerialArm):
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         back = self.way.back
-        return tuple([None if q is None else back(q) for q in self.inner.branches(self._seen(T))])
+        return tuple([None if q is None else back(q) for q in self.inner.branches(self._inner_pose(T))])
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        q = self.inner.branch_joints(self._seen(T), configuration, self.way.to(near))
+        q = self.inner.branch_joints(self._inner_pose(T), configuration, self.way.to(near))
         return None if q is None else self.way.back(q)
 
     @cached_property
@@ -96,34 +96,34 @@ class MappedArm(SerialArm):
         return self.inner.boundary
 
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:
-        return self.inner.clearance(self._seen(T), configuration)
+        return self.inner.clearance(self._inner_pose(T), configuration)
 
     def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:
         return self.inner.least_clearance(a, b, pace, h)
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
-        return self.inner._out_of_reach(self._seen(T), configuration, hint)
+        return self.inner._out_of_reach(self._inner_pose(T), configuration, hint)
 
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-        seen, tool = self._moved(twist), compose(self.way.chain.flange, T_flange_tool)
-        return self._signed(self.inner.joint_velocity(self.way.to(q), seen, tool))
+        seen, tool = self._inner_twist(twist), compose(self.way.chain.flange, T_flange_tool)
+        return self._with_signs(self.inner.joint_velocity(self.way.to(q), seen, tool))
 
     def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-        seen, tool = self._moved(rate), compose(self.way.chain.flange, T_flange_tool)
-        return self._signed(self.inner.joint_acceleration(self.way.to(q), self._signed(qd), seen, tool))
+        seen, tool = self._inner_twist(rate), compose(self.way.chain.flange, T_flange_tool)
+        return self._with_signs(self.inner.joint_acceleration(self.way.to(q), self._with_signs(qd), seen, tool))
 
     def joint_jerk(
         self, q: Joints, qd: Joints, qdd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY
     ) -> Joints:
-        seen, tool = self._moved(rate), compose(self.way.chain.flange, T_flange_tool)
-        rates = self._signed(qd), self._signed(qdd)
-        return self._signed(self.inner.joint_jerk(self.way.to(q), *rates, seen, tool))
+        seen, tool = self._inner_twist(rate), compose(self.way.chain.flange, T_flange_tool)
+        rates = self._with_signs(qd), self._with_signs(qdd)
+        return self._with_signs(self.inner.joint_jerk(self.way.to(q), *rates, seen, tool))
 
-    def _moved(self, twist: Twist) -> Twist:
+    def _inner_twist(self, twist: Twist) -> Twist:
         """A twist of the tool, or a rate of it, as the inner arm has it."""
         return (*rotate(self.to_inner, twist[:3]), *rotate(self.to_inner, twist[3:]))
 
-    def _signed(self, rates: Joints) -> Joints:
+    def _with_signs(self, rates: Joints) -> Joints:
         """Rates of the joints as the inner arm has them, and the way back."""
         return tuple([s * rate for s, rate in zip(self.way.chain.signs, rates, strict=True)])
 

@@ -22,15 +22,17 @@ class MappedBatch(SerialBatch):
         self.signs, self.zeros = np.array(chain.signs), np.array([link.theta for link in chain.links])
         self.ends = stack([inverse(chain.base), inverse(chain.flange)])
 
-    def _seen(self, T: Floats) -> Floats:
+    def _inner_poses(self, T: Floats) -> Floats:
         return compose_batch(compose_batch(self.ends[0], T), self.ends[1])
 
-    def _back(self, q: Floats) -> Floats:
+    def _own_joints(self, q: Floats) -> Floats:
         return np.asarray(self.signs * (q - self.zeros))
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
-        q, inside = self.inner.inverse(self._seen(T))
-        return self._back(q), inside
+        q, inside = self.inner.inverse(self._inner_poses(T))
+        return self._own_joints(q), inside
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
-        return self._back(self.inner.inverse_branch(self._seen(T), configuration, self.signs * near + self.zeros))
+        return self._own_joints(
+            self.inner.inverse_branch(self._inner_poses(T), configuration, self.signs * near + self.zeros)
+        )

@@ -141,13 +141,13 @@ class SerialArm:
         wrist: Wrist | None = None,
     ) -> Joints:
         self.check_task(T)
-        wanted = self._wanted(self.configuration(near), arm, elbow, wrist)
+        wanted = self._suitable_ways(self.configuration(near), arm, elbow, wrist)
         found = [q for way in wanted if (q := self.inverse_branch(T, way, near)) is not None]
         if not found:
             raise self._refusal(T, near, wanted)
         return min(found, key=lambda q: self._duration(near, q))
 
-    def _wanted(
+    def _suitable_ways(
         self, have: Configuration, arm: Arm | None, elbow: Elbow | None, wrist: Wrist | None
     ) -> tuple[Configuration, ...]:
         """Those with what is asked; arm and elbow that are not asked stay, of the wrists the present one is first."""
@@ -270,9 +270,9 @@ class SerialArm:
 
     def _rates(self, q: Joints, J: Jacobian, twist: Twist) -> Joints:
         """Of the joints, for a twist of the tool or a derivative of it that the joint rates of now have no part in."""
-        return self._solved(q, *self._counted(q, J, twist))
+        return self._solve_rates(q, *self._rows_that_count(q, J, twist))
 
-    def _solved(self, q: Joints, rows: Sequence[Joints], wanted: Sequence[float]) -> Joints:
+    def _solve_rates(self, q: Joints, rows: Sequence[Joints], wanted: Sequence[float]) -> Joints:
         qd = solve(rows, wanted)
         if qd is None:
             raise StraightLineSingular(
@@ -281,7 +281,7 @@ class SerialArm:
             )
         return qd
 
-    def _counted(self, q: Joints, J: Sequence[Joints], twist: Twist) -> tuple[list[Joints], list[float]]:
+    def _rows_that_count(self, q: Joints, J: Sequence[Joints], twist: Twist) -> tuple[list[Joints], list[float]]:
         """The rows of J and of the twist that count; turns are those about the axes of the flange."""
         counts = self.model.task.counts
         if all(counts):

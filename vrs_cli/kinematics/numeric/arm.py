@@ -68,21 +68,21 @@ class NumericArm(SerialArm):
         """How well these joints alone move the flange: the sum of Yoshikawa's measure over some poses."""
         total = 0.0
         for q in islice(some_joints(self.model), MEASURED):
-            rows, _ = self._counted(q, self.jacobian(q), (0.0,) * 6)
+            rows, _ = self._rows_that_count(q, self.jacobian(q), (0.0,) * 6)
             rows = [tuple(row[i] for i in joints) for row in rows]
             gram = [[sum(a * b for a, b in zip(u, v, strict=True)) for v in rows] for u in rows]
             total += sqrt(max(determinant(gram), 0.0))
         return total
 
     def _rates(self, q: Joints, J: Jacobian, twist: Twist) -> Joints:
-        rows, wanted = self._counted(q, J, twist)
+        rows, wanted = self._rows_that_count(q, J, twist)
         if self.held:
             rows = [tuple(0.0 if i in self.held else x for i, x in enumerate(row)) for row in rows]
         if self.short:
             columns = list(zip(*rows, strict=True))
             wanted = [sum([a * v for a, v in zip(column, wanted, strict=True)]) for column in columns]
             rows = [tuple([sum([a * b for a, b in zip(u, v, strict=True)]) for v in columns]) for u in columns]
-        return self._solved(q, rows, wanted)
+        return self._solve_rates(q, rows, wanted)
 
     # --- inverse ---------------------------------------------------------------------------------------------
 
@@ -207,7 +207,7 @@ class NumericArm(SerialArm):
 
     def _error(self, q: Joints, T: Transform) -> tuple[list[Joints], list[float]]:
         """Rows of the Jacobian that count, and what is missing in them [m, rad]."""
-        return self._counted(q, self.jacobian(q), self._missing(self.forward(q), T))
+        return self._rows_that_count(q, self.jacobian(q), self._missing(self.forward(q), T))
 
     def _missing(self, have: Transform, want: Transform) -> Twist:
         if self.model.task is Task.POINTING:
@@ -224,7 +224,7 @@ class NumericArm(SerialArm):
 
     def singularity(self, q: Joints) -> Singularity:
         """`elbow`: the freedom of this pose beside the mean of all; there is no telling which joints it is."""
-        rows, _ = self._counted(q, self.jacobian(q), (0.0,) * 6)
+        rows, _ = self._rows_that_count(q, self.jacobian(q), (0.0,) * 6)
         gram = [[sum(a * b for a, b in zip(u, v, strict=True)) for v in rows] for u in rows]
         mean = self._mean_freedom
         return Singularity(1.0, min(sqrt(max(determinant(gram), 0.0)) / mean, 1.0) if mean else 1.0, 1.0)

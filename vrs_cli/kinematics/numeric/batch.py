@@ -48,21 +48,21 @@ class NumericBatch(SerialBatch):
             found[rows[done]] = q[rows[done]]
             rows, J, error = rows[~done], J[~done], error[~done]
             before = q[rows]
-            q[rows] = self._stepped(before, J, error, bounded=bounded, fixed=fixed)
+            q[rows] = self._next_joints(before, J, error, bounded=bounded, fixed=fixed)
             if self.short:
                 stuck = rows[np.abs(q[rows] - before).max(axis=1) < CONVERGED]
-                there = stuck[self._reached(q[stuck], T[stuck])]
+                there = stuck[self._at_the_goal(q[stuck], T[stuck])]
                 found[there] = q[there]
                 rows = np.setdiff1d(rows, stuck)
         return found
 
-    def _reached(self, q: Floats, T: Floats) -> Flags:
+    def _at_the_goal(self, q: Floats, T: Floats) -> Flags:
         """(N, n) and (N, 3, 4) -> (N,): whether what is missed is no more than three decimals tell."""
         missing = self._missing(q, T)
         away, turned = (np.linalg.norm(part, axis=1) for part in (missing[:, :3], missing[:, 3:]))
         return np.asarray((away <= LEVEL) & (turned <= STRAIGHT))
 
-    def _stepped(self, q: Floats, J: Floats, error: Floats, *, bounded: bool, fixed: Flags | None) -> Floats:
+    def _next_joints(self, q: Floats, J: Floats, error: Floats, *, bounded: bool, fixed: Flags | None) -> Floats:
         """One damped step; where it pushes joints out of their range, again without these."""
         still = np.zeros(q.shape, dtype=np.bool_) if fixed is None else np.broadcast_to(fixed, q.shape).copy()
         step = self._step(J, error, still)

@@ -43,8 +43,8 @@ def joint_acceleration(
     d1, d2, d3, _, _, _ = qd
     d23 = d2 + d3
     turns = _turns(terms, qd, CONSTANT)
-    spin, tool, turning = turns.hand, _seen(terms, terms[16:]), _seen(terms, rate[3:])
-    x, y, z = _seen(terms, rate[:3])
+    spin, tool, turning = turns.hand, _in_frame_3(terms, terms[16:]), _in_frame_3(terms, rate[3:])
+    x, y, z = _in_frame_3(terms, rate[:3])
     kx, ky, kz = cross(turning, tool)
     lx, ly, lz = cross(spin, cross(spin, tool))
     x, y, z = x - kx - lx, y - ky - ly, z - kz - lz  # of the wrist centre
@@ -74,9 +74,9 @@ def joint_jerk(
     d1, d2, d3, _, _, _ = qd
     e1, e2, e3, _, _, _ = qdd
     d23, e23, side = d2 + d3, e2 + e3, geometry.side
-    turns, turning = _turns(terms, qd, qdd), _seen(terms, rate[3:])
-    kx, ky, kz = _carried(turns, turning, _seen(terms, terms[16:]))
-    x, y, z = _seen(terms, rate[:3])
+    turns, turning = _turns(terms, qd, qdd), _in_frame_3(terms, rate[3:])
+    kx, ky, kz = _tool_jerk(turns, turning, _in_frame_3(terms, terms[16:]))
+    x, y, z = _in_frame_3(terms, rate[:3])
     x, y, z = x - kx, y - ky, z - kz  # of the wrist centre
     ax, ay, az = turning
     bx, by, bz = _turning_bias(terms, turns, qd, qdd)
@@ -97,7 +97,7 @@ def joint_jerk(
     )  # fmt: skip
 
 
-def _seen(terms: Terms, vector: Vector) -> Vector:
+def _in_frame_3(terms: Terms, vector: Vector) -> Vector:
     """A vector of the base along the axes of frame 3."""
     c1, s1, c23, s23 = terms[:4]
     x, y, z = vector
@@ -125,7 +125,7 @@ def _turns(terms: Terms, qd: Joints, qdd: Joints) -> _Turns:
     return _new(_Turns, (link, hand, link_rate, hand_rate, acceleration))
 
 
-def _carried(turns: _Turns, turning: Vector, tool: Vector) -> Vector:
+def _tool_jerk(turns: _Turns, turning: Vector, tool: Vector) -> Vector:
     """The jerk of the tool about the wrist centre, while the hand's angular jerk is `turning`."""
     w, a = turns.hand, turns.acceleration
     way = cross(w, tool)
