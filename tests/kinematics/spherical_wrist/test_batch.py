@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.examples import some
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.configuration import ALL, Configuration
@@ -60,7 +61,7 @@ def test_forward(arm: RobotArm) -> None:
 
 @pytest.mark.parametrize("arm", [ARM, SHOULDERED])
 def test_inverse(arm: RobotArm) -> None:
-    T = arm.forward_batch(joints(2500, 2))
+    T = arm.forward_batch(joints(some(4000), 2))
     T[7::20, :, 3] *= np.linspace(0.1, 2.0, len(T[7::20]))[:, None]  # some too far, some too close
     found, inside = arm.inverse_batch(T)
     assert np.isnan(found).any()
