@@ -105,10 +105,10 @@ class Conversation:
 
     def _store(self, entry: Entry) -> None:
         """`.END`: check the whole and keep it."""
-        before = dict(self.session.environment.programs)
+        before = dict(self.session.programs)
         diagnostics = self.session.load_text(entry.text)
         self.session.terminal.show(report(diagnostics, entry.text))
-        for key, stored in self.session.environment.programs.items():
+        for key, stored in self.session.programs.items():
             if before.get(key) is not stored:
                 ready = " (replaced)" if key in before else ""
                 ready += "" if stored.analysis.executable else "; it cannot be executed yet"

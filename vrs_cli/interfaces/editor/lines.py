@@ -370,7 +370,7 @@ def named_program(text: str) -> Program:
 
 def opened(station: Station, asked: Program, step: int = 1) -> Draft:
     """The program of that name as it is in memory, or a new one. Parameters that are named replace its own."""
-    programs = station.environment.programs
+    programs = station.programs
     if key_of(asked.name) not in programs:
         return Draft(asked, analysed=partial(analysis_of, station))
     program = programs[key_of(asked.name)].program

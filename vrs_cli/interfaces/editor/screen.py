@@ -82,7 +82,7 @@ class ScreenDraft:
         program, findings = self.read(text)
         if program is None:
             raise LineRefused(findings[0])
-        if program.key != key_of(self.name) and program.key in self._station.environment.programs:
+        if program.key != key_of(self.name) and program.key in self._station.programs:
             raise ProgramExists(program.name, "give this one another name")
         self.said = stored(self._station, program)
         self.name = self._station.last_edited = program.name

@@ -56,7 +56,7 @@ def listed(what: str, names: list[str]) -> str:
 
 def may_replace(station: Station, program: str) -> bool:
     """Whether a program of that name may be put in memory: none is there, or the user lets it go."""
-    if key_of(program) in station.environment.programs and station.robot.switch("INTERACTIVE"):
+    if key_of(program) in station.programs and station.robot.switch("INTERACTIVE"):
         return station.terminal.confirm(Confirmation(f"Program {program} exists. Replace it (Y/N)?"))
     return True
 

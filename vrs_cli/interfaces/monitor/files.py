@@ -52,7 +52,7 @@ def load(station: Station, named: Path) -> Iterator[Reply]:
         yield from _load_trajectory(station, path)
         return
     text = read_program_file(path)
-    programs = station.environment.programs
+    programs = station.programs
     before, layout = dict(programs), station.layout
     file, diagnostics = parse_file(text)
     sections = [part for part in file.parts if isinstance(part, Section)]

@@ -40,7 +40,7 @@ def listing(stored: StoredProgram) -> ProgramText:
 
 def _directory(station: Station, it: Instruction) -> Iterator[Reply]:
     pattern = word(it.arguments[0]).lower() if operand(it, 0) is not None else "*"
-    stored = station.environment.programs
+    stored = station.programs
     yield ProgramNames(
         tuple(
             ProgramName(
@@ -63,7 +63,7 @@ def _copy(station: Station, it: Instruction) -> Iterator[Reply]:
 def copied(station: Station, it: Instruction) -> StoredProgram:
     """COPY new = old. Returns the old one. Raises ProgramExists, UndefinedName."""
     new, old = word(it.arguments[0]), station.environment.program(word(it.value))
-    if key_of(new) in station.environment.programs:
+    if key_of(new) in station.programs:
         raise ProgramExists(new, f"DELETEP {new} deletes it")
     program = replace(old.program, name=new)
     station.environment.store(replace(old.analysis, program=program), old.lines)
@@ -74,7 +74,7 @@ def _rename(station: Station, it: Instruction) -> Iterator[Reply]:
     station.check_free(word(it.value))
     old = copied(station, it)
     station.layout = station.layout.renamed(old.name, word(it.arguments[0]))
-    del station.environment.programs[old.program.key]
+    del station.programs[old.program.key]
     if station.last_program is not None and key_of(station.last_program) == old.program.key:
         station.last_program = word(it.arguments[0])
     yield from ()
@@ -113,20 +113,20 @@ def _deletep(station: Station, it: Instruction) -> Iterator[Reply]:
 
 def _drop_programs(station: Station, doomed: Iterable[StoredProgram]) -> None:
     for program in doomed:
-        station.environment.programs.pop(program.program.key, None)
+        station.programs.pop(program.program.key, None)
         station.layout = station.layout.with_part(program.program.key, ())
         if station.last_program is not None and key_of(station.last_program) == program.program.key:
             station.last_program = None
 
 
 def _zero(station: Station, _it: Instruction) -> Iterator[Reply]:
-    for stored in station.environment.programs.values():
+    for stored in station.programs.values():
         station.check_free(stored.name)
     refused = refusal(station, "All programs and variables will be deleted.")
     if refused:
         yield refused
         return
-    station.environment.programs.clear()
+    station.programs.clear()
     station.environment.clear_variables()
     station.layout = Layout()
     station.last_program = None

@@ -23,11 +23,12 @@ def _speed(station: Station, it: Instruction) -> Iterator[Reply]:
 
 def _signal(station: Station, it: Instruction) -> Iterator[Reply]:
     """As the instruction, and inputs too: at the prompt one stands at the cabinet."""
+    signals = station.environment.signals
     numbers = [real(station, argument) for argument in it.arguments if argument is not None]
     for number in numbers:
-        station.environment.signals.read(number)
+        signals.read(number)
     for number in numbers:
-        station.environment.signals.write(number, inputs=True)
+        signals.write(number, inputs=True)
     station.settle()
     yield from ()
 

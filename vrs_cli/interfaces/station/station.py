@@ -102,6 +102,7 @@ class Station:
         self.branches = Branches(self.engine)
         self.units = self.engine.model.units
         self.environment = Environment(units=self.units)
+        self.programs = self.environment.programs
         self.unstored = Unstored(self.environment)
         self._asked = isinstance(terminal, Dialogue)  # about what is not stored; elsewhere nobody looks
         if self._asked:
