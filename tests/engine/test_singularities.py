@@ -183,6 +183,16 @@ def test_out_of_the_wrist_singularity_a_line_that_turns_joint_5_alone_is_as_fast
     check_limits(engine, engine.timeline)
 
 
+@PROFILES
+def test_where_several_boundaries_meet_a_line_is_a_tangent_of_each(profile: str) -> None:
+    """READY of the PUMA 260 is stretched out, and as near to the axis of joint 1 as the wrist comes: a line that is a
+    tangent of that alone folds the elbow like the square root of the way.
+    """
+    engine = Engine(load_robot("puma260"))
+    engine.perform(SetParameter("PROFILE", profile))
+    assert isinstance(refused(engine, beside(engine, x=0.0153, z=-0.02)), StraightLineSingular)
+
+
 def test_the_place_is_told_in_the_world_frame() -> None:
     engine = at(BEFORE_THE_WRIST, "LSPB")
     engine.perform(SetBase(translation(0.0, 0.0, 0.1)))

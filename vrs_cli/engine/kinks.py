@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from vrs_cli.engine.boundary import Survey, Touch, pace_of
 from vrs_cli.engine.following import Follower
-from vrs_cli.kinematics.clearance import ON_BOUNDARY
+from vrs_cli.kinematics.clearance import NAMES, ON_BOUNDARY, Clearance
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
     Transform,
@@ -65,14 +65,16 @@ class Kinks:
         return stops
 
     def _check_tangent(self, touch: Touch, near: Joints) -> None:
-        """Check that a line from a boundary, or to it, is a tangent of it."""
-        if touch.which == "wrist" or not self.speed:  # how the joints turn there is seen in samples
-            return
+        """Check that a line from boundaries, or to them, is a tangent of each; samples show how the wrist turns."""
         end = 0.0 if touch.begin == 0.0 else self.lasting
-        inward = min(INSIDE / self.speed, 0.5 * self.lasting) * (-1.0 if end else 1.0)
-        at, once, twice = (self._clearance(touch.which, end + k * inward) for k in (0, 1, 2))
-        if abs(4.0 * once - twice - 3.0 * at) > 2.0 * SLOPE * abs(inward) * self.speed:
-            raise self.follower.refuse_start(self.path, end, end + inward, near)
+        sizes, edges = self._seen(self.path.pose(end)).sizes, self.follower.arm.boundary.sizes
+        touched = [which for which, size, edge in zip(NAMES, sizes, edges, strict=True) if size <= 2.0 * edge]
+        for which in touched if self.speed else ():
+            inward = min(INSIDE / self.speed, 0.5 * self.lasting) * (-1.0 if end else 1.0)
+            at, once, twice = (self._clearance(which, end + k * inward) for k in (0, 1, 2))
+            slope = abs(4.0 * once - twice - 3.0 * at)
+            if which != "wrist" and slope > 2.0 * SLOPE * abs(inward) * self.speed:
+                raise self.follower.refuse_start(self.path, end, end + inward, near)
 
     def _stop(self, touch: Touch) -> Stop:
         """The place of the least clearance, by Newton's method on differences, moved onto the boundary."""
@@ -104,9 +106,11 @@ class Kinks:
         return self._of(which, self.path.pose(s))
 
     def _of(self, which: str, pose: Transform) -> float:
-        seen = self.follower.arm.clearance(self.follower.flange(pose), self.path.configuration)
-        value: float = getattr(seen, which)
+        value: float = getattr(self._seen(pose), which)
         return value
+
+    def _seen(self, pose: Transform) -> Clearance:
+        return self.follower.arm.clearance(self.follower.flange(pose), self.path.configuration)
 
 
 def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
