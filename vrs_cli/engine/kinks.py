@@ -29,8 +29,8 @@ from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.vector import length
 
 NEAR = 1e-5  # [m] of a touch, where its place is found to a billionth by differences
-INSIDE = 1e-4  # [m] of the end of a line, where it is seen whether it is a tangent
-SLOPE = 1e-6  # [m] of a clearance [m2] by the way: less is a tangent
+INSIDE = 1e-5  # [m] of the end of a line, where it is seen whether it is a tangent
+SLOPE = 1e-8  # [m] of a clearance [m2] by the way: less is a tangent
 NEWTON_STEPS = 3
 STRAIGHTENINGS = 2  # the second one for what rounding left
 
@@ -63,6 +63,16 @@ class Kinks:
                 self.follower.check_goes_on(self.path, touch.begin, touch.end, near)
                 stops.append(self._stop(touch))
         return stops
+
+    def end_on_boundary(self, found: Survey) -> Transform:
+        """T_robot_tool at the end of the line, exactly on the boundary to which it is a tangent: a hair beside it, the
+        joints would change their direction in the last instant.
+        """
+        goal = self.path.pose(self.lasting)
+        for touch in found.touches:
+            if touch.begin > 0.0 and touch.end == self.lasting and touch.which != "wrist":
+                goal = self._on_boundary(touch.which, goal)
+        return goal
 
     def _check_tangent(self, touch: Touch, near: Joints) -> None:
         """Check that a line from boundaries, or to them, is a tangent of each; samples show how the wrist turns."""

@@ -162,9 +162,12 @@ class _Line:
         way = self._way()
         found = survey(self.follower, way, 1.0)
         if found.touches or found.trouble:
-            stops = self._stops(way, found)
+            kinks = Kinks(self.follower, way, 1.0)
+            stops = self._stops(way, found, kinks)
             if stops:
                 return self._in_parts(stops)
+            self.goal = kinks.end_on_boundary(found)
+            stretches = self._stretches(self.limits)
         seeds, loads = self._follow(stretches, self._marks(stretches, found.marks))
         load = _worst(loads)
         if load.slowing > 1.0:
@@ -187,13 +190,13 @@ class _Line:
         turns = (Turn(axis, (0.0, angle)),) if angle else ()
         return CartesianPath((line[0], line[1], line[2]), pose, turns, self.configuration, (self.joints.joints,), 1.0)
 
-    def _stops(self, way: CartesianPath, found: Survey) -> list[Stop]:
+    def _stops(self, way: CartesianPath, found: Survey, kinks: Kinks) -> list[Stop]:
         """Where the line has to stop, from rest. Raises MotionError where it cannot be."""
         if found.trouble:
             self._follow(self._stretches(self.limits))  # which may be refused sooner
             raise self._refusal(way, found)
         try:
-            return Kinks(self.follower, way, 1.0).stops(found, self.joints.joints)
+            return kinks.stops(found, self.joints.joints)
         except StraightLineSingular:
             self._follow(self._stretches(self.limits))
             raise
