@@ -7,7 +7,8 @@ joint jumps unseen. What the samples ask of the joints: `load`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import accumulate, pairwise
+from math import ceil
 from typing import NamedTuple
 
 from vrs_cli.errors import (
@@ -45,6 +46,9 @@ WAYS_ROUND = {  # by the singularity
 }
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # the joints that a singularity turns far
 TOUCHING = 0.01  # [rad, m] a joint that changes by no more over a touch of a boundary does not jump there
+NEXT_SEED = (
+    2.0  # [rad, m] from one seed to the next at most, also where a joint turns fast for a moment: no turn is lost
+)
 EDGE_STEPS = 30  # to find the place where a line is no longer possible, as well as it is shown
 
 _new = tuple.__new__
@@ -347,10 +351,9 @@ def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
     columns = zip(*[sample.joints for sample in samples], strict=True)
     if max([max(column) - min(column) for column in columns]) < step:
         return samples[0].joints, samples[-1].joints
-    travelled = 0.0
-    for a, b in pairwise(samples):
-        travelled += max([abs(y - x) for x, y in zip(a.joints, b.joints, strict=True)])
-    count = 2 * (int(travelled / step) + 1)
+    ways = [max([abs(y - x) for x, y in zip(a.joints, b.joints, strict=True)]) for a, b in pairwise(samples)]
+    travelled = list(accumulate(ways, initial=0.0))
+    count = 2 * max(int(travelled[-1] / step) + 1, ceil(0.5 * samples[-1].s / _shortest(samples, travelled)))
     seeds = []
     at = 0
     for k in range(count + 1):
@@ -359,3 +362,13 @@ def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
             at += 1
         seeds.append(samples[at].joints)
     return tuple(seeds)
+
+
+def _shortest(samples: list[Sample], travelled: list[float]) -> float:
+    """The least time in which the joints go by `NEXT_SEED`: they may be quick for a moment of a long way."""
+    shortest, behind = samples[-1].s, 0
+    for sample, way in zip(samples, travelled, strict=True):
+        while way - travelled[behind] >= NEXT_SEED:
+            shortest = min(shortest, sample.s - samples[behind].s)
+            behind += 1
+    return shortest
