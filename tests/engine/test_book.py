@@ -131,6 +131,19 @@ def test_a_merge_that_cannot_be_written_down_changes_nothing(engine: Engine, cha
     assert sheet.timeline() == engine.timeline
 
 
+def test_a_command_that_is_refused_does_not_end_a_stream_of_targets(engine: Engine) -> None:
+    ready, steering, begin = engine.model.poses["ready"], Steering(engine), engine.now
+    for k in range(3):
+        steering.to((0.01 * k, *ready[1:]), begin + 0.02 * k)
+    stream, paper(engine).torn = engine.book.stream, True
+    with pytest.raises(FileError):
+        engine.perform(drive(4, 10.0, at=engine.now))
+    paper(engine).torn = False
+    steering.to((0.04, *ready[1:]), begin + 0.06)
+    assert stream is not None
+    assert engine.deltas[-1].motion is stream
+
+
 def test_in_real_time_too() -> None:
     wall = ManualWall()
     live = Engine(load_robot("puma560"), clock=wall.clock())

@@ -79,7 +79,6 @@ class Book:
         """New commands, planned one after the other, take place: all of them or, where that raises FileError, none.
         What `happens` takes place in any case.
         """
-        self.end_stream()
         deltas = [step.delta for step in steps]
         self._change(deltas, happens=happens)
         for step in steps:
@@ -93,7 +92,7 @@ class Book:
 
         Of the target before it `deltas` keeps only what the robot did.
         """
-        self._change([delta])
+        self._change([delta], goes_on=True)
         before = self.deltas[-2]
         kept = before.segments[: delta.keep - before.keep]
         shorter = replace(delta, drop=delta.drop - len(before.segments) + len(kept))
@@ -108,7 +107,6 @@ class Book:
 
     def follow(self, other: Book) -> None:
         """Become what another course of events has become, which has all that has happened here. Raises FileError."""
-        self.end_stream()
         other.end_stream()
         deltas = other.deltas[len(self.deltas) :]
         self._change(deltas)
@@ -139,13 +137,15 @@ class Book:
         self._tell(deltas)
         return undone[-1].clock
 
-    def _change(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
-        """Write the changes down, then let them take place."""
+    def _change(self, deltas: Sequence[TimelineDelta], *, happens: bool = False, goes_on: bool = False) -> None:
+        """Write the changes down, then let them take place. They end the stream, unless it `goes_on` in them."""
         timeline = self.timeline
         for delta in deltas:
             timeline = timeline.apply(delta)
         if self.journal is not None and deltas:
             self.journal.record(deltas, happens=happens)
+        if not goes_on:
+            self.end_stream()
         self.timeline = timeline
         self.deltas += deltas
 

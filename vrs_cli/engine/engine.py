@@ -428,16 +428,16 @@ class Engine:
         last one first. Raises UsageError where there are not so many, TooLate for one that has begun in real time,
         FileError.
         """
-        return self._taken_up(self.book.history.last_done(count), lambda: self.book.undo(count, self.now))
+        return self._through_history(self.book.history.last_done(count), lambda: self.book.undo(count, self.now))
 
     def redo(self, count: int = 1) -> tuple[str, ...]:
         """Do again what `undo` took back last; timeline and clock are as before that: all or none. Their texts. Raises
         UsageError, TooLate for one whose time has passed in real time, FileError.
         """
         steps = [one.step for one in self.book.history.last_undone(count)]
-        return self._taken_up(steps, lambda: self.book.redo(count))
+        return self._through_history(steps, lambda: self.book.redo(count))
 
-    def _taken_up(self, steps: Iterable[Step], change: Callable[[], float]) -> tuple[str, ...]:
+    def _through_history(self, steps: Iterable[Step], change: Callable[[], float]) -> tuple[str, ...]:
         deltas = [step.delta for step in steps]
         for delta in deltas:
             self._check_not_begun(delta)
