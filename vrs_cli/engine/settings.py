@@ -5,12 +5,12 @@ Program settings hold for the next motion only, or ALWAYS (V+ Keyword Reference,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 from math import isfinite
 from typing import Any, Generic, TypeVar
 
-from msgspec import Struct, field, structs
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from vrs_cli.engine.commands import (
     JointTarget,
@@ -39,7 +39,7 @@ from vrs_cli.engine.parameters import (
     row_of,
 )
 from vrs_cli.errors import IllegalValue
-from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow
+from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.instant import LATEST
 
@@ -138,7 +138,7 @@ class Settings(Struct, frozen=True):
         """The settings after an instruction. Raises IllegalValue for a value out of range, UsageError for an unknown
         name.
         """
-        return _CHANGES[type(change)](self, change)
+        return _after(self, change)
 
     def after_motion(self, target: Target) -> Settings:
         """The settings once a motion has taken what was for it alone; one to joints ends the configuration words."""
@@ -146,7 +146,7 @@ class Settings(Struct, frozen=True):
         settings: tuple[Setting[Any], ...] = (self.speed, self.duration, *self.modes.values())
         if self.hand is None and said is self.configuration and all(setting.once is None for setting in settings):
             return self
-        return structs.replace(
+        return replace(
             self,
             speed=self.speed.after_motion(),
             duration=self.duration.after_motion(),
@@ -164,61 +164,40 @@ def checked_time(seconds: float, word: str) -> float:
     return seconds
 
 
-def _set_speed(settings: Settings, change: SetSpeed) -> Settings:
+def _after(settings: Settings, change: SettingChange) -> Settings:
+    match change:
+        case SetSpeed():
+            return replace(settings, speed=settings.speed.put(_checked_speed(change), change.always))
+        case SetMonitorSpeed():
+            return replace(settings, monitor_speed=MONITOR_SPEED.checked(change.percent))
+        case SetDuration():
+            seconds = checked_time(change.seconds, "DURATION")
+            return replace(settings, duration=settings.duration.put(seconds, change.always))
+        case SetAcceleration():
+            return replace(settings, acceleration=_checked_acceleration(change) / FULL_SPEED)
+        case SetConfiguration():
+            return replace(settings, configuration=settings.configuration.with_flag(change.flag))
+        case SetMode():
+            mode = settings.modes[change.mode].put(change.on, change.always)
+            return replace(settings, modes={**settings.modes, change.mode: mode})
+        case SetParameter():
+            row = row_of(PARAMETERS, change.name, "parameter")
+            return replace(settings, parameters={**settings.parameters, row.name: row.checked(change.value)})
+        case SetSwitch():
+            name = row_of(SWITCHES, change.name, "switch").name
+            return replace(settings, switches={**settings.switches, name: change.on})
+
+
+def _checked_speed(change: SetSpeed) -> SetSpeed:
     PROGRAM_SPEED[change.unit].checked(change.value)
     if change.rotation is not None:
         ROTATION_SPEED.checked(change.rotation)
-    return structs.replace(settings, speed=settings.speed.put(change, change.always))
+    return change
 
 
-def _set_monitor_speed(settings: Settings, change: SetMonitorSpeed) -> Settings:
-    return structs.replace(settings, monitor_speed=MONITOR_SPEED.checked(change.percent))
-
-
-def _set_duration(settings: Settings, change: SetDuration) -> Settings:
-    return structs.replace(
-        settings, duration=settings.duration.put(checked_time(change.seconds, "DURATION"), change.always)
-    )
-
-
-def _set_acceleration(settings: Settings, change: SetAcceleration) -> Settings:
-    slower = ACCELERATION.checked(change.acceleration)
-    if change.deceleration is not None:
-        slower = min(slower, DECELERATION.checked(change.deceleration))  # one figure serves both
-    return structs.replace(settings, acceleration=slower / FULL_SPEED)
-
-
-def _set_configuration(settings: Settings, change: SetConfiguration) -> Settings:
-    flag, said = change.flag, settings.configuration
-    if isinstance(flag, Arm):
-        return structs.replace(settings, configuration=replace(said, arm=flag))
-    if isinstance(flag, Elbow):
-        return structs.replace(settings, configuration=replace(said, elbow=flag))
-    return structs.replace(settings, configuration=replace(said, wrist=flag))
-
-
-def _set_mode(settings: Settings, change: SetMode) -> Settings:
-    mode = change.mode
-    return structs.replace(settings, modes={**settings.modes, mode: settings.modes[mode].put(change.on, change.always)})
-
-
-def _set_parameter(settings: Settings, change: SetParameter) -> Settings:
-    row = row_of(PARAMETERS, change.name, "parameter")
-    return structs.replace(settings, parameters={**settings.parameters, row.name: row.checked(change.value)})
-
-
-def _set_switch(settings: Settings, change: SetSwitch) -> Settings:
-    row = row_of(SWITCHES, change.name, "switch")
-    return structs.replace(settings, switches={**settings.switches, row.name: change.on})
-
-
-_CHANGES: Mapping[type, Callable[[Settings, Any], Settings]] = {
-    SetSpeed: _set_speed,
-    SetMonitorSpeed: _set_monitor_speed,
-    SetDuration: _set_duration,
-    SetAcceleration: _set_acceleration,
-    SetConfiguration: _set_configuration,
-    SetMode: _set_mode,
-    SetParameter: _set_parameter,
-    SetSwitch: _set_switch,
-}
+def _checked_acceleration(change: SetAcceleration) -> float:
+    """The smaller of acceleration and deceleration [%]: one figure serves both."""
+    acceleration = ACCELERATION.checked(change.acceleration)
+    if change.deceleration is None:
+        return acceleration
+    return min(acceleration, DECELERATION.checked(change.deceleration))

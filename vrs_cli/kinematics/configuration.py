@@ -62,6 +62,14 @@ class Configuration:
         """The same with the other wrist."""
         return Configuration(self.arm, self.elbow, Wrist.FLIP if self.wrist is Wrist.NOFLIP else Wrist.NOFLIP)
 
+    def with_flag(self, flag: Flag) -> Configuration:
+        """The same with one word changed."""
+        return Configuration(
+            flag if isinstance(flag, Arm) else self.arm,
+            flag if isinstance(flag, Elbow) else self.elbow,
+            flag if isinstance(flag, Wrist) else self.wrist,
+        )
+
     def words_beside(self, others: tuple[Configuration, ...]) -> tuple[str, ...]:
         """The words of this one that none of the others has: what to say to get from them to it."""
         return tuple(
