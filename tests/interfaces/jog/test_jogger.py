@@ -112,6 +112,17 @@ def test_a_joint_stops_at_the_end_of_its_range(session: Session, terminal: Recor
     assert len(session.engine.records()) == count
 
 
+def test_no_way_is_none_also_for_a_joint_beside_its_range_by_rounding(
+    session: Session, terminal: RecordingTerminal
+) -> None:
+    beside = session.engine.model.upper[5] + 1e-10
+    session.engine.redirect((0.0, *session.engine.position().joints[1:5], beside))
+    session.engine.wait_for_rest()
+    assert session.engine.position().joints[5] > session.engine.model.upper[5]
+    session.perform("JOG 6, -0")
+    assert not told(terminal)
+
+
 def test_the_tool_stops_where_the_arm_ends(session: Session, terminal: RecordingTerminal) -> None:
     session.perform("JOG Y, 800")
     assert told(terminal)[0].startswith("The arm reaches no farther along Y: the wrist would be")

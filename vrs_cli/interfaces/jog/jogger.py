@@ -280,7 +280,7 @@ class Jogger:
         wanted = begin[index] + change
         value = min(max(wanted, model.lower[index]), model.upper[index])
         goal = (*begin[:index], value, *begin[index + 1 :])
-        if value == wanted:
+        if value == wanted or not change:  # a joint may stand beside the end of its range by rounding
             return goal, 1.0, ""
         part = (value - begin[index]) / change
         return goal, part, f"Joint {index + 1} stops at the end of its range, {model.said(index + 1, value, 1)}"
