@@ -89,16 +89,14 @@ def _keep(file: Path, grammar: str, table: Table) -> None:
     data = marshal.dumps((FORM, grammar, table.states, list(map(tuple, table.rules)), *table[2:]))
     new = file.with_suffix(f".{os.getpid()}")
     with suppress(OSError):
+        file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         new.write_bytes(zlib.crc32(data).to_bytes(CHECKSUM, "big") + data)
         os.replace(new, file)
 
 
 def _file() -> Path | None:
-    """Where it is kept: a folder of the user's own, or nowhere."""
+    """Where it is kept: in a folder of the user's own; nowhere for a user without a home."""
     base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
-    folder = Path(base) / "vrs" if base else Path.home() / ".cache" / "vrs"
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    except (OSError, RuntimeError):
-        return None
-    return folder / "grammar.table" if os.access(folder, os.W_OK) else None
+    with suppress(RuntimeError):
+        return (Path(base) if base else Path.home() / ".cache") / "vrs" / "grammar.table"
+    return None
