@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from msgspec import Struct
 
-from vrs_cli.engine.boundary import Survey, Touch, pace_of
+from vrs_cli.engine.boundary import Touch, pace_of
 from vrs_cli.engine.following import Follower
 from vrs_cli.kinematics.clearance import NAMES, ON_BOUNDARY, Clearance
 from vrs_cli.kinematics.joints import Joints
@@ -43,47 +43,47 @@ class Stop(Struct, frozen=True):
 
 
 class Kinks:
-    """The touches of one path, which comes from rest and goes to rest."""
+    """The touches of one path, which comes from rest and goes to rest in a time of 1."""
 
-    def __init__(self, follower: Follower, path: CartesianPath, lasting: float) -> None:
-        self.follower, self.path, self.lasting = follower, path, lasting
+    def __init__(self, follower: Follower, path: CartesianPath, touches: tuple[Touch, ...]) -> None:
+        self.follower, self.path, self.touches = follower, path, touches
         hand = follower.arm.hand
         assert hand is not None
-        self.speed = pace_of(path, lasting, hand, follower.T_tool_flange).speed
+        self.speed = pace_of(path, 1.0, hand, follower.T_tool_flange).speed
 
-    def stops(self, found: Survey, near: Joints) -> list[Stop]:
+    def stops(self, near: Joints) -> list[Stop]:
         """Where the line has to stop. Raises StraightLineSingular where it cannot be."""
         stops = []
-        for touch in found.touches:
-            if touch.begin == 0.0 and touch.end == self.lasting:
+        for touch in self.touches:
+            if touch.begin == 0.0 and touch.end == 1.0:
                 continue  # all of the line lies on the boundary: nothing kinks
-            if touch.begin == 0.0 or touch.end == self.lasting:
+            if touch.begin == 0.0 or touch.end == 1.0:
                 self._check_tangent(touch, near)
             else:
                 self.follower.check_goes_on(self.path, touch.begin, touch.end, near)
                 stops.append(self._stop(touch))
         return stops
 
-    def end_on_boundary(self, found: Survey) -> Transform:
+    def end_on_boundary(self) -> Transform:
         """T_robot_tool at the end of the line, exactly on the boundary to which it is a tangent: a hair beside it, the
         joints would change their direction in the last instant.
         """
-        goal = self.path.pose(self.lasting)
-        for touch in found.touches:
-            if touch.begin > 0.0 and touch.end == self.lasting and touch.which != "wrist":
+        goal = self.path.pose(1.0)
+        for touch in self.touches:
+            if touch.begin > 0.0 and touch.end == 1.0 and touch.which != "wrist":
                 goal = self._on_boundary(touch.which, goal)
         return goal
 
     def _check_tangent(self, touch: Touch, near: Joints) -> None:
         """Check that a line from boundaries, or to them, is a tangent of each; samples show how the wrist turns."""
-        end = 0.0 if touch.begin == 0.0 else self.lasting
-        sizes, edges = self._seen(self.path.pose(end)).sizes, self.follower.arm.boundary.sizes
-        touched = [which for which, size, edge in zip(NAMES, sizes, edges, strict=True) if size <= 2.0 * edge]
-        for which in touched if self.speed else ():
-            inward = min(INSIDE / self.speed, 0.5 * self.lasting) * (-1.0 if end else 1.0)
+        if not self.speed:
+            return
+        end, side = (0.0, 1.0) if touch.begin == 0.0 else (1.0, -1.0)
+        inward = side * min(INSIDE / self.speed, 0.5)
+        rows = zip(NAMES, self._seen(self.path.pose(end)).sizes, self.follower.arm.boundary.sizes, strict=True)
+        for which in [which for which, size, edge in rows if which != "wrist" and size <= 2.0 * edge]:
             at, once, twice = (self._clearance(which, end + k * inward) for k in (0, 1, 2))
-            slope = abs(4.0 * once - twice - 3.0 * at)
-            if which != "wrist" and slope > 2.0 * SLOPE * abs(inward) * self.speed:
+            if abs(4.0 * once - twice - 3.0 * at) > 2.0 * SLOPE * abs(inward) * self.speed:
                 raise self.follower.refuse_start(self.path, end, end + inward, near)
 
     def _stop(self, touch: Touch) -> Stop:
@@ -94,7 +94,7 @@ class Kinks:
             bend = after - 2.0 * here + before
             if bend > 0.0:
                 s = min(max(s - 0.5 * step * (after - before) / bend, touch.begin), touch.end)
-        return Stop(s / self.lasting, self._on_boundary(touch.which, self.path.pose(s)))
+        return Stop(s, self._on_boundary(touch.which, self.path.pose(s)))
 
     def _on_boundary(self, which: str, pose: Transform) -> Transform:
         """The pose moved along the gradient of a clearance to where that is 0: by no more than `ON_BOUNDARY`."""
@@ -129,24 +129,27 @@ def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
     some of what the line passes beside the singular pose, in next to no time.
     """
     hand = follower.arm.hand
+    if hand is None:
+        return goal
     for _ in range(STRAIGHTENINGS):
         flange = follower.flange(goal)
-        seen = follower.arm.clearance(flange, follower.configuration)
-        angle = length(seen.across)
-        if hand is None or not 0.0 < angle <= ON_BOUNDARY:
+        across = _across(follower, flange)
+        angle = length(across)
+        if not 0.0 < angle <= ON_BOUNDARY:
             break
-        axis = rotate(inverse(hand.T_axis_base), seen.across)
-        turned = [_turned(flange, hand.centre, axis, side) for side in (angle, -angle)]
-        goal = compose(min(turned, key=lambda pose: _bent(follower, pose)), follower.tool)
+        axis = rotate(inverse(hand.T_axis_base), across)
+        turned = [_turn_about(flange, hand.centre, axis, side) for side in (angle, -angle)]
+        goal = compose(min(turned, key=lambda pose: length(_across(follower, pose))), follower.tool)
     return goal
 
 
-def _turned(flange: Transform, centre: Vector, axis: Vector, angle: float) -> Transform:
-    """The flange turned about an axis of the robot through a point of the flange."""
+def _turn_about(flange: Transform, centre: Vector, axis: Vector, angle: float) -> Transform:
+    """Turn the flange about an axis of the robot through a point of the flange."""
     x, y, z = centre
     at = compose(flange, translation(x, y, z))
     return compose(at_position(compose(rotation_about(axis, angle), at), *position(at)), translation(-x, -y, -z))
 
 
-def _bent(follower: Follower, flange: Transform) -> float:
-    return length(follower.arm.clearance(flange, follower.configuration).across)
+def _across(follower: Follower, flange: Transform) -> Vector:
+    """The cross product of the axes of the wrist."""
+    return follower.arm.clearance(flange, follower.configuration).across

@@ -161,12 +161,15 @@ class _Line:
             raise NotInTime  # the joints can only make it longer
         way = self._way()
         found = survey(self.follower, way, 1.0)
-        if found.touches or found.trouble:
-            kinks = Kinks(self.follower, way, 1.0)
-            stops = self._stops(way, found, kinks)
+        if found.trouble:
+            self._follow(stretches)  # which may be refused sooner
+            raise self._refusal(way, found)
+        if found.touches:
+            kinks = Kinks(self.follower, way, found.touches)
+            stops = self._stops(kinks, stretches)
             if stops:
                 return self._in_parts(stops)
-            self.goal = kinks.end_on_boundary(found)
+            self.goal = kinks.end_on_boundary()
             stretches = self._stretches(self.limits)
         seeds, loads = self._follow(stretches, self._marks(stretches, found.marks))
         load = _worst(loads)
@@ -190,15 +193,12 @@ class _Line:
         turns = (Turn(axis, (0.0, angle)),) if angle else ()
         return CartesianPath((line[0], line[1], line[2]), pose, turns, self.configuration, (self.joints.joints,), 1.0)
 
-    def _stops(self, way: CartesianPath, found: Survey, kinks: Kinks) -> list[Stop]:
+    def _stops(self, kinks: Kinks, stretches: list[ToolStretch]) -> list[Stop]:
         """Where the line has to stop, from rest. Raises MotionError where it cannot be."""
-        if found.trouble:
-            self._follow(self._stretches(self.limits))  # which may be refused sooner
-            raise self._refusal(way, found)
         try:
-            return kinks.stops(found, self.joints.joints)
+            return kinks.stops(self.joints.joints)
         except StraightLineSingular:
-            self._follow(self._stretches(self.limits))
+            self._follow(stretches)  # which may be refused sooner
             raise
 
     def _in_parts(self, stops: list[Stop]) -> tuple[Segment, ...]:
