@@ -33,7 +33,7 @@ from vrs_cli.interfaces.tasks.transcript import Transcript
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.events import Budget, Event, Failed
 from vrs_cli.language.run.inputs import NO_INPUTS, Inputs
-from vrs_cli.language.run.robot import Robot
+from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import BUDGET, Task
 
 _P = TypeVar("_P", bound=Pending)
@@ -56,7 +56,7 @@ class Driver:
     """Runs the `tasks` of one robot. `folder`: where programs have their files."""
 
     def __init__(
-        self, engine: Engine, console: Console, environment: Environment, robot: Robot, folder: Path = Path()
+        self, engine: Engine, console: Console, environment: Environment, robot: RobotReadings, folder: Path = Path()
     ) -> None:
         self.engine, self.console, self.environment = engine, console, environment
         self.inputs: Inputs = NO_INPUTS

@@ -34,7 +34,7 @@ from vrs_cli.language.run.effects import (
 )
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.events import Budget, Completed, Failed, Halted, Paused, TaskState
-from vrs_cli.language.run.robot import Robot
+from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.units import UnitEffect
 from vrs_cli.trajectory.instant import on_grid
@@ -50,7 +50,7 @@ class Performer:
         self,
         engine: Engine,
         environment: Environment,
-        robot: Robot,
+        robot: RobotReadings,
         tasks: Tasks,
         ask: Callable[[str], str],
         transcript: Transcript,

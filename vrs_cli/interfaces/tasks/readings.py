@@ -19,7 +19,7 @@ MONITOR_SPEED, PROGRAM_SPEED, MOTION_SPEED = 1, 2, 3  # SPEED(n)
 
 
 class Readings:
-    """`language.environment.Robot` for an engine."""
+    """`RobotReadings` of an engine."""
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine

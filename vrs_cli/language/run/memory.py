@@ -11,7 +11,7 @@ from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.analysis.analyzer import Analysis
 from vrs_cli.language.run.cells import closest
 from vrs_cli.language.run.programs import StoredProgram
-from vrs_cli.language.run.robot import Robot, System
+from vrs_cli.language.run.robot import RobotReadings, System
 from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.run.timers import Timers
 from vrs_cli.language.run.variables import Variables
@@ -52,7 +52,7 @@ class Context(Struct, frozen=True):
     """What functions and instructions work on."""
 
     environment: Memory
-    robot: Robot
+    robot: RobotReadings
 
     def folded(self, text: str) -> str:
         """A string as comparisons see it: without regard to case while the switch UPPER is on."""

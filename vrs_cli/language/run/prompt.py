@@ -16,7 +16,7 @@ from vrs_cli.language.run.library import LIBRARY
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Definable
 from vrs_cli.language.run.programs import StoredProgram
-from vrs_cli.language.run.robot import Robot
+from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Step, Variable
@@ -34,7 +34,7 @@ class _StepTask(Task):
         return halted or Completed(0)
 
 
-def statement_task(environment: Environment, robot: Robot, statement: ast.Statement) -> Task:
+def statement_task(environment: Environment, robot: RobotReadings, statement: ast.Statement) -> Task:
     """An instruction of the prompt as a task of one step; its program has no name.
 
     Raises ProgramNotExecutable with the first fault that the analyzer finds.
@@ -50,7 +50,7 @@ def statement_task(environment: Environment, robot: Robot, statement: ast.Statem
 class Sight:
     """An expression at the prompt that is looked at again and again, compiled once for each kind its names have."""
 
-    def __init__(self, environment: Environment, robot: Robot, expression: ast.Expression) -> None:
+    def __init__(self, environment: Environment, robot: RobotReadings, expression: ast.Expression) -> None:
         self._context = Context(environment, robot)
         self._expression = expression
         variables = (node for node in ast.nodes(expression) if isinstance(node, Variable))
@@ -73,20 +73,20 @@ class Sight:
         return kind_of_value(own.value()) if own.key is not None and own.defined() else None
 
 
-def evaluate(environment: Environment, robot: Robot, expression: ast.Expression) -> Value:
+def evaluate(environment: Environment, robot: RobotReadings, expression: ast.Expression) -> Value:
     """The value of an expression at the prompt, of whichever kind it is. Raises VrsError."""
     return Sight(environment, robot, expression).value({})
 
 
 def arguments_of(
-    environment: Environment, robot: Robot, arguments: Iterable[ast.Expression | None]
+    environment: Environment, robot: RobotReadings, arguments: Iterable[ast.Expression | None]
 ) -> tuple[Reference | None, ...]:
     """The arguments of EXECUTE at the prompt: variables by reference, as CALL passes them. Raises VrsError."""
     context, kinds = Context(environment, robot), environment.kinds()
     return tuple(evaluator(compile_argument(LIBRARY, argument, kinds))(context) for argument in arguments)
 
 
-def definable(environment: Environment, robot: Robot, expression: ast.Expression) -> Definable:
+def definable(environment: Environment, robot: RobotReadings, expression: ast.Expression) -> Definable:
     """What HERE and POINT at the prompt define: `a`, `#p`, `row[3]`, or the last name of `a:b`. Raises VrsError."""
     compiled = compile_definable(LIBRARY, expression, environment.kinds())
     made: Definable = evaluator(compiled)(Context(environment, robot))

@@ -9,7 +9,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 
 
-class Robot(Protocol):
+class RobotReadings(Protocol):
     """What a program may ask of the robot, always at the task's present instant. Metres, radians, seconds."""
 
     @property

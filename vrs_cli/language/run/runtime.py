@@ -49,7 +49,7 @@ from vrs_cli.language.run.library import at_once, by_value, overflow
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.run.reactions import OF_ERRORS, Reaction, Reactions
-from vrs_cli.language.run.robot import Robot
+from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.words.kind import key_of
 from vrs_cli.language.words.values import Value
 
@@ -76,7 +76,7 @@ class Task:
     def __init__(
         self,
         environment: Environment,
-        robot: Robot,
+        robot: RobotReadings,
         program: str | StoredProgram | Executable,
         arguments: Sequence[Reference | Value | None] = (),
         cycles: int = 1,
