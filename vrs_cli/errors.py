@@ -406,3 +406,15 @@ class UsageError(VrsError):
     """A command or an option does not exist, or is used in a way it cannot be."""
 
     code, text = -300, "Illegal monitor command"
+
+
+class LeaseHeld(UsageError):
+    """Somebody else drives the robot, or nobody does. (The code is ours.)"""
+
+    code, text = -694, "Lease is not yours"
+
+
+class RoleWanted(UsageError):
+    """A word needs a role that its sender has not. (The code is ours.)"""
+
+    code, text = -695, "Not in your role"

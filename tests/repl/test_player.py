@@ -6,8 +6,8 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.files.trajectories import planned, puma
+from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.arm import arm_for
-from vrs_cli.repl.playback import Playback
 from vrs_cli.repl.player import Player
 
 

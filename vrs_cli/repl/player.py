@@ -13,9 +13,9 @@ from prompt_toolkit.layout import FormattedTextControl, Layout, Window
 
 from vrs_cli.dialogue.replies import Whereabouts
 from vrs_cli.engine.position import position_at
+from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.text import plain_text
-from vrs_cli.repl.playback import Playback
 from vrs_cli.trajectory.timeline import Timeline
 
 REFRESH = 0.04  # [s]
@@ -32,13 +32,13 @@ class Action(NamedTuple):
 
 
 ACTIONS: tuple[Action, ...] = (
-    Action(("space", "p"), "space pause", lambda p, wall: p.toggled(wall)),
-    Action(("left",), "left/right 1 s", lambda p, wall: p.skipped(-SKIP, wall)),
-    Action(("right",), "", lambda p, wall: p.skipped(SKIP, wall)),
-    Action(("pageup",), "pgup/pgdn 10 s", lambda p, wall: p.skipped(-FAR_SKIP, wall)),
-    Action(("pagedown",), "", lambda p, wall: p.skipped(FAR_SKIP, wall)),
-    Action(("home", "r"), "r rewind", lambda p, wall: p.sought(p.start, wall)),
-    Action(("end", "e"), "e end", lambda p, wall: p.sought(p.end, wall)),
+    Action(("space", "p"), "space pause", lambda p, wall: p.toggle(wall)),
+    Action(("left",), "left/right 1 s", lambda p, wall: p.skip(-SKIP, wall)),
+    Action(("right",), "", lambda p, wall: p.skip(SKIP, wall)),
+    Action(("pageup",), "pgup/pgdn 10 s", lambda p, wall: p.skip(-FAR_SKIP, wall)),
+    Action(("pagedown",), "", lambda p, wall: p.skip(FAR_SKIP, wall)),
+    Action(("home", "r"), "r rewind", lambda p, wall: p.rewind(wall)),
+    Action(("end", "e"), "e end", lambda p, wall: p.seek(p.end, wall)),
     Action(("+", "="), "+/- rate", lambda p, wall: p.faster(wall)),
     Action(("-",), "", lambda p, wall: p.slower(wall)),
     Action(("q", "escape", "c-c", "c-d"), "q quit", None),

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
-from vrs_cli.language.words.word import Control, Route, Shape, State, Word, by_name
+from vrs_cli.language.words.word import Control, Role, Route, Shape, State, Word, by_name
 
 PLACE, LOCATION, DEFINED = Shape.PLACE, Shape.LOCATION, Shape.LOCATION_VARIABLE
 
-_motion = partial(Word, route=Route.MOTION)
+_motion = partial(Word, route=Route.MOTION, role=Role.DESIGNER)
 _setting = partial(Word, route=Route.PARAMETER)
 _location = partial(Word, route=Route.POSITION)
 
@@ -80,9 +80,12 @@ _SETTINGS = (
     _setting("OPEN [width]", "1 2 +", "open the hand during the next motion", "OPEN"),
     _setting("CLOSE [width]", "1 2 +", "close the hand during the next motion", "CLOSE"),
     _setting("RELAX", "1 2 +", "let the hand go slack during the next motion", "RELAX"),
-    _setting("OPENI [width]", "1 2 +", "come to rest, then open the hand", "OPENI", breaks=True),
-    _setting("CLOSEI [width]", "1 2 +", "come to rest, then close the hand", "CLOSEI", breaks=True),
-    _setting("RELAXI", "1 2 +", "come to rest, then let the hand go slack", "RELAXI", breaks=True),
+    _setting("OPENI [width]", "1 2 +", "come to rest, then open the hand", "OPENI", breaks=True,
+        role=Role.DESIGNER),
+    _setting("CLOSEI [width]", "1 2 +", "come to rest, then close the hand", "CLOSEI", breaks=True,
+        role=Role.DESIGNER),
+    _setting("RELAXI", "1 2 +", "come to rest, then let the hand go slack", "RELAXI", breaks=True,
+        role=Role.DESIGNER),
     _setting("TOOL [location]", "1 2 +",
         "the tool transformation, from flange to tool tip; NULL when omitted", "TOOL gripper", breaks=True,
         drastic=True),
@@ -121,8 +124,9 @@ _POSITIONS = (
 )  # fmt: skip
 
 _INPUT_OUTPUT = (
-    Word("TYPE [item, ...]", "1 2 +", "print numbers and texts", 'TYPE "x =", /F8.2, x'),
-    Word("TYPEI value", "1", "print an integer, in VAL", "TYPEI count", "TYPE is its like"),
+    Word("TYPE [item, ...]", "1 2 +", "print numbers and texts", 'TYPE "x =", /F8.2, x', role=Role.OBSERVER),
+    Word("TYPEI value", "1", "print an integer, in VAL", "TYPEI count", "TYPE is its like",
+        role=Role.OBSERVER),
     Word("SETI variable = value", "1",
         "assign an integer, cut toward 0, in VAL", "SETI count = count+1", "count = INT(value) is the same",
         shapes=(Shape.REAL_VARIABLE,)),

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 from vrs_cli.language.words.instructions import DEFINED, INSTRUCTIONS, PLACE, refused
-from vrs_cli.language.words.word import Shape, Word, by_name
+from vrs_cli.language.words.word import Role, Shape, Word, by_name
+
+_observer = partial(Word, role=Role.OBSERVER)  # what changes nothing
+_designer = partial(Word, role=Role.DESIGNER)
 
 _POSITIONS = (
-    Word("WHERE [robot] [FROM t1] [TO t2] [STEP dt] [AT t | IN dt]", "1 2 +",
+    _observer("WHERE [robot] [FROM t1] [TO t2] [STEP dt] [AT t | IN dt]", "1 2 +",
         "where the robot is now, at a time, or over a stretch of time", "WHERE FROM 0 TO 5 STEP 0.5"),
     Word("HERE location", "1 2 +",
         "define a location as the present position, then correct it", "HERE part", shapes=(DEFINED,)),
@@ -18,23 +22,23 @@ _POSITIONS = (
     Word("POINT location [= value]", "1 2 +",
         "define or correct a location by typing its numbers", "POINT part = TRANS(500, 150, -100, 90, 90, 0)",
         shapes=(DEFINED, PLACE)),
-    Word("LISTL [location, ...]", "1 2 +", "list locations", "LISTL part, #safe", shapes=(PLACE,)),
-    Word("LISTR [expression, ...]", "2 +", "list reals; a desk calculator", "LISTR count, SIN(30)/2"),
-    Word("LISTS [$string, ...]", "2 +", "list strings", "LISTS $part"),
+    _observer("LISTL [location, ...]", "1 2 +", "list locations", "LISTL part, #safe", shapes=(PLACE,)),
+    _observer("LISTR [expression, ...]", "2 +", "list reals; a desk calculator", "LISTR count, SIN(30)/2"),
+    _observer("LISTS [$string, ...]", "2 +", "list strings", "LISTS $part"),
 )  # fmt: skip
 
 _STATE = (
-    Word("STATUS [task]", "1 2 +", "what is running, its step, cycles and speeds", "STATUS"),
-    Word("IO [group]", "2 +", "the signals: 0 inputs, 1 outputs, 2 internal ones", "IO 1"),
-    Word("TIME", "2 +", "the robot clock", "TIME"),
-    Word("ID", "2 +", "the version of the system and the robot", "ID"),
-    Word("FREE", "1 2 +", "how much is stored", "FREE"),
-    Word("HELP [word]", "1 2", "what there is, or what a word does", "HELP APPRO"),
+    _observer("STATUS [task]", "1 2 +", "what is running, its step, cycles and speeds", "STATUS"),
+    _observer("IO [group]", "2 +", "the signals: 0 inputs, 1 outputs, 2 internal ones", "IO 1"),
+    _observer("TIME", "2 +", "the robot clock", "TIME"),
+    _observer("ID", "2 +", "the version of the system and the robot", "ID"),
+    _observer("FREE", "1 2 +", "how much is stored", "FREE"),
+    _observer("HELP [word]", "1 2", "what there is, or what a word does", "HELP APPRO"),
 )  # fmt: skip
 
 _PROGRAMS = (
-    Word("DIRECTORY [names]", "1 2 +", "the programs in memory", "DIRECTORY pick*"),
-    Word("LISTP [program, ...]", "1 2 +", "list programs with their step numbers", "LISTP pick.place"),
+    _observer("DIRECTORY [names]", "1 2 +", "the programs in memory", "DIRECTORY pick*"),
+    _observer("LISTP [program, ...]", "1 2 +", "list programs with their step numbers", "LISTP pick.place"),
     Word("COPY new = old", "2 +", "copy a program", "COPY new = old", shapes=(Shape.PROGRAM, Shape.PROGRAM)),
     Word("RENAME new = old", "1 2 +",
         "give a program another name", "RENAME new = old", shapes=(Shape.PROGRAM, Shape.PROGRAM)),
@@ -102,7 +106,7 @@ _EXECUTION = (
     Word("PCEND", "2", "end the process control program after this cycle", "PCEND"),
     Word("PCPROCEED", "2", "let the process control program go on", "PCPROCEED"),
     Word("PCRETRY", "2", "repeat the failed step of the process control program", "PCRETRY"),
-    Word("PCSTATUS", "2", "the state of the process control program", "PCSTATUS"),
+    _observer("PCSTATUS", "2", "the state of the process control program", "PCSTATUS"),
     Word("SPEED percent", "1 2 +", "the monitor speed, which scales every motion", "SPEED 50"),
     Word("SIGNAL signal, ...", "2 +",
         "turn signals on, or off (negative); also inputs, as the cabinet", "SIGNAL 1, -1002"),
@@ -119,12 +123,12 @@ _SYSTEM = (
 )  # fmt: skip
 
 _OURS = (
-    Word("WHY location", "",
+    _observer("WHY location", "",
         "why a location is in reach or not: all configurations, what MOVE would choose, the straight line from here",
         "WHY part", shapes=(PLACE,)),
     Word("CLOCK [PAUSE | GO | RATE] [= rate]", "",
         "show the clock; in real time stop it, let it go on, or make it faster or slower", "CLOCK RATE = 0.5"),
-    Word("JOG [axis][, amount]", "",
+    _designer("JOG [axis][, amount]", "",
         "move by hand: a joint [deg], X Y Z RX RY RZ, or TX ... TRZ of the tool [mm, deg]; bare: with the keys",
         "JOG Z, -20", "V+ has a JOG of its own"),
     Word("UNDO [n]", "", "take the last motion command back, or n of them", "UNDO", drastic=True),
@@ -132,20 +136,20 @@ _OURS = (
     Word("BRANCH [name]", "",
         "try another timeline: go to a branch, made of what is there if there is none; bare: list them, main first",
         "BRANCH trial"),
-    Word("COMPARE [a][, b]", "",
+    _observer("COMPARE [a][, b]", "",
         "two branches side by side: a, or main, and b, or the present one", "COMPARE main, trial",
         shapes=(Shape.BRANCH, Shape.BRANCH)),
     Word("MERGE [name]", "",
         "make what a branch (the present one) has become the main timeline", "MERGE trial", drastic=True),
     Word("DELETEB name, ...", "", "drop branches", "DELETEB trial", drastic=True),
-    Word("TIMELINE", "", "the segments of the trajectory", "TIMELINE"),
-    Word("PLOT [what, ...]", "",
+    _observer("TIMELINE", "", "the segments of the trajectory", "TIMELINE"),
+    _observer("PLOT [what, ...]", "",
         "plot joints (by number), velocity, acceleration, X, Y, Z, tool, speed or hand over time",
         "PLOT velocity, 1, 2"),
     Word("SAVE file", "", "write the trajectory to a file", "SAVE demo.vrst"),
     Word("REPLAY file", "", "play a trajectory file", "REPLAY demo.vrst"),
-    Word("EXIT", "", "leave the shell", "EXIT"),
-    Word("QUIT", "", "leave the shell", "QUIT"),
+    _observer("EXIT", "", "leave the shell", "EXIT"),
+    _observer("QUIT", "", "leave the shell", "QUIT"),
 )  # fmt: skip
 
 _MODULES = "programs that belong together go to a file of their own: STORE file = program, ..."

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from enum import Enum
+from enum import Enum, Flag
 from functools import cached_property
 from typing import NamedTuple, TypeVar
 
@@ -102,6 +102,20 @@ class Route(Enum):
     POSITION = "position"
     PARAMETER = "parameter"
     PROGRAM = "program"
+
+
+class Role(Flag):
+    """What somebody may do with a robot: see it (g), move it (f); or both, with its programs and settings."""
+
+    OBSERVER = 1
+    DESIGNER = 2
+    SUPERVISOR = 7  # more than both
+
+    @property
+    def spoken(self) -> str:
+        """With its article."""
+        name = (self.name or "").lower()
+        return f"an {name}" if self is Role.OBSERVER else f"a {name}"
 
 
 class State(Enum):
@@ -221,7 +235,7 @@ class Row(Struct, frozen=True, eq=False, dict=True):
 
 
 class Word(Row, frozen=True, eq=False, dict=True):
-    """An instruction or a monitor command. `breaks`: the robot comes to rest first.
+    """An instruction or a monitor command. `breaks`: the robot comes to rest first. `role`: who may say it.
 
     `drastic`: with nothing behind it, or after a question, it deletes, stops, steps or takes back at once.
     """
@@ -229,6 +243,7 @@ class Word(Row, frozen=True, eq=False, dict=True):
     route: Route = Route.PROGRAM
     breaks: bool = False
     drastic: bool = False
+    role: Role = Role.SUPERVISOR
 
     @cached_property
     def value(self) -> Argument | None:

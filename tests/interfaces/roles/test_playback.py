@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.repl.playback import RATES, Playback
+from vrs_cli.interfaces.roles.playback import RATES, Playback
 
 
 def playing(rate: float = 1.0) -> Playback:
@@ -22,19 +22,19 @@ def test_it_stops_at_the_end() -> None:
 
 
 def test_a_pause_holds_and_play_goes_on_from_there() -> None:
-    paused = playing().toggled(103.0)
+    paused = playing().toggle(103.0)
     assert paused.at(150.0) == 5.0
-    assert paused.toggled(150.0).at(151.0) == 6.0
+    assert paused.toggle(150.0).at(151.0) == 6.0
 
 
 def test_play_at_the_end_begins_again() -> None:
-    assert playing().toggled(200.0).at(201.0) == 3.0
+    assert playing().toggle(200.0).at(201.0) == 3.0
 
 
 def test_seeking_stays_within_the_trajectory() -> None:
-    assert playing().skipped(-5.0, 104.0).at(104.0) == 2.0
-    assert playing().skipped(3.0, 104.0).at(105.0) == 10.0
-    assert playing().sought(99.0, 104.0).at(104.0) == 12.0
+    assert playing().skip(-5.0, 104.0).at(104.0) == 2.0
+    assert playing().skip(3.0, 104.0).at(105.0) == 10.0
+    assert playing().seek(99.0, 104.0).at(104.0) == 12.0
 
 
 def test_a_change_of_rate_does_not_jump() -> None:

@@ -1,0 +1,28 @@
+"""Who may say what: the role that a line needs, from the tables of words."""
+
+from __future__ import annotations
+
+from vrs_cli.errors import RoleWanted
+from vrs_cli.language.text.ast import DoInstruction, Instruction, Show, Statement
+from vrs_cli.language.words.instructions import INSTRUCTIONS
+from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.word import Role
+
+
+def check_role(statement: Statement, role: Role) -> None:
+    """Raises RoleWanted, which names the word, for a line that its sender may not send."""
+    said, wanted = _needed(statement)
+    if wanted not in role:
+        raise RoleWanted(f"{said} is for {wanted.spoken}", f"you are {role.spoken}")
+
+
+def _needed(statement: Statement) -> tuple[str, Role]:
+    """What a line is called, and the role that it needs."""
+    if isinstance(statement, DoInstruction) and statement.statement is not None:
+        return _needed(statement.statement)
+    if isinstance(statement, Show):
+        return "a look at a value", Role.OBSERVER
+    if isinstance(statement, Instruction):
+        row = COMMANDS.get(statement.word) or INSTRUCTIONS[statement.word]
+        return statement.word, row.role
+    return "a change of a variable or a program", Role.SUPERVISOR

@@ -1,0 +1,102 @@
+"""The lease of a robot: who drives it. Pure: every step takes the time of the day, and returns what is to be told.
+
+One holder drives at a time, and keeps the lease alive by a heartbeat. Others ask for it. The holder gives it, or loses
+it when no heartbeat came for a while, and never before.
+"""
+
+from __future__ import annotations
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from vrs_cli.errors import LeaseHeld
+
+USUAL_LENGTH = 10.0  # [s] that a lease lasts after a heartbeat
+
+
+class Granted(Struct, frozen=True):
+    """`to` drives from now on."""
+
+    to: str
+
+
+class Asked(Struct, frozen=True):
+    """`by` would like to drive; the holder `of` the lease is told."""
+
+    of: str
+    by: str
+
+
+class Lost(Struct, frozen=True):
+    """`by` has taken the lease `of` somebody whose heartbeat did not come; that one is told."""
+
+    of: str
+    by: str
+
+
+Notice = Granted | Asked | Lost
+
+
+class Lease(Struct, frozen=True):
+    """`holder` drives until the time `until` [s], nobody if that is empty; `asking`: who has asked since, in order.
+
+    A holder whose time has passed keeps the lease until another takes it.
+    """
+
+    holder: str = ""
+    until: float = 0.0
+    asking: tuple[str, ...] = ()
+    length: float = USUAL_LENGTH
+
+    def drives(self, who: str) -> bool:
+        return bool(who) and who == self.holder
+
+    def expired(self, now: float) -> bool:
+        """Whether another may take it."""
+        return not self.holder or now > self.until
+
+    def check(self, who: str) -> None:
+        """Raises LeaseHeld for somebody who does not drive."""
+        if not self.drives(who):
+            raise LeaseHeld(self._held(), "ask for the lease")
+
+    def acquire(self, who: str, now: float) -> tuple[Lease, tuple[Notice, ...]]:
+        """Drive, where nobody does or the time of who does has passed. Raises LeaseHeld."""
+        if self.drives(who):
+            return self.beat(who, now), ()
+        if not self.expired(now):
+            raise LeaseHeld(self._held(), f"ask for the lease; it ends in {self.until - now:.1f} s without a heartbeat")
+        lost = (Lost(self.holder, who),) if self.holder else ()
+        return self._given(who, now), (*lost, Granted(who))
+
+    def ask(self, who: str, now: float) -> tuple[Lease, tuple[Notice, ...]]:
+        """Say that one would like to drive: at once, where that is possible, otherwise the holder is told once."""
+        if self.expired(now) or self.drives(who):
+            return self.acquire(who, now)
+        if who in self.asking:
+            return self, ()
+        return replace(self, asking=(*self.asking, who)), (Asked(self.holder, who),)
+
+    def give(self, who: str, to: str, now: float) -> tuple[Lease, tuple[Notice, ...]]:
+        """The holder lets another drive, or nobody (`to` is empty). Raises LeaseHeld for somebody else."""
+        self.check(who)
+        if not to:
+            return replace(self, holder="", until=now), ()
+        return self._given(to, now), (Granted(to),)
+
+    def beat(self, who: str, now: float) -> Lease:
+        """The holder is still there. Raises LeaseHeld for somebody else, as for who has lost it."""
+        self.check(who)
+        return replace(self, until=max(now + self.length, self.until))
+
+    def leave(self, who: str, now: float) -> tuple[Lease, tuple[Notice, ...]]:
+        """Somebody has gone: a holder gives the lease to who asked first."""
+        asking = tuple(one for one in self.asking if one != who)
+        left = replace(self, asking=asking)
+        return left.give(who, asking[0] if asking else "", now) if self.drives(who) else (left, ())
+
+    def _given(self, to: str, now: float) -> Lease:
+        return replace(self, holder=to, until=now + self.length, asking=tuple(one for one in self.asking if one != to))
+
+    def _held(self) -> str:
+        return f"{self.holder} drives" if self.holder else "nobody drives"
