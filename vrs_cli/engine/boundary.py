@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache, reduce
+from functools import lru_cache
 from math import hypot, inf
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ from msgspec import Struct
 
 from vrs_cli.engine.following import Follower
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.clearance import NAMES, Clearance, Hand, Pace
+from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, inverse, rotate
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes
 from vrs_cli.trajectory.segment import CartesianPath, Turn
@@ -27,18 +27,17 @@ from vrs_cli.trajectory.vector import cross, length
 KEPT = 0.25  # of the less of two clearances: what is left for certain on the way between them, where it is clear
 AT_END = 1e-4  # of a path: nearer to where it begins or ends on a boundary, at rest, samples are close by themselves
 MOST_LOOKS = 5000
-CRUDE = 3  # coefficients of a polynomial whose terms are added up for a bound
 REMEMBERED = 64  # surveys: a line that is planned with other stops, or for a key that is held, comes again
 FEW_LOOKS = 8  # places that are no nearer to each other than samples are anyway
 CLOSE = (0.01, 0.01, 0.01, 0.1)  # parts of the greatest clearances of a path: less is close to a boundary
 
 
 class Touch(NamedTuple):
-    """A part of a path on which one clearance, `which`, is at its boundary."""
+    """A part of a path on which one clearance, the one of this place among the sizes, is at its boundary."""
 
     begin: float
     end: float
-    which: str
+    which: int
 
 
 class Survey(Struct, frozen=True):
@@ -89,15 +88,15 @@ class _Search:
         self.seen.append((begin, at_begin))
         for _ in range(MOST_LOOKS):
             end, at_end = pending[-1]
-            which = self.trouble(at_begin, at_end, end - begin)
-            if which and not self.on_boundary(at_begin, at_end, which, end - begin):
+            which, on_boundary = self.lost(at_begin, at_end, end - begin)
+            if which is not None and not on_boundary:
                 middle = 0.5 * (begin + end)
                 seen = self.look(middle)
                 if self.is_beyond(seen):
                     return Survey(beyond=middle)
                 pending.append((middle, seen))
                 continue
-            if which:
+            if which is not None:
                 self.add_touch(begin, end, which)
             begin, at_begin = pending.pop()
             self.seen.append((begin, at_begin))
@@ -111,28 +110,20 @@ class _Search:
     def is_beyond(self, seen: Clearance) -> bool:
         return any(value < -edge for value, edge in zip(seen.sizes, self.arm.boundary.sizes, strict=True))
 
-    def trouble(self, a: Clearance, b: Clearance, h: float) -> str:
-        """The first clearance that may be lost between two places; empty where none is."""
+    def lost(self, a: Clearance, b: Clearance, h: float) -> tuple[int | None, bool]:
+        """The first clearance that may be lost between two places, and whether all of the way is on its boundary."""
         least = self.arm.least_clearance(a, b, self.pace, h)
-        rows = zip(a.sizes, b.sizes, least.sizes, self.arm.boundary.sizes, NAMES, strict=True)
-        for x, y, low, edge, which in rows:
+        rows = zip(a.sizes, b.sizes, least.sizes, self.arm.boundary.sizes, strict=True)
+        for which, (x, y, low, edge) in enumerate(rows):
             if not (low > edge and low >= KEPT * min(x, y)):
-                return which
-        return ""
+                return which, max(x, y) <= 2.0 * edge and low >= -edge
+        return None, False
 
-    def on_boundary(self, a: Clearance, b: Clearance, which: str, h: float) -> bool:
-        """Whether all of the way between two places is on the boundary of a clearance."""
-        edge = getattr(self.arm.boundary, which)
-        low = getattr(self.arm.least_clearance(a, b, self.pace, h), which)
-        return bool(max(getattr(a, which), getattr(b, which)) <= 2.0 * edge and low >= -edge)
-
-    def add_touch(self, begin: float, end: float, which: str) -> None:
+    def add_touch(self, begin: float, end: float, which: int) -> None:
         """Add a touch, or prolong the last one where this one goes on from it."""
-        last = self.touches[-1] if self.touches else None
-        if last is not None and last.end == begin and last.which == which:
-            self.touches[-1] = last._replace(end=end)
-        else:
-            self.touches.append(Touch(begin, end, which))
+        if self.touches and self.touches[-1][1:] == (begin, which):
+            begin = self.touches.pop().begin
+        self.touches.append(Touch(begin, end, which))
 
     def marks(self) -> tuple[float, ...]:
         """Places around where a clearance is least, closer and closer to it."""
@@ -192,14 +183,8 @@ def _rotated(position: tuple[Polynomial, ...], T: Transform) -> Sequence[Polynom
 
 
 def most(a: Polynomial, lasting: float) -> float:
-    """A bound of |p| from 0 to `lasting`: exact for a line, and for the higher degrees, whose terms cancel."""
-    if len(a) == 1:
-        return abs(a[0])
-    if len(a) == 2:
-        return max(abs(a[0]), abs(a[0] + a[1] * lasting))
-    if len(a) > CRUDE:
-        return max(map(abs, extremes(a, lasting)))
-    return reduce(lambda total, c: total * lasting + abs(c), reversed(a), 0.0)
+    """The greatest |p| from 0 to `lasting`."""
+    return max(map(abs, extremes(a, lasting)))
 
 
 def _swing(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, float]:

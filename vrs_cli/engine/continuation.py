@@ -82,7 +82,7 @@ def check_continuous(follower: Follower, stretches: Sequence[Followed]) -> None:
         gaps.sort(key=lambda gap: gap.part)
         finest, left = gaps[0], left - len(gaps[:TOGETHER])
         if left < 0 or finest.part < FINEST:
-            raise follower.refuse_unproved(finest.of.path.pose(finest.a.s))
+            raise follower.refuse(finest.of.path.pose(finest.a.s), "the line is too near to a singularity")
         halves = [half for gap in gaps[:TOGETHER] for half in gap.halves(follower)]
         gaps = _gaps_without_proof(follower, halves) + gaps[TOGETHER:]
 

@@ -21,7 +21,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, joints_outside, largest_change
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, joints_outside
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.trajectory.segment import CartesianPath
 
@@ -46,9 +46,7 @@ WAYS_ROUND = {  # by the singularity
 }
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # the joints that a singularity turns far
 TOUCHING = 0.01  # [rad, m] a joint that changes by no more over a touch of a boundary does not jump there
-NEXT_SEED = (
-    2.0  # [rad, m] from one seed to the next at most, also where a joint turns fast for a moment: no turn is lost
-)
+NEXT_SEED = 2.0  # [rad, m] from one seed to the next at most, also where a joint turns fast for a moment
 EDGE_STEPS = 30  # to find the place where a line is no longer possible, as well as it is shown
 
 _new = tuple.__new__
@@ -76,7 +74,6 @@ class Follower:
         self.T_world_robot = inverse(T_robot_world)
         self.T_tool_flange = inverse(T_flange_tool)
         self.no_tool = T_flange_tool == IDENTITY
-        self.max_velocity = arm.model.max_velocity
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
 
@@ -155,7 +152,7 @@ class Follower:
 
     def _possible(self, path: CartesianPath, s: float, near: Joints) -> bool:
         """Whether the arm reaches the path at time s, every joint in its range."""
-        joints = self.arm.branch_joints(compose(path.pose(s), self.T_tool_flange), self.configuration, near)
+        joints = self.arm.branch_joints(self.flange(path.pose(s)), self.configuration, near)
         return joints is not None and self.arm.limits_ok(joints)
 
     def _close(self, a: Sample, b: Sample) -> bool:
@@ -172,12 +169,10 @@ class Follower:
 
     def _check_range(self, path: CartesianPath, samples: list[Sample], gap: float) -> None:
         """Check that no joint leaves its range between samples, which are at most `gap` [s] apart."""
-        way = (
-            JOINT_STEP + JUMP + 0.5 * gap * max(self.rate_steps)
-        )  # of a joint from one sample to the next, if `_close`
+        way = JOINT_STEP + JUMP + 0.5 * gap * max(self.rate_steps)  # of a joint between two samples that are `_close`
         far = 2.0 * OVERSHOOT * way + JUMP
         columns = zip(*[sample.joints for sample in samples], strict=True)
-        rows = list(zip(columns, self.lower, self.upper, strict=True))
+        rows = zip(columns, self.lower, self.upper, strict=True)
         if not all(low + far < min(column) and max(column) < high - far for column, low, high in rows):
             for a, b in pairwise(samples):
                 self._check_between(path, a, b)
@@ -211,20 +206,20 @@ class Follower:
 
         Raises StraightLineSingular.
         """
-        a, b = (self.arm.branch_joints(self.flange(path.pose(s)), self.configuration, near) for s in (before, after))
-        if a is None or b is None or largest_change(a, b) > TOUCHING:
-            still = (0.0,) * len(near)
-            self._check_no_jump(Sample(before, a or near, still), Sample(after, b or near, still), path, 0.0)
+        changes = self._changes(path, before, after, near)
+        if max(changes) > TOUCHING:
+            raise self._refuse_jump(path.pose(after), changes)
 
-    def refuse_start(self, path: CartesianPath, at: float, inside: float, near: Joints) -> StraightLineSingular:
+    def refuse_kink(self, path: CartesianPath, at: float, inside: float, near: Joints) -> StraightLineSingular:
         """The refusal of a path that comes from a boundary, or to it, as a joint could not: faster and faster."""
-        a, b = (self.arm.branch_joints(self.flange(path.pose(s)), self.configuration, near) for s in (at, inside))
-        changes = [abs(y - x) for x, y in zip(a or near, b or near, strict=True)]
-        pose = path.pose(at)
-        where, hint = self.place(pose)
+        changes = self._changes(path, at, inside, near)
         joint = changes.index(max(changes)) + 1
-        what = f"near {where} joint {joint} would have to change its speed in no time"
-        return StraightLineSingular(what, hint or PASSED, joint=joint, place=position(pose))
+        return self.refuse(path.pose(at), f"joint {joint} would have to change its speed in no time", joint)
+
+    def _changes(self, path: CartesianPath, before: float, after: float, near: Joints) -> list[float]:
+        """How far each joint is from one time to another."""
+        a, b = (self.arm.branch_joints(self.flange(path.pose(s)), self.configuration, near) for s in (before, after))
+        return [abs(y - x) for x, y in zip(a or near, b or near, strict=True)]
 
     def refuse_beyond(self, path: CartesianPath, s: float, near: Joints) -> MotionError:
         """The refusal of a path that is beyond the reach at a time that no sample need have seen."""
@@ -235,17 +230,15 @@ class Follower:
             return refusal
         return self._earliest(path, good, s, self._out_of_reach(path.pose(s), near))
 
-    def refuse_endless(self, pose: Transform) -> StraightLineSingular:
-        """The refusal of a path that keeps so near to a singularity that it cannot be decided."""
-        return self._singular_near(pose, "the line goes on along it")
-
-    def refuse_unproved(self, pose: Transform) -> StraightLineSingular:
-        """The refusal of a path on which it cannot be proved that the joints go on."""
-        return self._singular_near(pose, "the line is too near to a singularity")
-
-    def _singular_near(self, pose: Transform, what: str) -> StraightLineSingular:
+    def refuse(self, pose: Transform, what: str, joint: int = 0) -> StraightLineSingular:
+        """The refusal of a path that the joints cannot follow near T_robot_tool."""
         near, hint = self.place(pose)
-        return StraightLineSingular(f"near {near} {what}", hint or PASSED, place=position(pose))
+        return StraightLineSingular(f"near {near} {what}", hint or PASSED, joint=joint, place=position(pose))
+
+    def _refuse_jump(self, pose: Transform, jumps: Sequence[float]) -> StraightLineSingular:
+        joint = jumps.index(max(jumps)) + 1
+        far = self.arm.model.said(joint, max(jumps), 1)
+        return self.refuse(pose, f"joint {joint} would have to jump by {far}", joint)
 
     def flange(self, pose: Transform) -> Transform:
         """T_robot_flange of T_robot_tool."""
@@ -257,15 +250,7 @@ class Follower:
         rows = zip(a.joints, b.joints, a.velocity, b.velocity, strict=True)
         jumps = [abs(q - p - half * (v + w)) for p, q, v, w in rows]
         if max(jumps) > most:
-            pose = path.pose(b.s)
-            near, hint = self.place(pose)
-            joint = jumps.index(max(jumps)) + 1
-            raise StraightLineSingular(
-                f"near {near} joint {joint} would have to jump by {self.arm.model.said(joint, max(jumps), 1)}",
-                hint or PASSED,
-                joint=joint,
-                place=position(pose),
-            )
+            raise self._refuse_jump(path.pose(b.s), jumps)
 
     def place(self, pose: Transform) -> tuple[str, str]:
         """Where T_robot_tool is, with the singularity that it is close to, and the way round that; "" for none."""
@@ -279,16 +264,13 @@ class Follower:
 
     def singularity(self, pose: Transform) -> str:
         """Which singularity T_robot_tool is close to, if one is: shoulder, elbow or wrist."""
-        joints = self.arm.branch_joints(compose(pose, self.T_tool_flange), self.configuration, self._middle)
+        middle = tuple(0.5 * (low + high) for low, high in zip(self.lower, self.upper, strict=True))
+        joints = self.arm.branch_joints(self.flange(pose), self.configuration, middle)
         if joints is None:
             return ""
         measures = self.arm.singularity(joints)
         nearest = min(range(len(measures)), key=measures.__getitem__)
         return measures._fields[nearest] if measures[nearest] < CLOSE_BY else ""
-
-    @property
-    def _middle(self) -> Joints:
-        return tuple(0.5 * (low + high) for low, high in zip(self.lower, self.upper, strict=True))
 
     def sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
         pose, twist = path.state(s)
@@ -307,7 +289,7 @@ class Follower:
         leaves = f"the straight line leaves the reach of the arm near {self.shown(pose)}"
         what, hint = ", for how the tool is turned there", "turn it less on the way"
         try:
-            self.arm.select(compose(pose, self.T_tool_flange), near)
+            self.arm.select(self.flange(pose), near)
             if self.arm.words:
                 what, hint = " as it is configured", "another configuration"
         except LocationTooClose:

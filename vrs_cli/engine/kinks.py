@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from vrs_cli.engine.boundary import Touch, pace_of
 from vrs_cli.engine.following import Follower
-from vrs_cli.kinematics.clearance import NAMES, ON_BOUNDARY, Clearance
+from vrs_cli.kinematics.clearance import ON_BOUNDARY, WRIST, Clearance
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
     Transform,
@@ -70,7 +70,7 @@ class Kinks:
         """
         goal = self.path.pose(1.0)
         for touch in self.touches:
-            if touch.begin > 0.0 and touch.end == 1.0 and touch.which != "wrist":
+            if touch.begin > 0.0 and touch.end == 1.0 and touch.which != WRIST:
                 goal = self._on_boundary(touch.which, goal)
         return goal
 
@@ -80,44 +80,37 @@ class Kinks:
             return
         end, side = (0.0, 1.0) if touch.begin == 0.0 else (1.0, -1.0)
         inward = side * min(INSIDE / self.speed, 0.5)
-        rows = zip(NAMES, self._seen(self.path.pose(end)).sizes, self.follower.arm.boundary.sizes, strict=True)
-        for which in [which for which, size, edge in rows if which != "wrist" and size <= 2.0 * edge]:
-            at, once, twice = (self._clearance(which, end + k * inward) for k in (0, 1, 2))
-            if abs(4.0 * once - twice - 3.0 * at) > 2.0 * SLOPE * abs(inward) * self.speed:
-                raise self.follower.refuse_start(self.path, end, end + inward, near)
+        seen = [self._seen(self.path.pose(end + k * inward)).sizes[:WRIST] for k in (0, 1, 2)]
+        for at, once, twice, edge in zip(*seen, self.follower.arm.boundary.sizes, strict=False):
+            slope = 4.0 * once - twice - 3.0 * at
+            if at <= 2.0 * edge and abs(slope) > 2.0 * SLOPE * abs(inward) * self.speed:
+                raise self.follower.refuse_kink(self.path, end, end + inward, near)
 
     def _stop(self, touch: Touch) -> Stop:
         """The place of the least clearance, by Newton's method on differences, moved onto the boundary."""
         s, step = 0.5 * (touch.begin + touch.end), NEAR / self.speed
         for _ in range(NEWTON_STEPS):
-            before, here, after = (self._clearance(touch.which, s + side) for side in (-step, 0.0, step))
+            before, here, after = (self._size(touch.which, self.path.pose(s + side)) for side in (-step, 0.0, step))
             bend = after - 2.0 * here + before
             if bend > 0.0:
                 s = min(max(s - 0.5 * step * (after - before) / bend, touch.begin), touch.end)
         return Stop(s, self._on_boundary(touch.which, self.path.pose(s)))
 
-    def _on_boundary(self, which: str, pose: Transform) -> Transform:
+    def _on_boundary(self, which: int, pose: Transform) -> Transform:
         """The pose moved along the gradient of a clearance to where that is 0: by no more than `ON_BOUNDARY`."""
         x, y, z = position(pose)
-        off = self._of(which, pose)
-        moved = ((x + NEAR, y, z), (x, y + NEAR, z), (x, y, z + NEAR))
-        back = ((x - NEAR, y, z), (x, y - NEAR, z), (x, y, z - NEAR))
-        rows = zip(moved, back, strict=True)
-        slope = [
-            (self._of(which, at_position(pose, *a)) - self._of(which, at_position(pose, *b))) / (2.0 * NEAR)
-            for a, b in rows
-        ]
+        off = self._size(which, pose)
+        slope = []
+        for dx, dy, dz in ((NEAR, 0.0, 0.0), (0.0, NEAR, 0.0), (0.0, 0.0, NEAR)):
+            ahead = self._size(which, at_position(pose, x + dx, y + dy, z + dz))
+            slope.append((ahead - self._size(which, at_position(pose, x - dx, y - dy, z - dz))) / (2.0 * NEAR))
         square = sum(g * g for g in slope)
         if not square:
             return pose
         return at_position(pose, *(p - off * g / square for p, g in zip((x, y, z), slope, strict=True)))
 
-    def _clearance(self, which: str, s: float) -> float:
-        return self._of(which, self.path.pose(s))
-
-    def _of(self, which: str, pose: Transform) -> float:
-        value: float = getattr(self._seen(pose), which)
-        return value
+    def _size(self, which: int, pose: Transform) -> float:
+        return self._seen(pose).sizes[which]
 
     def _seen(self, pose: Transform) -> Clearance:
         return self.follower.arm.clearance(self.follower.flange(pose), self.path.configuration)

@@ -16,12 +16,13 @@ from msgspec import structs
 
 from vrs_cli.engine.boundary import Survey, Touch, survey
 from vrs_cli.engine.continuation import Followed, check_continuous
-from vrs_cli.engine.following import PASSED, Follower, Sample, seeds_of
+from vrs_cli.engine.following import Follower, Sample, seeds_of
 from vrs_cli.engine.kinks import Kinks, Stop, straighten_wrist
 from vrs_cli.engine.load import ROUNDING, Load, StretchLoad
 from vrs_cli.engine.problem import SLOWEST, Here, NotInTime, Problem
 from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.clearance import WRIST
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import at_position, axis_angle, compose, inverse, position
@@ -230,7 +231,7 @@ class _Line:
                 self._follow(stretches)  # which may be refused sooner
                 if found.trouble:
                     raise self._refusal(path, found)
-                raise self.follower.refuse_start(path, kinks[0].begin, kinks[0].end, self.joints.joints)
+                raise self.follower.refuse_kink(path, kinks[0].begin, kinks[0].end, self.joints.joints)
             marks.append(found.marks)
         return marks
 
@@ -238,12 +239,12 @@ class _Line:
         if found.beyond is not None:
             return self.follower.refuse_beyond(path, found.beyond, self.joints.joints)
         assert found.endless is not None
-        return self.follower.refuse_endless(path.pose(found.endless))
+        return self.follower.refuse(path.pose(found.endless), "the line goes on along it")
 
     def _kinks(self, touch: Touch, lasting: float, last: bool) -> bool:
         """Whether a touch is one at which the joints of a tool in motion change their velocity at once."""
         whole = touch.begin == 0.0 and touch.end == lasting
-        rests = last and touch.end == lasting and touch.which == "wrist"  # what is there is seen in samples
+        rests = last and touch.end == lasting and touch.which == WRIST  # what is there is seen in samples
         return not (whole or rests)
 
     def _marks(self, stretches: list[ToolStretch], parts: tuple[float, ...]) -> list[Marks]:
@@ -314,12 +315,9 @@ class _Line:
 
     def _too_singular(self, load: Load) -> StraightLineSingular:
         """The refusal of a line that would have to be slowed down too much: where, by which joint, what to do."""
+        assert load.place is not None
         wanted = f"joint {load.joint} would have to move {load.slowing:.0f} times too fast"
-        if load.place is None:
-            return StraightLineSingular(wanted, PASSED, joint=load.joint)
-        near, hint = self.follower.place(load.place)
-        what = f"near {near} {wanted}"
-        return StraightLineSingular(what, hint or PASSED, joint=load.joint, place=position(load.place))
+        return self.follower.refuse(load.place, wanted, load.joint)
 
     def _segments(self, stretches: list[ToolStretch], seeds: list[Seeds]) -> tuple[Segment, ...]:
         segments, start = [], self.problem.begin

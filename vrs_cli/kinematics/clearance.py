@@ -63,11 +63,11 @@ class Clearance(NamedTuple):
 
     @property
     def sizes(self) -> tuple[float, float, float, float]:
-        """Without `across`, in the order of `NAMES`."""
+        """Without `across`."""
         return self.shoulder, self.outer, self.inner, self.wrist
 
 
-NAMES = ("shoulder", "outer", "inner", "wrist")
+WRIST = 3  # among the sizes
 
 
 class TwoBars(NamedTuple):
