@@ -267,8 +267,8 @@ class EndOfInput(ProgramError):
 class MotionError(VrsError):
     """The robot cannot do the motion. A straight line fails at its `place`."""
 
-    def reworded(self, detail: str | None = None, hint: str | None = None) -> Self:
-        """The same error with another detail or another hint."""
+    def reworded(self, detail: str | None = None, hint: str | None = None, place: Place | None = None) -> Self:
+        """The same error with another detail, hint or place."""
         return type(self)(
             self.detail if detail is None else detail,
             self.hint if hint is None else hint,
@@ -276,7 +276,7 @@ class MotionError(VrsError):
             lower=self.lower,
             upper=self.upper,
             joint=self.joint,
-            place=self.place,
+            place=self.place if place is None else place,
         )
 
 

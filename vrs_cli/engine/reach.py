@@ -6,18 +6,19 @@ What is found is data (WHY shows it). Nothing is moved.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import dist
 
 from msgspec import Struct
 
 from vrs_cli.engine.commands import JointTarget, PoseTarget
-from vrs_cli.engine.line_check import LineCheck, Standpoint, Way, WayOut, check_line
+from vrs_cli.engine.line_check import LineCheck, Standpoint, WayOut, check_line
 from vrs_cli.engine.targets import check_joint_count
 from vrs_cli.errors import LocationOutOfRange, MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints, joints_outside
 from vrs_cli.kinematics.serial_arm import Solution
-from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.kinematics.transform import Transform, compose, inverse, position
 
 
 class Overrun(Struct, frozen=True):
@@ -59,7 +60,7 @@ class Reach(Struct, frozen=True):
 
 def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
     """Why a target can be reached from a standpoint, or not. Raises IllegalValue for the joints of another robot."""
-    arm, tool = stand.arm, stand.frames.tool
+    arm = stand.arm
     options, goal = tuple[Option, ...](), None
     if isinstance(target, JointTarget):
         check_joint_count(arm.model, target.joints)
@@ -67,19 +68,16 @@ def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
         goal = Option(arm.configuration(target.joints), target.joints, _overruns(arm, target.joints))
     else:
         pose = compose(stand.frames.base, target.T_world_tool)
-        T_robot_flange = compose(pose, inverse(tool))
+        T_robot_flange = compose(pose, inverse(stand.frames.tool))
         options = tuple(_option(stand, T_robot_flange, solution) for solution in arm.inverse_all(T_robot_flange))
     chosen, reason = _chosen(stand, target, options)
-    line = _line(stand, target, Way(stand.tool(stand.here), pose, tool), reachable=chosen is not None)
-    return Reach(options, goal, chosen, reason, line)
-
-
-def _line(stand: Standpoint, target: PoseTarget | JointTarget, way: Way, *, reachable: bool) -> LineCheck:
     try:
         stand.resolved(target, straight=True)
+        line = check_line(stand, pose, reachable=chosen is not None)
     except MotionError as error:  # no line goes there, wherever it begins
-        return LineCheck(way.length, None, str(error), None, (WayOut(),) if reachable else ())
-    return check_line(stand, way, reachable=reachable)
+        far = dist(position(stand.tool(stand.here)), position(pose))
+        line = LineCheck(far, None, str(error), None, (WayOut(),) if chosen is not None else ())
+    return Reach(options, goal, chosen, reason, line)
 
 
 def _option(stand: Standpoint, T_robot_flange: Transform, solution: Solution) -> Option:

@@ -64,19 +64,22 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
             failure = failure or error
     assert failure is not None
     if not isinstance(failure, LocationOutOfRange):
-        _check_end(arm, joints, problem.motion)
+        _check_end(arm, joints, problem.motion, failure)
     if state.at_rest and _nearly_singular(arm, joints) and _near_start(state, failure):
         as_ready = ", as READY is" if _nearly_singular(arm, arm.model.poses["ready"]) else ""
         raise failure.reworded(hint=f"the line starts in a singular pose{as_ready}: MOVE away from it first")
     raise failure
 
 
-def _check_end(arm: RobotArm, joints: Joints, motion: Motion) -> None:
+def _check_end(arm: RobotArm, joints: Joints, motion: Motion, failure: MotionError) -> None:
     """That the end of a line is in reach, wherever else it cannot be followed. Raises LocationOutOfRange."""
     assert motion.pose is not None
     T_robot_flange = compose(motion.pose, inverse(motion.frames.tool))
     if arm.hand is not None and not any(arm.branches(T_robot_flange)):
-        arm.select(T_robot_flange, joints)
+        try:
+            arm.select(T_robot_flange, joints)
+        except LocationOutOfRange as beyond:
+            raise beyond.reworded(place=failure.place) from None
 
 
 def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
