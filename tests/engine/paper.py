@@ -11,16 +11,18 @@ from vrs_cli.trajectory.timeline import Timeline
 
 
 class Paper:
-    """A journal in memory. `torn`: nothing can be written; `owed`: changes that happened all the same."""
+    """A journal in memory, of the changes after the first `since`. `torn`: nothing can be written; `owed`: changes that
+    happened all the same.
+    """
 
-    def __init__(self, book: Book) -> None:
-        self.book, self.torn = book, False
+    def __init__(self, book: Book, since: int = 0) -> None:
+        self.book, self.since, self.torn = book, since, False
         self.lines: list[TimelineDelta] = []
         self.owed = 0
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
         assert self.book.timeline.version == deltas[0].version, "it has happened already"
-        assert deltas[0].version == len(self.lines)
+        assert deltas[0].version == self.since + len(self.lines)
         if self.torn and not happens:
             raise FileError("no paper")
         self.owed += self.torn

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.engine.paper import Paper
 from tests.examples import examples
 from vrs_cli.engine.branches import MAIN, Branches
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetMonitorSpeed, SetParameter, Stamp
@@ -46,10 +47,9 @@ def bits(timeline: Timeline) -> str:
 
 
 def heard(engine: Engine) -> list[TimelineDelta]:
-    """What listeners of the present book are told from here on."""
-    deltas: list[TimelineDelta] = []
-    engine.book.listeners.append(deltas.append)
-    return deltas
+    """What the journal of the present book is given from here on."""
+    engine.book.journal = paper = Paper(engine.book, engine.timeline.version)
+    return paper.lines
 
 
 # --- trying --------------------------------------------------------------------------------------------------
@@ -285,7 +285,7 @@ def act(branches: Branches, what: Move | str) -> None:
 
 @examples(80)
 @given(acts)
-def test_what_listeners_hear_is_main_whatever_is_tried(sequence: list[Move | str]) -> None:
+def test_what_is_written_down_is_main_whatever_is_tried(sequence: list[Move | str]) -> None:
     engine = Engine(MODEL)
     branches, told = Branches(engine), heard(engine)
     for what in sequence:

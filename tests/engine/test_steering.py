@@ -9,6 +9,7 @@ from math import cos, pi, radians, sin, sqrt
 import pytest
 from msgspec import structs
 
+from tests.engine.mirror import mirrored
 from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.commands import JointTarget, Move, SetParameter, SetSwitch, Stamp
@@ -151,15 +152,14 @@ def replayed(engine: Engine) -> Timeline:
     return timeline
 
 
-def test_deltas_and_listeners_give_the_timeline(engine: Engine) -> None:
-    heard = [engine.timeline]
-    engine.listeners.append(lambda delta: heard.append(heard[-1].apply(delta)))
+def test_deltas_and_events_give_the_timeline(engine: Engine) -> None:
+    events = engine.events.subscribe()
     engine.perform(Move(JointTarget(AWAY), straight=False), program=True)
     follow(engine, swinging(20.0, 2.0), 1.0)
     engine.steer(Target(READY, STILL), TICK)  # twice at one instant
     engine.redirect(AWAY)
     follow(engine, swinging(20.0, 2.0), 0.5)
-    assert replayed(engine) == engine.timeline == heard[-1]
+    assert replayed(engine) == engine.timeline == mirrored(events.taken())
 
 
 def test_undo_takes_back_the_stream_as_a_whole(engine: Engine) -> None:

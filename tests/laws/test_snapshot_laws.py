@@ -13,8 +13,9 @@ from tests.examples import examples
 from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, any_request
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine, Event
+from vrs_cli.engine.feed import Missed, Subscription
 from vrs_cli.engine.position import position_at
-from vrs_cli.engine.snapshot import Snapshot
+from vrs_cli.engine.snapshot import Replaced, Snapshot
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.trajectory.timeline import Timeline
@@ -26,17 +27,27 @@ READY = MODEL.poses["ready"]
 class Mirror:
     """Somebody who was given a snapshot, all of it or a window, and is told of what comes; `lost`: from before it."""
 
+    events: Subscription[Event]
     snapshot: Snapshot
     timeline: Timeline
     lost: bool = False
 
     @classmethod
-    def of(cls, snapshot: Snapshot) -> Mirror:
-        return cls(snapshot, snapshot.timeline())
+    def of(cls, engine: Engine, begin: float = -inf, end: float = inf) -> Mirror:
+        events = engine.events.subscribe()
+        first = events.take()
+        assert isinstance(first, Replaced)
+        snapshot = first.snapshot() if begin == -inf else first.snapshot().window(begin, end)
+        return cls(events, snapshot, snapshot.timeline())
 
-    def hear(self, event: Event) -> None:
-        if isinstance(event, Snapshot):
-            self.snapshot, self.timeline, self.lost = event, event.timeline(), False
+    def catch_up(self) -> None:
+        for event in self.events.taken():
+            self.hear(event)
+
+    def hear(self, event: Event | Missed) -> None:
+        assert not isinstance(event, Missed)
+        if isinstance(event, Replaced):
+            self.snapshot, self.timeline, self.lost = event.snapshot(), event.timeline, False
         elif not self.lost:
             after = self.snapshot.after(self.timeline, event)
             self.lost = after is None
@@ -89,10 +100,10 @@ def test_a_snapshot_at_any_version_and_what_comes_after_it_are_the_timeline(sequ
     branches, mirrors = Branches(engine), list[Mirror]()
     do(branches, (ABOVE_THE_TABLE, True))
     for act in sequence:
-        mirrors.append(Mirror.of(engine.snapshot()))
-        engine.listeners.append(mirrors[-1].hear)
+        mirrors.append(Mirror.of(engine))
         do(branches, act)
     for mirror in mirrors:
+        mirror.catch_up()
         assert bits(mirror.timeline) == bits(engine.timeline)
 
 
@@ -103,13 +114,13 @@ def test_in_a_window_of_it_the_robot_is_where_it_is(
 ) -> None:
     """Inside the window; what comes behind it is not known there."""
     engine = Engine(MODEL)
-    branches, mirror = Branches(engine), Mirror.of(engine.snapshot())
+    branches, mirror = Branches(engine), Mirror.of(engine)
     do(branches, (ABOVE_THE_TABLE, True))
     for number, act in enumerate(sequence):
         if number == joins:
-            mirror = Mirror.of(engine.snapshot().window(begin, begin + lasting))
-            engine.listeners.append(mirror.hear)
+            mirror = Mirror.of(engine, begin, begin + lasting)
         do(branches, act)
+        mirror.catch_up()
         if number >= joins and not mirror.lost and mirror.snapshot.first:
             theirs = mirror.timeline
             assert theirs.version == engine.timeline.version
@@ -122,8 +133,7 @@ def test_the_settings_in_force_come_with_it() -> None:
     engine = Engine(MODEL)
     before = engine.snapshot()
     branches = Branches(engine)
-    heard: list[Event] = []
     branches.make("trial")
-    engine.listeners.append(heard.append)
+    events = engine.events.subscribe()
     branches.change_over("main")
-    assert heard == [before]
+    assert [event.snapshot() for event in events.taken() if isinstance(event, Replaced)][1:] == [before]

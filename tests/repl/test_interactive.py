@@ -25,6 +25,7 @@ from vrs_cli.repl import interactive
 from vrs_cli.repl.interactive import LineValidator, Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.lexer import ValLexer
+from vrs_cli.trajectory.delta import TimelineDelta
 
 ENTER, CTRL_C, CTRL_D, TAB, UP = "\r", "\x03", "\x04", "\t", "\x1b[A"
 PASTE = ("\x1b[200~", "\x1b[201~")
@@ -371,7 +372,14 @@ def interrupting(when: Callable[[Session], bool]) -> Callable[[Session, str], No
     perform = Session.perform
 
     def pressed(session: Session, line: str) -> None:
-        session.engine.listeners.append(lambda _event: signal.raise_signal(signal.SIGINT) if when(session) else None)
+        told = session.engine.book.told
+
+        def press(delta: TimelineDelta) -> None:
+            told(delta)
+            if when(session):
+                signal.raise_signal(signal.SIGINT)
+
+        session.engine.book.told = press
         perform(session, line)
 
     return pressed

@@ -1,7 +1,7 @@
 """The book of one course of events: the first timeline, every change of it since, and what can be taken back.
 
 The timeline changes here alone, in one order: what is planned is written into the journal, then it takes place, then
-listeners are told of it. What the journal refuses does not take place.
+`told` hears of it. What the journal refuses does not take place.
 """
 
 from __future__ import annotations
@@ -25,6 +25,10 @@ class Journal(Protocol):
         """Raises FileError where it cannot be written, and must not happen then; never for what `happens` anyway."""
 
 
+def silent(_delta: TimelineDelta) -> None:
+    """Nobody hears of a change."""
+
+
 class Book:
     """`timeline`: `initial` after all `deltas`. `number`: of the last motion.
 
@@ -45,7 +49,7 @@ class Book:
         self.number = number
         self.stream: Motion | None = None
         self.journal: Journal | None = None
-        self.listeners: list[Callable[[TimelineDelta], None]] = []
+        self.told: Callable[[TimelineDelta], None] = silent
 
     @classmethod
     def at(cls, joints: Joints) -> Book:
@@ -151,5 +155,4 @@ class Book:
 
     def _tell(self, deltas: Sequence[TimelineDelta]) -> None:
         for delta in deltas:
-            for listener in self.listeners:
-                listener(delta)
+            self.told(delta)

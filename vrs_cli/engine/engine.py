@@ -11,7 +11,7 @@ from math import isfinite
 
 from msgspec import Struct, structs
 
-from vrs_cli.engine.book import Book
+from vrs_cli.engine.book import Book, silent
 from vrs_cli.engine.clock import Clock, VirtualClock
 from vrs_cli.engine.commands import (
     Brake,
@@ -30,6 +30,7 @@ from vrs_cli.engine.commands import (
     Stamp,
 )
 from vrs_cli.engine.corners import rounding_begins, slowing_down
+from vrs_cli.engine.feed import Feed
 from vrs_cli.engine.history import CommandRecord, Step
 from vrs_cli.engine.line_check import Standpoint
 from vrs_cli.engine.motions import fraction_of_full, motion_of, motion_to, rest_after
@@ -38,7 +39,7 @@ from vrs_cli.engine.position import Position, destination_at, joints_at, positio
 from vrs_cli.engine.problem import NoRoomToStop
 from vrs_cli.engine.reach import Reach, reach_of
 from vrs_cli.engine.settings import Settings, checked_time
-from vrs_cli.engine.snapshot import Snapshot
+from vrs_cli.engine.snapshot import Replaced, Snapshot
 from vrs_cli.engine.steered import plan_steering
 from vrs_cli.engine.targets import Goal, Situation, check_flag, check_joint_limits, check_near, resolve, select
 from vrs_cli.errors import IllegalValue, PowerOff, TooLate
@@ -54,7 +55,7 @@ from vrs_cli.trajectory.timeline import Timeline
 
 LONGER = 1.0 + 1e-5  # a tick of steering, so that the next target comes before its end
 
-Event = TimelineDelta | Snapshot  # the timeline has changed, or another has taken its place
+Event = TimelineDelta | Replaced  # the timeline has changed, or another has taken its place
 
 
 class Postponement(Struct, frozen=True):
@@ -74,7 +75,7 @@ class Bookmark(Struct, frozen=True):
 
 
 class Engine:
-    """One robot. Its `listeners` are told of every change of the timeline, and of every other that takes its place."""
+    """One robot. `events`: every change of the timeline, and every other timeline that takes its place."""
 
     def __init__(self, model: RobotModel, *, start: Joints | None = None, clock: Clock | None = None) -> None:
         self.model = model
@@ -82,10 +83,10 @@ class Engine:
         self.clock: Clock = clock or VirtualClock()
         self.clock.set(0.0)
         self.settings = Settings().after(SetParameter("PROFILE", model.profile))
-        self.listeners: list[Callable[[Event], None]] = []
+        self.events: Feed[Event] = Feed(lambda: Replaced(self.timeline, self.settings))
         self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
         self.book = Book.at(model.poses["ready"] if start is None else start)
-        self.book.listeners.append(self._tell)
+        self.book.told = self.events.publish
 
     # --- reading ---
 
@@ -466,14 +467,8 @@ class Engine:
         self.clock.set(mark.clock)
         if self.book is not before:
             before.end_stream()
-            before.listeners.remove(self._tell)
-            self.book.listeners.append(self._tell)
-            if self.listeners:
-                self._tell(self.snapshot())
-
-    def _tell(self, event: Event) -> None:
-        for listener in self.listeners:
-            listener(event)
+            before.told, self.book.told = silent, self.events.publish
+            self.events.publish(Replaced(self.timeline, self.settings))
 
     # --- what is in reach ---
 

@@ -46,3 +46,19 @@ class Snapshot(Struct, frozen=True):
         if keep > count:
             return timeline.apply(replace(delta, keep=count, drop=0, segments=()))
         return timeline.apply(replace(delta, keep=keep, drop=min(delta.drop, count - keep)))
+
+
+class Replaced(Struct, frozen=True):
+    """Another timeline has taken the place of the one before, with these settings: what a subscriber begins with, and
+    hears of BRANCH, MERGE, LOAD of a trajectory. It holds the timeline itself; a snapshot is made by who sends it on.
+    """
+
+    timeline: Timeline
+    settings: Settings
+
+    @property
+    def version(self) -> int:
+        return self.timeline.version
+
+    def snapshot(self) -> Snapshot:
+        return Snapshot.of(self.timeline, self.settings)

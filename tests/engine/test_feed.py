@@ -1,0 +1,121 @@
+"""Subscribers hear of all that happens, in order; none of them can harm whoever tells, or keep it waiting."""
+
+from __future__ import annotations
+
+from gc import collect
+from itertools import count
+from math import radians
+from threading import Thread
+
+import pytest
+
+from tests.engine.mirror import mirrored
+from vrs_cli.engine.branches import Branches
+from vrs_cli.engine.commands import Move
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.feed import Feed, Missed
+from vrs_cli.engine.snapshot import Replaced
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.trajectory.motion import JointOffsetTarget
+
+
+@pytest.fixture
+def engine() -> Engine:
+    return Engine(load_robot("puma560"))
+
+
+def drive(engine: Engine, joint: int = 1) -> None:
+    engine.perform(Move(JointOffsetTarget(joint, radians(1.0)), straight=False))
+
+
+def numbers() -> Feed[int]:
+    latest = count(100)
+    return Feed(lambda: next(latest))
+
+
+def test_a_subscriber_is_given_what_there_is_and_then_every_event_in_order() -> None:
+    feed = numbers()
+    subscription = feed.subscribe()
+    for number in range(5):
+        feed.publish(number)
+    assert subscription.taken() == [100, 0, 1, 2, 3, 4]
+
+
+def test_who_is_too_slow_is_told_how_much_was_left_out_and_made_whole() -> None:
+    feed = numbers()
+    slow, quick = feed.subscribe(most=4), feed.subscribe(most=4)
+    heard: list[int | Missed] = []
+    for number in range(7):
+        feed.publish(number)
+        heard += quick.taken()
+    assert heard == [101, 0, 1, 2, 3, 4, 5, 6]
+    assert slow.taken() == [Missed(8), 103]
+
+
+def test_what_was_left_out_is_counted_to_the_end() -> None:
+    feed = numbers()
+    slow = feed.subscribe(most=3)
+    for number in range(50):
+        feed.publish(number)
+    heard = slow.taken()
+    left_out = sum(event.count for event in heard if isinstance(event, Missed))
+    told = [event for event in heard if isinstance(event, int) and event < 100]
+    assert told == list(range(50 - len(told), 50))
+    assert left_out >= 50 - len(told)
+
+
+def test_who_has_ended_or_is_gone_costs_nothing_more() -> None:
+    feed = numbers()
+    ended, gone = feed.subscribe(), feed.subscribe()
+    ended.end()
+    feed.publish(1)
+    del gone
+    collect()
+    feed.publish(2)
+    assert not tuple(feed._subscriptions)
+    assert list(ended) == []
+
+
+def test_a_reader_in_another_thread_waits_for_events_until_it_ends() -> None:
+    feed = numbers()
+    heard: list[int | Missed] = []
+    subscription = feed.subscribe()
+    reader = Thread(target=lambda: heard.extend(subscription))
+    reader.start()
+    for number in range(3):
+        feed.publish(number)
+    while subscription._queue.qsize():
+        pass
+    subscription.end()
+    reader.join(10.0)
+    assert not reader.is_alive()
+    assert heard == [100, 0, 1, 2]
+
+
+def test_every_other_timeline_is_an_event_with_its_version(engine: Engine) -> None:
+    branches = Branches(engine)
+    events = engine.events.subscribe()
+    drive(engine)
+    branches.make("trial")
+    drive(engine, 2)
+    trial = engine.timeline
+    branches.change_over("main")
+    branches.merge("trial")
+    engine.undo()
+    heard = events.taken()
+    replaced = [event.version for event in heard if isinstance(event, Replaced)]
+    assert replaced == [0, 1, 1]
+    assert mirrored(heard[:-1]) == trial
+    assert mirrored(heard) == engine.timeline
+
+
+def test_a_slow_mirror_agrees_to_the_bit_after_it_was_left_behind(engine: Engine) -> None:
+    slow = engine.events.subscribe(most=3)
+    mirror = mirrored(slow.taken())
+    for _ in range(10):
+        drive(engine)
+    heard = slow.taken()
+    assert isinstance(heard[0], Missed)
+    mirror = mirrored(heard, mirror)
+    assert repr(list(mirror)) == repr(list(engine.timeline))
+    assert mirror.version == engine.timeline.version

@@ -1,0 +1,100 @@
+"""Who wants to hear of events, and can do no harm to whoever tells of them: an event is put into a queue, and no more.
+
+A subscriber that does not take its events loses them: it is told how many, and given what makes it whole again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from queue import Empty, SimpleQueue
+from typing import Generic, TypeVar
+from weakref import WeakSet
+
+from msgspec import Struct
+
+MOST = 1000  # events that wait for one subscriber
+
+E = TypeVar("E")
+
+
+class Missed(Struct, frozen=True):
+    """A subscriber was too slow: so many events were left out. What makes up for them comes next."""
+
+    count: int
+
+
+class _End:
+    """No more events."""
+
+
+class Subscription(Generic[E]):
+    """Events in the order in which they happened, for one reader, which may be another thread. Who lets go of a
+    subscription has ended it.
+    """
+
+    def __init__(self, most: int = MOST) -> None:
+        self.most = most
+        self.ended = False
+        self._queue: SimpleQueue[E | Missed | _End] = SimpleQueue()
+
+    # --- who tells ---
+
+    def put(self, event: E, instead: Callable[[], E]) -> None:
+        """Never waits. Where there is no room, all that waits is left out, and `instead` makes up for it."""
+        if self._queue.qsize() < self.most:
+            self._queue.put(event)
+            return
+        missed = 1
+        with suppress(Empty):
+            while True:
+                left_out = self._queue.get_nowait()
+                missed += left_out.count - 1 if isinstance(left_out, Missed) else 1  # not what made up for them
+        self._queue.put(Missed(missed))
+        self._queue.put(instead())
+
+    # --- who hears ---
+
+    def take(self, timeout: float | None = None) -> E | Missed | None:
+        """The next event; None where none comes within so many seconds [s], and where there are no more."""
+        try:
+            event = self._queue.get(timeout=timeout)
+        except Empty:
+            return None
+        return None if isinstance(event, _End) else event
+
+    def taken(self) -> list[E | Missed]:
+        """All that is there now."""
+        return list(iter(lambda: self.take(0.0), None))
+
+    def __iter__(self) -> Iterator[E | Missed]:
+        """Wait for event after event, until the subscription is ended."""
+        while not self.ended and (event := self.take()) is not None:
+            yield event
+
+    def end(self) -> None:
+        """No more events, also for a reader that waits for one."""
+        self.ended = True
+        self._queue.put(_End())
+
+
+class Feed(Generic[E]):
+    """Tells all that subscribe. `instead` makes the event that stands for all before it."""
+
+    def __init__(self, instead: Callable[[], E]) -> None:
+        self._instead = instead
+        self._subscriptions: WeakSet[Subscription[E]] = WeakSet()
+
+    def subscribe(self, most: int = MOST) -> Subscription[E]:
+        """What stands for all so far, and every event from now on."""
+        subscription: Subscription[E] = Subscription(most)
+        subscription.put(self._instead(), self._instead)
+        self._subscriptions.add(subscription)
+        return subscription
+
+    def publish(self, event: E) -> None:
+        for subscription in tuple(self._subscriptions):
+            if subscription.ended:
+                self._subscriptions.discard(subscription)
+            else:
+                subscription.put(event, self._instead)
