@@ -5,15 +5,20 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.errors import CannotInterpret
+from vrs_cli.language.text.ast import Span
 from vrs_cli.language.text.diagnostics import LineRefused
-from vrs_cli.language.text.lexer import LONGEST
+from vrs_cli.language.text.lexer import LONGEST, Lexer
 from vrs_cli.language.text.parser import LineParser
 
-LEXER = LineParser()._lexer
+PATTERNS = LineParser()._patterns
+
+
+def lexer(text: str, line: int = 1) -> Lexer:
+    return Lexer(PATTERNS, text, line)
 
 
 def types(text: str) -> list[str]:
-    return [token.type for token in LEXER.step(text, 1)]
+    return [token.type for token in lexer(text).step()]
 
 
 @pytest.mark.parametrize(
@@ -63,18 +68,18 @@ def test_types(text: str, wanted: list[str]) -> None:
     ],
 )
 def test_types_at_the_prompt(text: str, wanted: list[str]) -> None:
-    assert [token.type for token in LEXER.prompt(text)] == wanted
+    assert [token.type for token in lexer(text).prompt(())] == wanted
 
 
 def test_numbers_of_a_section_have_their_signs() -> None:
-    tokens = LEXER.entry("p[1] 5 -2.5,+3 ;x", 7)
+    tokens = lexer("p[1] 5 -2.5,+3 ;x", 7).entry()
     assert [token.text for token in tokens] == ["p", "[", "1", "]", "5", "-2.5", ",", "+3", ";x"]
-    assert {token.line for token in tokens} == {7}
+    assert {token.span.line for token in tokens} == {7}
 
 
 def test_columns() -> None:
-    tokens = LEXER.step("  10 MOVE  part ;x", 3)
-    assert [(token.column, token.end) for token in tokens] == [(3, 5), (6, 10), (12, 16), (17, 19)]
+    tokens = lexer("  10 MOVE  part ;x", 3).step()
+    assert [token.span for token in tokens] == [Span(3, 3, 5), Span(3, 6, 10), Span(3, 12, 16), Span(3, 17, 19)]
 
 
 @pytest.mark.parametrize(
@@ -82,33 +87,33 @@ def test_columns() -> None:
 )
 def test_a_missing_quote_is_placed_from_the_one_that_opens(line: str) -> None:
     with pytest.raises(LineRefused) as caught:
-        LEXER.step(line, 1)
+        lexer(line).step()
     span = caught.value.diagnostic.span
     assert (span.column, span.end) == (line.rindex('"') + 1, len(line) + 1)
 
 
 def test_words_in_full_and_signs_in_one_spelling() -> None:
-    tokens = LEXER.step("calib", 1)
+    tokens = lexer("calib").step()
     assert (tokens[0].value, tokens[0].text) == ("CALIBRATE", "calib")
-    assert [token.value for token in LEXER.step("x = a =< b => c", 1)][3::2] == ["<=", ">="]
+    assert [token.value for token in lexer("x = a =< b => c").step()][3::2] == ["<=", ">="]
 
 
 def test_a_line_without_end_is_refused() -> None:
     text = "x = 1" + "+1" * LONGEST
     with pytest.raises(LineRefused) as caught:
-        LEXER.step(text, 1)
+        lexer(text).step()
     assert caught.value.diagnostic.code == CannotInterpret.code
 
 
 def test_by_is_a_comma_of_shift_but_not_of_a_function_in_it() -> None:
-    tokens = LEXER.step("SHIFT a BY DX(SCALE(b BY 2)), 1", 1)
+    tokens = lexer("SHIFT a BY DX(SCALE(b BY 2)), 1").step()
     assert [token.type for token in tokens if token.text == "BY"] == ["COMMA", "BY"]
 
 
 @pytest.mark.parametrize("line", ["x := 5", "x[1, 2] := 5", "$s:=5"])
 def test_colon_equal_is_refused_as_such(line: str) -> None:
     with pytest.raises(LineRefused) as caught:
-        LEXER.step(line, 1)
+        lexer(line).step()
     found = caught.value.diagnostic
     assert found.detail == ":= is no sign of VAL-II"
     assert (found.span.column, found.span.end) == (line.index(":=") + 1, line.index(":=") + 3)

@@ -129,6 +129,23 @@ def test_instructions() -> None:
     assert statement("DEFBELT 1001, pick").arguments == (ast.Word("1001, pick", Span(1, 9, 19)),)
 
 
+@pytest.mark.parametrize("text", ["0" * 5000 + "10 STOP", "GOTO " + "0" * 5000 + "10"])
+def test_a_label_may_have_any_number_of_zeros_before_it(text: str) -> None:
+    step = parse_step(text)
+    assert 10 in (step.label, getattr(step.statement, "label", None))
+
+
+@pytest.mark.parametrize("text", ["0000000000000070000 STOP", "GOTO 0000000000000070000", "9" * 5000 + " STOP"])
+def test_a_label_is_at_most_65535(text: str) -> None:
+    with pytest.raises(LineRefused, match="labels are 0 to 65535"):
+        parse_step(text)
+
+
+def test_an_expression_may_stand_where_a_parenthesis_is_left_out() -> None:
+    """ATTACH [(unit[, mode])] [$device]"""
+    assert statement_text(statement("ATTACH a-1")) == "ATTACH (a-1)"
+
+
 def test_constants_can_be_named_where_something_is_defined() -> None:
     """So that the analyzer can say that they are reserved."""
     assert statement("PI = 3").target == Variable("pi", "", None, Span(1, 1, 3))

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrs_cli.language.analysis.grouping import val_grouping
+from vrs_cli.language.text.ast import Span
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.text.parser import grammar_dir, parse_step
 from vrs_cli.language.text.precedence import ORDER, VAL_ORDER, Grouping, Order
@@ -73,7 +74,7 @@ def test_climbing_finds_the_loosest_operator(signs: list[str], order: Order) -> 
     tokens: list[Token | Any] = [values[0]]
     for sign, value in zip(signs, values[1:], strict=True):
         items += [sign, value]
-        tokens += [Token("INFIX", sign, sign, 1, 1, 2), value]
+        tokens += [Token("INFIX", sign, sign, Span(1, 1, 2)), value]
     grouping: Grouping[Any] = Grouping(order, lambda sign, a: (sign.value, a), lambda sign, a, b: (sign.value, a, b))
     assert grouping.tree(tokens) == ranked(order, items)
 

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from msgspec import Struct
 
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Span
 from vrs_cli.language.text.lexer import Token
-from vrs_cli.language.text.precedence import LOGICAL, VAL_ORDER, Grouping
+from vrs_cli.language.text.precedence import LOGICAL, ORDER, VAL_ORDER, Grouping
 from vrs_cli.language.text.printer import expression_text
-
-# A tree without places: a value as its text, a sign with one or two trees.
-Tree = str | tuple["Tree", ...]
 
 
 class OtherGrouping(Struct, frozen=True):
@@ -26,51 +23,29 @@ class OtherGrouping(Struct, frozen=True):
 
 def val_grouping(expression: Expression) -> Iterator[OtherGrouping]:
     """Each part of an expression, between parentheses, that VAL-II groups otherwise."""
-    flat: list[Token | Tree] = []
-    values: list[Expression] = []
-    ours = _flatten(expression, flat, values, expression_text)
+    flat = tuple(_flat(expression))
     if any(isinstance(item, Token) and item.value in LOGICAL for item in flat):
-        theirs = _VAL.tree(flat)
+        texts = [item if isinstance(item, Token) else expression_text(item) for item in flat]
+        ours, theirs = _OURS.tree(texts), _VAL.tree(texts)
         if theirs != ours:
-            yield OtherGrouping(_shown(ours), _shown(theirs), expression.span)
-    for value in values:
+            yield OtherGrouping(ours[1:-1], theirs[1:-1], expression.span)
+    for value in flat:
         for inner in _inside(value):
             yield from val_grouping(inner)
 
 
-def _unary(sign: Token, operand: Tree) -> Tree:
-    return (sign.value, operand)
+def _flat(expression: Expression, root: bool = True) -> Iterator[Token | Expression]:
+    """The signs and values of an expression as they stand in the source."""
+    if not isinstance(expression, ast.Unary | ast.Binary) or (expression.grouped and not root):
+        yield expression
+        return
+    if isinstance(expression, ast.Binary):
+        yield from _flat(expression.left, False)
+    yield Token("", expression.operator, expression.operator, expression.span)
+    yield from _flat(expression.operand if isinstance(expression, ast.Unary) else expression.right, False)
 
 
-def _binary(sign: Token, left: Tree, right: Tree) -> Tree:
-    return (sign.value, left, right)
-
-
-_VAL: Grouping[Tree] = Grouping(VAL_ORDER, _unary, _binary)
-
-
-def _flatten(
-    expression: Expression,
-    flat: list[Token | Tree],
-    values: list[Expression],
-    text_of: Callable[[Expression], str],
-    root: bool = True,
-) -> Tree:
-    """The signs and values of an expression as they stand in the source, and their tree as we group them."""
-    if isinstance(expression, ast.Unary) and (root or not expression.grouped):
-        flat.append(Token("PREFIX", expression.operator, expression.operator, 0, 0, 0))
-        return (expression.operator, _flatten(expression.operand, flat, values, text_of, False))
-    if isinstance(expression, ast.Binary) and (root or not expression.grouped):
-        left = _flatten(expression.left, flat, values, text_of, False)
-        flat.append(Token("INFIX", expression.operator, expression.operator, 0, 0, 0))
-        return (expression.operator, left, _flatten(expression.right, flat, values, text_of, False))
-    values.append(expression)
-    text = text_of(expression)
-    flat.append(text)
-    return text
-
-
-def _inside(value: Expression) -> Iterator[Expression]:
+def _inside(value: Token | Expression) -> Iterator[Expression]:
     """The expressions inside a value: of parentheses, arguments and indexes."""
     if isinstance(value, ast.Binary | ast.Unary):
         yield value
@@ -80,12 +55,15 @@ def _inside(value: Expression) -> Iterator[Expression]:
         yield from value.indexes or ()
 
 
-def _shown(tree: Tree) -> str:
-    """A tree with parentheses round every part."""
-    if isinstance(tree, str):
-        return tree
-    parts = [part if isinstance(part, str) else f"({_shown(part)})" for part in tree[1:]]
-    if len(parts) == 1:
-        blank = " " if str(tree[0]).isalpha() else ""
-        return f"{tree[0]}{blank}{parts[0]}"
-    return f"{parts[0]} {tree[0]} {parts[1]}"
+# A tree as its text, with parentheses round every part and the whole.
+
+
+def _unary(sign: Token, operand: str) -> str:
+    return f"({sign.value}{' ' * sign.value.isalpha()}{operand})"
+
+
+def _binary(sign: Token, left: str, right: str) -> str:
+    return f"({left} {sign.value} {right})"
+
+
+_OURS, _VAL = Grouping(ORDER, _unary, _binary), Grouping(VAL_ORDER, _unary, _binary)

@@ -17,7 +17,7 @@ from vrs_cli.errors import CannotInterpret, IllegalExpression, InvalidName, Inva
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Span
 from vrs_cli.language.text.diagnostics import LineRefused, error
-from vrs_cli.language.text.lexer import LABEL_HIGH, Token
+from vrs_cli.language.text.lexer import LABEL_HIGH, Token, label_value
 from vrs_cli.language.text.precedence import ORDER, RELATIONS, Grouping
 from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY, Function
 from vrs_cli.language.words.instructions import INSTRUCTIONS
@@ -33,19 +33,10 @@ INDEXES = 3
 LAST_CHARACTER = 255  # of $CHR
 
 
-def _end(child: Any) -> int:
-    """The column after a token, a node or a piece."""
-    end: int = child.span.end if type(child) is not Token and type(child) is not _Piece else child.end
-    return end
-
-
-def _from(first: Token | Expression, last: Any) -> Span:
-    start = first if type(first) is Token else first.span
-    return Span(start.line, start.column, _end(last))
-
-
-def _all(children: Children) -> Span:
-    return _from(children[0], children[-1])
+def _span(children: Sequence[Any]) -> Span:
+    """From the first to the last of tokens, nodes and pieces."""
+    first, last = children[0].span, children[-1].span
+    return Span(first.line, first.column, last.end)
 
 
 # --- numbers and variables -----------------------------------------------------------------------------------------
@@ -60,6 +51,12 @@ def number_value(text: str) -> float | None:
     except (ValueError, OverflowError):
         return None
     return value if value <= LARGEST else None
+
+
+def signed_number(text: str) -> float | None:
+    """`number_value` with a sign before it."""
+    value = number_value(text.lstrip("+-"))
+    return -value if value is not None and text[0] == "-" else value
 
 
 def _number_in_base(text: str) -> float:
@@ -91,19 +88,11 @@ def _variable(name: Token, indexes: tuple[Expression, ...] | None, span: Span) -
     return ast.Variable(text, "", indexes, span)
 
 
-def _as_variable(name: Expression) -> ast.Variable:
-    """What stands where only a variable can: there the name of a constant is a name like others."""
-    if isinstance(name, ast.Call):
-        return name.variable
-    assert isinstance(name, ast.Variable)
-    return name
-
-
 def _label(token: Token) -> int:
-    value = number_value(token.text)
-    if value is None or not token.text.isdigit() or value > LABEL_HIGH:
+    value = label_value(token.text)
+    if value is None:
         raise LineRefused(error(InvalidNumber, token.span, token.text, f"labels are 0 to {LABEL_HIGH}"))
-    return int(value)
+    return value
 
 
 def _items(children: Sequence[Any]) -> Items:
@@ -203,19 +192,16 @@ def begins_with_variable(items: Sequence[Expression | None]) -> bool:
 
 
 class _Piece(NamedTuple):
-    """A part of an instruction: what `put` does with its children, and the column after it."""
+    """A part of an instruction: what `put` does with its children when the instruction is whole."""
 
     put: Callable[..., None]
     children: Children
-    end: int
+    span: Span
 
 
-_Rule = Callable[["Builder", Children], _Piece]
-
-
-def _piece(put: Callable[..., None]) -> _Rule:
-    """The method of a rule that keeps its children until the instruction is whole."""
-    return lambda _builder, children: _Piece(put, children, _end(children[-1]))
+def _piece(put: Callable[..., None]) -> Callable[[Builder, Children], _Piece]:
+    """The method of a rule that makes a piece."""
+    return lambda _builder, children: _Piece(put, children, _span(children))
 
 
 _FIELDS = {  # of a modifier, by its token: the sort that the table allows, and the field of ast.Modifiers
@@ -326,7 +312,18 @@ T = TypeVar("T")
 
 def _by_name(rule: Callable[..., T]) -> Callable[[Builder, Children], T]:
     """Let a method take the span of its rule and the children of it, each by its name."""
-    return lambda builder, children: rule(builder, _all(children), *children)
+    return lambda builder, children: rule(builder, _span(children), *children)
+
+
+def _node(kind: Callable[..., T], places: int = 0) -> Callable[[Builder, Children], T]:
+    """The method of a rule whose node has the rule's nodes as its first fields; so many of them, None where one is
+    left out."""
+
+    def build(_builder: Builder, children: Children) -> T:
+        nodes = [child for child in children if type(child) is not Token]
+        return kind(*nodes, *(None,) * (places - len(nodes)), span=_span(children))
+
+    return build
 
 
 class Builder:
@@ -337,26 +334,21 @@ class Builder:
 
     # --- lines ---
 
-    @_by_name
-    def do_command(self, span: Span, _do: Token, statement: ast.Statement | None = None) -> ast.DoInstruction:
-        return ast.DoInstruction(statement, span)
-
-    @_by_name
-    def show(self, span: Span, expression: Expression) -> ast.Show:
-        return ast.Show(expression, span)
+    do_command = _node(ast.DoInstruction, 1)
+    show = _node(ast.Show)
 
     @_by_name
     def header(self, span: Span, name: Token, *rest: Any) -> ast.ProgramHeader:
         if name.text[0] in "#$%":
             raise LineRefused(error(InvalidName, name.span, name.text, "a program name begins with a letter"))
-        parameters = tuple(_as_variable(child) for child in rest if type(child) is not Token)
+        parameters = tuple(child for child in rest if type(child) is not Token)
         return ast.ProgramHeader(name.text, parameters, None, span)
 
     @_by_name
-    def entry(self, span: Span, variable: Expression, *rest: Any) -> ast.Entry:
+    def entry(self, span: Span, variable: ast.Variable, *rest: Any) -> ast.Entry:
         pieces = [child.value for child in rest if isinstance(child, ast.Text)]
-        numbers = tuple(_signed_number(child) for child in rest if _is(child, "NUMBER"))
-        return ast.Entry(_as_variable(variable), numbers, "".join(pieces) if pieces else None, span)
+        numbers = tuple(_entry_number(child) for child in rest if _is(child, "NUMBER"))
+        return ast.Entry(variable, numbers, "".join(pieces) if pieces else None, span)
 
     def string(self, children: Children) -> ast.Text:
         return ast.Text(children[0].value, children[0].span)
@@ -372,9 +364,16 @@ class Builder:
 
     # --- statements ---
 
-    @_by_name
-    def assignment(self, span: Span, target: Expression, _equal: Token, value: Expression) -> ast.Assignment:
-        return ast.Assignment(_as_variable(target), value, span)
+    assignment = _node(ast.Assignment)
+    if_then = _node(ast.If)
+    else_ = _node(ast.Else)
+    while_do = _node(ast.While)
+    do = _node(ast.Do)
+    until = _node(ast.Until)
+    for_to = _node(ast.For, 4)
+    case_of = _node(ast.Case)
+    any = _node(ast.Any)
+    end = _node(ast.End)
 
     @_by_name
     def goto(self, span: Span, _goto: Token, label: Token) -> ast.Goto:
@@ -385,57 +384,15 @@ class Builder:
         return ast.IfGoto(condition, _label(label), span)
 
     @_by_name
-    def if_then(self, span: Span, _if: Token, condition: Expression, _then: Token) -> ast.If:
-        return ast.If(condition, span)
-
-    @_by_name
     def if_then_label(self, span: Span, _if: Token, condition: Expression, _then: Token, label: Token) -> ast.IfGoto:
         if not isinstance(condition, ast.Binary) or condition.grouped or condition.operator not in RELATIONS:
             hint = "write IF condition GOTO label"
             raise LineRefused(error(IllegalExpression, condition.span, "IF ... THEN label compares two values", hint))
         return ast.IfGoto(condition, _label(label), span, then=True)
 
-    def else_(self, children: Children) -> ast.Else:
-        return ast.Else(_all(children))
-
     @_by_name
-    def while_do(self, span: Span, _while: Token, condition: Expression, _do: Token) -> ast.While:
-        return ast.While(condition, span)
-
-    def do(self, children: Children) -> ast.Do:
-        return ast.Do(_all(children))
-
-    @_by_name
-    def until(self, span: Span, _until: Token, condition: Expression) -> ast.Until:
-        return ast.Until(condition, span)
-
-    @_by_name
-    def for_to(
-        self,
-        span: Span,
-        _for: Token,
-        variable: Expression,
-        _equal: Token,
-        first: Expression,
-        _to: Token,
-        last: Expression,
-        _step: Token | None = None,
-        step: Expression | None = None,
-    ) -> ast.For:
-        return ast.For(_as_variable(variable), first, last, step, span)
-
-    @_by_name
-    def case_of(self, span: Span, _case: Token, subject: Expression, _of: Token) -> ast.Case:
-        return ast.Case(subject, span)
-
-    def value(self, children: Children) -> ast.Value:
-        return ast.Value(tuple(child for child in children if type(child) is not Token), _all(children))
-
-    def any(self, children: Children) -> ast.Any:
-        return ast.Any(_all(children))
-
-    def end(self, children: Children) -> ast.End:
-        return ast.End(_all(children))
+    def value(self, span: Span, *children: Any) -> ast.Value:
+        return ast.Value(tuple(child for child in children if type(child) is not Token), span)
 
     @_by_name
     def instruction(self, span: Span, word: Token, *pieces: _Piece) -> ast.Instruction:
@@ -473,12 +430,18 @@ class Builder:
     def raw(self, children: Children) -> ast.Word:
         return ast.Word(children[0].value, children[0].span)
 
-    def name(self, children: Children) -> Expression:
+    def name(self, children: Children) -> ast.Call | ast.Variable:
+        """A constant, or a variable."""
         token: Token = children[0]
         known = FUNCTIONS.get(token.text.upper())
         if known is not None and known.constant:
             return ast.Call(known.name, (), token.span)
         return _variable(token, None, token.span)
+
+    def variable(self, children: Children) -> ast.Variable:
+        """What stands where only a variable can: there the name of a constant is a name like others."""
+        name = self.name(children)
+        return name.variable if isinstance(name, ast.Call) else name
 
     @_by_name
     def element(self, span: Span, name: Token, _open: Token, *inner: Any) -> ast.Variable:
@@ -538,17 +501,16 @@ def _digits(text: str) -> int | None:
     return int(text) if text else None
 
 
-def _signed_number(token: Token) -> float:
-    text = token.text
-    value = number_value(text.lstrip("+-"))
+def _entry_number(token: Token) -> float:
+    value = signed_number(token.text)
     if value is None:
-        raise LineRefused(error(InvalidNumber, token.span, text))
-    return -value if text[0] == "-" else value
+        raise LineRefused(error(InvalidNumber, token.span, token.text))
+    return value
 
 
 def _unary(sign: Token, operand: Expression) -> Expression:
-    return ast.Unary(sign.value, operand, _from(sign, operand))
+    return ast.Unary(sign.value, operand, _span((sign, operand)))
 
 
 def _binary(sign: Token, left: Expression, right: Expression) -> Expression:
-    return ast.Binary(sign.value, left, right, _from(left, right))
+    return ast.Binary(sign.value, left, right, _span((left, right)))

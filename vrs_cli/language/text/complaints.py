@@ -16,10 +16,10 @@ from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
 from vrs_cli.language.words.word import MODIFIERS
 
-_PAIRS = {"RPAR": "LPAR", "RSQB": "LSQB"}
+_PAIRS = {"RPAR": "LPAR", "RGROUP": "LGROUP", "RSQB": "LSQB"}
 _OPENING = {"LPAR": ")", "LGROUP": ")", "LSQB": "]"}
 _VALUES = frozenset({"NAME", "PROGRAM", "NUMBER", "STRING", "FORMAT", "RAW"})
-_ENDS_VALUE = _VALUES | {"RPAR", "RSQB"}
+_ENDS_VALUE = _VALUES | {"RPAR", "RGROUP", "RSQB"}
 _WANTS_VALUE = frozenset({"INFIX", "PREFIX", "EQUAL", "LEAD", "TO", "STEP", "AT", "IN", "BY", "LPAR", "LSQB", "COMMA"})
 _LINKS: Mapping[str, tuple[str, ...]] = {name: row.links_wanted for name, row in CONTROL.items() if row.links}
 _CONDITIONS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
@@ -60,7 +60,7 @@ class _Complaint:
         """The token, or the end of the line."""
         if self._token is not None:
             return self._token.span
-        last = self._before[-1]
+        last = self._before[-1].span
         return Span(last.line, last.end, last.end + 1)
 
     @property

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 
 from vrs_cli.language.text.ast import Entry, Expression, Number, Span, Variable
-from vrs_cli.language.text.builder import number_value
+from vrs_cli.language.text.builder import signed_number
 from vrs_cli.language.words.instructions import OPERATOR_WORDS
 
 _NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?(?![^ \t])"
@@ -24,7 +24,7 @@ def usual_entry(text: str, line: int) -> Entry | None:
     match = _USUAL.fullmatch(text)
     if match is None or match["name"].upper() in OPERATOR_WORDS:
         return None
-    numbers = [_signed_number(number) for number in match["numbers"].split()]
+    numbers = [signed_number(number) for number in match["numbers"].split()]
     if None in numbers:
         return None
     first, last = match.start("sigil") + 1, match.end("numbers") + 1
@@ -38,8 +38,3 @@ def _index(match: re.Match[str], line: int) -> tuple[Expression, ...] | None:
     if digits is None:
         return None
     return (Number(float(digits), digits, Span(line, match.start("index") + 1, match.end("index") + 1)),)
-
-
-def _signed_number(text: str) -> float | None:
-    value = number_value(text.lstrip("+-"))
-    return -value if value is not None and text[0] == "-" else value

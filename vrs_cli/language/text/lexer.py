@@ -6,7 +6,9 @@ The patterns of the terminals stand in grammar/val2.lark and come in as an argum
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Container, Mapping
+from math import inf
+from typing import NamedTuple
 
 from msgspec import Struct
 
@@ -46,14 +48,14 @@ class Token(Struct, eq=False):
     type: str
     value: str
     text: str
-    line: int
-    column: int
-    end: int
+    span: Span
     row: Word | None = None
 
-    @property
-    def span(self) -> Span:
-        return Span(self.line, self.column, self.end)
+
+def label_value(text: str) -> int | None:
+    """The number of a label, or None."""
+    value = float(text) if text.isdigit() else inf  # a float may have any number of digits
+    return int(value) if value <= LABEL_HIGH else None
 
 
 # Words that link, where an expression has just ended.
@@ -65,11 +67,10 @@ _MODIFIERS = {"AT": "AT", "IN": "AT", "ALWAYS": "ALWAYS", "UNIT": "UNIT"}  # wha
 _SPELLINGS = {"=<": "<=", "=>": ">="}
 _PREFIXES = frozenset({"NOT", "COM"})
 _SYMBOLS = ("COMMA", "LPAR", "RPAR", "LSQB", "RSQB", "EQUAL")
-_CLOSING = frozenset({"RPAR", "RSQB"})
-_DEPTH = {"LPAR": 1, "LGROUP": 1, "LSQB": 1, "RPAR": -1, "RSQB": -1}
-_BEFORE_ARGUMENT = frozenset({"WORD", "COMMA", "RPAR"})  # RPAR: of the number of a task
+_ENDS = frozenset({"NAME", "PROGRAM", "NUMBER", "STRING", "FORMAT", "RPAR", "RSQB", "ALWAYS", "UNIT"})  # an expression
+_DEPTH = {"LPAR": 1, "LGROUP": 1, "LSQB": 1, "RPAR": -1, "RGROUP": -1, "RSQB": -1}
+_BEFORE_ARGUMENT = frozenset({"WORD", "COMMA", "RGROUP"})  # RGROUP: of the number of a task
 
-_BLANKS = re.compile(r"[ \t]*")
 _WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
 _GLUED = re.compile(r"[\w.^']+")
 VAL_IF = re.compile(rf"\b({'|'.join(RELATIONS_OF_VAL)})\b.*\bTHEN[ \t]+\d+[ \t]*$", re.IGNORECASE)
@@ -81,96 +82,90 @@ _COLON_EQUAL = re.compile(r"[ \t]*(?:\[.*\][ \t]*)?(:=)")
 _VALUE = re.compile(r"[-+]?[ \t]*(?:\.?[0-9]|[\"('^#$]|[A-Za-z])")  # what begins an expression, where no word stands
 _OPERATED = re.compile(r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))")  # a sign after a name that begins no argument
 _NO_ARGUMENT = re.compile(rf"[ \t]*(?:$|;|[-+*/:<>=)]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)", re.IGNORECASE)
+_BEFORE_COMMENT = re.compile(r'(?:"[^"]*"?|[^";])*')
 _ELEMENT = re.compile(r"\(.*\)[ \t]*=(?!=)")
 _RAW = re.compile(r'"[^"]*"|[^\s;,="]+')
 _RELATION = re.compile(r"[=<>]{1,2}")
 _ENTRY_NUMBER = re.compile(r"[ \t]*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?)(?![\w.])")
 
 
+class Patterns(NamedTuple):
+    """`next`: blanks and a token; `format`: a format code."""
+
+    next: re.Pattern[str]
+    format: re.Pattern[str]
+
+
+def patterns_of(terminals: Mapping[str, str]) -> Patterns:
+    """`terminals`: the pattern of each terminal that has one, by name."""
+    names = ("STRING", "NUMBER", "NAME", "INFIX", *_SYMBOLS)
+    choices = "|".join(("(?P<COMMENT>;.*)", *(f"(?P<{name}>{terminals[name]})" for name in names)))
+    return Patterns(re.compile(f"[ \t]*(?:{choices})"), re.compile(terminals["FORMAT"]))
+
+
 class Lexer:
-    """`terminals`: the pattern of each terminal that has one, by name. Its methods raise LineRefused."""
+    """The tokens of one line, found from left to right. Its methods raise LineRefused.
 
-    def __init__(self, terminals: Mapping[str, str]) -> None:
-        names = ("STRING", "NUMBER", "NAME", "INFIX", *_SYMBOLS)
-        choices = "|".join(("(?P<COMMENT>;.*)", *(f"(?P<{name}>{terminals[name]})" for name in names)))
-        self.next = re.compile(f"[ \t]*(?:{choices})").match  # blanks and a token
-        self.format = re.compile(terminals["FORMAT"]).match
-
-    def step(self, text: str, line: int) -> list[Token]:
-        """A program line: `[label] [statement] [;comment]`."""
-        return _Scan(self, text, line).step()
-
-    def prompt(self, text: str, names: Container[str] = ()) -> list[Token]:
-        """A line of the prompt. `names`: the keys of what is defined."""
-        return _Scan(self, text, 1).command(names)
-
-    def header(self, text: str, line: int, at: int) -> list[Token]:
-        """What follows `.PROGRAM`, which ends at index `at`."""
-        return _Scan(self, text, line, at).heading()
-
-    def entry(self, text: str, line: int) -> list[Token]:
-        """A line of a section of variables: numbers have their signs."""
-        return _Scan(self, text, line).entry()
-
-
-Tables = tuple[Mapping[str, Word], ...]
-
-
-class _Scan:
-    """The tokens of one line, found from left to right.
-
-    `_at`: the index of what is not yet read; `_operand`: whether an expression has just ended; `_row`: the row of the
+    `_at`: the index of what is not yet read; `_ends`: the tokens with which an expression ends; `_row`: the row of the
     word at the start, while its arguments are read.
     """
 
-    def __init__(self, lexer: Lexer, text: str, line: int, at: int = 0) -> None:
+    def __init__(self, patterns: Patterns, text: str, line: int, at: int = 0) -> None:
         self.tokens: list[Token] = []
-        self._lexer = lexer
+        self._patterns = patterns
         self._text = text.rstrip()
         self._line = line
         self._at = at
-        self._operand = False
+        self._ends = _ENDS
         self._row: Word | None = None
         self._val_if = False  # IF a EQ b THEN label
 
-    # --- the parts of a line ---
+    @property
+    def _operand(self) -> bool:
+        """Whether an expression has just ended."""
+        return bool(self.tokens) and self.tokens[-1].type in self._ends
+
+    # --- the kinds of lines ---
 
     def step(self) -> list[Token]:
-        """Read a label, if there is one, and a statement."""
+        """A program line: `[label] [statement] [;comment]`."""
         match = _LABEL.match(self._text)
         if match is not None:
-            if int(match[1][:9]) > LABEL_HIGH:
+            if label_value(match[1]) is None:
                 raise self._refusal(InvalidNumber, *match.span(1), match[1], f"labels are 0 to {LABEL_HIGH}")
             self._add("LABEL", match[1], *match.span(1))
         if not self._at_end():
-            self._statement((PROGRAM_WORDS,), UnknownInstruction)
+            self._statement()
         return self.tokens
 
-    def command(self, names: Container[str]) -> list[Token]:
-        """Read a monitor command, a statement, or an expression whose value is shown."""
+    def prompt(self, names: Container[str]) -> list[Token]:
+        """A monitor command, a statement, or an expression whose value is shown. `names`: the keys of what is
+        defined."""
         if not self._at_end():
             if self._shows(names):
                 self._rest()
             else:
-                self._statement((COMMANDS, PROGRAM_WORDS), UsageError)
+                self._statement(at_prompt=True)
         return self.tokens
 
-    def heading(self) -> list[Token]:
-        """Read a program's name and parameters."""
-        if not self._at_end():
-            name = self._first_word(InvalidName, "a program name begins with a letter", ".PROGRAM pick.place(part)")
-            self._add("PROGRAM", name[0], *name.span())
+    def header(self) -> list[Token]:
+        """What follows `.PROGRAM`: a name and parameters."""
+        at, example = self._at, ".PROGRAM pick.place(part)"
+        if self._at_end():
+            raise self._refusal(InvalidName, at, at + 1, "a program name is missing", example)
+        name = self._first_word(InvalidName, "a program name begins with a letter", example)
+        self._add("PROGRAM", name[0], *name.span())
         self._rest()
         return self.tokens
 
     def entry(self) -> list[Token]:
-        """Read a variable and its value."""
+        """A line of a section of variables: a variable and its value, whose numbers have their signs."""
+        self._ends = frozenset()
         while not self._at_end():
             number = _ENTRY_NUMBER.match(self._text, self._at)
             if number is not None:
                 self._add("NUMBER", number[1], *number.span(1))
             else:
-                self._operand = False
                 self._token()
         return self.tokens
 
@@ -199,27 +194,28 @@ class _Scan:
             return _NO_ARGUMENT.match(self._text, at) is not None
         return operated and not rows_for(name, COMMANDS, PROGRAM_WORDS)
 
-    def _statement(self, tables: Tables, unknown: type[VrsError]) -> None:
-        hint = "LISTR 5+3 shows a value, HELP the commands" if unknown is UsageError else ""
-        kind = UsageError if unknown is UsageError else CannotInterpret
+    def _statement(self, *, at_prompt: bool = False) -> None:
+        kind: type[VrsError] = UsageError if at_prompt else CannotInterpret
+        hint = "LISTR 5+3 shows a value, HELP the commands" if at_prompt else ""
         word = self._first_word(kind, "a line begins with a word or the variable that is assigned", hint)
         colon_equal = _COLON_EQUAL.match(self._text, word.end())
         if colon_equal:
             hint = f"{word[0]} = 5 assigns, {word[0]} == 5 compares"
             raise self._refusal(CannotInterpret, *colon_equal.span(1), ":= is no sign of VAL-II", hint)
         if _ASSIGNS.match(self._text, word.end()):
-            self._refuse_operator(word)
+            if word[0].upper() in OPERATOR_WORDS:  # AND = 5: what follows would be read as its operand
+                raise self._refusal(InvalidName, *word.span(), *why_reserved(word[0].upper()))
             self._rest()
         elif word[0][0] in "#$%":
             raise self._refusal(CannotInterpret, *word.span(), word[0], "a variable is followed by = and its value")
         else:
-            self._operation(self._row_of(word, tables, unknown), word, tables)
+            self._operation(self._row_of(word, at_prompt), word, at_prompt)
 
     def _first_word(self, kind: type[VrsError], detail: str, hint: str) -> re.Match[str]:
         self._skip_blanks()
         match = _WORD.match(self._text, self._at)
         if match is None:
-            if kind is not UsageError and self._lexer.next(self._text, self._at) is None:
+            if kind is not UsageError and self._patterns.next.match(self._text, self._at) is None:
                 raise self._unreadable()
             glued = _GLUED.match(self._text, self._at)
             raise self._refusal(kind, self._at, glued.end() if glued else self._at + 1, detail, hint)
@@ -234,31 +230,25 @@ class _Scan:
             hint = "letters a to z, digits, . and _"
             raise self._refusal(InvalidName, word.start(), end, self._text[word.start() : end], hint)
 
-    def _refuse_operator(self, word: re.Match[str]) -> None:
-        """AND = 5: what follows would be read as its operand."""
-        name = word[0].upper()
-        if name in OPERATOR_WORDS:
-            raise self._refusal(InvalidName, *word.span(), *why_reserved(name))
-
-    def _row_of(self, word: re.Match[str], tables: Tables, unknown: type[VrsError]) -> Word:
-        found = rows_for(word[0], *tables)
+    def _row_of(self, word: re.Match[str], at_prompt: bool) -> Word:
+        found = rows_for(word[0], *((COMMANDS, PROGRAM_WORDS) if at_prompt else (PROGRAM_WORDS,)))
         if len(found) == 1:
             return found[0]
         detail, hint = word[0], ", ".join(row.name for row in found[:8])
         if found:
             detail = f"{word[0]} is short for several words"
-        raise self._refusal(unknown, *word.span(), detail, hint or self._other_form(word[0], word.end(), tables))
+        unknown = UsageError if at_prompt else UnknownInstruction
+        raise self._refusal(unknown, *word.span(), detail, hint or self._other_form(word[0], word.end(), at_prompt))
 
-    def _other_form(self, word: str, end: int, tables: Tables) -> str:
+    def _other_form(self, word: str, end: int, at_prompt: bool) -> str:
         """What an unknown first word may have been meant as."""
-        rest = _before_comment(self._text[end:]).strip()
+        rest = self._before_comment(end).strip()
         if word.upper() in COMMANDS:
             return "a monitor command, typed at the prompt"
         if rest.startswith("=="):
             return "= assigns; == compares, in IF, WHILE and the like"
         if _ELEMENT.match(rest):
             return f"an element of an array is {word}[index]"
-        at_prompt = COMMANDS in tables
         near = did_you_mean(word, usable_names(COMMANDS, INSTRUCTIONS) if at_prompt else usable_names(PROGRAM_WORDS))
         if near:
             return near
@@ -268,16 +258,16 @@ class _Scan:
             return f"EXECUTE {word} runs a program, {word} = 5 makes a variable"
         return f"CALL {word} runs a program"
 
-    def _operation(self, row: Word, word: re.Match[str], tables: Tables) -> None:
+    def _operation(self, row: Word, word: re.Match[str], at_prompt: bool) -> None:
         if row.name == "REMARK":
             self._add("COMMENT", f";{self._text[word.end() :]}", word.start(), len(self._text))
-        elif row is COMMANDS["DO"] and COMMANDS in tables:
+        elif at_prompt and row.name == "DO":
             self._add("DO_COMMAND", "DO", *word.span())
             if not self._at_end():
-                self._statement((PROGRAM_WORDS,), UnknownInstruction)
+                self._statement()
         elif type(row) is Control:
             self._add(row.name, row.name, *word.span())
-            self._val_if = row.name == "IF" and VAL_IF.search(_before_comment(self._text[self._at :])) is not None
+            self._val_if = row.name == "IF" and VAL_IF.search(self._before_comment(self._at)) is not None
             self._rest()
             self._mark_colon(row)
         else:
@@ -302,7 +292,7 @@ class _Scan:
 
     def _unread_rest(self) -> None:
         self._skip_blanks()
-        rest = _before_comment(self._text[self._at :]).rstrip()
+        rest = self._before_comment(self._at).rstrip()
         if rest:
             self._add("REST", rest, self._at, self._at + len(rest))
         self._rest()
@@ -332,13 +322,16 @@ class _Scan:
 
     def _group(self) -> None:
         """Read the parenthesis of READ (lun) $s, after which a value may begin."""
-        depth = 0
-        while self._at < len(self._text):
+        self._skip_blanks()
+        if not self._text.startswith("(", self._at):
+            return
+        self._add("LGROUP", "(", self._at, self._at + 1)
+        depth = 1
+        while depth and self._at < len(self._text):
             self._token()
             depth += _DEPTH.get(self.tokens[-1].type, 0)
-            if depth <= 0:
-                break
-        self._operand = False
+        if self.tokens[-1].type == "RPAR" and not depth:
+            self.tokens[-1].type = "RGROUP"
 
     def _task(self) -> None:
         """Read the number in EXECUTE 2 pick: a group without its parentheses."""
@@ -347,7 +340,7 @@ class _Scan:
             start, end = match.span(1)
             self._add("LGROUP", "(", start, start)
             self._add("NUMBER", match[1], start, end)
-            self._add("RPAR", ")", end, end)
+            self._add("RGROUP", ")", end, end)
 
     def _rest(self) -> None:
         """Read everything up to the end of the line."""
@@ -356,35 +349,39 @@ class _Scan:
             self._token()
         if len(self.tokens) > LONGEST:
             beyond = self.tokens[LONGEST]
-            raise self._refusal(CannotInterpret, beyond.column - 1, size, "the line is too long")
+            raise self._refusal(CannotInterpret, beyond.span.column - 1, size, "the line is too long")
 
     def _token(self) -> None:
         """Read one token."""
-        match = self._lexer.next(self._text, self._at)
+        match = self._patterns.next.match(self._text, self._at)
         if match is None:
             raise self._unreadable()
         kind = match.lastgroup
         assert kind is not None
-        start, end = match.span(kind)
-        self._operand = _READERS[kind](self, match[kind], start, end)
+        text, (start, end) = match[kind], match.span(kind)
+        if kind == "NAME":
+            self._add(*self._named(text, end), start, end)
+        elif kind == "INFIX":
+            self._sign(text, start, end)
+        elif kind == "NUMBER":
+            self._number(text, start, end)
+        elif kind == "STRING":
+            self._add(kind, text[1:-1], start, end)
+        else:
+            comma = self._row is not None and self._row.comma == text
+            self._add("COMMA" if comma else kind, text, start, end)
 
-    # The readers of a token: each says whether an expression ends with it.
-
-    def _name(self, text: str, start: int, end: int) -> bool:
-        row = self._row
-        if row is not None and row.programs and not self._operand and self._names_program(row, text, end):
-            self._add("PROGRAM", text, start, end)
-            return True
-        word = text.upper()
+    def _named(self, text: str, end: int) -> tuple[str, str]:
+        """The type and the value of a word inside a line, which ends at an index."""
+        row, word, operand = self._row, text.upper(), self._operand
+        if row is not None and row.programs and not operand and self._names_program(row, text, end):
+            return "PROGRAM", text
         if word in OPERATOR_WORDS:
-            self._add("PREFIX" if word in _PREFIXES else "INFIX", word, start, end)
-            return False
-        if self._val_if and self._operand and word in RELATIONS_OF_VAL:
-            self._add("INFIX", RELATIONS_OF_VAL[word], start, end)
-            return False
-        link = self._link(row, word) if self._operand or row is not None else None
-        self._add(link or "NAME", word if link else text, start, end)
-        return link is None or link in ("ALWAYS", "UNIT")
+            return "PREFIX" if word in _PREFIXES else "INFIX", word
+        if self._val_if and operand and word in RELATIONS_OF_VAL:
+            return "INFIX", RELATIONS_OF_VAL[word]
+        link = self._link(row, word) if operand or row is not None else None
+        return (link, word) if link else ("NAME", text)
 
     def _link(self, row: Word | None, word: str) -> str | None:
         """The type of a word that links, where it does."""
@@ -419,47 +416,34 @@ class _Scan:
             commas += token.type == "COMMA" and not depth
         return None if depth else commas
 
-    def _number(self, text: str, start: int, end: int) -> bool:
+    def _number(self, text: str, start: int, end: int) -> None:
         glued = _GLUED.match(self._text, end)
         if glued is not None:
             raise self._refusal(InvalidNumber, start, glued.end(), self._text[start : glued.end()])
         self._add("NUMBER", text, start, end)
-        return True
 
-    def _string(self, text: str, start: int, end: int) -> bool:
-        self._add("STRING", text[1:-1], start, end)
-        return True
-
-    def _infix(self, text: str, start: int, end: int) -> bool:
-        if self._operand:
-            self._add("INFIX", _SPELLINGS.get(text, text), start, end)
-            return False
-        format_code = self._lexer.format(self._text, start) if text == "/" else None
+    def _sign(self, text: str, start: int, end: int) -> None:
+        wanted = not self._operand  # a value
+        format_code = self._patterns.format.match(self._text, start) if wanted and text == "/" else None
         if format_code is not None:
             self._add("FORMAT", format_code[0], *format_code.span())
-            return True
-        self._add("PREFIX" if text in "+-" else "INFIX", _SPELLINGS.get(text, text), start, end)
-        return False
-
-    def _parenthesis(self, _text: str, start: int, end: int) -> bool:
-        group = self._row is not None and self._row.grouped > 0 and self.tokens[-1].type == "WORD"
-        self._add("LGROUP" if group else "LPAR", "(", start, end)
-        return False
-
-    def _comment(self, text: str, start: int, end: int) -> bool:
-        self._add("COMMENT", text, start, end)
-        return False
+        else:
+            self._add("PREFIX" if wanted and text in "+-" else "INFIX", _SPELLINGS.get(text, text), start, end)
 
     # --- characters ---
 
     def _add(self, type: str, value: str, start: int, end: int, row: Word | None = None) -> None:
         """Keep what stands there as a token, and go on behind it."""
         self._at = end
-        self.tokens.append(Token(type, value, self._text[start:end], self._line, start + 1, end + 1, row))
+        self.tokens.append(Token(type, value, self._text[start:end], Span(self._line, start + 1, end + 1), row))
 
     def _skip_blanks(self) -> None:
-        match = _BLANKS.match(self._text, self._at)
-        self._at = match.end() if match else self._at
+        self._at = len(self._text) - len(self._text[self._at :].lstrip(" \t"))
+
+    def _before_comment(self, at: int) -> str:
+        """What stands from an index up to a `;` outside quotes."""
+        match = _BEFORE_COMMENT.match(self._text, at)
+        return match[0] if match is not None else ""
 
     def _at_end(self) -> bool:
         """Whether only a comment is left; it is read."""
@@ -486,36 +470,3 @@ class _Scan:
             return self._refusal(InvalidName, at, end, self._text[at:end], "a name begins with a letter a to z")
         shown = character if character.isprintable() else f"character {ord(character)}"
         return self._refusal(CannotInterpret, at, at + 1, f"{shown} has no meaning here")
-
-
-def _symbol(kind: str) -> _Reader:
-    closes = kind in _CLOSING
-
-    def read(scan: _Scan, text: str, start: int, end: int) -> bool:
-        comma = scan._row is not None and scan._row.comma == text
-        scan._add("COMMA" if comma else kind, text, start, end)
-        return closes
-
-    return read
-
-
-_Reader = Callable[[_Scan, str, int, int], bool]
-_READERS: Mapping[str, _Reader] = {
-    **{kind: _symbol(kind) for kind in _SYMBOLS},
-    "NAME": _Scan._name,
-    "NUMBER": _Scan._number,
-    "STRING": _Scan._string,
-    "INFIX": _Scan._infix,
-    "LPAR": _Scan._parenthesis,
-    "COMMENT": _Scan._comment,
-}
-
-
-def _before_comment(text: str) -> str:
-    """What stands before a `;` outside quotes."""
-    quoted = False
-    for index, character in enumerate(text):
-        quoted ^= character == '"'
-        if character == ";" and not quoted:
-            return text[:index]
-    return text

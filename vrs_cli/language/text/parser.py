@@ -15,14 +15,13 @@ from typing import Any, NamedTuple, cast
 
 from msgspec.structs import replace
 
-from vrs_cli.errors import InvalidName
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import ProgramHeader, Span, Statement, Step
 from vrs_cli.language.text.builder import Builder
 from vrs_cli.language.text.complaints import complaint
-from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, error
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused
 from vrs_cli.language.text.entries import usual_entry
-from vrs_cli.language.text.lexer import Lexer, Token
+from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, resolve_line, variables_named_like_functions
 from vrs_cli.language.text.source import FileReader, header_end
 from vrs_cli.language.text.table import END, Rule, table_of
@@ -91,21 +90,21 @@ class LineParser:
         grammar = (grammar_dir() / GRAMMAR).read_text(encoding="utf-8")
         self._table = table_of(grammar, STARTS)
         self._reductions = [_reduction(rule, Builder()) for rule in self._table.rules]
-        self._lexer = Lexer(self._table.terminals)
+        self._patterns = patterns_of(self._table.terminals)
 
     def step(self, text: str, line: int) -> Step:
         """Raises LineRefused."""
-        tokens = self._lexer.step(text, line)
+        tokens = Lexer(self._patterns, text, line).step()
         label = tokens.pop(0) if tokens and tokens[0].type == "LABEL" else None
         comment = _pop_comment(tokens)
         statement: Statement | None = self._parse(tokens, "step") if tokens else None
         spans = [part.span for part in (label, statement, comment) if part is not None]
         span = Span(line, spans[0].column, spans[-1].end) if spans else Span(line, 1, 1)
-        return Step(int(label.text) if label else None, statement, _text(comment), span)
+        return Step(label_value(label.text) if label else None, statement, _text(comment), span)
 
     def prompt(self, text: str, names: Container[str]) -> Statement | None:
         """Raises LineRefused."""
-        tokens = self._lexer.prompt(text, names)
+        tokens = Lexer(self._patterns, text, 1).prompt(names)
         _pop_comment(tokens)
         if not tokens:
             return None
@@ -119,22 +118,19 @@ class LineParser:
 
     def header(self, text: str, line: int, at: int) -> ProgramHeader:
         """`at`: the index after `.PROGRAM`. Raises LineRefused."""
-        tokens = self._lexer.header(text, line, at)
-        if not tokens or tokens[0].type != "PROGRAM":
-            span = Span(line, at + 1, at + 2)
-            raise LineRefused(error(InvalidName, span, "a program name is missing", ".PROGRAM pick.place(part)"))
+        tokens = Lexer(self._patterns, text, line, at).header()
         comment = _pop_comment(tokens)
         header: ProgramHeader = self._parse(tokens, "header")
         if comment is None:
             return header
-        return replace(header, comment=_text(comment), span=Span(line, header.span.column, comment.end))
+        return replace(header, comment=_text(comment), span=Span(line, header.span.column, comment.span.end))
 
     def entry(self, text: str, line: int) -> ast.Entry | str | None:
         """A variable with its value, the text of a comment line, or None for a blank one. Raises LineRefused."""
         usual = usual_entry(text, line)
         if usual is not None:
             return usual
-        tokens = self._lexer.entry(text, line)
+        tokens = Lexer(self._patterns, text, line).entry()
         comment = _text(_pop_comment(tokens))
         if not tokens:
             return comment

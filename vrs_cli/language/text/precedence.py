@@ -39,14 +39,12 @@ VAL_ORDER = Order({**_COMMON, "OR": 5, "XOR": 5, "AND": 6}, {"NOT": 8, **_SIGNS}
 N = TypeVar("N")
 
 
-class Grouping(Generic[N]):
+class Grouping(Struct, Generic[N]):
     """The tree of a flat expression `PREFIX* value (INFIX PREFIX* value)*`, by precedence climbing."""
 
-    def __init__(self, order: Order, unary: Callable[[Token, N], N], binary: Callable[[Token, N, N], N]) -> None:
-        self._infix = order.infix
-        self._prefix = order.prefix
-        self._unary = unary
-        self._binary = binary
+    order: Order
+    unary: Callable[[Token, N], N]
+    binary: Callable[[Token, N, N], N]
 
     def tree(self, items: Sequence[Token | N]) -> N:
         root, _ = self._climb(items, 0, 0)
@@ -54,20 +52,18 @@ class Grouping(Generic[N]):
 
     def _climb(self, items: Sequence[Token | N], at: int, rank: int) -> tuple[N, int]:
         """The tree that begins at an item and takes what binds tighter than `rank`, and where it ends."""
-        left, at = self._operand(items, at)
+        first = items[at]
+        if isinstance(first, Token):
+            operand, at = self._climb(items, at + 1, self.order.prefix[first.value])
+            left = self.unary(first, operand)
+        else:
+            left, at = first, at + 1
         while at < len(items):
             sign = items[at]
             assert isinstance(sign, Token)
-            its_rank = self._infix[sign.value]
+            its_rank = self.order.infix[sign.value]
             if its_rank <= rank:
                 break
             right, at = self._climb(items, at + 1, its_rank)
-            left = self._binary(sign, left, right)
+            left = self.binary(sign, left, right)
         return left, at
-
-    def _operand(self, items: Sequence[Token | N], at: int) -> tuple[N, int]:
-        item = items[at]
-        if not isinstance(item, Token):
-            return item, at + 1
-        operand, at = self._climb(items, at + 1, self._prefix[item.value])
-        return self._unary(item, operand), at
