@@ -332,7 +332,7 @@ def test_a_new_tool_is_on_the_timeline(engine: Engine) -> None:
     engine.perform(Move(TABLE, straight=False))
     engine.perform(SetTool(translation(0.0, 0.0, 0.1)))
     engine.perform(SetTool(translation(0.0, 0.0, 0.1)))
-    assert engine.position(0.0).motion.frames.tool == translation(0.0, 0.0, 0.0)
+    assert engine.timeline[0].motion.frames.tool == translation(0.0, 0.0, 0.0)
     assert engine.position().T_world_tool.pz == pytest.approx(-0.14278, abs=1e-4)
     assert len(engine.records()) == 2
 

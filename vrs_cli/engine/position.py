@@ -18,7 +18,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.block_table import BlockTable
-from vrs_cli.trajectory.motion import Frames, Motion
+from vrs_cli.trajectory.motion import Frames
 from vrs_cli.trajectory.rope import Block
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 class Position(Struct, frozen=True):
     """The robot at one time: joints [rad], their velocity [rad/s] and acceleration [rad/s2], T_world_tool [m].
 
-    `hand` is 1 open, 0 closed. `motion` is the one in force (the last one, while the robot stands).
+    `hand` is 1 open, 0 closed. `text`: the instruction of the motion in force (the last one, while the robot stands).
     """
 
     time: float
@@ -44,7 +44,7 @@ class Position(Struct, frozen=True):
     T_world_tool: Transform
     hand: float
     moving: bool
-    motion: Motion
+    text: str
 
 
 class Positions(Struct, frozen=True):
@@ -78,7 +78,7 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
     moving = segment.phase is not Phase.REST and t < timeline[timeline.index_at(t)].finish
     velocity, acceleration = _rates(arm, segment, s, joints) if moving else (still, still)
     pose = world_pose(arm, segment.motion.frames, joints)
-    return Position(t, joints, velocity, acceleration, pose, segment.motion.hand, moving, segment.motion)
+    return Position(t, joints, velocity, acceleration, pose, segment.motion.hand, moving, segment.motion.text)
 
 
 def destination_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:

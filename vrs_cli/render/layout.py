@@ -80,7 +80,7 @@ def _whereabouts(reply: replies.Whereabouts, _page: Page) -> Iterator[Block]:
 
 
 def _doing(position: Position) -> str:
-    return position.motion.text or "moving" if position.moving else "standing still"
+    return position.text or "moving" if position.moving else "standing still"
 
 
 def _figures(headings: tuple[str, ...], values: tuple[float, ...]) -> Grid:

@@ -58,7 +58,7 @@ class Player(Struct):
         wall = self.wall()
         position = position_at(self.arm, self.timeline, self.playback.at(wall))
         where = plain_text(Whereabouts(position, units=self.arm.model.units))
-        doing = position.motion.text if position.moving else "at rest"
+        doing = position.text if position.moving else "at rest"
         keys = "  ".join(action.shown for action in ACTIONS if action.shown)
         return f"{self._bar(wall)}\n{doing}\n{where}{keys}"
 

@@ -17,27 +17,21 @@ import msgspec
 
 from vrs_cli import __version__
 from vrs_cli.dialogue.questions import Question
-from vrs_cli.dialogue.replies import Reply, Whereabouts, WhereaboutsTable
+from vrs_cli.dialogue.replies import Reply
 from vrs_cli.engine.engine import Postponement
-from vrs_cli.engine.position import Position
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import Place, VrsError
-from vrs_cli.kinematics.joints import Joints, JointUnits
-from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.wire.records import (
     Count,
     DeltaRecord,
     Form,
-    MotionRecord,
     Motions,
     RecordError,
     SegmentRecord,
     delta_of,
     delta_record,
-    motion_of,
-    motion_record,
     segment_records,
     segments_of,
 )
@@ -77,52 +71,11 @@ Sendable = Reply | Question | TimelineDelta | Snapshot | Postponement | Refusal
 # --- records of what has motions in it ------------------------------------------------------------------------------
 
 
-class PositionRecord(msgspec.Struct, frozen=True):
-    time: float
-    joints: Joints
-    velocity: Joints
-    acceleration: Joints
-    T_world_tool: Transform
-    hand: float
-    moving: bool
-    motion: MotionRecord
-
-
-class WhereaboutsRecord(msgspec.Struct, frozen=True):
-    """Of one position, or of a table of them."""
-
-    positions: tuple[PositionRecord, ...]
-    units: JointUnits
-    stamped: bool = False
-
-
 class SnapshotRecord(msgspec.Struct, frozen=True):
     version: Count
     segments: tuple[SegmentRecord, ...]
     settings: Settings
     first: Count = 0
-
-
-def _position_record(position: Position) -> PositionRecord:
-    return PositionRecord(**_same(position), motion=motion_record(position.motion))
-
-
-def _position(record: PositionRecord, form: Form) -> Position:
-    return Position(**_same(record), motion=motion_of(record.motion, form))
-
-
-def _same(position: Position | PositionRecord) -> dict[str, Any]:
-    return {name: getattr(position, name) for name in Position.__struct_fields__ if name != "motion"}
-
-
-def _whereabouts(record: WhereaboutsRecord, form: Form) -> Whereabouts:
-    if len(record.positions) != 1:
-        raise RecordError(f"{len(record.positions)} positions for one")
-    return Whereabouts(_position(record.positions[0], form), record.stamped, record.units)
-
-
-def _whereabouts_table(record: WhereaboutsRecord, form: Form) -> WhereaboutsTable:
-    return WhereaboutsTable(tuple(_position(one, form) for one in record.positions), record.units)
 
 
 def _delta_record(delta: TimelineDelta) -> DeltaRecord:
@@ -154,16 +107,6 @@ class _AsRecord(NamedTuple):
 _AS_RECORD: Mapping[type, _AsRecord] = {
     TimelineDelta: _AsRecord(DeltaRecord, _delta_record, _delta),
     Snapshot: _AsRecord(SnapshotRecord, _snapshot_record, _snapshot),
-    Whereabouts: _AsRecord(
-        WhereaboutsRecord,
-        lambda reply: WhereaboutsRecord((_position_record(reply.position),), reply.units, reply.stamped),
-        _whereabouts,
-    ),
-    WhereaboutsTable: _AsRecord(
-        WhereaboutsRecord,
-        lambda reply: WhereaboutsRecord(tuple(map(_position_record, reply.positions)), reply.units),
-        _whereabouts_table,
-    ),
 }
 
 
