@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from functools import partial
+from contextlib import contextmanager
+from io import StringIO
 from pathlib import Path
-from typing import TypeVar
 
 from msgspec import Struct, field
 
@@ -26,74 +26,65 @@ from vrs_cli.errors import (
     UnitNotAttached,
     VrsError,
 )
-from vrs_cli.files.atomic import AUXILIARY, Beside, create_beside, sync
+from vrs_cli.files.atomic import AUXILIARY, Beside, create_beside
 from vrs_cli.files.lock import hold
 from vrs_cli.files.naming import wrong_name
-from vrs_cli.files.opening import open_to_read
+from vrs_cli.files.opening import decoded, open_to_read
 from vrs_cli.language.run.units import DISKS, SUCCESS, Access
-
-_T = TypeVar("_T")
-
-
-class _Reader(Struct, eq=False):
-    """A text, and how far it has been read."""
-
-    text: str
-    at: int = 0
-
-    def record(self) -> str:
-        """The next line, without its end. Raises EndOfInput."""
-        if self.at >= len(self.text):
-            raise EndOfInput("the file", "all of it has been read")
-        end = self.text.find("\n", self.at)
-        line = self.text[self.at :] if end < 0 else self.text[self.at : end]
-        self.at += len(line) + 1
-        return line.removesuffix("\r")
-
-    def character(self) -> str:
-        """Raises EndOfInput."""
-        if self.at >= len(self.text):
-            raise EndOfInput("the file", "all of it has been read")
-        self.at += 1
-        return self.text[self.at - 1]
-
-
-class _Writer(Struct, eq=False):
-    """A file beside the one that it becomes; `placed`: it has become that already."""
-
-    beside: Beside
-    placed: bool = False
-
-    def write(self, text: str) -> None:
-        """Raises OSError."""
-        self.beside.stream.write(text.encode("utf-8", "replace"))
-
-    def place(self) -> None:
-        """What was written is in the file; more may follow. Raises OSError."""
-        if self.placed:
-            self.beside.stream.flush()
-        else:
-            self.beside.commit()
-            self.placed = True
-
-    def close(self) -> None:
-        """Raises OSError."""
-        try:
-            self.place()
-            sync(self.beside.stream)
-        finally:
-            self.beside.close()
 
 
 class _Unit(Struct, eq=False):
-    """A logical unit of one task. `status` is that of the last operation, `length` [characters] of the last record."""
+    """A logical unit of one task. `file`: the text that is read, or the file beside the one that is written. `status`
+    is that of the last operation, `length` [characters] of the last record."""
 
     attached: bool = False
     path: Path | None = None
-    reader: _Reader | None = None
-    writer: _Writer | None = None
+    file: StringIO | Beside | None = None
     status: int = SUCCESS
     length: int = 0
+
+    @contextmanager
+    def tried(self) -> Iterator[None]:
+        """What is done inside goes well or not: the status says how."""
+        try:
+            yield
+        except VrsError as error:
+            self.status = error.code
+        except FileNotFoundError:
+            self.status = NonexistentFile.code
+        except OSError:
+            self.status = FileError.code
+        else:
+            self.status = SUCCESS
+
+    def read(self, record: Callable[[StringIO], str]) -> str:
+        """Raises FileNotOpened, FileError, EndOfInput."""
+        self.check_open()
+        if not isinstance(self.file, StringIO):
+            raise FileError("the file is open to be written", "FCLOSE, then FOPENR reads it")
+        if not (text := record(self.file)):
+            raise EndOfInput("the file", "all of it has been read")
+        return text
+
+    def write(self, text: str) -> None:
+        """Raises FileNotOpened, FileError, OSError."""
+        self.check_open()
+        if not isinstance(self.file, Beside):
+            raise FileError("the file is open to be read", "FOPENW and FOPENA open one to be written")
+        self.file.stream.write(text.encode("utf-8", "replace"))
+
+    def close(self) -> None:
+        """What was written is in the file. Raises OSError."""
+        file, self.path, self.file = self.file, None, None
+        if isinstance(file, Beside):
+            try:
+                file.commit()
+            finally:
+                file.close()
+
+    def check_open(self) -> None:
+        if self.file is None:
+            raise FileNotOpened("", "FOPENR, FOPENW and FOPENA open one")
 
 
 class Disk(Struct, eq=False):
@@ -123,7 +114,8 @@ class Disk(Struct, eq=False):
     def detach(self, task: int, unit: int) -> None:
         """Take a unit back, and close what is open on it. Raises UnitNotAttached."""
         one = self._unit(task, unit)
-        self._done(one, lambda: self._close(one))
+        with one.tried():
+            one.close()
         one.attached = False
 
     def status(self, task: int, unit: int) -> int:
@@ -145,43 +137,55 @@ class Disk(Struct, eq=False):
         one, path = self._unit(task, unit), self._inside(name)
         if access is Access.APPEND and path.is_file():
             self.spend(path.stat().st_size)  # what is there is copied first
-        self._done(one, lambda: self._opened(one, path, access))
+        with one.tried():
+            if one.path is not None:
+                raise FileOpened(one.path.name, "FCLOSE closes it")
+            self._check_shared(path, access)
+            one.file = _opened(path, access)
+            one.path = path
 
     def close(self, task: int, unit: int) -> None:
         """Raises UnitNotAttached; a unit with no file open has the status of that."""
         one = self._unit(task, unit)
-        self._done(one, lambda: self._close(self._with_file(one)))
+        with one.tried():
+            one.check_open()
+            one.close()
 
     def delete(self, task: int, unit: int, name: str) -> None:
         """Raises UnitNotAttached, FileOutside."""
         one, path = self._unit(task, unit), self._inside(name)
-        self._done(one, lambda: self._delete(path))
+        with one.tried():
+            if any(other.path == path for other in self._units.values()):
+                raise FileOpened(path.name, "FCLOSE closes it")
+            if not path.is_file():
+                raise NonexistentFile(path.name)
+            with hold(path):
+                path.unlink()
 
     # --- records ---
 
     def read(self, task: int, unit: int) -> str | None:
         """The next record; None where there is none, and the status says why. Raises UnitNotAttached."""
-        one = self._unit(task, unit)
-        line = self._done(one, lambda: self._reader(one).record())
-        one.length = 0 if line is None else len(line)
+        one, line = self._unit(task, unit), None
+        with one.tried():
+            line = one.read(StringIO.readline).removesuffix("\n").removesuffix("\r")
+        one.length = len(line or "")
         return line
 
     def character(self, task: int, unit: int) -> int:
         """The code of the next character, or of what went wrong."""
-        one = self._any(task, unit)
         try:
-            if not one.attached:
-                raise _not_attached(unit)
-            return ord(self._reader(one).character())
+            return ord(self._unit(task, unit).read(lambda text: text.read(1)))
         except VrsError as error:
             return error.code
 
     def write(self, task: int, unit: int, text: str) -> None:
         """Raises UnitNotAttached, and what `spend` does."""
         one = self._unit(task, unit)
-        if one.writer is not None:
+        if isinstance(one.file, Beside):
             self.spend(len(text.encode("utf-8", "replace")))
-        self._done(one, lambda: self._write(one, text))
+        with one.tried():
+            one.write(text)
         one.length = len(text)
 
     # --- endings ---
@@ -189,13 +193,15 @@ class Disk(Struct, eq=False):
     def rest(self, task: int) -> None:
         """A task has stopped, and may go on: what it has written so far is in its files."""
         for one in self._of(task):
-            if one.writer is not None:
-                self._done(one, one.writer.place)
+            if isinstance(one.file, Beside):
+                with one.tried():
+                    one.file.commit()
 
     def release(self, task: int) -> None:
         """A task has ended: its files are closed, its units free."""
         for one in self._of(task):
-            self._done(one, partial(self._close, one))
+            with one.tried():
+                one.close()
             one.attached = False
 
     def close_all(self) -> None:
@@ -209,7 +215,7 @@ class Disk(Struct, eq=False):
         """Raises UnitNotAttached."""
         one = self._any(task, unit)
         if not one.attached:
-            raise _not_attached(unit)
+            raise UnitNotAttached(f"logical unit {unit}", f"ATTACH ({unit}) comes first")
         return one
 
     def _any(self, task: int, unit: int) -> _Unit:
@@ -217,22 +223,6 @@ class Disk(Struct, eq=False):
 
     def _of(self, task: int) -> Iterator[_Unit]:
         return (one for (owner, _), one in list(self._units.items()) if owner == task)
-
-    @staticmethod
-    def _done(one: _Unit, act: Callable[[], _T]) -> _T | None:
-        """Do it; the status of the unit says how that went."""
-        try:
-            done = act()
-        except VrsError as error:
-            one.status = error.code
-        except FileNotFoundError:
-            one.status = NonexistentFile.code
-        except OSError:
-            one.status = FileError.code
-        else:
-            one.status = SUCCESS
-            return done
-        return None
 
     def _inside(self, name: str) -> Path:
         """The path of a name. Raises FileOutside for one that is not in the folder."""
@@ -249,72 +239,24 @@ class Disk(Struct, eq=False):
             raise FileOutside(name, "it belongs to a file that is being written")
         return path
 
-    def _opened(self, one: _Unit, path: Path, access: Access) -> None:
-        if one.path is not None:
-            raise FileOpened(one.path.name, "FCLOSE closes it")
-        self._check_shared(path, access)
-        if path.exists() and not path.is_file():
-            raise FileError(f"{path.name} is no file", "name a file")
-        _OPENERS[access](one, path)
-        one.path = path
-
     def _check_shared(self, path: Path, access: Access) -> None:
         """Many may read a file, or one may write it. Raises FileOpened."""
         others = [one for one in self._units.values() if one.path == path]
         if any(one.writer is not None for one in others) or (others and access is not Access.READ):
             raise FileOpened(path.name, "it is open on another unit")
 
-    def _delete(self, path: Path) -> None:
-        if any(one.path == path for one in self._units.values()):
-            raise FileOpened(path.name, "FCLOSE closes it")
-        if not path.is_file():
-            raise NonexistentFile(path.name)
-        with hold(path):
-            path.unlink()
 
-    def _with_file(self, one: _Unit) -> _Unit:
-        if one.path is None:
-            raise FileNotOpened("", "FOPENR, FOPENW and FOPENA open one")
-        return one
-
-    def _reader(self, one: _Unit) -> _Reader:
-        if self._with_file(one).reader is None:
-            raise FileError("the file is open to be written", "FCLOSE, then FOPENR reads it")
-        assert one.reader is not None
-        return one.reader
-
-    def _write(self, one: _Unit, text: str) -> None:
-        if self._with_file(one).writer is None:
-            raise FileError("the file is open to be read", "FOPENW and FOPENA open one to be written")
-        assert one.writer is not None
-        one.writer.write(text)
-
-    def _close(self, one: _Unit) -> None:
-        writer, one.path, one.reader, one.writer = one.writer, None, None, None
-        if writer is not None:
-            writer.close()
-
-
-def _not_attached(unit: int) -> UnitNotAttached:
-    return UnitNotAttached(f"logical unit {unit}", f"ATTACH ({unit}) comes first")
-
-
-def _open_to_read(one: _Unit, path: Path) -> None:
-    if not path.exists():
-        raise NonexistentFile(path.name)
-    with open_to_read(path) as stream:
-        one.reader = _Reader(_decoded(stream.read()))
-
-
-def _open_to_write(one: _Unit, path: Path) -> None:
-    if path.exists():
-        raise FileExists(path.name, "FDELETE deletes it, FOPENA adds to it")
-    one.writer = _Writer(create_beside(path))
-
-
-def _open_to_append(one: _Unit, path: Path) -> None:
+def _opened(path: Path, access: Access) -> StringIO | Beside:
+    """Raises FileError, FileExists, OSError."""
     import shutil
 
+    if path.exists() and not path.is_file():
+        raise FileError(f"{path.name} is no file", "name a file")
+    if access is Access.READ:
+        with open_to_read(path) as stream:
+            return StringIO(decoded(stream.read()))
+    if access is Access.WRITE and path.exists():
+        raise FileExists(path.name, "FDELETE deletes it, FOPENA adds to it")
     beside = create_beside(path)
     try:
         if path.exists():
@@ -323,19 +265,4 @@ def _open_to_append(one: _Unit, path: Path) -> None:
     except BaseException:
         beside.close()
         raise
-    one.writer = _Writer(beside)
-
-
-def _decoded(content: bytes) -> str:
-    """UTF-8, or a character a byte where it is not that."""
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return content.decode("latin-1")
-
-
-_OPENERS: dict[Access, Callable[[_Unit, Path], None]] = {
-    Access.READ: _open_to_read,
-    Access.WRITE: _open_to_write,
-    Access.APPEND: _open_to_append,
-}
+    return beside

@@ -30,6 +30,14 @@ def reason(error: OSError) -> str:
     return text[:1].lower() + text[1:]
 
 
+def decoded(content: bytes) -> str:
+    """UTF-8, or a character a byte where it is not that."""
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("latin-1")
+
+
 def open_to_read(path: Path) -> BinaryIO:
     """The bytes of a file, or of a pipe that somebody writes. Raises OSError."""
     mode = path.stat().st_mode

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
 from vrs_cli.files.atomic import write_atomically
-from vrs_cli.files.opening import open_to_read, unreadable
+from vrs_cli.files.opening import decoded, open_to_read, unreadable
 
 __all__ = [
     "EXTENSION",
@@ -68,10 +68,7 @@ def _decoded(name: str, data: bytes) -> str:
         return data.decode("utf-16", errors="replace")
     if b"\0" in data:
         raise FileDamaged(f"{name} is not a text", "a program file is VAL-II text")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
+    return decoded(data)
 
 
 def _lines(text: str) -> str:
