@@ -23,8 +23,9 @@ from vrs_cli.files.opening import reason
 from vrs_cli.files.trajectory_file import Recording, read_trajectory
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment
-from vrs_cli.wire.lines import LineEncoder, Mark
+from vrs_cli.wire.lines import LineEncoder
 
 CHUNK = 1 << 16  # bytes that a journal which is not durable writes at once
 TRIES = 3  # files for one change
@@ -42,6 +43,14 @@ class Course(Struct, frozen=True):
     def lines(self, encoder: LineEncoder) -> Iterator[bytes]:
         yield encoder.header(self.model, self.initial)
         yield from map(encoder.delta, self.deltas)
+
+    def motions(self) -> dict[int, Motion]:
+        """What the lines describe, by its number."""
+        known = {segment.motion.number: segment.motion for segment in self.initial}
+        for delta in self.deltas:
+            for one in (delta, *delta.segments):
+                known[one.motion.number] = one.motion
+        return known
 
 
 class Taken(Struct, frozen=True):
@@ -102,7 +111,7 @@ class _Before(Struct, frozen=True):
     version: int
     size: int
     owed: bytes
-    mark: Mark
+    checksum: int | None
 
 
 class Journal:
@@ -160,8 +169,7 @@ class Journal:
 
     def _write(self, deltas: Sequence[TimelineDelta]) -> None:
         for _ in range(TRIES):
-            mark = self._lines.mark(deltas)
-            self._before = _Before(deltas[0].version, self._file.size, self._owed, mark)
+            self._before = _Before(deltas[0].version, self._file.size, self._owed, self._lines.checksum)
             data = self._owed + b"".join(map(self._lines.delta, deltas))
             if not self._durable and len(data) < CHUNK:
                 self._owed = data
@@ -183,7 +191,7 @@ class Journal:
         if before is None:
             return
         self._owed = before.owed
-        self._lines.back_to(before.mark)
+        self._lines = LineEncoder(self._course().motions(), before.checksum)
         if self._file.size > before.size:
             with suppress(OSError):  # the file knows then that it is torn, and is left
                 self._file.cut(before.size)

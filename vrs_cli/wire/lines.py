@@ -63,13 +63,6 @@ _object_decoder = msgspec.json.Decoder(dict[str, msgspec.Raw])
 # --- writing --------------------------------------------------------------------------------------------
 
 
-class Mark(msgspec.Struct, frozen=True):
-    """What an encoder knew: some of its motions by number, None for one that was not described; the last checksum."""
-
-    motions: Mapping[int, Motion | None]
-    checksum: int | None
-
-
 class LineEncoder:
     """The lines of one file as they are written: each knows the motions, and the checksum, of those before it.
 
@@ -79,6 +72,11 @@ class LineEncoder:
     def __init__(self, motions: Mapping[int, Motion] = MappingProxyType({}), checksum: int | None = START) -> None:
         self._motions, self._checksums = Motions(motions), Checksums(checksum)
 
+    @property
+    def checksum(self) -> int | None:
+        """That of the last line; None where they have none."""
+        return self._checksums.last
+
     def header(self, model: RobotModel, initial: Iterable[Segment]) -> bytes:
         """The first line. `initial`: the timeline of version 0 (s_0: where the robot stands at first)."""
         segments = segment_records(initial, self._motions, None)
@@ -87,20 +85,6 @@ class LineEncoder:
     def delta(self, delta: TimelineDelta) -> bytes:
         """The next line."""
         return self._line(delta_record(delta, self._motions))
-
-    def mark(self, deltas: Iterable[TimelineDelta]) -> Mark:
-        """What `back_to` needs, should the lines of these be dropped again."""
-        motions = (motion for delta in deltas for motion in (delta.motion, *(one.motion for one in delta.segments)))
-        return Mark({one.number: self._motions.get(one.number) for one in motions}, self._checksums.last)
-
-    def back_to(self, mark: Mark) -> None:
-        """The lines since then were not written."""
-        for number, motion in mark.motions.items():
-            if motion is None:
-                self._motions.pop(number, None)
-            else:
-                self._motions[number] = motion
-        self._checksums.last = mark.checksum
 
     def _line(self, record: msgspec.Struct) -> bytes:
         return self._checksums.sealed(_encoder.encode(record)) + b"\n"
