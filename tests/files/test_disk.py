@@ -125,6 +125,21 @@ def test_a_file_is_either_read_or_written(disk: Disk, tmp_path: Path) -> None:
     assert disk.character(MAIN, UNIT) == FileError.code
 
 
+def test_many_may_read_a_file_or_one_may_write_it(disk: Disk, tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("x\n")
+    disk.attach(OTHER, UNIT)
+    opened(disk, "a.txt", Access.READ)
+    disk.open(OTHER, UNIT, "a.txt", Access.READ)
+    assert disk.status(OTHER, UNIT) == SUCCESS
+    disk.close(OTHER, UNIT)
+    disk.open(OTHER, UNIT, "a.txt", Access.APPEND)
+    assert disk.status(OTHER, UNIT) == FileOpened.code
+    disk.close(MAIN, UNIT)
+    opened(disk, "a.txt", Access.APPEND)
+    disk.open(OTHER, UNIT, "a.txt", Access.READ)
+    assert disk.status(OTHER, UNIT) == FileOpened.code
+
+
 def test_an_operation_that_goes_well_clears_the_status(disk: Disk) -> None:
     assert opened(disk, "none.txt", Access.READ) == NonexistentFile.code
     assert opened(disk, "new.txt", Access.WRITE) == SUCCESS

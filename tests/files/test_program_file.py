@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
-from vrs_cli.files.atomic import atomically, check_writable
-from vrs_cli.files.program_file import read_program_file, write_atomically
+from vrs_cli.files.atomic import atomically, check_writable, write_atomically
+from vrs_cli.files.program_file import read_program_file
 
 TEXT = '.PROGRAM p\n  TYPE "é"\n.END\n'
 

@@ -242,7 +242,7 @@ class Disk(Struct, eq=False):
     def _check_shared(self, path: Path, access: Access) -> None:
         """Many may read a file, or one may write it. Raises FileOpened."""
         others = [one for one in self._units.values() if one.path == path]
-        if any(one.writer is not None for one in others) or (others and access is not Access.READ):
+        if any(isinstance(one.file, Beside) for one in others) or (others and access is not Access.READ):
             raise FileOpened(path.name, "it is open on another unit")
 
 

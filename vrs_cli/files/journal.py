@@ -48,8 +48,8 @@ class Course(Struct, frozen=True):
         """What the lines describe, by its number."""
         known = {segment.motion.number: segment.motion for segment in self.initial}
         for delta in self.deltas:
-            for one in (delta, *delta.segments):
-                known[one.motion.number] = one.motion
+            for motion in (delta.motion, *(segment.motion for segment in delta.segments)):
+                known[motion.number] = motion
         return known
 
 
@@ -134,7 +134,7 @@ class Journal:
             if it.file is None or it.recording is None:
                 self._file, self._lines = self._replaced(it)
             else:
-                self._file, self._lines = _gone_on(it.file, it.recording)
+                self._file, self._lines = self._gone_on(it.file, it.recording)
 
     @property
     def path(self) -> Path:
@@ -150,6 +150,14 @@ class Journal:
         finally:
             beside.close()
         return GrowingFile.there(it.path), lines
+
+    def _gone_on(self, file: GrowingFile, recording: Recording) -> tuple[GrowingFile, LineEncoder]:
+        """What was read, without a last line that was torn."""
+        if file.size > recording.size:
+            file.cut(recording.size)
+        if not file.ends_line():
+            file.add(b"\n", durable=True)
+        return file, LineEncoder(self._course().motions(), recording.checksum)
 
     # --- writing ---
 
@@ -256,12 +264,3 @@ class Journal:
             sync_folder(path.parent)
             failed.pop_all()
         return file, held, lines
-
-
-def _gone_on(file: GrowingFile, recording: Recording) -> tuple[GrowingFile, LineEncoder]:
-    """What was read, without a last line that was torn."""
-    if file.size > recording.size:
-        file.cut(recording.size)
-    if not file.ends_line():
-        file.add(b"\n", durable=True)
-    return file, LineEncoder(recording.motions, recording.checksum)

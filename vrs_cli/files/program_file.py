@@ -6,16 +6,7 @@ import codecs
 from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
-from vrs_cli.files.atomic import write_atomically
 from vrs_cli.files.opening import decoded, open_to_read, unreadable
-
-__all__ = [
-    "EXTENSION",
-    "decode_program",
-    "find_program_file",
-    "read_program_file",
-    "write_atomically",
-]
 
 EXTENSION = ".v2"
 DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks

@@ -7,11 +7,10 @@ the file is read, and left out.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
-from types import MappingProxyType
 from typing import BinaryIO
 
 from msgspec import Struct
@@ -27,7 +26,6 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.checksum import START, Checksums
@@ -56,31 +54,21 @@ def write_trajectory(
 # --- reading --------------------------------------------------------------------------------------------
 
 
-class Header(Struct, frozen=True):
-    """What the first line says: the form of the file, and the vrs that wrote it."""
-
-    format: int
-    vrs: str
-    units: dict[str, str]
-
-
 class Recording(Struct, frozen=True):
     """A trajectory file as read: `timeline` is tau after all `deltas`, `initial` the segments of tau[0].
 
     `warnings`: what is wrong in a file of before, or in one that is read leniently, with the lines. `dropped_tail`: a
-    last line that had not been written to its end was left out. `size`: the bytes of all others; `motions`: what they
-    describe; `checksum`: that of the last, None where the file has none. These three are what writing on needs.
+    last line that had not been written to its end was left out. `size`: the bytes of all others; `checksum`: that of
+    the last, None where the file has none. These two are what writing on needs.
     """
 
     model: RobotModel
     timeline: Timeline
     deltas: tuple[TimelineDelta, ...]
     initial: tuple[Segment, ...]
-    header: Header
     dropped_tail: bool
     warnings: tuple[str, ...]
     size: int
-    motions: Mapping[int, Motion]
     checksum: int | None
 
 
@@ -112,7 +100,6 @@ class _Reader:
         record = _header_record(path, first)
         self._checksums = Checksums(None if record.crc is None else START)
         self._motions, self._deltas = Motions(), list[TimelineDelta]()
-        self._header = Header(record.vrst, record.vrs, record.units)
         try:
             self._opened(1, first)
             self._model = from_dict(record.robot, f"{path}, line 1: robot")
@@ -157,11 +144,9 @@ class _Reader:
             timeline=timeline,
             deltas=tuple(self._deltas),
             initial=self._initial,
-            header=self._header,
             dropped_tail=lines.torn,
             warnings=tuple(map(str, self._faults)),
             size=lines.whole,
-            motions=MappingProxyType(self._motions),
             checksum=self._checksums.last,
         )
 

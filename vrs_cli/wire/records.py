@@ -12,6 +12,7 @@ from operator import mul
 from typing import Annotated
 
 import msgspec
+from msgspec import structs
 
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
@@ -37,6 +38,7 @@ LARGEST = 1e15  # of any number: what is reckoned from it stays finite
 DEGREE = 5  # of a polynomial, at most
 ORTHONORMAL = 1e-6  # products of the axes of a rotation
 ZERO, FULL = 0.0, 1.0  # defaults: msgspec leaves out these very objects
+DEFAULTS = (("speed", FULL), ("acceleration", FULL), ("duration", ZERO), ("hand", ZERO))  # of a motion
 NO_FRAMES = Frames()
 
 Number = Annotated[float, msgspec.Meta(ge=-LARGEST, le=LARGEST)]
@@ -156,12 +158,12 @@ class Motions(dict[int, Motion]):
         if known is motion or known == motion:
             return motion.number
         self[motion.number] = motion
-        return motion_record(motion)
+        return _motion_record(motion)
 
     def resolve(self, reference: int | MotionRecord, form: Form) -> Motion:
         """The motion meant. Raises RecordError."""
         if isinstance(reference, MotionRecord):
-            motion = motion_of(reference, form)
+            motion = _motion_of(reference, form)
             self[motion.number] = motion
             return motion
         if reference not in self:
@@ -218,25 +220,14 @@ def _words(configuration: Configuration) -> tuple[str | None, str | None, str | 
     return arm, elbow, wrist
 
 
-def motion_record(motion: Motion) -> MotionRecord:
-    return MotionRecord(
-        number=motion.number,
-        kind=motion.kind,
-        start=motion.start,
-        text=motion.text,
-        goal=motion.goal,
-        pose=None if motion.pose is None else _rows(motion.pose),
-        speed=_default(motion.speed, FULL),
-        acceleration=_default(motion.acceleration, FULL),
-        tip_speed=motion.tip_speed,
-        rotation=motion.rotation,
-        duration=_default(motion.duration, ZERO),
-        hand=_default(motion.hand, ZERO),
-        frames=_frames_record(motion.frames),
-        relative=None if motion.relative is None else _relative_record(motion.relative),
-        profile=motion.profile,
-        rounding=motion.rounding,
-    )
+def _motion_record(motion: Motion) -> MotionRecord:
+    values = {name: getattr(motion, name) for name in MotionRecord.__struct_fields__}
+    for name, default in DEFAULTS:
+        values[name] = _default(values[name], default)
+    values["pose"] = None if motion.pose is None else _rows(motion.pose)
+    values["frames"] = _frames_record(motion.frames)
+    values["relative"] = None if motion.relative is None else _relative_record(motion.relative)
+    return MotionRecord(**values)
 
 
 def _relative_record(target: RelativeTarget) -> RelativeRecord:
@@ -338,31 +329,17 @@ def _turn(record: TurnRecord) -> Turn:
     return Turn(record.axis, record.angle)
 
 
-def motion_of(record: MotionRecord, form: Form) -> Motion:
-    """Raises RecordError."""
+def _motion_of(record: MotionRecord, form: Form) -> Motion:
     need = NEEDS.get(record.kind)
     if need is not None and getattr(record, need) is None:
         raise RecordError(f"a motion of kind {record.kind.value} needs a {need}")
     if record.goal is not None and len(record.goal) != form.joint_count:
         raise _wrong_count(len(record.goal), form)
-    return Motion(
-        record.number,
-        record.kind,
-        record.start,
-        record.goal,
-        None if record.pose is None else _transform(record.pose),
-        record.speed,
-        record.acceleration,
-        record.tip_speed,
-        record.rotation,
-        record.duration,
-        record.hand,
-        NO_FRAMES if record.frames is None else _frames(record.frames),
-        record.text,
-        None if record.relative is None else _relative(record.relative, form),
-        record.profile,
-        record.rounding,
-    )
+    values = structs.asdict(record)
+    values["pose"] = None if record.pose is None else _transform(record.pose)
+    values["frames"] = NO_FRAMES if record.frames is None else _frames(record.frames)
+    values["relative"] = None if record.relative is None else _relative(record.relative, form)
+    return Motion(**values)
 
 
 def _relative(record: RelativeRecord, form: Form) -> RelativeTarget:

@@ -15,9 +15,10 @@ from vrs_cli.dialogue.terminal import Dialogue, Player, Watched
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import ProgramExists, UsageError
 from vrs_cli.files import store as files
+from vrs_cli.files.atomic import write_atomically
 from vrs_cli.files.continuing import bookmark_of
 from vrs_cli.files.folder import copy, delete, entries, existing, rename, target
-from vrs_cli.files.program_file import find_program_file, read_program_file, write_atomically
+from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.files.store import Part
 from vrs_cli.files.trajectory_file import EXTENSION, Recording, read_trajectory, write_trajectory
 from vrs_cli.interfaces.monitor.consent import PLACES, listed, may_replace, may_write, refusal
