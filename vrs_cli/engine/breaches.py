@@ -71,18 +71,18 @@ class _Stretch:
     def __init__(self, arm: RobotArm, segments: list[Segment], first: int) -> None:
         self.arm, self.model, self.segments, self.first = arm, arm.model, segments, first
         self.starts = np.array([segment.start for segment in segments])
-        self.durations = np.array([segment.duration for segment in segments])
-        self.straight = np.array([not isinstance(segment.path, JointPath) for segment in segments])
-        self.resting = np.array([segment.phase is Phase.REST for segment in segments])
+        self.durations = np.array([segment.duration for segment in segments])[:, None]
+        self.straight = np.array([[not isinstance(segment.path, JointPath)] for segment in segments])
+        self.resting = np.array([[segment.phase is Phase.REST] for segment in segments])
         given = coefficients([segment.path for segment in segments])
-        self.coefficients = np.concatenate((given, np.zeros((max(CUBIC - len(given), 0), *given.shape[1:]))))
+        joints = np.concatenate((given, np.zeros((max(CUBIC - len(given), 0), *given.shape[1:]))))
+        self.orders = joints, _derivative(joints), _derivative(_derivative(joints))
         self.steep = [
             (row, segment.path, segment.duration)
             for row, segment in enumerate(segments)
             if isinstance(segment.path, JointPath) and segment.path.degree >= CUBIC
         ]
-        self.begin, self.begin_rate, self.begin_gain = self._at(np.zeros(len(segments)))
-        self.end, self.end_rate, self.end_gain = self._at(self.durations)
+        self.begin, self.end = [a[0].copy() for a in self.orders], [_value(a, self.durations) for a in self.orders]
         self.lines = [breach for row in np.flatnonzero(self.straight) for breach in self._line(int(row))]
 
     def breaches(self) -> Iterator[Breach]:
@@ -94,7 +94,7 @@ class _Stretch:
 
     def at_the_end(self) -> Iterator[Breach]:
         """After the last segment the robot stands; but a stream of targets may have ended at any time."""
-        rate = np.abs(self.end_rate[-1:])
+        rate = np.abs(self.end[1][-1:])
         if self.segments[-1].motion.kind is not Kind.STEERED:
             yield from self._tell(rate > RATE, rate, "joint {joint} moves with {size}/s at the end")
 
@@ -102,37 +102,35 @@ class _Stretch:
 
     def _seams(self) -> Iterator[Breach]:
         """From each segment to the next."""
-        jump = np.abs(self.begin[1:] - self.end[:-1])
+        jump = np.abs(self.begin[0][1:] - self.end[0][:-1])
         yield from self._tell(jump > PLACE, jump, "joint {joint} jumps by {size}", 1)
-        touching = (self.starts[1:] == self.starts[:-1] + self.durations[:-1])[:, None]
-        before, after = self.end_rate[:-1], self.begin_rate[1:]
+        touching = self.starts[1:, None] == self.starts[:-1, None] + self.durations[:-1]
+        before, after = self.end[1][:-1], self.begin[1][1:]
         kick, fast = np.abs(after - before), np.maximum(np.abs(after), np.abs(before))
         wrong = touching & (kick > RATE * np.maximum(1.0, fast))
         yield from self._tell(wrong, kick, "the velocity of joint {joint} jumps by {size}/s", 1)
         yield from self._tell(~touching & (fast > RATE), fast, "joint {joint} moves with {size}/s next to a gap", 1)
 
     def _ranges(self) -> Iterator[Breach]:
-        """A joint is farthest at an end, or where it turns back."""
-        low, high = self._extremes()
+        low, high = self._extremes(0)
         beyond = np.maximum(np.array(self.model.lower) - low, high - np.array(self.model.upper))
         yield from self._tell(beyond > PLACE, beyond, "joint {joint} is {size} beyond its range")
 
     def _rests(self) -> Iterator[Breach]:
-        resting = self.resting[:, None]
-        moved = np.maximum(np.abs(self.end - self.begin), np.maximum(np.abs(self.begin_rate), np.abs(self.end_rate)))
-        yield from self._tell(resting & (moved > RATE), moved, "joint {joint} moves by {size} while the robot stands")
+        moved = np.abs(self.end[0] - self.begin[0])
+        moved = np.maximum(moved, np.maximum(np.abs(self.begin[1]), np.abs(self.end[1])))
+        wrong = self.resting & (moved > RATE)
+        yield from self._tell(wrong, moved, "joint {joint} moves by {size} while the robot stands")
 
     def _limits(self) -> Iterator[Breach]:
-        """The velocity is greatest at an end or, in joint space, where the acceleration is 0; that one at an end."""
-        moving = self.durations[:, None] > 0.0
-        rate = np.maximum(np.maximum(np.abs(self.begin_rate), np.abs(self.end_rate)), np.abs(self._steady_rate()))
-        gain = np.maximum(np.abs(self.begin_gain), np.abs(self.end_gain))
-        for row, path, duration in self.steep:
-            rate[row], gain[row] = (np.abs(path.extremes(duration, order)).max(axis=1) for order in (1, 2))
-        wrong = moving & (rate > np.array(self.model.max_velocity) * (1.0 + EXCESS))
-        yield from self._tell(wrong, rate, "joint {joint} moves with {size}/s, faster than it can")
-        wrong = moving & ~self.straight[:, None] & (gain > np.array(self.model.max_acceleration) * (1.0 + EXCESS))
-        yield from self._tell(wrong, gain, "joint {joint} accelerates with {size}/s2, more than it can")
+        moving = self.durations > 0.0
+        for order, limits, where, what in (
+            (1, self.model.max_velocity, moving, "moves with {size}/s, faster than it can"),
+            (2, self.model.max_acceleration, moving & ~self.straight, "accelerates with {size}/s2, more than it can"),
+        ):
+            low, high = self._extremes(order)
+            most = np.maximum(high, -low)
+            yield from self._tell(where & (most > np.array(limits) * (1.0 + EXCESS)), most, "joint {joint} " + what)
 
     def _tell(self, wrong: Flags, size: Floats, what: str, shift: int = 0) -> Iterator[Breach]:
         """A breach for each row (of n joints) that is wrong, of its worst joint. `shift` 1: each is of a seam."""
@@ -144,44 +142,26 @@ class _Stretch:
     def _breach(self, row: int, what: str) -> Breach:
         return Breach(self.first + row, f"{what}, {self.starts[row]:.3f} s")
 
-    # --- polynomials ---------------------------------------------------------------------------------------------
-
-    def _at(self, s: Floats) -> tuple[Floats, Floats, Floats]:
-        """Joints, velocity and acceleration (m, n) of every segment at its own time s (m,) or (m, n)."""
-        t = s if s.ndim > 1 else s[:, None]
-        joints = rates = gains = np.zeros_like(self.coefficients[0])
-        for row in self.coefficients[::-1]:  # Horner, of the derivatives too
-            gains = gains * t + 2.0 * rates
-            rates = rates * t + joints
-            joints = joints * t + row
-        return joints, rates, gains
-
-    def _extremes(self) -> tuple[Floats, Floats]:
-        """The least and the greatest joints (m, n)."""
-        low, high = np.minimum(self.begin, self.end), np.maximum(self.begin, self.end)
-        for s in self._turns():
-            there = np.where(self.straight[:, None], self.begin, self._at(s)[0])
+    def _extremes(self, order: int) -> tuple[Floats, Floats]:
+        """The least and the greatest joints (m, n), or of a derivative: at an end, or where they turn back; of a line
+        at an end.
+        """
+        a, begin, end = self.orders[order], self.begin[order], self.end[order]
+        low, high = np.minimum(begin, end), np.maximum(begin, end)
+        for s in self._turns(a) if order < 2 else ():
+            there = np.where(self.straight, begin, _value(a, s))
             low, high = np.minimum(low, there), np.maximum(high, there)
         for row, path, duration in self.steep:
-            low[row], high[row] = np.transpose(path.extremes(duration))
+            low[row], high[row] = np.transpose(path.extremes(duration, order))
         return low, high
 
-    def _turns(self) -> tuple[Floats, Floats]:
-        """Where the velocity of each joint is 0 (m, n), or 0 where it is so nowhere inside."""
-        _, c, b, a = self.coefficients[:CUBIC]
-        b, a = 2.0 * b, 3.0 * a
+    def _turns(self, a: Floats) -> Iterator[Floats]:
+        """Where cubics turn back (m, n), or 0 where they do so nowhere inside."""
+        c, b, d = _derivative(a)[:3]
         with np.errstate(all="ignore"):
-            q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))  # the two roots, without cancellation
-            return self._inside(q / a), self._inside(c / q)
-
-    def _steady_rate(self) -> Floats:
-        """The velocity where the acceleration of each joint is 0 (m, n)."""
-        c2, c3 = self.coefficients[2:CUBIC]
-        with np.errstate(all="ignore"):
-            return self._at(self._inside(-c2 / (3.0 * c3)))[1]
-
-    def _inside(self, s: Floats) -> Floats:
-        return np.where((s > 0.0) & (s < self.durations[:, None]), s, 0.0)
+            q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * d * c), b))  # the two roots, without cancellation
+            for s in (q / d, c / q):
+                yield np.where((s > 0.0) & (s < self.durations), s, 0.0)
 
     # --- lines ---------------------------------------------------------------------------------------------------
 
@@ -190,14 +170,30 @@ class _Stretch:
         segment = self.segments[row]
         path = segment.path
         assert isinstance(path, CartesianPath)
-        for s, joints, rates in ((0.0, self.begin, self.begin_rate), (segment.duration, self.end, self.end_rate)):
+        for s, (joints, rates, _) in ((0.0, self.begin), (segment.duration, self.end)):
             found = _joints(self.arm, segment, path, s, path.seed(s))
             joints[row] = np.nan if found is None else found
             rates[row] = np.nan if found is None else _rates(self.arm, segment, path, s, found)
-        if np.isnan(self.begin[row]).any() or np.isnan(self.end[row]).any():
+        if np.isnan([self.begin[0][row], self.end[0][row]]).any():
             yield self._breach(row, "the straight line leaves the reach of the arm")
         elif not _seeds_agree(self.arm, segment, path):
             yield self._breach(row, "the joints jump in the straight line")
+
+
+def _derivative(a: Floats) -> Floats:
+    """Of polynomials (k, m, n), with as many coefficients: the last one is 0."""
+    derivative: Floats = np.zeros_like(a)
+    derivative[:-1] = a[1:] * np.arange(1.0, len(a))[:, None, None]
+    return derivative
+
+
+def _value(a: Floats, s: Floats) -> Floats:
+    """Polynomials (k, m, n) at times (m, n) or (m, 1)."""
+    value: Floats = np.zeros_like(a[0])
+    for row in a[::-1]:  # Horner
+        value *= s
+        value += row
+    return value
 
 
 # --- lines -------------------------------------------------------------------------------------------------------

@@ -6,15 +6,15 @@ a singularity, is refused before it starts, with the place.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import reduce
-from itertools import repeat
+from itertools import chain, repeat
 from math import dist, sqrt
 
 from msgspec import structs
 
-from vrs_cli.engine.boundary import Survey, Touch, survey
+from vrs_cli.engine.boundary import Survey, survey
 from vrs_cli.engine.continuation import Followed, check_continuous
 from vrs_cli.engine.following import Follower, Sample, seeds_of
 from vrs_cli.engine.kinks import Kinks, Stop, straighten_wrist
@@ -31,9 +31,9 @@ from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.limits import ToolLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import value
-from vrs_cli.trajectory.segment import CartesianPath, Phase, Segment, Turn
+from vrs_cli.trajectory.segment import STILL, CartesianPath, Phase, Segment, Turn
 from vrs_cli.trajectory.state import JointState, ToolState
-from vrs_cli.trajectory.stretch import ToolStretch
+from vrs_cli.trajectory.stretch import ToolStretch, segments_of
 from vrs_cli.trajectory.vector import dot, subtracted
 
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
@@ -57,7 +57,7 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
     """
     arm, joints, state = problem.arm, problem.here.joints.joints, problem.tool
     failure: MotionError | None = None
-    for configuration in _configurations(arm, joints):
+    for configuration in (arm.configuration(joints), *arm.twins(joints)):  # at a straight wrist two hold
         try:
             return _Line(problem, state, configuration).segments()
         except MotionError as error:
@@ -65,7 +65,8 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
     assert failure is not None
     if not isinstance(failure, LocationOutOfRange):
         _check_end(arm, joints, problem.motion, failure)
-    if state.at_rest and _nearly_singular(arm, joints) and _near_start(state, failure):
+    begins = failure.place is None or dist(failure.place, position(state.pose)) < NEAR_START
+    if state.at_rest and begins and _nearly_singular(arm, joints):
         as_ready = ", as READY is" if _nearly_singular(arm, arm.model.poses["ready"]) else ""
         raise failure.reworded(hint=f"the line starts in a singular pose{as_ready}: MOVE away from it first")
     raise failure
@@ -86,23 +87,6 @@ def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
     return min(arm.singularity(joints)) < NEARLY_SINGULAR
 
 
-def _near_start(state: ToolState, failure: MotionError) -> bool:
-    """Whether a line fails where it starts, or at a place that is not known."""
-    return failure.place is None or dist(failure.place, position(state.pose)) < NEAR_START
-
-
-def _configurations(arm: RobotArm, joints: Joints) -> Iterator[Configuration]:
-    """The configuration of the arm; where two hold, as at a straight wrist, the other too."""
-    yield arm.configuration(joints)
-    yield from arm.twins(joints)
-
-
-def _without_free_turn(arm: RobotArm, state: ToolState) -> ToolState:
-    """The state of the tool without the turn of an arm whose tool turns as the joints have it: no line asks for one."""
-    none = (0.0, 0.0, 0.0)
-    return state if arm.model.task.turns else replace(state, spin=none, spin_rate=none)
-
-
 def tool_limits(arm: RobotArm, motion: Motion) -> ToolLimits:
     """Nominal tool speed and acceleration, at the motion's fractions of them."""
     model = arm.model
@@ -117,17 +101,20 @@ def tool_limits(arm: RobotArm, motion: Motion) -> ToolLimits:
 
 
 class _Line:
-    """One straight-line motion in one configuration."""
+    """One straight-line motion in one configuration; or, `stops`, to rest on the line that the tool moves on."""
 
-    def __init__(self, problem: Problem, state: ToolState, configuration: Configuration) -> None:
+    def __init__(
+        self, problem: Problem, state: ToolState, configuration: Configuration, *, stops: bool = False
+    ) -> None:
         arm, motion = problem.arm, problem.motion
         self.problem, self.arm, self.motion, self.configuration = problem, arm, motion, configuration
-        self.state, self.joints = _without_free_turn(arm, state), problem.here.joints
+        self.state, self.joints = state, problem.here.joints
         self.limits, self.least = tool_limits(arm, motion), motion.duration
-        self.law = LAWS[motion.profile]
+        self.law, self.stops = LAWS[motion.profile], stops
         self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base)
-        goal = state.pose if motion.pose is None else motion.pose  # of a stop on a line there is none
-        goal = goal if arm.model.task.turns else at_position(state.pose, *position(goal))
+        goal = state.pose if stops or motion.pose is None else motion.pose
+        if not arm.model.task.turns:  # the tool turns as the joints have it, and no line asks for a turn
+            self.state, goal = replace(state, spin=STILL, spin_rate=STILL), at_position(state.pose, *position(goal))
         self.goal = straighten_wrist(self.follower, goal)
 
     def segments(self) -> tuple[Segment, ...]:
@@ -170,12 +157,16 @@ class _Line:
             raise self._refusal(way, found)
         if found.touches:
             kinks = Kinks(self.follower, way, found.touches)
-            stops = self._stops(kinks, stretches)
+            try:
+                stops = kinks.stops(self.joints.joints)
+            except StraightLineSingular:
+                self._follow(stretches)  # which may be refused sooner
+                raise
             if stops:
                 return self._in_parts(stops)
             self.goal = kinks.end_on_boundary()
             stretches = self._stretches(self.limits)
-        seeds, loads = self._follow(stretches, self._marks(stretches, found.marks))
+        seeds, loads = self._follow(stretches, self._instants(stretches, found.marks))
         load = _worst(loads)
         if load.slowing > 1.0:
             if load.slowing > self.problem.slowest:
@@ -184,7 +175,7 @@ class _Line:
             self.least *= factor
             stretches = self._stretches(self.limits.slowed(factor, factor * factor, factor * factor * factor))
             if len(stretches) != len(seeds):  # a cruise of next to no time has come or gone
-                seeds, _ = self._follow(stretches, self._marks(stretches, found.marks))
+                seeds, _ = self._follow(stretches, self._instants(stretches, found.marks))
         return self._segments(stretches, seeds)
 
     # --- the boundary of the reach ---
@@ -197,14 +188,6 @@ class _Line:
         turns = (Turn(axis, (0.0, angle)),) if angle else ()
         return CartesianPath((line[0], line[1], line[2]), pose, turns, self.configuration, (self.joints.joints,), 1.0)
 
-    def _stops(self, kinks: Kinks, stretches: list[ToolStretch]) -> list[Stop]:
-        """Where the line has to stop, from rest. Raises MotionError where it cannot be."""
-        try:
-            return kinks.stops(self.joints.joints)
-        except StraightLineSingular:
-            self._follow(stretches)  # which may be refused sooner
-            raise
-
     def _in_parts(self, stops: list[Stop]) -> tuple[Segment, ...]:
         """The line as several, from rest to rest."""
         done, joints, pose, start = 0.0, self.joints.joints, self.state.pose, self.problem.begin
@@ -212,9 +195,8 @@ class _Line:
         segments: list[Segment] = []
         for stop in (*stops, Stop(1.0, self.goal)):
             motion = replace(self.motion, pose=stop.pose, duration=self.motion.duration * (stop.part - done))
-            state = ToolState(pose, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
             problem = Problem(self.arm, Here(JointState(joints, still)), motion, start, self.problem.slowest)
-            part = _Line(problem, state, self.configuration)
+            part = _Line(problem, ToolState(pose, STILL, STILL), self.configuration)
             segments += [replace(segment, motion=self.motion) for segment in part.segments()]
             start, path = segments[-1].finish, segments[-1].path
             assert isinstance(path, CartesianPath)
@@ -229,7 +211,9 @@ class _Line:
         for stretch in stretches:
             path, lasting = self._path(stretch, (self.joints.joints,)), stretch.duration
             found = survey(self.follower, path, lasting)
-            kinks = [touch for touch in found.touches if self._kinks(touch, lasting, stretch is stretches[-1])]
+            kinks = [touch for touch in found.touches if touch[:2] != (0.0, lasting)]  # else all is on the boundary
+            if stretch is stretches[-1]:  # how a wrist comes to rest is seen in samples
+                kinks = [touch for touch in kinks if touch[1:] != (lasting, WRIST)]
             if found.trouble or kinks:
                 self._follow(stretches)  # which may be refused sooner
                 if found.trouble:
@@ -244,26 +228,20 @@ class _Line:
         assert found.endless is not None
         return self.follower.refuse(path.pose(found.endless), "the line goes on along it")
 
-    def _kinks(self, touch: Touch, lasting: float, last: bool) -> bool:
-        """Whether a touch is one at which the joints of a tool in motion change their velocity at once."""
-        whole = touch.begin == 0.0 and touch.end == lasting
-        rests = last and touch.end == lasting and touch.which == WRIST  # what is there is seen in samples
-        return not (whole or rests)
-
-    def _marks(self, stretches: list[ToolStretch], parts: tuple[float, ...]) -> list[Marks]:
+    def _instants(self, stretches: list[ToolStretch], parts: Marks) -> list[Marks]:
         """The instants of each stretch at which so much of the line is done."""
-        return [tuple(self._instants(stretch, parts)) for stretch in stretches] if parts else []
-
-    def _instants(self, stretch: ToolStretch, parts: tuple[float, ...]) -> Iterator[float]:
-        first, last = self._done(stretch, 0.0), self._done(stretch, stretch.duration)
-        for part in parts:
-            if first < part < last:
-                low, high = 0.0, stretch.duration
-                for _ in range(INSTANT_STEPS):
-                    middle = 0.5 * (low + high)
-                    low, high = (middle, high) if self._done(stretch, middle) < part else (low, middle)
-                if 0.0 < high < stretch.duration:
-                    yield high
+        marks = []
+        for stretch in stretches:
+            lasting, instants = stretch.duration, list[float]()
+            for part in parts:
+                if self._done(stretch, 0.0) < part < self._done(stretch, lasting):
+                    low, high = 0.0, lasting
+                    for _ in range(INSTANT_STEPS):
+                        middle = 0.5 * (low + high)
+                        low, high = (middle, high) if self._done(stretch, middle) < part else (low, middle)
+                    instants.append(high)
+            marks.append(tuple(instants))
+        return marks
 
     def _done(self, stretch: ToolStretch, s: float) -> float:
         """The part of the line that is done at an instant of a stretch."""
@@ -278,6 +256,8 @@ class _Line:
 
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
         try:
+            if self.stops:
+                return self.law.straight_stop(self.state, limits)
             return self.law.straight_motion(self.state, self.goal, limits, self.least)
         except NoTimes:
             raise StraightLineSingular(
@@ -285,12 +265,12 @@ class _Line:
                 "use MOVE, or let the arm come to rest first",
             ) from None
 
-    def _follow(self, stretches: list[ToolStretch], marks: Sequence[Marks] = ()) -> tuple[list[Seeds], list[Load]]:
+    def _follow(self, stretches: list[ToolStretch], marks: Iterable[Marks] = ()) -> tuple[list[Seeds], list[Load]]:
         """The joints of each stretch, and the greatest load on a joint in each. `marks`: instants that get a sample."""
         seeds, loads, followed, near = [], [], [], self.joints.joints
         started: Joints | None = None
         before: Sample | None = None
-        for stretch, instants in zip(stretches, marks or repeat(()), strict=False):
+        for stretch, instants in zip(stretches, chain(marks, repeat(())), strict=False):
             path = self._path(stretch, (near,))
             samples = self.follower.samples(path, stretch.duration, near, self.law.samples, before, instants)
             followed.append(Followed(path, stretch.duration, samples))
@@ -323,12 +303,9 @@ class _Line:
         return self.follower.refuse(load.place, wanted, load.joint)
 
     def _segments(self, stretches: list[ToolStretch], seeds: list[Seeds]) -> tuple[Segment, ...]:
-        segments, start = [], self.problem.begin
-        for stretch, stretch_seeds in zip(stretches, seeds, strict=True):
-            finish = start + stretch.duration
-            segments.append(Segment(start, finish, self._path(stretch, stretch_seeds), stretch.phase, self.motion))
-            start = finish
-        return tuple(segments)
+        rows = zip(stretches, seeds, strict=True)
+        paths = ((stretch.duration, stretch.phase, self._path(stretch, seeds)) for stretch, seeds in rows)
+        return segments_of(self.problem.begin, self.motion, paths)
 
     def _path(self, stretch: ToolStretch, seeds: Seeds) -> CartesianPath:
         turns = tuple(Turn(axis, angle) for axis, angle in stretch.turns)
@@ -336,21 +313,11 @@ class _Line:
         return CartesianPath(stretch.position, stretch.orientation, turns, self.configuration, seeds, interval)
 
 
-class _Stop(_Line):
-    """The line that the tool moves on, no farther than it must."""
-
-    def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
-        try:
-            return self.law.straight_stop(self.state, limits)
-        except NoTimes as no_times:
-            raise StraightLineSingular(str(no_times)) from None
-
-
 def line_stop(problem: Problem) -> tuple[Segment, ...]:
     """To rest on the line that the tool moves on, whatever the speed of the motion. Raises MotionError."""
     arm, motion = problem.arm, problem.motion
     problem = structs.replace(problem, slowest=SLOWEST)
-    stop = _Stop(problem, problem.tool, arm.configuration(problem.here.joints.joints))
+    stop = _Line(problem, problem.tool, arm.configuration(problem.here.joints.joints), stops=True)
     stop.limits = tool_limits(arm, replace(motion, speed=1.0, acceleration=1.0, tip_speed=None, rotation=None))
     return stop.segments()
 
