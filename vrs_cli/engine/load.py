@@ -6,20 +6,22 @@ not do, near a limit, it is looked at more closely.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise, repeat
 from math import cbrt, sqrt
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.engine.rates import joint_acceleration, joint_acceleration_and_jerk
 from vrs_cli.errors import StraightLineSingular
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.segment import CartesianPath
+
+R = TypeVar("R")
 
 MARGIN = 1.01  # velocities are taken so much higher than the samples show, for what lies between them
 SMALL_MARGIN = 1.0005
@@ -39,13 +41,15 @@ SINGULAR = 1e-14  # measure of a pose at rest that is singular but for rounding
 
 
 class Load(Struct, frozen=True):
-    """The greatest joint velocity, acceleration and jerk as parts of their limits; which joint asks most, and where."""
+    """The greatest joint velocity, acceleration and jerk as parts of their limits; which joint asks most, and on which
+    path when [s].
+    """
 
     velocity: float = 0.0
     acceleration: float = 0.0
-    joint: int = 0
-    place: Transform | None = None
     jerk: float = 0.0
+    joint: int = 0
+    at: tuple[CartesianPath, float] | None = None
 
     @property
     def slowing(self) -> float:
@@ -55,7 +59,7 @@ class Load(Struct, frozen=True):
     def worse(self, other: Load) -> Load:
         worst = self if self.slowing >= other.slowing else other
         velocity, acceleration = max(self.velocity, other.velocity), max(self.acceleration, other.acceleration)
-        return Load(velocity, acceleration, worst.joint, worst.place, max(self.jerk, other.jerk))
+        return Load(velocity, acceleration, max(self.jerk, other.jerk), worst.joint, worst.at)
 
 
 class Moment(NamedTuple):
@@ -75,55 +79,47 @@ class StretchLoad:
     def __init__(
         self, follower: Follower, path: CartesianPath, samples: list[Sample], *, closely: bool = False
     ) -> None:
-        self.closely = closely
-        self.follower, self.path, self.samples = follower, path, samples
-        self.arm, self.tool = follower.arm, follower.tool
-        self.limits = follower.arm.model
+        self.follower, self.path, self.samples, self.closely = follower, path, samples, closely
+        self.arm, self.limits = follower.arm, follower.arm.model
 
     def parabolic(self, start: Joints) -> Load:
         """The greatest load. A joint that is no faster than at the start of the motion, `start`, is given
         little margin: the motion that was interrupted may have been at its limit.
         """
-        samples, means = self.samples, _means(self.samples)
-        first, last = self._acceleration_at(samples[0]), self._acceleration_at(samples[-1])
-        at_first = first or _carried_on(means[0], means[1], samples[0].s)
-        at_last = last or _carried_on(means[-1], means[-2], samples[-1].s)
-        velocity = self._velocity(start, at_first, means[0][1])
-        rates = [(samples[0].s, at_first), *means, (samples[-1].s, at_last)]
-        if self.closely:
-            rates += self._bends()
-        acceleration = self._acceleration(rates, ACCELERATION_MARGIN)
-        if acceleration.acceleration > NEAR_LIMIT:
-            acceleration = acceleration.worse(self._acceleration([*self._near_limit(means)], ACCELERATION_MARGIN))
-        return velocity.worse(acceleration)
+        first, last, means = self.samples[0], self.samples[-1], _means(self.samples)
+        at_first = self._known(joint_acceleration, first) or _carried_on(means[0], means[1], first.s)
+        at_last = self._known(joint_acceleration, last) or _carried_on(means[-1], means[-2], last.s)
+        rates = [(first.s, at_first), *means, (last.s, at_last), *(self._bends() if self.closely else ())]
+        load = self._acceleration(rates, ACCELERATION_MARGIN)
+        if load.acceleration > NEAR_LIMIT:
+            load = load.worse(self._acceleration([*self._near_limit(means)], ACCELERATION_MARGIN))
+        return self._velocity(start, at_first, means[0][1]).worse(load)
 
     def smooth(self, start: Joints) -> Load:
         """`parabolic` for a jerk-limited motion, with its jerk."""
         clear = self._clear()
         means = _means([self.samples[0], *clear, self.samples[-1]])
-        moments = [moment for sample in clear if (moment := self._moment(sample)) is not None]
-        known = bool(moments) and moments[0].sample is self.samples[0]
-        load = self._velocity(start, moments[0].acceleration if known else means[0][1], means[0][1])
+        known = ((sample, self._known(joint_acceleration_and_jerk, sample)) for sample in clear)
+        moments = [Moment(sample, *rates) for sample, rates in known if rates is not None]
+        at_first = moments[0].acceleration if moments and moments[0].sample is self.samples[0] else means[0][1]
+        load = self._velocity(start, at_first, means[0][1])
         return load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
 
     # --- velocity ---
 
     def _velocity(self, start: Joints, at_first: Joints, first_mean: Joints) -> Load:
         """At all samples but the first, which is given; between these two; and where a joint is fastest."""
-        samples, limits = self.samples, self.limits.max_velocity
+        samples = self.samples
         columns = list(zip(*[sample.velocity for sample in samples], strict=True))
         fastest = [_largest(column[1:]) for column in columns]
-        rows = zip(fastest, start, limits, strict=True)
+        rows = zip(fastest, start, self.limits.max_velocity, strict=True)
         later = [v * (MARGIN if v > abs(before) else SMALL_MARGIN) / most for v, before, most in rows]
+        joint = _where_largest(later)
+        at = samples[1 + _where_largest(columns[joint][1:])].s
         firsts = map(_first_peak, samples[0].velocity, at_first, first_mean, repeat(samples[1].s - samples[0].s))
-        first = [abs(v) / most for v, most in zip(firsts, limits, strict=True)]
-        worst = max(*later, *first)
-        load = Load(worst)
-        if worst > 1.0 + ROUNDING:
-            ratios = later if worst in later else first
-            joint = ratios.index(worst)
-            at = 1 + _where_largest(columns[joint][1:]) if ratios is later else 0
-            load = replace(load, joint=joint + 1, place=self.path.pose(samples[at].s))
+        load = Load(later[joint], joint=joint + 1, at=(self.path, at))
+        load = load.worse(self._velocity_at(samples[0]._replace(velocity=tuple(firsts)), 1.0))
+        worst = load.velocity
         for sample in self._peaks(columns, worst) if worst >= NEAR_PEAK else ():
             load = load.worse(self._velocity_at(sample, SMALL_MARGIN))
         for sample in self._peaks_at_first(at_first) if worst <= 1.0 + ROUNDING else ():
@@ -132,9 +128,8 @@ class StretchLoad:
 
     def _velocity_at(self, sample: Sample, margin: float) -> Load:
         ratios = [abs(v) * margin / most for v, most in zip(sample.velocity, self.limits.max_velocity, strict=True)]
-        worst = max(ratios)
-        place = self.path.pose(sample.s) if worst > 1.0 + ROUNDING else None
-        return Load(worst, joint=ratios.index(worst) + 1, place=place)
+        joint = _where_largest(ratios)
+        return Load(ratios[joint], joint=joint + 1, at=(self.path, sample.s))
 
     def _peaks(self, columns: Sequence[Joints], worst: float) -> Iterator[Sample]:
         """Where the joints that may be too fast are fastest: past a singularity that is for a moment only."""
@@ -177,7 +172,7 @@ class StretchLoad:
             k = _where_largest(column)
             if NEAR_LIMIT * limit < abs(column[k]):
                 for sample in self.samples[k : k + 2]:
-                    rates = self._acceleration_at(sample)
+                    rates = self._known(joint_acceleration, sample)
                     if rates is not None:
                         yield sample.s, rates
 
@@ -186,7 +181,7 @@ class StretchLoad:
         pending = [(a, b, CLOSER_STEPS) for a, b in pairwise(self._clear())][::-1]
         while pending:
             a, b, left = pending.pop()
-            first, last = self._acceleration_at(a), self._acceleration_at(b)
+            first, last = self._known(joint_acceleration, a), self._known(joint_acceleration, b)
             if first is None or last is None:
                 continue
             yield a.s, first
@@ -205,25 +200,24 @@ class StretchLoad:
                 return True
         return False
 
-    def _acceleration_at(self, sample: Sample) -> Joints | None:
-        """The joint acceleration at a sample; None in a singular pose, where none is defined."""
+    def _known(
+        self, rates: Callable[[RobotArm, CartesianPath, float, Joints, Joints, Transform], R], sample: Sample
+    ) -> R | None:
+        """The rates of the joints at a sample; None in a singular pose, where none are defined."""
         try:
-            return joint_acceleration(self.arm, self.path, sample.s, sample.joints, sample.velocity, self.tool)
+            return rates(self.arm, self.path, *sample, self.follower.tool)
         except StraightLineSingular:
             return None
 
     def _acceleration(self, rates: list[Rates], margin: float) -> Load:
         """The greatest of joint accelerations, taken higher by a margin."""
+        if not rates:
+            return Load()
         columns = list(zip(*[row for _, row in rates], strict=True))
-        ratios = [
-            _largest(column) / limit for column, limit in zip(columns, self.limits.max_acceleration, strict=False)
-        ]
-        worst = max(ratios, default=0.0)
-        load = Load(0.0, worst * margin)
-        if load.acceleration <= 1.0:
-            return load
-        joint = ratios.index(worst)
-        return replace(load, joint=joint + 1, place=self.path.pose(rates[_where_largest(columns[joint])][0]))
+        ratios = [_largest(column) / limit for column, limit in zip(columns, self.limits.max_acceleration, strict=True)]
+        joint = _where_largest(ratios)
+        at = rates[_where_largest(columns[joint])][0]
+        return Load(0.0, ratios[joint] * margin, joint=joint + 1, at=(self.path, at))
 
     def _smooth_acceleration(self, moments: list[Moment], means: list[Rates]) -> Load:
         """That at the samples, and where the jerk changes its sign between two of them. The first is given: the motion
@@ -245,14 +239,6 @@ class StretchLoad:
             return self.samples
         return [sample for sample in self.samples if min(self.arm.singularity(sample.joints)) > LOST]
 
-    def _moment(self, sample: Sample) -> Moment | None:
-        """The joint acceleration and jerk at a sample; None in a singular pose, where none is defined."""
-        s, joints, velocity = sample
-        try:
-            return Moment(sample, *joint_acceleration_and_jerk(self.arm, self.path, s, joints, velocity, self.tool))
-        except StraightLineSingular:
-            return None
-
     def _jerk(self, moments: list[Moment]) -> Load:
         """The greatest joint jerk: at the moments, and between them as far as their accelerations explain it."""
         load = Load()
@@ -261,12 +247,13 @@ class StretchLoad:
             a, b, left = pending.pop()
             worst, joint, bent = self._between(a, b)
             if worst > NEAR_LIMIT and bent and left:
-                middle = self._moment(self._sample(0.5 * (a.sample.s + b.sample.s), a.sample.joints))
-                if middle is not None:
+                sample = self._sample(0.5 * (a.sample.s + b.sample.s), a.sample.joints)
+                rates = self._known(joint_acceleration_and_jerk, sample)
+                if rates is not None:
+                    middle = Moment(sample, *rates)
                     pending += (a, middle, left - 1), (middle, b, left - 1)
                     continue
-            if worst > load.jerk:
-                load = Load(0.0, 0.0, joint, self.path.pose(a.sample.s) if worst > 1.0 else None, worst)
+            load = load.worse(Load(jerk=worst, joint=joint, at=(self.path, a.sample.s)))
         return load
 
     def _between(self, a: Moment, b: Moment) -> tuple[float, int, bool]:

@@ -298,9 +298,10 @@ class _Line:
 
     def _too_singular(self, load: Load) -> StraightLineSingular:
         """The refusal of a line that would have to be slowed down too much: where, by which joint, what to do."""
-        assert load.place is not None
+        assert load.at is not None
+        path, s = load.at
         wanted = f"joint {load.joint} would have to move {load.slowing:.0f} times too fast"
-        return self.follower.refuse(load.place, wanted, load.joint)
+        return self.follower.refuse(path.pose(s), wanted, load.joint)
 
     def _segments(self, stretches: list[ToolStretch], seeds: list[Seeds]) -> tuple[Segment, ...]:
         rows = zip(stretches, seeds, strict=True)
