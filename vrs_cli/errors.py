@@ -9,6 +9,7 @@
     │   └── StraightLineConfiguration, StraightLineSingular
     ├── PathWithoutJoints     a straight line on the timeline, from a file, leaves the reach
     ├── FileError             a file cannot be read or written
+    ├── RequestRefused        a robot does not begin with what it is asked for
     └── UsageError            a command or an option does not exist, or is used in a way it cannot be
 
 The raiser gives what happened (`detail`), what would be right (`hint`), and the numbers behind both; the class holds
@@ -400,6 +401,12 @@ class FileOutside(FileError):
     """A program names a file that is not in the folder it runs in."""
 
     code, text = -517, "File outside the folder of the run"
+
+
+class RequestRefused(VrsError):
+    """A robot does not begin with what it is asked for. (The code is ours.)"""
+
+    code, text = -390, "Request refused"
 
 
 class UsageError(VrsError):

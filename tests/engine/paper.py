@@ -20,6 +20,11 @@ class Paper:
         self.lines: list[TimelineDelta] = []
         self.owed = 0
 
+    unsettled = False
+
+    def settle(self) -> None:
+        """All is on the paper."""
+
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
         assert self.book.timeline.version == deltas[0].version, "it has happened already"
         assert deltas[0].version == self.since + len(self.lines)

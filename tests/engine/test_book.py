@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import radians
 
 import pytest
@@ -16,6 +16,7 @@ from vrs_cli.errors import FileError
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
+from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import JointOffsetTarget
 
 
@@ -99,6 +100,23 @@ def test_the_robot_brakes_whether_that_can_be_written_down_or_not(engine: Engine
     assert engine.now < engine.end < end
     assert paper(engine).owed == 1
     assert paper(engine).timeline() == engine.timeline
+
+
+@pytest.mark.parametrize("stop", [Engine.stop, lambda engine: engine.perform(Brake())], ids=["stop", "BRAKE"])
+def test_the_robot_brakes_whatever_goes_wrong_with_the_writing(engine: Engine, stop: Callable) -> None:
+    """Who is to be told that it cannot be written down may be gone."""
+    engine.perform(drive(1, -60.0, at=engine.now))
+    end, sheet, events = engine.end, paper(engine), engine.events.subscribe()
+    engine.clock.advance(engine.now + 0.1)
+
+    def gone(deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:  # noqa: ARG001 (as a journal has it)
+        raise BrokenPipeError
+
+    sheet.record = gone  # type: ignore[method-assign]
+    with pytest.raises(BrokenPipeError):
+        stop(engine)
+    assert engine.now < engine.end < end
+    assert engine.book.history.done[-1].delta == engine.deltas[-1] == events.taken()[-1]
 
 
 def test_undo_of_several_is_written_as_a_whole(engine: Engine) -> None:

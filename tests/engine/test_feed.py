@@ -119,3 +119,18 @@ def test_a_slow_mirror_agrees_to_the_bit_after_it_was_left_behind(engine: Engine
     mirror = mirrored(heard, mirror)
     assert repr(list(mirror)) == repr(list(engine.timeline))
     assert mirror.version == engine.timeline.version
+
+
+def test_what_is_held_is_heard_when_it_is_released_and_by_nobody_twice() -> None:
+    feed = numbers()
+    early = feed.subscribe()
+    feed.hold()
+    feed.publish(1)
+    assert early.taken() == [100]
+    late = feed.subscribe()  # is given a state that has the first event in it
+    feed.publish(2)
+    feed.release()
+    assert early.taken() == [1, 2]
+    assert late.taken() == [101, 2]
+    feed.publish(3)
+    assert early.taken() == late.taken() == [3]

@@ -14,19 +14,19 @@ from vrs_cli.trajectory.delta import TimelineDelta
 class Kept:
     """`happened`: the changes so far; `told`: what a user was told meanwhile."""
 
-    def __init__(self, it: Taken, *, durable: bool = True) -> None:
+    def __init__(self, it: Taken, *, durable: bool = True, together: bool = False) -> None:
         recording = it.recording
         self.happened: list[TimelineDelta] = [] if recording is None else list(recording.deltas)
         self.told: list[str] = []
         try:
-            self.journal = Journal(it, self._course, self.told.append, durable=durable)
+            self.journal = Journal(it, self._course, self.told.append, durable=durable, together=together)
         except BaseException:
             it.close()
             raise
 
     @classmethod
-    def new(cls, path: Path, *, durable: bool = True) -> Kept:
-        return cls(taken(path), durable=durable)
+    def new(cls, path: Path, *, durable: bool = True, together: bool = False) -> Kept:
+        return cls(taken(path), durable=durable, together=together)
 
     @classmethod
     def on(cls, path: Path) -> Kept:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -208,6 +208,49 @@ def test_a_batch_journal_on_a_full_disk_holds_what_there_is_room_for(
         kept.journal.close()
     assert kept.written == FIVE[:3]
     assert not kept.journal.sound
+
+
+def test_several_changes_go_to_the_disk_together(path: Path) -> None:
+    with faulty(Faults()) as disk:
+        kept = Kept.new(path, together=True)
+        begun = disk.calls.count("fsync")
+        for delta in FIVE:
+            kept.happen(delta)
+        assert (kept.journal.unsettled, disk.calls.count("fsync")) == (True, begun)
+        kept.journal.settle()
+        kept.journal.settle()
+        assert (kept.journal.unsettled, disk.calls.count("fsync")) == (False, begun + 1)
+    assert kept.written == FIVE
+
+
+def broken_disk(broken: Sequence[bool], monkeypatch: pytest.MonkeyPatch) -> None:
+    """A disk that does not keep what is written, as long as `broken` is so."""
+    keep = os.fsync
+
+    def sync(handle: int) -> None:
+        if any(broken):
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        keep(handle)
+
+    monkeypatch.setattr(os, "fsync", sync)
+
+
+def test_what_a_disk_has_not_kept_is_in_a_fresh_file(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A system may have forgotten what it could not keep, whatever the file says."""
+    kept, broken = Kept.new(path, together=True), [True]
+    kept.happen(*FIVE[:2])
+    broken_disk(broken, monkeypatch)
+    with pytest.raises(FileError, match="does not keep what is written"):
+        kept.journal.settle()
+    with pytest.raises(FileError, match="has not kept what was written"):
+        kept.happen(FIVE[2])
+    kept.happen(FIVE[2], anyway=True)  # it brakes all the same
+    broken.clear()
+    kept.happen(*FIVE[3:])
+    kept.journal.settle()
+    assert kept.journal.path.name == "day-2.vrst"
+    assert kept.written == FIVE
+    assert [text.partition(":")[0] for text in kept.told[-1:]] == [f"*File error* {path} has not kept what was written"]
 
 
 def test_what_was_recorded_and_did_not_happen_is_taken_back(path: Path) -> None:

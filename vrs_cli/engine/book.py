@@ -24,6 +24,13 @@ class Journal(Protocol):
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
         """Raises FileError where it cannot be written, and must not happen then; never for what `happens` anyway."""
 
+    @property
+    def unsettled(self) -> bool:
+        """Whether something is written that a power cut would lose: several changes are to go to the disk together."""
+
+    def settle(self) -> None:
+        """All that is written is on the disk. Raises FileError."""
+
 
 def silent(_delta: TimelineDelta) -> None:
     """Nobody hears of a change."""
@@ -84,12 +91,14 @@ class Book:
         What `happens` takes place in any case.
         """
         deltas = [step.delta for step in steps]
-        self._change(deltas, happens=happens)
+        wrong = self._change(deltas, happens=happens)
         for step in steps:
             self.history.add(step)
             self.number = step.delta.motion.number
             self.stream = step.delta.motion if step.delta.motion.kind is Kind.STEERED else None
         self._tell(deltas)
+        if wrong is not None:
+            raise wrong
 
     def prolong(self, delta: TimelineDelta) -> None:
         """One more target of the stream: the last command goes on. Raises FileError.
@@ -141,17 +150,28 @@ class Book:
         self._tell(deltas)
         return undone[-1].clock
 
-    def _change(self, deltas: Sequence[TimelineDelta], *, happens: bool = False, goes_on: bool = False) -> None:
-        """Write the changes down, then let them take place. They end the stream, unless it `goes_on` in them."""
+    def _change(
+        self, deltas: Sequence[TimelineDelta], *, happens: bool = False, goes_on: bool = False
+    ) -> Exception | None:
+        """Write the changes down, then let them take place. They end the stream, unless it `goes_on` in them. What went
+        wrong with the writing of what `happens` all the same.
+        """
         timeline = self.timeline
         for delta in deltas:
             timeline = timeline.apply(delta)
-        if self.journal is not None and deltas:
-            self.journal.record(deltas, happens=happens)
+        wrong = None
+        try:
+            if self.journal is not None and deltas:
+                self.journal.record(deltas, happens=happens)
+        except Exception as error:
+            if not happens:
+                raise
+            wrong = error
         if not goes_on:
             self.end_stream()
         self.timeline = timeline
         self.deltas += deltas
+        return wrong
 
     def _tell(self, deltas: Sequence[TimelineDelta]) -> None:
         for delta in deltas:

@@ -68,14 +68,15 @@ class WallClock:
     """Robot time that follows a clock on the wall: `rate` seconds of the robot pass in one second.
 
     Time is continuous and never goes back, whatever becomes of the rate. `wall` tells real time [s], `sleep` waits:
-    `time.monotonic` and `time.sleep`, or stand-ins of a test.
+    `time.monotonic` and `time.sleep`, or stand-ins of a test. Who waits for something else too, which may end a wait
+    early, waits with a `sleep` of its own.
     """
 
     realtime = True
 
     def __init__(self, wall: Callable[[], float], sleep: Callable[[float], None], rate: float = 1.0) -> None:
         self.now = 0.0
-        self._wall, self._sleep = wall, sleep
+        self._wall, self.sleep = wall, sleep
         self._rate, self._paused = rate, False
         self._at, self._since = 0.0, wall()  # it was `_at` on this clock when it was `_since` on the wall
 
@@ -108,7 +109,7 @@ class WallClock:
         if ahead >= TICK:
             if self._paused:
                 raise ClockPaused(f"it stands at {self.reached:.3f} s, before {to:.3f} s", "CLOCK GO lets it go on")
-            self._sleep(min(ahead / self._rate, SLICE))
+            self.sleep(min(ahead / self._rate, SLICE))
             ahead = to - self._time(self._wall())
         self.now = max(self.now, to if ahead < TICK else min(self.reached, to))
 

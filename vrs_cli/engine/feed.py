@@ -5,7 +5,7 @@ A subscriber that does not take its events loses them: it is told how many, and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import Generic, TypeVar
@@ -84,15 +84,34 @@ class Feed(Generic[E]):
     def __init__(self, instead: Callable[[], E]) -> None:
         self._instead = instead
         self._subscriptions: WeakSet[Subscription[E]] = WeakSet()
+        self._held: list[E] | None = None
 
     def subscribe(self, most: int = MOST) -> Subscription[E]:
         """What stands for all so far, and every event from now on."""
+        held, self._held = self._held, None
+        self._publish_all(held or ())
+        self._held = None if held is None else []
         subscription: Subscription[E] = Subscription(most)
         subscription.put(self._instead(), self._instead)
         self._subscriptions.add(subscription)
         return subscription
 
+    def hold(self) -> None:
+        """Nobody hears of what is published until `release`: whoever commanded it is answered before."""
+        self._held = self._held or []
+
+    def release(self) -> None:
+        held, self._held = self._held, None
+        self._publish_all(held or ())
+
+    def _publish_all(self, events: Iterable[E]) -> None:
+        for event in events:
+            self.publish(event)
+
     def publish(self, event: E) -> None:
+        if self._held is not None:
+            self._held.append(event)
+            return
         for subscription in tuple(self._subscriptions):
             if subscription.ended:
                 self._subscriptions.discard(subscription)

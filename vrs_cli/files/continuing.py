@@ -42,14 +42,23 @@ def check_robot(path: str | Path, recording: Recording, engine: Engine) -> None:
     raise UsageError(f"{path} is of a {theirs.name} with other figures than this one", "REPLAY plays it")
 
 
-def keep_journal(it: Taken, engine: Engine, tell: Callable[[str], None] = print, *, durable: bool = True) -> Journal:
+def keep_journal(
+    it: Taken,
+    engine: Engine,
+    tell: Callable[[str], None] = print,
+    *,
+    durable: bool = True,
+    together: bool = False,
+) -> Journal:
     """Write all that happens in the engine's book from now on to a file: a new one, or the one that was read, which the
     engine takes up. Each change is on the disk before it happens. `tell` says at once where the file is lost, and what
     becomes of it. Raises FileError, UsageError, and gives the file back."""
     try:
         goes_on = None if it.recording is None else bookmark_of(it.path, it.recording, engine)
         book = engine.book if goes_on is None else goes_on.book
-        journal = Journal(it, lambda: Course(engine.model, book.initial, book.deltas), tell, durable=durable)
+        journal = Journal(
+            it, lambda: Course(engine.model, book.initial, book.deltas), tell, durable=durable, together=together
+        )
     except BaseException:
         it.close()
         raise

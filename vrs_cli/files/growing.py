@@ -72,13 +72,17 @@ class GrowingFile:
             while rest:
                 rest = rest[os.write(self._handle, rest) :]  # a system may take less than it is given
             if durable:
-                sync_handle(self._handle)
+                self.sync()
             if not self._special:
                 self.size += len(data)
         except BaseException:
             with suppress(OSError):
                 self.cut(self.size)
             raise
+
+    def sync(self) -> None:
+        """All that was added is on the disk."""
+        sync_handle(self._handle)
 
     def cut(self, size: int) -> None:
         """Leave the first `size` bytes, on the disk too."""

@@ -119,13 +119,22 @@ class Journal:
 
     `path`: the file that it is in now; `sound`: it is the one that was asked for, and nothing is missing. `course`
     gives all that has happened, `tell` takes what the user has to know before the next answer. `durable=False` (batch)
-    writes when there is enough, and at the end. Raises FileError.
+    writes when there is enough, and at the end. `together`: what is written goes to the disk when `settle` says so, and
+    nobody is answered before. Raises FileError.
     """
 
     def __init__(
-        self, it: Taken, course: Callable[[], Course], tell: Callable[[str], None], *, durable: bool = True
+        self,
+        it: Taken,
+        course: Callable[[], Course],
+        tell: Callable[[str], None],
+        *,
+        durable: bool = True,
+        together: bool = False,
     ) -> None:
         self.sound = True
+        self.unsettled, self._together = False, together
+        self._doubtful = False  # whether what was to be settled is on the disk
         self._asked, self._durable, self._course, self._tell = it.path, durable, course, tell
         self._owed = b""  # lines of what has happened that are to be written yet
         self._before: _Before | None = None
@@ -175,7 +184,22 @@ class Journal:
             self._owed += b"".join(map(self._lines.delta, deltas))
             self._tell(f"{error}; {ANYWAY}")
 
+    def settle(self) -> None:
+        """All that is written is on the disk; in a fresh file where this one cannot keep it."""
+        if not self.unsettled:
+            return
+        self._doubtful = True  # a system may forget what it could not keep, and say so once only
+        try:
+            with writing(self.path):
+                self._file.sync()
+        except FileError as error:
+            self._move(f"does not keep what is written ({error.detail})")
+        self.unsettled = self._doubtful = False
+
     def _write(self, deltas: Sequence[TimelineDelta]) -> None:
+        if self._doubtful:
+            self._move("has not kept what was written")
+            self.unsettled = self._doubtful = False
         for _ in range(TRIES):
             self._before = _Before(deltas[0].version, self._file.size, self._owed, self._lines.checksum)
             data = self._owed + b"".join(map(self._lines.delta, deltas))
@@ -190,8 +214,8 @@ class Journal:
 
     def _add(self, data: bytes) -> None:
         with writing(self.path, NOT_DONE):
-            self._file.add(data, durable=self._durable)
-        self._owed = b""
+            self._file.add(data, durable=self._durable and not self._together)
+        self._owed, self.unsettled = b"", self._together
 
     def _take_back(self) -> None:
         """What was written down last did not happen."""
