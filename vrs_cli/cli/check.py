@@ -57,9 +57,7 @@ def _parser(prog: str) -> Parser:
     parser = Parser(prog, "Find all mistakes in program files. Nothing is run, no file is changed.", EPILOG)
     parser.add_argument("files", metavar="FILE.v2", nargs="+", help="program files (- is standard input)")
     parser.add_argument("--format", choices=tuple(_FORMATS), default="text", help="text (default), json or github")
-    parser.add_argument(
-        "--robot", metavar="NAME|FILE", default="puma560", help="a robot's name (vrs robots), or its TOML or URDF file"
-    )
+    parser.add_robot()
     return parser
 
 

@@ -32,6 +32,11 @@ class Parser(argparse.ArgumentParser):
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
 
+    def add_robot(self, default: str | None = "puma560") -> None:
+        """The option `--robot`."""
+        told = "a robot's name (vrs robots), or its TOML or URDF file"
+        self.add_argument("--robot", metavar="NAME|FILE", default=default, help=told)
+
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """The values of all arguments. Raises CommandLineError; `--help` raises SystemExit."""
         unknown = [word for word in _words(arguments) if word.startswith("--") and word not in self.options()]

@@ -34,5 +34,5 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 def _parser(prog: str) -> Parser:
     parser = Parser(prog, "The VAL-II language server (LSP), over standard input and output.", EPILOG)
     parser.add_argument("--stdio", action="store_true", help="the only way it speaks; some editors say so")
-    parser.add_argument("--robot", metavar="NAME|FILE", default="puma560", help="the robot whose reach is checked")
+    parser.add_robot()
     return parser

@@ -1,4 +1,4 @@
-"""The files that a subcommand makes of a trajectory: `--csv OUT --rate HZ` and `--plot OUT`."""
+"""The files that a subcommand makes of a trajectory: `--save T.vrst`, `--csv OUT --rate HZ` and `--plot OUT`."""
 
 from __future__ import annotations
 
@@ -40,14 +40,24 @@ class Outputs(Struct, frozen=True):
     csv: str | None
     rate: float
     plot: str | None
+    save: str | None
 
     @staticmethod
-    def of(arguments: argparse.Namespace) -> Outputs:
-        """Those that the options ask for. Raises CommandLineError for a rate of no table."""
-        if arguments.rate is not None and arguments.csv is None:
+    def of(options: argparse.Namespace) -> Outputs:
+        """Those that the options ask for. Raises now what would make `write` fail later.
+
+        Raises CommandLineError where options do not go together or one file is to be two things, FileError, UsageError.
+        """
+        if options.rate is not None and options.csv is None:
             raise CommandLineError("--rate is the rate of a table", "give --csv OUT, too")
-        rate = DEFAULT_RATE if arguments.rate is None else arguments.rate
-        return Outputs(arguments.csv, rate, arguments.plot)
+        rate = DEFAULT_RATE if options.rate is None else options.rate
+        outputs = Outputs(options.csv, rate, options.plot, getattr(options, "save", None))
+        if getattr(options, "json", False) and outputs.takes_standard_output:
+            raise CommandLineError("--json and --csv - both want standard output", "write the table to a file")
+        if outputs.save == STANDARD_STREAM:
+            raise CommandLineError("--save - has no file", "name a file: --save T.vrst")
+        outputs._check(options.file)
+        return outputs
 
     @property
     def takes_standard_output(self) -> bool:
@@ -57,21 +67,19 @@ class Outputs(Struct, frozen=True):
     def any(self) -> bool:
         return self.csv is not None or self.plot is not None
 
-    def check(self, also: Iterable[str | None] = ()) -> None:
-        """Raise now what would make `write` fail later; `also` are other files of the same command.
-
-        Raises CommandLineError when one file is to be two things, FileError, UsageError.
-        """
+    def _check(self, read: str) -> None:
         from vrs_cli.files.atomic import check_writable
 
-        files = [path for path in (self.csv, self.plot, *also) if path not in (None, STANDARD_STREAM)]
-        check_distinct(path for path in files if path is not None)
+        files = (self.csv, self.plot, self.save, read)
+        check_distinct(path for path in files if path is not None and path != STANDARD_STREAM)
         if self.csv is not None and not self.takes_standard_output:
             check_writable(self.csv)
         if self.plot is not None:
             from vrs_cli.render.plots import check_plot
 
             check_plot(self.plot)
+        if self.save is not None:
+            check_writable(self.save)
 
     def write(self, arm: RobotArm, timeline: Timeline, title: str) -> None:
         """Write all of them. Raises FileError."""
@@ -95,9 +103,6 @@ def write_table(form: str, path: str, arm: RobotArm, timeline: Timeline, rate: f
 def check_distinct(paths: Iterable[str]) -> None:
     """Raise CommandLineError when two paths are one file; devices may be named twice."""
     for one, other in combinations(paths, 2):
-        if _is_one_file(os.path.realpath(one), os.path.realpath(other)):
+        path = os.path.realpath(one)
+        if path == os.path.realpath(other) and (os.path.isfile(path) or not os.path.exists(path)):
             raise CommandLineError(f"{other} is named twice", "give every file a name of its own")
-
-
-def _is_one_file(one: str, other: str) -> bool:
-    return one == other and (os.path.isfile(one) or not os.path.exists(one))

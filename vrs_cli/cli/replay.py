@@ -32,7 +32,6 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     """Play, print or write a saved trajectory."""
     options = _parser(prog).parse(arguments)
     outputs = Outputs.of(options)
-    outputs.check(also=(options.file,))
     recording = read_recording(prog, options.file, lenient=options.lenient)
     from vrs_cli.kinematics.arm import arm_for
 

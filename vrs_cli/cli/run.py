@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, TextIO
 from msgspec import Struct
 
 from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, positive, size, whole
+from vrs_cli.cli.command_line import CommandLineError, Parser, positive, size, whole
 from vrs_cli.cli.fence import Enough, memory, wall
-from vrs_cli.cli.journal import journal, told_by
+from vrs_cli.cli.journal import journal
 from vrs_cli.cli.outputs import Outputs, add_output_options
 from vrs_cli.cli.sources import Source, has_errors, read_source
 from vrs_cli.errors import FileError, LimitReached, UndefinedName
@@ -48,9 +48,7 @@ standard error. Time is the robot's and passes as fast as it computes, unless --
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Load, check and execute; returns 1 when the file has errors or the program stopped with one."""
     options = _parser(prog).parse(list(with_rate(arguments)))
-    outputs = Outputs.of(options)
-    _check_outputs(options, outputs)
-    return _Batch(options, outputs, read_source(options.file)).run()
+    return _Batch(options, Outputs.of(options), read_source(options.file)).run()
 
 
 def _parser(prog: str) -> Parser:
@@ -58,9 +56,7 @@ def _parser(prog: str) -> Parser:
     parser.add_argument("file", metavar="FILE.v2", help="a program file (- is standard input)")
     parser.add_argument("program", metavar="PROGRAM", nargs="?", help="the program; default: the first of the file")
     parser.add_argument("--cycles", metavar="N", type=_cycles, default=1, help="how often; negative: without end")
-    parser.add_argument(
-        "--robot", metavar="NAME|FILE", default="puma560", help="a robot's name (vrs robots), or its TOML or URDF file"
-    )
+    parser.add_robot()
     _add_limits(parser)
     parser.add_argument("--signals", metavar="FILE", help="when input signals change: lines of time, signal, state")
     add_realtime_option(parser)
@@ -99,20 +95,6 @@ def _cycles(text: str) -> int:
     if value == 0 or value > MOST_CYCLES:
         raise argparse.ArgumentTypeError(f"{text} cycles (1 to {MOST_CYCLES}, or -1 for ever)")
     return value
-
-
-def _check_outputs(options: argparse.Namespace, outputs: Outputs) -> None:
-    """Raise before anything runs what would go wrong after it."""
-    from vrs_cli.files.atomic import check_writable
-
-    if options.json and outputs.takes_standard_output:
-        raise CommandLineError("--json and --csv - both want standard output", "write the table to a file")
-    if options.save == STANDARD_STREAM:
-        raise CommandLineError("--save - has no file", "name a file: --save T.vrst")
-    source = None if options.file == STANDARD_STREAM else options.file
-    outputs.check(also=(options.save, source))
-    if options.save is not None:
-        check_writable(options.save)
 
 
 class _Batch(Struct, frozen=True):
@@ -156,14 +138,14 @@ class _Batch(Struct, frozen=True):
         step ends it too."""
         program, engine = self._program(station), station.engine
         engine.clock.set(0.0)
-        tell, durable = told_by("vrs run", progress.hide), self.options.realtime is not None
-        with journal(self.options.save, engine, tell, durable=durable) as kept, stop:
+        durable = self.options.realtime is not None
+        with journal(self.options.save, engine, partial(_say, progress), durable=durable) as sound, stop:
             try:
                 with enough():
                     result = station.execute(program, cycles=self.options.cycles, progress=progress)
             except LimitReached as error:
                 result = station.driver.broken_off(error)
-        return result, kept.sound
+        return result, sound()
 
     def _typed_to(self) -> TextIO:
         """Where TYPE and PROMPT write: standard output, when nothing else is to stand there."""
@@ -236,9 +218,8 @@ class _Batch(Struct, frozen=True):
         from vrs_cli.cli.reports import fault_text
         from vrs_cli.render.control import for_stream
 
-        terminal.progress.hide()
         said = f"{fault_text(self.source.path, one.fault)} ({one.where})"
-        print(for_stream(said, sys.stderr), file=sys.stderr)
+        terminal.progress.say(for_stream(said, sys.stderr))
 
     def _write_files(self, station: Station) -> int:
         engine = station.engine
@@ -255,6 +236,11 @@ class _Batch(Struct, frozen=True):
         from vrs_cli.cli.reports import run_object
 
         print(json.dumps(run_object(station.engine, result, errors), indent=2))
+
+
+def _say(progress: RunProgress, text: str) -> None:
+    """What is wrong with the file of --save."""
+    progress.say(f"vrs run: {text}")
 
 
 def _tell_displaced(station: Station) -> None:

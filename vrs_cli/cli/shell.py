@@ -35,6 +35,6 @@ def _parser(prog: str) -> Parser:
     parser.add_argument(
         "--save", metavar="T.vrst", help="record every motion in a file; go on with it if it is there already"
     )
-    parser.add_argument("--robot", metavar="NAME|FILE", help="a robot's name (vrs robots), or its TOML or URDF file")
+    parser.add_robot(default=None)
     add_realtime_option(parser)
     return parser

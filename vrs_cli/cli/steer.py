@@ -7,7 +7,7 @@ import gc
 import json
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain
@@ -50,9 +50,7 @@ A line that is no target is named and left out.
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Follow a stream to its end; returns 1 when some of its lines were no targets, or out of reach."""
     options = _parser(prog).parse(list(with_rate(arguments)))
-    outputs = Outputs.of(options)
-    _check_outputs(options, outputs)
-    return _Run(prog, options, outputs).run()
+    return _Run(prog, options, Outputs.of(options)).run()
 
 
 def _parser(prog: str) -> Parser:
@@ -60,7 +58,7 @@ def _parser(prog: str) -> Parser:
 
     parser = Parser(prog, "Let the virtual robot follow a stream of targets.", EPILOG)
     parser.add_argument("file", metavar="FILE.csv", help="the targets (- is standard input, line by line)")
-    parser.add_argument("--robot", metavar="NAME|FILE", default="puma560", help="a robot's name, or its TOML file")
+    parser.add_robot()
     parser.add_argument("--speed", metavar="PCT", type=_percent, default=100.0, help="at most so much of full speed")
     told = "LSPB: without limits of jerk; the others: with them (default: as the robot's file says)"
     parser.add_argument("--profile", type=str.upper, choices=PROFILES, help=told)
@@ -79,30 +77,15 @@ def _percent(text: str) -> float:
     return value
 
 
-def _check_outputs(options: argparse.Namespace, outputs: Outputs) -> None:
-    """Raise before anything moves what would go wrong after it."""
-    from vrs_cli.files.atomic import check_writable
-
-    if options.json and outputs.takes_standard_output:
-        raise CommandLineError("--json and --csv - both want standard output", "write the table to a file")
-    if options.save == STANDARD_STREAM:
-        raise CommandLineError("--save - has no file", "name a file: --save T.vrst")
-    outputs.check(also=(options.save, None if options.file == STANDARD_STREAM else options.file))
-    if options.save is not None:
-        check_writable(options.save)
-
-
 @contextmanager
 def _lines(path: str) -> Iterator[Iterable[str]]:
     """The lines of a file, or of standard input as they come. Raises NonexistentFile."""
-    if path == STANDARD_STREAM:
-        yield _read(sys.stdin)
-        return
     try:
-        stream = open(path, encoding="utf-8", errors="replace")  # noqa: SIM115 (closed below)
+        stdin = path == STANDARD_STREAM
+        opened = nullcontext(sys.stdin) if stdin else open(path, encoding="utf-8", errors="replace")  # noqa: SIM115
     except OSError as error:
         raise NonexistentFile(f"{path} cannot be read: {error.strerror}") from None
-    with stream:
+    with opened as stream:
         yield _read(stream)
 
 
@@ -214,14 +197,14 @@ class _Run:
         from vrs_cli.cli.journal import journal
 
         failed, durable = False, self.options.realtime is not None
-        with journal(self.options.save, steering.engine, self._say, durable=durable) as kept:
+        with journal(self.options.save, steering.engine, self._say, durable=durable) as sound:
             try:
                 self._follow(steering, targets, stop)
             except FileError as error:
                 steering.engine.stop()
                 self._say(str(error))
                 failed = True
-        return failed or not kept.sound
+        return failed or not sound()
 
     def _follow(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> None:
         """To the end of the stream, or to a signal."""
@@ -250,8 +233,7 @@ class _Run:
             self._say("and others")
 
     def _say(self, what: str) -> None:
-        self.progress.hide()
-        print(f"{self.prog}: {what}", file=sys.stderr)
+        self.progress.say(f"{self.prog}: {what}")
 
     def _tell(self, steering: Steering) -> None:
         if self.options.json:

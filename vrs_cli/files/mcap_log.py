@@ -7,10 +7,10 @@ Topics: /joint_states (sensor_msgs/JointState) and /tool (geometry_msgs/PoseStam
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from heapq import merge
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, BinaryIO, NamedTuple
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 INFO = 20  # the level of rcl_interfaces/Log
+CDR_HEAD = b"\x00\x01\x00\x00"
+Field = str | list[str] | tuple[Any, ...]  # a text; texts; or numbers after the code that `struct` has for each
 
 _TIME = "int32 sec\nuint32 nanosec"
 _HEADER = "builtin_interfaces/Time stamp\nstring frame_id"
@@ -132,9 +134,9 @@ def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[Message]
             strict=True,
         )
         for ns, joints, velocity, place, orientation in rows:
-            state = Cdr().stamp(ns).string("").strings(names).numbers(joints).numbers(velocity).numbers(())
-            yield Message(ns, "/joint_states", state.data)
-            yield Message(ns, "/tool", Cdr().stamp(ns).string("world").fixed((*place, *orientation)).data)
+            state = ("I", len(joints)), ("d", *joints), ("I", len(velocity)), ("d", *velocity), ("I", 0)
+            yield Message(ns, "/joint_states", cdr(_stamp(ns), "", names, *state))
+            yield Message(ns, "/tool", cdr(_stamp(ns), "world", ("d", *place, *orientation)))
 
 
 def _commands(timeline: Timeline) -> Iterator[Message]:
@@ -144,61 +146,34 @@ def _commands(timeline: Timeline) -> Iterator[Message]:
         motion = segment.motion
         if motion.number != before:
             ns, text = round(segment.start * NANOSECONDS), motion.text or motion.kind.value
-            log = Cdr().stamp(ns).byte(INFO).string("vrs").string(text).string("").string("").count(0)
-            yield Message(ns, "/commands", log.data)
+            yield Message(ns, "/commands", cdr(_stamp(ns), ("B", INFO), "vrs", text, "", "", ("I", 0)))
         before = motion.number
 
 
-class Cdr:
+def _stamp(nanoseconds: int) -> Field:
+    return ("i", *divmod(nanoseconds, NANOSECONDS))
+
+
+def cdr(*fields: Field) -> bytes:
     """A message in CDR, little-endian: each number stands at a multiple of its size, counted from after the head."""
+    body = bytearray()
+    for field in fields:
+        _append(body, field)
+    return CDR_HEAD + bytes(body)
 
-    HEAD = b"\x00\x01\x00\x00"
 
-    def __init__(self) -> None:
-        self._body = bytearray()
-
-    @property
-    def data(self) -> bytes:
-        return self.HEAD + bytes(self._body)
-
-    def _at(self, size: int) -> bytearray:
-        self._body += bytes(-len(self._body) % size)
-        return self._body
-
-    def byte(self, value: int) -> Cdr:
-        self._body.append(value)
-        return self
-
-    def count(self, value: int) -> Cdr:
-        self._at(4).extend(struct.pack("<I", value))
-        return self
-
-    def stamp(self, nanoseconds: int) -> Cdr:
-        self._at(4).extend(struct.pack("<iI", *divmod(nanoseconds, NANOSECONDS)))
-        return self
-
-    def string(self, text: str) -> Cdr:
-        data = text.encode("utf-8") + b"\0"
-        self.count(len(data))
-        self._body += data
-        return self
-
-    def strings(self, texts: list[str]) -> Cdr:
-        self.count(len(texts))
-        for text in texts:
-            self.string(text)
-        return self
-
-    def fixed(self, values: Iterable[float]) -> Cdr:
-        """Numbers whose count is no part of the message."""
-        numbers = tuple(values)
-        self._at(8).extend(struct.pack(f"<{len(numbers)}d", *numbers))
-        return self
-
-    def numbers(self, values: Iterable[float]) -> Cdr:
-        numbers = tuple(values)
-        self.count(len(numbers))
-        return self.fixed(numbers) if numbers else self
+def _append(body: bytearray, field: Field) -> None:
+    if isinstance(field, str):
+        data = field.encode("utf-8") + b"\0"
+        _append(body, ("I", len(data)))
+        body += data
+    elif isinstance(field, list):
+        _append(body, ("I", len(field)))
+        for text in field:
+            _append(body, text)
+    else:
+        code, *numbers = field
+        body += bytes(-len(body) % struct.calcsize(code)) + struct.pack(f"<{len(numbers)}{code}", *numbers)
 
 
 def quaternions(R: Floats) -> Floats:

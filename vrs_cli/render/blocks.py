@@ -47,6 +47,10 @@ def number_column(heading: str, width: int = 10) -> Column:
     return Column(heading, Role.NUMBER, right=True, width=width)
 
 
+def number_columns(*headings: str, width: int = 10) -> tuple[Column, ...]:
+    return tuple(number_column(heading, width) for heading in headings)
+
+
 class Grid(Struct, frozen=True):
     """A table. `tight`: columns touch (their width holds the space); `boxed`: a terminal may draw rules.
 

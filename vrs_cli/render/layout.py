@@ -22,7 +22,7 @@ from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.text.diagnostics import Severity, show
 from vrs_cli.language.words.values import default_form, numbers_of
-from vrs_cli.render.blocks import Block, Column, Grid, Line, Page, line, number_column
+from vrs_cli.render.blocks import Block, Column, Grid, Line, Page, line, number_column, number_columns
 from vrs_cli.render.chart import chart
 from vrs_cli.render.displaced import sentences
 from vrs_cli.render.roles import Role
@@ -36,11 +36,22 @@ NAME_COLUMN = 16
 SIGNALS_A_ROW = 16
 ROWS_ALWAYS = 2  # of a bank of signals; further rows only where a signal is on
 LINEAGE: Mapping[str, str] = {"1": "VAL", "2": "VAL-II", "+": "V+"}
+NAMES = Column("", Role.NAME, width=NAME_COLUMN)
+NOTHING: Mapping[type, str] = {  # what is said of tables without rows
+    replies.LocationTable: "No locations defined",
+    replies.RealTable: "No reals defined",
+    replies.StringTable: "No strings defined",
+    replies.ProgramNames: "No programs in memory",
+}
 
 
 def blocks(reply: Reply, page: Page) -> Iterator[Block]:
     """What is drawn for a reply, from top to bottom."""
-    yield from LAYOUTS[type(reply)](reply, page)
+    none = NOTHING.get(type(reply))
+    if none is not None and not reply.rows:  # type: ignore[union-attr]  # each of those has rows
+        yield line(none, Role.NOTE)
+    else:
+        yield from LAYOUTS[type(reply)](reply, page)
 
 
 # --- messages ------------------------------------------------------------------------------------------------------
@@ -76,7 +87,11 @@ def _whereabouts(reply: replies.Whereabouts, _page: Page) -> Iterator[Block]:
         yield line(f"At {seconds(position.time)}, {_doing(position)}", Role.NOTE)
     yield _figures((*POSE, "Hand"), (*numbers_of(position.T_world_tool), position.hand))
     joints = numbers_of(position.joints, reply.units)
-    yield _figures(tuple(f"JT{i}" for i in range(1, len(joints) + 1)), joints)
+    yield _figures(_joints(len(joints)), joints)
+
+
+def _joints(count: int) -> tuple[str, ...]:
+    return tuple(f"JT{i}" for i in range(1, count + 1))
 
 
 def _doing(position: Position) -> str:
@@ -84,15 +99,14 @@ def _doing(position: Position) -> str:
 
 
 def _figures(headings: tuple[str, ...], values: tuple[float, ...]) -> Grid:
-    columns = tuple(number_column(heading) for heading in headings)
-    return Grid(columns, (tuple(map(fixed, values)),), tight=True)
+    return Grid(number_columns(*headings), (tuple(map(fixed, values)),), tight=True)
 
 
 def _whereabouts_table(reply: replies.WhereaboutsTable, _page: Page) -> Iterator[Block]:
     joints = len(reply.positions[0].joints) if reply.positions else 0
-    headings = ("t", *POSE, "Hand", *(f"JT{i}" for i in range(1, joints + 1)))
+    headings = ("t", *POSE, "Hand", *_joints(joints))
     rows = tuple(tuple(map(fixed, _row(position, reply.units))) for position in reply.positions)
-    yield Grid(tuple(number_column(heading) for heading in headings), rows, tight=True, keys=1)
+    yield Grid(number_columns(*headings), rows, tight=True, keys=1)
 
 
 def _row(position: Position, units: JointUnits) -> tuple[float, ...]:
@@ -106,7 +120,7 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
     columns = (
         Column("Configuration", Role.NAME),
         Column("Reach", width=8),
-        *(number_column(f"JT{i}", 9) for i in range(1, joints + 1)),
+        *number_columns(*_joints(joints), width=9),
     )
     rows = tuple(
         (
@@ -117,13 +131,13 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
         for option in options
     )
     yield Grid(columns, rows, boxed=True, keys=1)
-    if reach.chosen is None and reach.line.trouble == reach.reason:
+    if reach.chosen is not None:
+        yield from _told(f"MOVE: {'; '.join(filter(None, (str(reach.chosen), reach.reason)))}", Role.NOTE, page)
+    elif reach.line.trouble == reach.reason:
         yield from _told(f"MOVE, MOVES: {reach.reason}", Role.ERROR, page)
         return
-    if reach.chosen is None:
-        yield from _told(f"MOVE: {reach.reason}", Role.ERROR, page)
     else:
-        yield from _told(f"MOVE: {'; '.join(filter(None, (str(reach.chosen), reach.reason)))}", Role.NOTE, page)
+        yield from _told(f"MOVE: {reach.reason}", Role.ERROR, page)
     yield from _line_check(reach.line, page)
 
 
@@ -179,13 +193,10 @@ def _told(text: str, role: Role, page: Page) -> Iterator[Block]:
 
 
 def _locations(reply: replies.LocationTable, _page: Page) -> Iterator[Block]:
-    if not reply.rows:
-        yield line("No locations defined", Role.NOTE)
-        return
     rows = [(row.name, *_location_cells(row.pose or row.joints, reply.units)) for row in reply.rows]
     size = max(len(POSE) + 1, *map(len, rows))
     headings = [f"{POSE[i]}/JT{i + 1}" if i < len(POSE) else f"JT{i + 1}" for i in range(size - 1)]
-    columns = (Column("", Role.NAME, width=NAME_COLUMN), *map(number_column, headings))
+    columns = (NAMES, *number_columns(*headings))
     yield Grid(columns, tuple(row + ("",) * (size - len(row)) for row in rows), tight=True, keys=1)
 
 
@@ -194,11 +205,8 @@ def _location_cells(value: Transform | Joints | None, units: JointUnits) -> tupl
 
 
 def _reals(reply: replies.RealTable, _page: Page) -> Iterator[Block]:
-    if not reply.rows:
-        yield line("No reals defined", Role.NOTE)
-        return
-    columns = (Column("", Role.NAME, width=NAME_COLUMN), Column("", Role.NUMBER))
-    yield Grid(columns, tuple((name, _real(value, reply.truths)) for name, value in reply.rows), tight=True)
+    rows = tuple((name, _real(value, reply.truths)) for name, value in reply.rows)
+    yield Grid((NAMES, Column("", Role.NUMBER)), rows, tight=True)
 
 
 def _real(value: float, truth: bool) -> str:
@@ -206,31 +214,22 @@ def _real(value: float, truth: bool) -> str:
 
 
 def _strings(reply: replies.StringTable, _page: Page) -> Iterator[Block]:
-    if not reply.rows:
-        yield line("No strings defined", Role.NOTE)
-        return
-    columns = (Column("", Role.NAME, width=NAME_COLUMN), Column("", Role.STRING))
-    yield Grid(columns, tuple((name, f' "{text}"') for name, text in reply.rows), tight=True)
+    yield Grid((NAMES, Column("", Role.STRING)), tuple((name, f' "{text}"') for name, text in reply.rows), tight=True)
 
 
 # --- programs ------------------------------------------------------------------------------------------------------
 
 
-def _program_text(reply: replies.ProgramText, _page: Page) -> Iterator[Block]:
-    yield Line(tuple(scan(reply.header)))
-    yield from _listed_steps(reply)
+def _program_text(reply: replies.ProgramText, page: Page) -> Iterator[Block]:
+    yield from _program_part(reply, page)
     yield Line(tuple(scan(".END")))
 
 
-def _program_part(reply: replies.ProgramPart, _page: Page) -> Iterator[Block]:
-    if reply.header:
-        yield Line(tuple(scan(reply.header)))
-    yield from _listed_steps(reply)
-
-
-def _listed_steps(listed: replies.ProgramText | replies.ProgramPart) -> Iterator[Line]:
+def _program_part(listed: replies.ProgramText | replies.ProgramPart, _page: Page) -> Iterator[Block]:
     from vrs_cli.language.text.parser import variables_in
 
+    if listed.header:
+        yield Line(tuple(scan(listed.header)))
     variables = variables_in((listed.header, *(step.text for step in listed.steps)))
     for step in listed.steps:
         mark = "?" if step.bad else " "
@@ -253,22 +252,12 @@ def _file_table(reply: replies.FileTable, _page: Page) -> Iterator[Block]:
 
 
 def _program_names(reply: replies.ProgramNames, _page: Page) -> Iterator[Block]:
-    if not reply.rows:
-        yield line("No programs in memory", Role.NOTE)
-        return
-    columns = (
-        Column("", Role.ERROR),
-        Column("", Role.NAME, width=NAME_COLUMN),
-        Column("", Role.NUMBER),
-        Column("", Role.COMMENT, fold=True),
+    columns = (Column("", Role.ERROR), NAMES, Column("", Role.NUMBER), Column("", Role.COMMENT, fold=True))
+    rows = tuple(
+        (" " if row.executable else "*", row.name, f"{row.steps:4d} step{'s' * (row.steps != 1)}", row.comment)
+        for row in reply.rows
     )
-    yield Grid(
-        columns,
-        tuple(
-            (" " if row.executable else "*", row.name, f"{row.steps:4d} step{'s' * (row.steps != 1)}", row.comment)
-            for row in reply.rows
-        ),
-    )
+    yield Grid(columns, rows)
     if not all(row.executable for row in reply.rows):
         yield line("* not executable: LISTP shows its bad lines, LOAD of the mended file brings it in", Role.NOTE)
 
@@ -409,9 +398,9 @@ def _command_grid(commands: Sequence[CommandRecord]) -> Grid:
     displaced = any(row.displaced for row in commands)
     headings = ("t_iss", "asked", "t_exec", "t_end") if displaced else ("t_iss", "t_exec", "t_end")
     columns = (
-        Column("No.", Role.NUMBER, right=True, width=3),
+        number_column("No.", 3),
         Column("Command", Role.INSTRUCTION, width=NAME_COLUMN, fold=True),
-        *(Column(heading, Role.NUMBER, right=True, width=8) for heading in headings),
+        *number_columns(*headings, width=8),
     )
     rows = tuple(
         (str(row.number), row.text, fixed(row.issued), *((_asked(row),) if displaced else ()), *_times(row))
@@ -430,8 +419,8 @@ def _displaced(reply: replies.Displaced, _page: Page) -> Iterator[Block]:
 
 def _segment_grid(segments: Sequence[replies.SegmentRow]) -> Grid:
     columns = (
-        Column("No.", Role.NUMBER, right=True, width=3),
-        *(Column(heading, Role.NUMBER, right=True, width=8) for heading in ("t_s", "t_f")),
+        number_column("No.", 3),
+        *number_columns("t_s", "t_f", width=8),
         Column("Phase", width=10),
         Column("Space", width=8),
         Column("Command", Role.INSTRUCTION, cut=True),
@@ -446,8 +435,8 @@ def _segment_grid(segments: Sequence[replies.SegmentRow]) -> Grid:
 def _branches(reply: replies.BranchTable, _page: Page) -> Iterator[Block]:
     columns = (
         Column("Branch", Role.NAME, width=NAME_COLUMN),
-        Column("Commands", Role.NUMBER, right=True),
-        *(Column(heading, Role.NUMBER, right=True, width=10) for heading in ("Ends", "Clock")),
+        number_column("Commands", 0),
+        *number_columns("Ends", "Clock"),
         Column("", Role.NOTE),
     )
     rows = tuple(
@@ -459,11 +448,7 @@ def _branches(reply: replies.BranchTable, _page: Page) -> Iterator[Block]:
 
 def _comparison(reply: replies.ComparisonTable, page: Page) -> Iterator[Block]:
     told = reply.comparison
-    columns = (
-        Column("", Role.NAME, width=NAME_COLUMN),
-        *(Column(heading, Role.NUMBER, right=True, width=10) for heading in (reply.a, reply.b, "Change")),
-        Column("", Role.NOTE),
-    )
+    columns = (NAMES, *number_columns(reply.a, reply.b, "Change"), Column("", Role.NOTE))
     yield Grid(columns, tuple(_measures(told.a, told.b)), boxed=True)
     yield line()
     yield from _latest(_fates(reply), "commands", page.rows)
@@ -491,7 +476,7 @@ def _fates(reply: replies.ComparisonTable) -> Grid:
     displaced = any(record.displaced for pair in pairs for record in (pair.a, pair.b) if record is not None)
     columns = (
         Column("Command", Role.INSTRUCTION, width=NAME_COLUMN),
-        *(Column(heading, Role.NUMBER, right=True, width=8) for heading in ("asked",) * displaced + headings),
+        *number_columns(*("asked",) * displaced, *headings, width=8),
     )
     rows = tuple((pair.text, *(_asked(pair.a or pair.b),) * displaced, *_fate(pair)) for pair in pairs)
     return Grid(columns, rows, boxed=True)
@@ -531,20 +516,12 @@ def _labelled(row: replies.SegmentRow | replies.ReplayRow) -> str:
 
 
 def _replay(reply: replies.ReplayTable, _page: Page) -> Iterator[Block]:
-    columns = (*map(number_column, ("t", *POSE)), Column("   Command", Role.INSTRUCTION))
+    columns = (*number_columns("t", *POSE), Column("   Command", Role.INSTRUCTION))
     rows = tuple(
         (fixed(row.end), *map(fixed, numbers_of(row.T_world_tool)), f"   {_labelled(row)}".rstrip())
         for row in reply.rows
     )
     yield Grid(columns, rows, tight=True, keys=1)
-
-
-def _plot(reply: replies.Plot, page: Page) -> Iterator[Block]:
-    yield from chart(reply, page)
-
-
-def _nothing(_reply: Reply, _page: Page) -> Iterator[Block]:
-    yield from ()
 
 
 LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
@@ -574,7 +551,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.TimelineTable: _timeline,
     replies.BranchTable: _branches,
     replies.ComparisonTable: _comparison,
-    replies.Plot: _plot,
+    replies.Plot: chart,
     replies.ReplayTable: _replay,
-    replies.Farewell: _nothing,
+    replies.Farewell: lambda _reply, _page: iter(()),
 }

@@ -45,6 +45,11 @@ class RunProgress:
             self._bar.stop()
             self._visible = False
 
+    def say(self, text: str) -> None:
+        """A line on stderr, in place of the picture."""
+        self.hide()
+        print(text, file=sys.stderr)
+
     def __enter__(self) -> Self:
         return self
 
