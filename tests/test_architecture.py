@@ -14,6 +14,7 @@ import pytest
 ROOT = Path(__file__).parents[1] / "vrs_cli"
 
 FLOORS = (  # from the ground up: a folder may import those before it
+    "version",
     "errors",
     "extras",
     "kinematics",
@@ -26,6 +27,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "interfaces",
     "render",
     "repl",
+    "api",
     "highlight",
     "lsp",
     "cli",
@@ -33,7 +35,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
 )
 INNER_FLOORS = {  # the same inside a folder; a file beside these floors may import each of them
     "language": ("words", "text", "analysis", "compile", "run"),
-    "interfaces": ("tasks", "station", "editor", "jog", "monitor", "session"),
+    "interfaces": ("tasks", "station", "editor", "jog", "monitor", "session", "roles"),
 }
 LIVES_IN = {
     "lark": {"language/text/table.py"},
@@ -46,7 +48,10 @@ LIVES_IN = {
     "pygments": {"highlight"},
     "pygls": {"lsp/server.py"},
     "lsprotocol": {"lsp/server.py"},
-    "numpy": {"kinematics", "trajectory", "engine", "files", "interfaces/monitor/plotting.py", "render/plots.py"},
+    "numpy": {
+        *("kinematics", "trajectory", "engine", "files", "api"),
+        *("interfaces/monitor/plotting.py", "interfaces/roles/observer.py", "render/plots.py"),
+    },
 }
 
 
@@ -83,7 +88,10 @@ DEFERRED = (
     Deferred(("language/run/operations.py",), ("datetime",), "only $TIME needs it"),
     Deferred(("language/text/table.py",), ("lark",), "the table that lark makes is kept between runs"),
     Deferred(
-        ("kinematics", "trajectory", "engine", "files", "interfaces/monitor/plotting.py", "render/plots.py"),
+        (
+            *("kinematics", "trajectory", "engine", "files"),
+            *("interfaces/monitor/plotting.py", "interfaces/roles/observer.py", "render/plots.py"),
+        ),
         ("numpy",),
         "numpy takes longer to load than a short program runs, and one position needs none of it",
     ),

@@ -1,3 +1,48 @@
-"""vrs: a VAL-II shell for a virtual robot."""
+"""vrs: a VAL-II shell for a virtual robot, and the robot in Python.
 
-__version__ = "0.1.0"
+    import vrs_cli as vrs
+
+    r = vrs.Robot("puma560")
+    r.move(0, -45, 180, 0, 45, 0).moves(vrs.trans(300, 450, -200, 90, 90, 0), at=1.0)
+    r.sample(rate=100).joints  # (N, 6)
+
+docs/python.md tells all of it. Nothing is loaded before it is asked for: the command line starts as fast as without.
+"""
+
+from importlib import import_module
+
+from vrs_cli.version import __version__
+
+_HOMES = {  # where each public name is
+    "Robot": "vrs_cli.api.robot",
+    "load": "vrs_cli.api.robot",
+    "trans": "vrs_cli.api.location",
+    "Location": "vrs_cli.api.location",
+    "Posture": "vrs_cli.api.posture",
+    "Ways": "vrs_cli.api.kinematics",
+    "Replies": "vrs_cli.api.answers",
+    "Picture": "vrs_cli.api.answers",
+    "Run": "vrs_cli.api.answers",
+    "ProgramFailed": "vrs_cli.api.answers",
+    "Change": "vrs_cli.api.changes",
+    "VrsError": "vrs_cli.errors",
+    "MotionError": "vrs_cli.errors",
+    "ProgramError": "vrs_cli.errors",
+    "FileError": "vrs_cli.errors",
+    "UsageError": "vrs_cli.errors",
+    "load_ipython_extension": "vrs_cli.api.notebook",
+}
+
+__all__ = ["__version__", *(name for name in _HOMES if name != "load_ipython_extension")]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> object:
+    """A public name, when it is asked for (PEP 562)."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = globals()[name] = getattr(import_module(_HOMES[name]), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -6,7 +6,7 @@ import gc
 import sys
 from collections.abc import Sequence
 
-from vrs_cli import __version__
+from vrs_cli.version import __version__
 
 VERSION_OPTIONS = ("--version", "-V")
 COLLECT_AFTER = 50_000  # new values: what a command loads at its start lives as long as the process, and is no garbage

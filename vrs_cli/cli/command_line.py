@@ -8,8 +8,8 @@ from functools import partial
 from math import isfinite
 from typing import NoReturn
 
-from vrs_cli import errors
 from vrs_cli.errors import UsageError
+from vrs_cli.errors import did_you_mean as suggestion
 
 STANDARD_STREAM = "-"
 WIDTH = 80  # for which argparse tries each option when it is added
@@ -77,7 +77,7 @@ def _words(arguments: Iterable[str]) -> Iterable[str]:
 
 def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
     """A hint: the known word that is near, or where all are listed."""
-    return errors.did_you_mean(word, known, f"see {prog} --help")
+    return suggestion(word, known, f"see {prog} --help")
 
 
 # --- kinds of values: a wrong one becomes one line that names its option ---------------------------------

@@ -115,7 +115,7 @@ def _subcommand(name: str, prog: str, arguments: Sequence[str]) -> int:
 
 
 def _version() -> int:
-    from vrs_cli import __version__
+    from vrs_cli.version import __version__
 
     print(f"vrs {__version__}")
     return OK

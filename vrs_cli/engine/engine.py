@@ -88,6 +88,9 @@ class Engine:
         self.book = Book.at(model.poses["ready"] if start is None else start)
         self.book.told = self.events.publish
 
+    def __repr__(self) -> str:
+        return f"<Engine of {self.model.name} at {self.now:.3f} s: {self.timeline!r}>"
+
     # --- reading ---
 
     @property

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from vrs_cli import __version__
 from vrs_cli.engine.position import positions_at
 from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 from vrs_cli.files.samples import NANOSECONDS, joint_names, nanoseconds, sample_times
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

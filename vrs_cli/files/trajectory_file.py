@@ -15,7 +15,6 @@ from typing import BinaryIO
 
 from msgspec import Struct
 
-from vrs_cli import __version__
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.fault import Fault
@@ -28,6 +27,7 @@ from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.version import __version__
 from vrs_cli.wire.checksum import START, Checksums
 from vrs_cli.wire.lines import FORMAT, HeaderRecord, LineEncoder, decode_delta, decode_header, decode_marks, is_object
 from vrs_cli.wire.records import Form, Motions, RecordError, segments_of

@@ -16,7 +16,6 @@ from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 from pygls.protocol import json_rpc
 
-from vrs_cli import __version__
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.kinematics.model import RobotModel
@@ -25,6 +24,7 @@ from vrs_cli.language.text.diagnostics import Diagnostic, Severity
 from vrs_cli.lsp.document import Document, Symbol
 from vrs_cli.lsp.occurrences import SymbolKind
 from vrs_cli.repl.complete import Suggestion
+from vrs_cli.version import __version__
 
 PAUSE = 0.05  # [s] without a keystroke before a text is checked: a burst of keys is checked once
 

@@ -25,7 +25,6 @@ from prompt_toolkit.patch_stdout import patch_stdout
 from prompt_toolkit.utils import is_dumb_terminal
 from prompt_toolkit.validation import ValidationError, Validator
 
-from vrs_cli import __version__
 from vrs_cli.repl.backstage import Backstage
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.echo import unechoed
@@ -33,6 +32,7 @@ from vrs_cli.repl.history import history_path, open_history, recovery_folder
 from vrs_cli.repl.interrupt import Ended, stoppable
 from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.toolbar import GAP, toolbar
+from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import Clock

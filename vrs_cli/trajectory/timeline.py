@@ -52,6 +52,9 @@ class Timeline:
     def __hash__(self) -> int:
         return hash((self.version, len(self), self.end))
 
+    def __repr__(self) -> str:
+        return f"<Timeline version {self.version}: {len(self)} segments, {self.start:.3f} to {self.end:.3f} s>"
+
     @property
     def start(self) -> float:
         """The time of the first segment [s]."""

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple, get_args
 
 import msgspec
 
-from vrs_cli import __version__
 from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.engine.engine import Postponement
@@ -23,6 +22,7 @@ from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import Place, VrsError
 from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.version import __version__
 from vrs_cli.wire.records import (
     Count,
     DeltaRecord,

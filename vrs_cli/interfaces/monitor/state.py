@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Iterator, Mapping
 
-from vrs_cli import __version__
 from vrs_cli.dialogue.replies import (
     FreeReport,
     Identification,
@@ -28,6 +27,7 @@ from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.language.words.values import plain, whole
+from vrs_cli.version import __version__
 
 
 def _status(station: Station, it: Instruction) -> Iterator[Reply]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from vrs_cli.dialogue.replies import BranchRow, BranchTable, ComparisonTable, Message, Reply, SegmentRow, TimelineTable
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.comparison import compare
+from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalValue, InvalidName, UsageError
 from vrs_cli.interfaces.monitor.consent import refusal
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
@@ -105,10 +106,13 @@ def _deleteb(station: Station, it: Instruction) -> Iterator[Reply]:
 
 
 def _timeline(station: Station, _it: Instruction) -> Iterator[Reply]:
-    engine = station.engine
+    yield timeline_table(station.engine)
+
+
+def timeline_table(engine: Engine) -> TimelineTable:
     segments = [segment for segment in engine.timeline if segment.motion.number > 0]
     stops = tuple(map(_segment_row, stops_on_the_way(segments)))
-    yield TimelineTable(engine.records(), tuple(map(_segment_row, segments)), stops, engine.now)
+    return TimelineTable(engine.records(), tuple(map(_segment_row, segments)), stops, engine.now)
 
 
 def _segment_row(segment: Segment) -> SegmentRow:

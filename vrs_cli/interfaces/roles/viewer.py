@@ -8,28 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import floor, inf, isfinite
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from msgspec import Struct
 
 from vrs_cli.engine.position import Position, position_at
 from vrs_cli.errors import IllegalValue
+from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.playback import Playback
-from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.timeline import Timeline
 
 USUAL_RATE, HIGHEST_RATE = 25.0, 1000.0  # looks a second
-
-
-class Watched(Protocol):
-    """What viewers look at: a robot of which others make the motions."""
-
-    @property
-    def arm(self) -> RobotArm: ...
-    @property
-    def timeline(self) -> Timeline: ...
-    @property
-    def now(self) -> float: ...
 
 
 class Frame(Struct, frozen=True):

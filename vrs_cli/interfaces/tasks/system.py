@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 
-from vrs_cli import __version__
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.tasks import Tasks
@@ -13,6 +12,7 @@ from vrs_cli.language.run.events import TaskState
 from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
 from vrs_cli.language.run.robot import System
 from vrs_cli.language.words.kind import key_of
+from vrs_cli.version import __version__
 
 RUN_STATES = {
     TaskState.RUNNING: EXECUTING,

@@ -13,7 +13,6 @@ from functools import reduce
 from math import cos, radians, sin, sqrt
 from operator import or_
 
-from vrs_cli import __version__
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, NegativeSquareRoot, TypeMismatch, VrsError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
@@ -49,6 +48,7 @@ from vrs_cli.language.words.values import (
     quadrant,
     whole,
 )
+from vrs_cli.version import __version__
 
 # --- arithmetic --------------------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from vrs_cli import __version__
+from vrs_cli.version import __version__
 
 END = "$END"  # the terminal behind the last
 FORM = f"vrs {__version__}, table 1"  # of what is kept

@@ -1,0 +1,405 @@
+"""The public robot: what docs/python.md promises, and every way to hold it wrong."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from math import nan, pi, radians
+from pathlib import Path
+from threading import Thread
+
+import numpy as np
+import pytest
+
+import vrs_cli as vrs
+from vrs_cli.dialogue.replies import ReachReport, Whereabouts
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import FileDamaged, NonexistentFile, ProgramNotExecutable, UndefinedName
+from vrs_cli.kinematics.robot_file import load_robot
+
+PART = vrs.trans(300, 450, -200, 90, 90, 0)
+DOWN = (0, -45, 180, 0, 45, 0)
+PICK = Path("programs/pick_and_place.v2")
+
+
+def moved() -> vrs.Robot:
+    return vrs.Robot().move(*DOWN).moves(PART, at=1.0)
+
+
+def test_motions_are_those_of_val2_to_the_bit() -> None:
+    typed = vrs.Robot()
+    typed.do("MOVE #PPOINT(0, -45, 180, 0, 45, 0)")
+    typed.do("MOVES TRANS(300, 450, -200, 90, 90, 0) AT 1")
+    assert moved().timeline == typed.timeline
+    assert [one.text for one in moved().commands] == [one.text for one in typed.commands]
+
+
+def test_joints_may_be_given_in_many_ways() -> None:
+    ways: tuple[Callable[[vrs.Robot], vrs.Robot], ...] = (
+        lambda r: r.move(*DOWN),
+        lambda r: r.move(DOWN),
+        lambda r: r.move(list(DOWN)),
+        lambda r: r.move(np.array(DOWN)),
+        lambda r: r.move(np.array(DOWN, dtype=np.int32)),
+    )
+    first, *others = (way(vrs.Robot()).timeline for way in ways)
+    assert all(other == first for other in others)
+
+
+def test_what_the_robot_keeps_is_its_own() -> None:
+    joints = np.array(DOWN, dtype=float)
+    r = vrs.Robot().move(joints)
+    before = r.where().joints.tolist()
+    joints[:] = 7.0
+    assert r.where().joints.tolist() == before
+
+
+def test_units_of_si() -> None:
+    r = vrs.Robot(units="SI").move([radians(q) for q in DOWN])
+    assert r.where().joints == pytest.approx([radians(q) for q in DOWN])
+    assert r.where().xyz == pytest.approx(r.in_units("VAL").where().xyz / 1000.0)
+    assert r.in_units("VAL").where().joints == pytest.approx(DOWN)
+    assert r.in_units("VAL").timeline is r.timeline
+    assert r.ik(PART).joints == pytest.approx(np.radians(r.in_units("VAL").ik(PART).joints), nan_ok=True)
+
+
+def test_where_at_one_time_and_at_many() -> None:
+    r = moved()
+    one = r.where(0.5)
+    assert (one.joints.shape, one.xyz.shape, one.velocity.shape, one.location.shape) == ((6,), (3,), (6,), ())
+    many = r.where([0.0, 0.5, r.end + 9.0])
+    assert (many.joints.shape, many.xyz.shape, len(many)) == ((3, 6), (3, 3), 3)
+    assert many.joints[1] == pytest.approx(one.joints)
+    assert r.where(1).joints.tolist() == r.where(1.0).joints.tolist()
+    assert repr(r.where(0.0)).startswith("Posture at 0.000 s: joints (0, -90, 90, 0, 0, 0) deg, xyz (-20.32, 149.09, ")
+    assert repr(many) == f"Posture at 3 times, 0.000 to {r.end + 9.0:.3f} s: joints (3, 6), xyz (3, 3)"
+
+
+def test_samples_go_to_the_exact_end() -> None:
+    r = moved()
+    samples = r.sample(rate=100)
+    assert samples.joints.shape == (len(samples), 6)
+    assert samples.t[:3].tolist() == [0.0, 0.01, 0.02]
+    assert samples.t[-1] == r.end
+    assert samples.xyz[-1] == pytest.approx([300, 450, -200])
+    assert samples.speed.max() > 100.0
+    assert r.sample(10, 0.5, 1.0).t.tolist() == pytest.approx([0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
+
+
+def test_a_robot_that_has_not_moved() -> None:
+    r = vrs.Robot(start=DOWN)
+    assert r.where().joints == pytest.approx(DOWN)
+    assert r.sample().joints.shape == (1, 6)
+    assert r.commands == ()
+    with pytest.raises(vrs.UsageError, match="there is no motion yet"):
+        r.plot()
+
+
+def test_speed_is_for_one_motion() -> None:
+    full, half = vrs.Robot().move(*DOWN), vrs.Robot().move(*DOWN, speed=50)
+    assert half.end > 1.5 * full.end
+
+
+def test_real_time_takes_its_time() -> None:
+    r = vrs.Robot(realtime=1000.0).move(*DOWN)
+    assert r.now < r.end
+    assert r.wait().now >= r.end
+
+
+def test_abort_drops_what_is_scheduled() -> None:
+    r = vrs.Robot().move(*DOWN, at=5.0)
+    assert r.end > 5.0
+    assert r.abort().end <= 5.0
+
+
+# --- kinematics ----------------------------------------------------------------------------------------------------
+
+
+def test_forward_and_back() -> None:
+    r = vrs.Robot()
+    ways = r.ik(PART)
+    assert (ways.joints.shape, ways.usable.shape, len(ways.configurations)) == ((8, 6), (8,), 8)
+    for joints in ways.joints:
+        assert np.allclose(r.fk(joints).matrix, PART.matrix, atol=1e-9)
+    assert ways["lefty above noflip"].tolist() in ways.joints[ways.usable].tolist()
+    assert "LEFTY ABOVE NOFLIP" in repr(ways)
+    with pytest.raises(KeyError, match="there are RIGHTY"):
+        ways["up"]
+
+
+def test_kinematics_of_arrays() -> None:
+    r = vrs.Robot()
+    places = vrs.trans(np.linspace(200, 3000, 7), 450, -200, 90, 90, 0)
+    ways = r.ik(places)
+    assert (ways.joints.shape, ways.usable.shape, ways.best.shape) == ((7, 8, 6), (7, 8), (7, 6))
+    assert np.isnan(ways.best[-1]).all()
+    reached = ways.usable.any(axis=1)
+    assert r.fk(ways.best[reached]).xyz == pytest.approx(places.xyz[reached])
+    assert r.jacobian(ways.best[reached]).shape == (int(reached.sum()), 6, 6)
+    assert repr(ways) == f"Ways to 7 locations, {reached.sum()} of them usable: joints (7, 8, 6)"
+
+
+def test_the_jacobian_is_the_derivative() -> None:
+    r, q, h = vrs.Robot(), np.array(DOWN, dtype=float), 1e-4
+    J = r.jacobian(q)
+    for joint in range(6):
+        step = np.zeros(6)
+        step[joint] = h
+        column = (r.fk(q + step).xyz - r.fk(q - step).xyz) / (2 * h)
+        assert J[:3, joint] == pytest.approx(column, abs=1e-5)
+    si = r.in_units("SI").jacobian(np.radians(q))
+    assert J[:3] == pytest.approx(si[:3] * 1000.0 * pi / 180.0)
+    assert J[3:] == pytest.approx(si[3:])
+
+
+def test_kinematics_with_tool_and_base() -> None:
+    r = vrs.Robot()
+    r.do("TOOL TRANS(0, 0, 100)")
+    r.do("BASE 50, 0, 0")
+    assert r.fk().xyz == pytest.approx(r.where().xyz)
+    best = r.ik(r.where().location).joints
+    assert any(np.allclose(row, r.where().joints, atol=1e-6) for row in best)
+
+
+def test_a_robot_whose_joints_slide() -> None:
+    r = vrs.Robot("cobra600")
+    q = r.where().joints
+    assert r.fk(q).xyz == pytest.approx(r.where().xyz)
+    assert r.in_units("SI").where().joints[2] == pytest.approx(q[2] / 1000.0)
+    assert r.jacobian().shape == (6, 4)
+
+
+def test_why_is_data() -> None:
+    (report,) = vrs.Robot().why(PART)
+    assert isinstance(report, ReachReport)
+    assert len(report.reach.options) == 8
+    assert "MOVE: " in repr(vrs.Robot().why(PART))
+    assert "mm too far" in repr(vrs.Robot().why(vrs.trans(3000, 0, 0)))
+
+
+# --- programs and words --------------------------------------------------------------------------------------------
+
+
+def test_do_answers_with_values() -> None:
+    r = vrs.Robot()
+    (where,) = r.do("WHERE")
+    assert isinstance(where, Whereabouts)
+    assert r.do("SPEED 50") == ()
+    assert repr(r.do('TYPE "x is", 3')) == "x is 3"
+    assert "JT1" in repr(r.do("WHERE"))
+
+
+def test_do_answers_questions() -> None:
+    r = vrs.Robot()
+    r.define(".PROGRAM a\nTYPE 1\n.END")
+    r.do("DELETEP a")
+    assert "a" in repr(r.do("DIRECTORY"))
+    r.do("DELETEP a", answers=["Y"])
+    with pytest.raises(UndefinedName):
+        r.run(None, "a")
+
+
+def test_run_a_file_and_read_its_result() -> None:
+    r = vrs.Robot()
+    run = r.run(PICK)
+    assert run.ok
+    assert run.typed[-1] == "The hand is open: 1"
+    assert repr(run).splitlines()[-1] == f"pick.and.place: Program completed, {run.seconds:.3f} s"
+    assert isinstance(r["part"], vrs.Location)
+
+
+def test_programs_of_a_text() -> None:
+    r = vrs.Robot()
+    assert r.define(".PROGRAM double(x)\nx = 2*x\n.END\n.PROGRAM main\nn = 4\nCALL double(n)\n.END") == (
+        "double",
+        "main",
+    )
+    r.run(None, "main")
+    assert r["n"] == 8.0
+
+
+def test_a_prompt_has_its_answers() -> None:
+    r = vrs.Robot()
+    r.define('.PROGRAM ask\nPROMPT "How many? ", n\n.END')
+    r.run(None, "ask", answers=["3"])
+    assert r["n"] == 3.0
+    with pytest.raises(vrs.ProgramFailed, match="How many"):
+        r.run(None, "ask")
+
+
+def test_a_program_that_fails() -> None:
+    r = vrs.Robot()
+    r.define(".PROGRAM bad\nTYPE 1\nx = y\n.END")
+    with pytest.raises(vrs.ProgramFailed, match=r"^bad step 2, x = y: \*Undefined value\* y[^\n]*$") as caught:
+        r.run(None, "bad")
+    assert caught.value.result.typed == (" 1",)
+    assert not r.run(None, "bad", check=False).ok
+
+
+def test_a_text_with_mistakes() -> None:
+    with pytest.raises(ProgramNotExecutable, match=r"line 2: .*MOVEE"):
+        vrs.Robot().define(".PROGRAM a\nMOVEE b\n.END")
+
+
+def test_variables() -> None:
+    r = vrs.Robot()
+    r["count"], r["part"], r["#safe"], r["$name"], r["row[3]"] = 5, PART, DOWN, "pin", 2.5
+    assert (r["count*2"], r["$name"], r["row[3]"]) == (10.0, "pin", 2.5)
+    assert r["part"] == PART
+    assert r["#safe"] == pytest.approx(DOWN)
+    r.do("MOVE part")
+    assert r.where().xyz == pytest.approx(PART.xyz)
+
+
+# --- the past, other courses of events, files ----------------------------------------------------------------------
+
+
+def test_undo_and_redo() -> None:
+    r = moved()
+    after = r.timeline
+    assert len(r.undo().commands) == 1
+    assert r.redo().timeline == after
+    assert r.undo(2).commands == ()
+    with pytest.raises(vrs.UsageError, match="no motion to undo"):
+        r.undo()
+
+
+def test_branches() -> None:
+    r = moved()
+    before = r.timeline
+    with r.trying("slow") as trial:
+        trial.move(*DOWN, speed=10)
+        assert r.branch == "slow"
+    assert (r.branch, r.branches, r.timeline) == ("main", ("main", "slow"), before)
+    assert "Cycle time" in repr(r.compare("main", "slow"))
+    r.merge("slow")
+    assert (r.branches, len(r.commands)) == (("main",), 3)
+
+
+def test_a_branch_is_left_also_after_an_error() -> None:
+    r = vrs.Robot()
+    with pytest.raises(vrs.MotionError), r.trying("far"):
+        r.move(vrs.trans(5000, 0, 0))
+    assert r.branch == "main"
+
+
+def test_save_and_load(tmp_path: Path) -> None:
+    r, path = moved(), tmp_path / "t.vrst"
+    r.save(path)
+    again = vrs.load(path)
+    assert again.timeline == r.timeline
+    assert again.now == r.end
+    assert again.undo().timeline == r.undo().timeline
+    again.move(0, -90, 90, 0, 0, 0)
+    with pytest.raises(NonexistentFile):
+        vrs.load(tmp_path / "none.vrst")
+    path.write_text("no trajectory")
+    with pytest.raises(FileDamaged):
+        vrs.load(path)
+
+
+def test_subscribe() -> None:
+    r, heard = vrs.Robot(), list[vrs.Change]()
+    end = r.subscribe(heard.append)
+    moved_to = r.move(*DOWN).timeline
+    r.undo()
+    end()
+    r.move(*DOWN)
+    assert [change.version for change in heard] == [0, 1, 2]
+    assert heard[0].delta is None
+    assert heard[1].timeline == moved_to
+    assert heard[1].delta is not None
+    assert repr(heard[1]).startswith("<Change to version 1: MOVE #PPOINT(0, -45, 180, 0, 45, 0), to ")
+
+
+def test_many_threads() -> None:
+    r = vrs.Robot()
+    threads = [Thread(target=lambda: [r.move(*DOWN).ready() for _ in range(5)]) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(r.commands) == 40
+    assert r.timeline.version == 40
+
+
+# --- how it shows itself -------------------------------------------------------------------------------------------
+
+
+def test_it_says_what_it_is() -> None:
+    r = moved()
+    assert re.fullmatch(
+        r"<Robot puma560: 2 motions to \d\.\d{3} s, now 1\.133 s, xyz \(.*\) mm, oat \(.*\) deg>", repr(r)
+    )
+    assert re.fullmatch(r"<Timeline version 2: \d+ segments, 0\.000 to \d\.\d{3} s>", repr(r.timeline))
+    assert repr(Engine(load_robot("puma560"))).startswith("<Engine of puma560 at 0.000 s: <Timeline version 0: 1 segm")
+
+
+def test_plots() -> None:
+    plot = moved().plot("velocity", 1, 2)
+    assert list(plot.curves) == ["JT1", "JT2"]
+    assert len(plot.times) == len(plot.curves["JT1"])
+    assert plot._repr_svg_().startswith("<svg ")
+    assert "Joint velocities" in repr(plot)
+
+
+def test_tables_in_a_notebook() -> None:
+    assert "<table>" in moved().do("TIMELINE")._repr_html_()
+    assert "<table>" in moved()._repr_html_()
+    assert "&lt;" in vrs.Robot().do('TYPE "a < b"')._repr_html_()
+
+
+# --- held wrong ----------------------------------------------------------------------------------------------------
+
+WRONG: tuple[tuple[Callable[[vrs.Robot], object], type[Exception], str], ...] = (
+    (lambda r: r.move(1, 2, 3), ValueError, r"joints: the shape \(3,\) does not fit, \(6,\) or"),
+    (lambda r: r.move(np.zeros((2, 6))), ValueError, r"joints: one set of joints is wanted, not \(2, 6\)"),
+    (lambda r: r.move("part"), TypeError, "joints: numbers are wanted, not 'part'"),
+    (lambda r: r.move(), ValueError, r"joints: the shape \(0,\)"),
+    (lambda r: r.move(PART, PART), TypeError, "joints: numbers are wanted"),
+    (lambda r: r.move(nan, 0, 0, 0, 0, 0), ValueError, "joints: finite numbers"),
+    (lambda r: r.move(vrs.trans([1, 2])), ValueError, "location: one is wanted"),
+    (lambda r: r.move(*DOWN, at=nan), ValueError, "at: finite"),
+    (lambda r: r.move(*DOWN, at="1"), TypeError, "at: numbers are wanted, not '1'"),  # type: ignore[arg-type]
+    (lambda r: r.move(*DOWN, at=-1), vrs.ProgramError, r"\*Illegal value\* AT -1"),
+    (lambda r: r.move(*DOWN, speed=0), ValueError, "speed: percent of nominal"),
+    (lambda r: r.move(*DOWN, speed=101), ValueError, "speed: percent of nominal"),
+    (lambda r: r.move(200, 0, 0, 0, 0, 0), vrs.MotionError, r"\*Joint 1 out of range\*"),
+    (lambda r: r.move(vrs.trans(5000, 0, 0)), vrs.MotionError, r"\*Location too far\*"),
+    (lambda r: r.where("x"), TypeError, "t: numbers are wanted, not 'x'"),
+    (lambda r: r.where([[1.0]]), ValueError, "t: one time or an array"),
+    (lambda r: r.where(nan), ValueError, "t: finite"),
+    (lambda r: r.sample(0), ValueError, "rate: more than 0"),
+    (lambda r: r.sample(-5), ValueError, "rate: more than 0"),
+    (lambda r: r.fk([1, 2]), ValueError, "joints: the shape"),
+    (lambda r: r.ik([1, 2, 3, 4, 5, 6]), TypeError, "location: a Location is wanted"),  # type: ignore[arg-type]
+    (lambda r: r.jacobian("q"), TypeError, "joints: numbers"),
+    (lambda r: r.do("MOVEE a"), vrs.VrsError, "MOVEE"),
+    (lambda r: r.do(5), TypeError, "line: a text is wanted"),  # type: ignore[arg-type]
+    (lambda r: r.do("WHERE\nWHERE"), ValueError, "line: one line is wanted"),
+    (lambda r: r["1 +"], vrs.VrsError, "1 \\+|Illegal|interpret"),
+    (lambda r: r["nothing"], vrs.ProgramError, "Undefined value"),
+    (lambda r: r.__setitem__("x", "text"), vrs.ProgramError, "x cannot hold a string"),
+    (lambda r: r.__setitem__("x+1", 3), vrs.UsageError, "no variable"),
+    (lambda r: r.__setitem__("#p", [1, 2]), ValueError, "#p: the shape"),
+    (lambda r: r.run("nothing.v2"), NonexistentFile, "nothing.v2"),
+    (lambda r: r.save("/nonexistent/t.vrst"), vrs.FileError, "nonexistent"),
+    (lambda r: r.plot("colour"), vrs.UsageError, "PLOT COLOUR"),
+    (lambda r: r.compare("main", "none"), vrs.UsageError, "there is no branch none"),
+    (lambda r: r.in_units("cm"), ValueError, "units 'cm'"),
+    (lambda _r: vrs.Robot("puma999"), NonexistentFile, "no robot is called 'puma999'"),
+    (lambda _r: vrs.Robot(start=[1, 2]), ValueError, "start: the shape"),
+    (lambda _r: vrs.Robot(realtime=-1), ValueError, "realtime: "),
+)
+
+
+@pytest.mark.parametrize(("wrong", "kind", "said"), WRONG)
+def test_one_clear_line_for_what_is_wrong(
+    wrong: Callable[[vrs.Robot], object], kind: type[Exception], said: str
+) -> None:
+    r = vrs.Robot()
+    with pytest.raises(kind, match=said) as caught:
+        wrong(r)
+    assert "\n" not in str(caught.value)
+    assert caught.value.__suppress_context__ or caught.value.__context__ is None
+    assert r.timeline.version == 0

@@ -1,0 +1,87 @@
+"""What a robot answers, as values: they show themselves as text, in a notebook as tables and pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vrs_cli.dialogue.replies import Plot, Reply, is_error
+from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.tasks.runs import Outcome, RunResult
+from vrs_cli.render.html import html
+from vrs_cli.render.svg import picture
+from vrs_cli.render.text import plain_text
+
+
+class Replies(tuple[Reply, ...]):
+    """The replies to a line, in order: values of `vrs_cli.dialogue.replies`, in metres, radians and seconds.
+
+    `text` is what the shell prints of them; `ok`: none says that something could not be done.
+    """
+
+    __slots__ = ()
+
+    @property
+    def text(self) -> str:
+        return "".join(map(plain_text, self))
+
+    @property
+    def ok(self) -> bool:
+        return not any(map(is_error, self))
+
+    def __repr__(self) -> str:
+        return self.text.rstrip("\n")
+
+    def _repr_html_(self) -> str:
+        return html(self)
+
+
+class Picture(Replies):
+    """A plot: `times` [s] and `curves`, each with its label and values; a notebook draws it."""
+
+    __slots__ = ()
+
+    @property
+    def plot(self) -> Plot:
+        (plot,) = self
+        assert isinstance(plot, Plot)
+        return plot
+
+    @property
+    def times(self) -> Sequence[float]:
+        return self.plot.times
+
+    @property
+    def curves(self) -> dict[str, Sequence[float]]:
+        return {curve.label: curve.values for curve in self.plot.curves}
+
+    def _repr_svg_(self) -> str:
+        return picture(self.plot)
+
+
+class Run(RunResult, frozen=True):
+    """A run of a program: `typed` is a tuple of lines; `started` and `ended` [s]; `fault`, if it went wrong."""
+
+    @property
+    def ok(self) -> bool:
+        return self.outcome is Outcome.COMPLETED
+
+    @property
+    def seconds(self) -> float:
+        return self.ended - self.started
+
+    def __repr__(self) -> str:
+        said = f"{self.program}: {self.outcome.value}, {self.seconds:.3f} s"
+        return "\n".join((*self.typed, said))
+
+
+class ProgramFailed(VrsError):
+    """A program that was run has stopped with an error; `result` says how far it came."""
+
+    def __init__(self, result: Run) -> None:
+        fault = result.fault
+        assert fault is not None
+        super().__init__(f"{fault.program} step {fault.step}, {fault.source}: {fault.message}")
+        self.result = result
+
+    def __str__(self) -> str:
+        return self.detail

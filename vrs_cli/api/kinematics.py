@@ -1,0 +1,92 @@
+"""The kinematics of a robot, for one pose or for arrays of them, with the TOOL and BASE that are in force."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+from msgspec import Struct
+
+from vrs_cli.api.location import Location
+from vrs_cli.api.numbers import Flags, Floats, Units, fixed
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.transform import inverse
+from vrs_cli.kinematics.transform_batch import compose_batch, stack
+from vrs_cli.trajectory.motion import Frames
+
+
+class Ways(Struct, frozen=True, eq=False, dict=True):
+    """All ways to reach a location, or N locations: k configurations.
+
+    `configurations`: their names. `joints` (..., k, n): nan where a way does not reach. `usable` (..., k): it reaches,
+    with every joint in its range.
+    """
+
+    configurations: tuple[str, ...]
+    joints: Floats
+    usable: Flags
+    units: Units
+
+    @cached_property
+    def best(self) -> Floats:
+        """(..., n): the first usable way; nan where there is none."""
+        first = np.expand_dims(self.usable.argmax(axis=-1), (-1, -2))
+        found = np.take_along_axis(self.joints, first, axis=-2)[..., 0, :]
+        return fixed(np.where(self.usable.any(axis=-1, keepdims=True), found, np.nan))
+
+    def __getitem__(self, configuration: str) -> Floats:
+        """(..., n): the joints of one way. Raises KeyError."""
+        return self.joints[..., self._index(configuration), :]
+
+    def _index(self, configuration: str) -> int:
+        said = " ".join(configuration.upper().split())
+        if said not in self.configurations:
+            raise KeyError(f"{configuration}: there are {', '.join(self.configurations)}")
+        return self.configurations.index(said)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.configurations)
+
+    def __repr__(self) -> str:
+        if self.usable.ndim > 1:
+            count = int(self.usable.any(axis=-1).sum())
+            return f"Ways to {self.usable[..., 0].size} locations, {count} of them usable: joints {self.joints.shape}"
+        return "\n".join(map(self._line, range(len(self.configurations)))) or "no ways"
+
+    def _line(self, index: int) -> str:
+        joints = self.joints[index]
+        name = self.configurations[index] or "joints"
+        if np.isnan(joints).any():
+            return f"{name:<20} out of reach"
+        said = " ".join(f"{x:9.3f}" for x in joints.round(9) + 0.0)
+        return f"{name:<20} {said}{'' if self.usable[index] else '  out of range'}"
+
+
+def forward(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Location:
+    """The tool tip in the world, of joints (..., n) [rad, m]."""
+    T_world_robot, T_flange_tool = stack([inverse(frames.base), frames.tool])
+    T_robot_flange = arm.forward_batch(q.reshape(-1, q.shape[-1]))
+    T = compose_batch(compose_batch(T_world_robot, T_robot_flange), T_flange_tool)
+    return Location(T.reshape(*q.shape[:-1], 3, 4), units)
+
+
+def ways(arm: RobotArm, frames: Frames, location: Location, units: Units) -> Ways:
+    """All branches of the inverse."""
+    T_robot_world, T_tool_flange = stack([frames.base, inverse(frames.tool)])
+    T = compose_batch(compose_batch(T_robot_world, location.rows.reshape(-1, 3, 4)), T_tool_flange)
+    joints, usable = arm.inverse_batch(T)
+    n, shape = arm.model.joint_count, location.shape
+    joints = joints * units.scales(arm.model.units, n)
+    names = tuple(map(str, arm.ways))
+    return Ways(names, fixed(joints.reshape(*shape, -1, n)), usable.reshape(*shape, -1), units)
+
+
+def jacobian(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Floats:
+    """(..., 6, n) of joints (..., n) [rad, m]."""
+    n = arm.model.joint_count
+    J = arm.jacobian_batch(q.reshape(-1, n), frames.tool)
+    turn, shift = (180.0 / np.pi, 1000.0) if units is Units.VAL else (1.0, 1.0)
+    rows = np.repeat((shift, turn), 3)[:, None]
+    scaled: Floats = J * rows / units.scales(arm.model.units, n)
+    return scaled.reshape(*q.shape[:-1], 6, n)

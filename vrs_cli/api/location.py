@@ -1,0 +1,143 @@
+"""Locations: transformations as VAL-II has them, one or many."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from math import pi
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vrs_cli.api.numbers import Floats, Units, fixed, numbers
+from vrs_cli.dialogue.numbers import fixed as written
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.transform_batch import compose_batch, to_oat_batch
+from vrs_cli.language.run.operations import trans as of_numbers
+from vrs_cli.language.words.values import numbers_of, plain
+
+
+class Location:
+    """Where a tool is: one location, or an array of them.
+
+    `xyz` (..., 3) and `oat` (..., 3): X, Y, Z and the angles O, A, T, in mm and degrees, or in metres and radians for
+    `units="SI"`. `matrix` (..., 4, 4): the homogeneous transformation, always in metres. `a @ b` is VAL-II's `a:b`.
+    """
+
+    def __init__(self, rows: Floats, units: Units = Units.VAL) -> None:
+        """`rows` (..., 3, 4): the upper three of the matrix [m]."""
+        self._rows, self.units = fixed(rows), units
+
+    @classmethod
+    def of(cls, T: Transform, units: Units = Units.VAL) -> Location:
+        return cls(np.array(T).reshape(3, 4), units)
+
+    @classmethod
+    def from_matrix(cls, matrix: ArrayLike, units: str | Units = Units.VAL) -> Location:
+        """Of homogeneous transformations (4, 4) or (N, 4, 4) [m]. Raises ValueError for one that is no rigid motion."""
+        M = numbers(matrix, "matrix", 4, 4)
+        R = M[..., :3, :3]
+        rigid = np.allclose(R @ R.swapaxes(-1, -2), np.eye(3), atol=1e-6) and (np.linalg.det(R) > 0.0).all()
+        if not rigid or not (M[..., 3, :] == (0.0, 0.0, 0.0, 1.0)).all():
+            raise ValueError("matrix: a rotation and a position over 0, 0, 0, 1 are wanted")
+        return cls(M[..., :3, :], Units.of(units))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """() for one location, (N,) for N."""
+        return self._rows.shape[:-2]
+
+    @property
+    def rows(self) -> Floats:
+        """(..., 3, 4) [m]: the upper three rows of `matrix`."""
+        return self._rows
+
+    @cached_property
+    def xyz(self) -> Floats:
+        """(..., 3): X, Y, Z."""
+        return fixed(self._rows[..., 3] * (1000.0 if self.units is Units.VAL else 1.0))
+
+    @cached_property
+    def oat(self) -> Floats:
+        """(..., 3): the angles O, A, T."""
+        oat = to_oat_batch(self._rows)
+        return fixed(np.degrees(oat) if self.units is Units.VAL else oat)
+
+    @cached_property
+    def matrix(self) -> Floats:
+        """(..., 4, 4) [m]."""
+        last = np.broadcast_to((0.0, 0.0, 0.0, 1.0), (*self.shape, 1, 4))
+        return fixed(np.concatenate((self._rows, last), axis=-2))
+
+    @property
+    def transform(self) -> Transform:
+        """The one location, for the kinematics. Raises ValueError where it is an array of them."""
+        if self.shape:
+            raise ValueError(f"location: one is wanted, not an array of shape {self.shape}")
+        return Transform(*self._rows.ravel().tolist())
+
+    def __matmul__(self, other: Location) -> Location:
+        if not isinstance(other, Location):
+            return NotImplemented
+        return Location(compose_batch(self._rows, other._rows), self.units)
+
+    def inverse(self) -> Location:
+        R = self._rows[..., :3].swapaxes(-1, -2)
+        return Location(np.concatenate((R, -R @ self._rows[..., 3:]), axis=-1), self.units)
+
+    def __len__(self) -> int:
+        if not self.shape:
+            raise TypeError("one location has no length")
+        return self.shape[0]
+
+    def __getitem__(self, index: int | slice) -> Location:
+        if not self.shape:
+            raise TypeError("one location has no others in it")
+        return Location(self._rows[index].copy(), self.units)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Location) and np.array_equal(self._rows, other._rows)
+
+    def __hash__(self) -> int:
+        return hash(self._rows.tobytes())
+
+    def __repr__(self) -> str:
+        if self.shape:
+            return f"{'x'.join(map(str, self.shape))} locations"
+        if self.units is Units.VAL:
+            return f"trans({', '.join(map(plain, numbers_of(self.transform)))})"
+        six = ", ".join(written(x, 6) for x in (*self.xyz.tolist(), *self.oat.tolist()))
+        return f'trans({six}, units="SI")'
+
+
+def trans(
+    x: ArrayLike = 0.0,
+    y: ArrayLike = 0.0,
+    z: ArrayLike = 0.0,
+    o: ArrayLike | None = None,
+    a: ArrayLike | None = None,
+    t: ArrayLike | None = None,
+    *,
+    units: str | Units = Units.VAL,
+) -> Location:
+    """The location with these coordinates [mm] and angles [degrees], or [m] and [rad] with `units="SI"`.
+
+    Numbers give one location, arrays (N,) give N, as numpy broadcasts them. Angles that are left out turn nothing, as
+    in VAL-II. Raises TypeError, ValueError.
+    """
+    said = Units.of(units)
+    given = {name: part for name, part in zip("xyzoat", (x, y, z, o, a, t), strict=True) if part is not None}
+    parts = [numbers(part, name) * _to_val2(name, said) for name, part in given.items()]
+    try:
+        columns = np.stack(np.broadcast_arrays(*parts), axis=-1)
+    except ValueError:
+        raise ValueError(f"trans: arrays of shapes {', '.join(str(part.shape) for part in parts)} do not fit") from None
+    rows = columns.reshape(-1, len(parts)).tolist()
+    made = [of_numbers(*map(dict(zip(given, row, strict=True)).get, "xyzoat")) for row in rows]
+    return Location(np.array(made, dtype=np.float64).reshape(*columns.shape[:-1], 3, 4), said)
+
+
+def _to_val2(name: str, units: Units) -> float:
+    """What makes mm and degrees of a number."""
+    if units is Units.VAL:
+        return 1.0
+    return 1000.0 if name in "xyz" else 180.0 / pi

@@ -1,0 +1,80 @@
+"""Where a robot is: at one time, or at many."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from msgspec import Struct
+
+from vrs_cli.api.location import Location
+from vrs_cli.api.numbers import Floats, Units, fixed
+from vrs_cli.engine.position import Position, Positions
+from vrs_cli.kinematics.model import RobotModel
+
+
+class Posture(Struct, frozen=True, eq=False, dict=True):
+    """The robot at one time, or at N times: then every array has N rows before its own shape.
+
+    `t` [s]; `joints` (n,), `velocity` and `acceleration` (n,): degrees (mm where a joint slides), a second, a second
+    squared, or SI; `location`: of the tool tip in the world (BASE) frame; `hand`: 1 open, 0 closed.
+    """
+
+    t: Floats
+    joints: Floats
+    velocity: Floats
+    acceleration: Floats
+    location: Location
+    hand: Floats
+
+    @classmethod
+    def of(cls, at: Position | Positions, model: RobotModel, units: Units) -> Posture:
+        if isinstance(at, Position):
+            time, rows = np.array(at.time), np.array(at.T_world_tool).reshape(3, 4)
+        else:
+            time, rows = at.times, at.T_world_tool
+        scales = units.scales(model.units, model.joint_count)
+        rates = (at.joints, at.velocity, at.acceleration)
+        joints, velocity, acceleration = (fixed(np.array(q) * scales) for q in rates)
+        return cls(fixed(time), joints, velocity, acceleration, Location(rows, units), fixed(np.array(at.hand)))
+
+    @property
+    def xyz(self) -> Floats:
+        """(..., 3): X, Y, Z of the tool tip."""
+        return self.location.xyz
+
+    @property
+    def oat(self) -> Floats:
+        """(..., 3): the angles O, A, T of the tool."""
+        return self.location.oat
+
+    @property
+    def units(self) -> Units:
+        return self.location.units
+
+    @cached_property
+    def speed(self) -> Floats:
+        """(N,): how fast the tool tip goes between neighbouring times. Raises ValueError for fewer than two."""
+        if self.t.size < 2:
+            raise ValueError("speed: at least two times are wanted")
+        return fixed(np.linalg.norm(np.gradient(self.xyz, self.t, axis=0), axis=-1))
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __repr__(self) -> str:
+        if self.t.ndim:
+            span = f", {self.t.min():.3f} to {self.t.max():.3f} s" if self.t.size else ""
+            return f"Posture at {self.t.size} times{span}: joints {self.joints.shape}, xyz {self.xyz.shape}"
+        angle, joints = self.units.angle, _list(self.joints)
+        return f"Posture at {float(self.t):.3f} s: joints {joints} {angle}, {placed(self.location)}"
+
+
+def placed(location: Location) -> str:
+    """Where one location is, for people."""
+    units = location.units
+    return f"xyz {_list(location.xyz)} {units.length}, oat {_list(location.oat)} {units.angle}"
+
+
+def _list(numbers: Floats) -> str:
+    return f"({', '.join(f'{x:.6g}' for x in numbers.round(9) + 0.0)})"

@@ -1,0 +1,420 @@
+"""A robot in Python: motions, positions, kinematics, programs and branches, in the units of VAL-II or in SI."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from copy import copy
+from pathlib import Path
+from threading import RLock
+from typing import TypeVar
+
+import numpy as np
+from msgspec import structs
+from numpy.typing import ArrayLike
+
+from vrs_cli.api import kinematics
+from vrs_cli.api.answers import Picture, ProgramFailed, Replies, Run
+from vrs_cli.api.changes import Change, hear
+from vrs_cli.api.kinematics import Ways
+from vrs_cli.api.location import Location
+from vrs_cli.api.numbers import Floats, Units, number, numbers
+from vrs_cli.api.posture import Posture, placed
+from vrs_cli.dialogue.replies import ComparisonTable, ReachReport
+from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, Clock, VirtualClock, WallClock
+from vrs_cli.engine.commands import JointTarget, NamedTarget, PoseTarget, Target
+from vrs_cli.engine.comparison import compare
+from vrs_cli.engine.history import CommandRecord
+from vrs_cli.errors import UsageError
+from vrs_cli.files.continuing import bookmark_of
+from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
+from vrs_cli.interfaces.monitor.plotting import plotted, selected
+from vrs_cli.interfaces.monitor.timeline import timeline_table
+from vrs_cli.interfaces.roles.supervisor import Notes, Supervisor
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.words.values import Value, numbers_of, plain
+from vrs_cli.trajectory.timeline import Timeline
+
+T = TypeVar("T")
+
+MOST_SAMPLES = 50_000_000
+
+
+class Robot:
+    """One robot, by name ("puma560") or from a .toml or .urdf file. It stands at READY unless `start` says otherwise.
+
+    Joints are in degrees (mm where a joint slides), locations in mm and degrees; with `units="SI"` all is in radians
+    and metres. Times are seconds, speeds percent of nominal. `realtime`: motions take their time; True, or how many
+    seconds of the robot pass in one.
+
+    What is no number, or has another shape than a method says, raises TypeError or ValueError; what the robot refuses
+    raises VrsError, with VAL-II's message. (N, ...) means: also for arrays, with any number of rows.
+    """
+
+    def __init__(
+        self,
+        robot: str | Path = "puma560",
+        *,
+        start: ArrayLike | None = None,
+        units: str | Units = Units.VAL,
+        realtime: bool | float = False,
+    ) -> None:
+        self._open(load_robot(robot), Units.of(units), start, _clock(realtime))
+
+    def _open(self, model: RobotModel, units: Units, start: ArrayLike | None, clock: Clock) -> None:
+        self.units, self._model = units, model
+        joints = None if start is None else self._joints(start, "start")
+        notes, lock = Notes(), RLock()
+        session = Session(notes, model, start=joints, clock=clock)
+
+        def alone(work: Callable[[Session], T]) -> T:
+            with lock:
+                return work(session)
+
+        self._robot = Supervisor(session, notes, alone)
+
+    def in_units(self, units: str | Units) -> Robot:
+        """The same robot, spoken to in other units: "VAL" or "SI"."""
+        other = copy(self)
+        other.units = Units.of(units)
+        return other
+
+    # --- motions ---
+
+    def move(self, *to: ArrayLike | Location, at: float | None = None, speed: float | None = None) -> Robot:
+        """Go to joints, or to a Location, joint-interpolated: `move(0, -45, 180, 0, 45, 0)`, `move(trans(...))`.
+
+        It begins after the last motion, or `at` a time [s], in the middle of another if need be. `speed`: percent of
+        nominal, up to 100, for this motion alone. Raises MotionError, IllegalValue, ValueError, TypeError.
+        """
+        return self._go("MOVE", to, at, speed)
+
+    def moves(self, *to: ArrayLike | Location, at: float | None = None, speed: float | None = None) -> Robot:
+        """Go there on a straight line of the tool tip. As `move` otherwise."""
+        return self._go("MOVES", to, at, speed)
+
+    def ready(self, *, at: float | None = None, speed: float | None = None) -> Robot:
+        """Go to the ready position. As `move` otherwise."""
+        return self._command(NamedTarget("ready"), "READY", at, speed)
+
+    def _go(self, word: str, to: tuple[ArrayLike | Location, ...], at: float | None, speed: float | None) -> Robot:
+        target, shown = self._target(to)
+        return self._command(target, f"{word} {shown}", at, speed, straight=word == "MOVES")
+
+    def _command(
+        self, target: Target, text: str, at: float | None, speed: float | None, *, straight: bool = False
+    ) -> Robot:
+        executed = None if at is None else number(at, "at")
+        fraction = None if speed is None else number(speed, "speed") / 100.0
+        if fraction is not None and not 0.0 < fraction <= 1.0:
+            raise ValueError(f"speed: percent of nominal are wanted, more than 0 and up to 100, not {speed}")
+        text += "" if executed is None else f" AT {plain(executed)}"
+        self._robot.move(target, straight=straight, executed=executed, speed=fraction, text=text)
+        return self
+
+    def _target(self, to: tuple[ArrayLike | Location, ...]) -> tuple[PoseTarget | JointTarget, str]:
+        """Where a motion goes, and how VAL-II would say that."""
+        given = to[0] if len(to) == 1 else to
+        if isinstance(given, Location):
+            T = given.transform
+            return PoseTarget(T), _written(T)
+        joints = self._joints(given, "joints")
+        shown = ", ".join(plain(x) for x in numbers_of(joints, self._model.units))
+        return JointTarget(joints), f"#PPOINT({shown})"
+
+    def open(self) -> Robot:
+        """Open the hand, when the robot has come to rest."""
+        return self._said("OPENI")
+
+    def close(self) -> Robot:
+        """Close the hand, when the robot has come to rest."""
+        return self._said("CLOSEI")
+
+    def _said(self, line: str) -> Robot:
+        self._robot.say(line)
+        return self
+
+    def wait(self) -> Robot:
+        """Wait until the robot stands: in real time as long as that takes, in virtual time not at all."""
+        self._robot.wait()
+        return self
+
+    def abort(self) -> Robot:
+        """Stop the program and the motion now; what was scheduled is dropped."""
+        self._robot.abort()
+        return self
+
+    # --- positions ---
+
+    @property
+    def now(self) -> float:
+        """The robot's clock [s]."""
+        return self._robot.now
+
+    @property
+    def end(self) -> float:
+        """When the robot comes to rest for good [s]."""
+        return self._robot.timeline.end
+
+    @property
+    def timeline(self) -> Timeline:
+        """All segments, in metres and radians: a value, which later commands do not change."""
+        return self._robot.timeline
+
+    def where(self, t: ArrayLike | None = None) -> Posture:
+        """Where the robot is at a time [s], past or future, or at times (N,); now where none is given."""
+        if t is None:
+            return Posture.of(self._robot.at(), self._model, self.units)
+        times = numbers(t, "t")
+        if times.ndim > 1:
+            raise ValueError(f"t: one time or an array (N,) is wanted, not {times.shape}")
+        at = self._robot.over(times) if times.ndim else self._robot.at(float(times))
+        return Posture.of(at, self._model, self.units)
+
+    def sample(self, rate: float = 100.0, start: float | None = None, end: float | None = None) -> Posture:
+        """Where it is `rate` times a second, from the first motion to the exact end of the last, or between two times.
+
+        Raises ValueError for a rate that is none, or one that gives more rows than memory holds.
+        """
+        timeline, asked = self.timeline, number(rate, "rate")
+        begin = timeline.start if start is None else number(start, "start")
+        last = timeline.end if end is None else number(end, "end")
+        if not asked > 0.0 or not (last - begin) * asked < MOST_SAMPLES:
+            raise ValueError(f"rate: more than 0 and at most {MOST_SAMPLES} samples in all, not {rate}")
+        times = begin + np.arange(max(np.ceil((last - begin) * asked), 0.0)) / asked
+        return self.where(np.append(times[times < last], last))
+
+    # --- kinematics ---
+
+    def fk(self, joints: ArrayLike | None = None) -> Location:
+        """The tool tip in the world: of joints (n,) or (N, n), or where the robot is now."""
+        return kinematics.forward(self._robot.arm, self._robot.frames, self._any_joints(joints), self.units)
+
+    def ik(self, location: Location) -> Ways:
+        """All ways to reach a location, or N of them, in each configuration: joints (k, n) or (N, k, n)."""
+        return kinematics.ways(self._robot.arm, self._robot.frames, _location(location), self.units)
+
+    def jacobian(self, joints: ArrayLike | None = None) -> Floats:
+        """(6, n) or (N, 6, n), of joints (n,) or (N, n), or of now: what joint rates make of the tool's velocity
+        (vx, vy, vz, wx, wy, wz) in the robot's frame; in mm and degrees, or SI.
+        """
+        return kinematics.jacobian(self._robot.arm, self._robot.frames, self._any_joints(joints), self.units)
+
+    def why(self, *to: ArrayLike | Location) -> Replies:
+        """Why a location, or joints, can be reached from here or not, and what MOVE and MOVES would do.
+
+        A ReachReport: `reach.options`, `reach.chosen`, `reach.reason`, `reach.line`, in metres and radians.
+        """
+        target, shown = self._target(to)
+        reach = self._robot.alone(lambda session: session.engine.explain(target))
+        return Replies((ReachReport(shown, reach, self._model.units),))
+
+    # --- programs and words ---
+
+    def do(self, line: str, answers: Iterable[str] = ()) -> Replies:
+        """A line as at the prompt of the shell: `do("SPEED 50")`. `answers`: to what it asks. Raises VrsError."""
+        if not isinstance(line, str):
+            raise TypeError(f"line: a text is wanted, not {line!r}")
+        if "\n" in line.strip():
+            raise ValueError("line: one line is wanted; `define` takes the text of programs")
+        return Replies(self._robot.say(line.strip(), answers))
+
+    def define(self, text: str) -> tuple[str, ...]:
+        """Put programs and variables in memory, from the text of a file (.PROGRAM to .END); the names of the programs.
+
+        Raises ProgramNotExecutable for a text with mistakes.
+        """
+        return self._robot.define(text)
+
+    def run(
+        self,
+        file: str | Path | None,
+        name: str | None = None,
+        *,
+        cycles: int = 1,
+        answers: Iterable[str] = (),
+        check: bool = True,
+    ) -> Run:
+        """Load a file of programs and run the first of them, or the one of that `name`; where `file` is None, one that
+        is in memory. `answers`: to its PROMPTs.
+
+        Raises NonexistentFile, ProgramNotExecutable, and ProgramFailed where it stops with an error, unless `check` is
+        false: then the result tells of it.
+        """
+        names = () if file is None else self._robot.load(file)
+        program = name or next(iter(names), None)
+        if program is None:
+            raise UsageError(
+                f"{file} holds no program" if file else "no program", "a program begins with .PROGRAM name"
+            )
+        run = Run(*structs.astuple(self._robot.execute(program, cycles, answers)))
+        if check and run.fault is not None:
+            raise ProgramFailed(run)
+        return run
+
+    def __getitem__(self, expression: str) -> float | str | Location | Floats:
+        """The value of a variable or an expression of VAL-II: a number, a text, a Location, or joints (n,)."""
+        return self._shown(self._robot.value(expression))
+
+    def __setitem__(self, variable: str, value: float | str | Location | ArrayLike) -> None:
+        """Give a variable a value; `#name` has joints, `$name` a text."""
+        self._robot.assign(variable, self._value(variable, value))
+
+    # --- the past, and other courses of events ---
+
+    @property
+    def commands(self) -> tuple[CommandRecord, ...]:
+        """All motion commands that hold: number, text, when they were issued, begin and end [s]."""
+        return self._robot.alone(lambda session: session.engine.records())
+
+    def undo(self, count: int = 1) -> Robot:
+        """Take the last motion commands back. Raises UsageError where there are not so many."""
+        self._robot.alone(lambda session: session.engine.undo(count))
+        return self
+
+    def redo(self, count: int = 1) -> Robot:
+        """Do again what `undo` took back."""
+        self._robot.alone(lambda session: session.engine.redo(count))
+        return self
+
+    @property
+    def branches(self) -> tuple[str, ...]:
+        """The names of all branches, main first."""
+        return self._robot.alone(lambda session: session.branches.names)
+
+    @property
+    def branch(self) -> str:
+        """The name of the present branch."""
+        return self._robot.alone(lambda session: session.branches.present)
+
+    @contextmanager
+    def trying(self, name: str) -> Iterator[Robot]:
+        """Try something else: `with r.trying("fast"): r.move(...)` is on a branch of that name, made where there is
+        none, and the robot comes back as it was.
+        """
+        before = self.branch
+        self.do(f"BRANCH {name}")
+        try:
+            yield self
+        finally:
+            self.do(f"BRANCH {before}")
+
+    def compare(self, a: str, b: str) -> Replies:
+        """Two branches side by side: `comparison.a.duration`, `comparison.tool.distance`, ... [s, m, rad]."""
+
+        def work(session: Session) -> ComparisonTable:
+            branches = session.branches
+            comparison = compare(session.engine.arm, branches.book(a), branches.book(b))
+            return ComparisonTable(branches.spelled(a), branches.spelled(b), comparison, session.units)
+
+        return Replies((self._robot.alone(work),))
+
+    def merge(self, name: str) -> Robot:
+        """Make what a branch has become the main timeline."""
+        return self._said(f"MERGE {name}")
+
+    # --- files, events, pictures ---
+
+    def save(self, path: str | Path) -> None:
+        """Write the trajectory to a .vrst file. Raises FileError."""
+
+        def work(session: Session) -> None:
+            engine = session.engine
+            write_trajectory(path, engine.model, engine.initial, engine.deltas)
+
+        self._robot.alone(work)
+
+    def subscribe(self, callback: Callable[[Change], object]) -> Callable[[], None]:
+        """Have every change of the timeline told to a callback, in a thread of its own; what is returned ends that.
+
+        The first Change is the timeline as it is. Each has `version` and `timeline`, and a `delta` where it is one.
+        """
+        return hear(self._robot.alone(lambda session: session.engine.events.subscribe()), callback)
+
+    def plot(self, *what: str | int) -> Picture:
+        """Curves over the whole time: joints (by number), "velocity", "acceleration", "X", "tool", "speed", "hand".
+
+        Raises UsageError where there is no motion yet, and for what cannot be drawn together.
+        """
+        asked = selected(self._robot.arm, [str(word) for word in what])
+        if self.end <= self.timeline.start:
+            raise UsageError("there is no motion yet", "move the robot first")
+        return Picture((plotted(self._robot.arm, self.timeline, asked),))
+
+    def __repr__(self) -> str:
+        motions, here = len(self.commands), placed(self.where().location)
+        return f"<Robot {self._model.name}: {motions} motions to {self.end:.3f} s, now {self.now:.3f} s, {here}>"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{self._model.title}</p>{self._table()._repr_html_()}"
+
+    def _table(self) -> Replies:
+        return Replies((self._robot.alone(lambda session: timeline_table(session.engine)),))
+
+    # --- the edge: numbers in, numbers out ---
+
+    @property
+    def _scales(self) -> Floats:
+        return self.units.scales(self._model.units, self._model.joint_count)
+
+    def _joints(self, given: object, what: str) -> Joints:
+        """One set of joints [rad, m], checked; of degrees with the very bits that VAL-II makes of them."""
+        row = numbers(given, what, self._model.joint_count)  # type: ignore[arg-type]
+        if row.ndim != 1:
+            raise ValueError(f"{what}: one set of joints is wanted, not {row.shape}")
+        joints = tuple(row.tolist())
+        return joints if self.units is Units.SI else self._model.units.read(joints)
+
+    def _any_joints(self, given: ArrayLike | None) -> Floats:
+        """Joints (..., n) [rad, m]; those of now where none are given."""
+        if given is None:
+            return np.array(self._robot.at().joints)
+        return numbers(given, "joints", self._model.joint_count) / self._scales
+
+    def _shown(self, value: Value) -> float | str | Location | Floats:
+        if isinstance(value, Transform):
+            return Location.of(value, self.units)
+        return np.array(value) * self._scales if isinstance(value, tuple) else value
+
+    def _value(self, name: str, given: float | str | Location | ArrayLike) -> Value:
+        if isinstance(given, Location):
+            return given.transform
+        if isinstance(given, str):
+            return given
+        return self._joints(given, name) if name.startswith("#") else number(given, name)  # type: ignore[arg-type]
+
+
+def load(path: str | Path, *, units: str | Units = Units.VAL) -> Robot:
+    """The robot of a trajectory file (.vrst), at the end of its timeline: to look at it, or to go on with it.
+
+    Raises NonexistentFile, FileDamaged, FileError.
+    """
+    recording = read_trajectory(path)
+    robot = Robot.__new__(Robot)
+    robot._open(recording.model, Units.of(units), None, VirtualClock())
+    robot._robot.alone(lambda session: session.engine.take_up(bookmark_of(path, recording, session.engine)))
+    return robot
+
+
+def _clock(realtime: bool | float) -> Clock:
+    if realtime is False:
+        return VirtualClock()
+    rate = 1.0 if realtime is True else number(realtime, "realtime")
+    if not SLOWEST_RATE <= rate <= FASTEST_RATE:
+        raise ValueError(f"realtime: {SLOWEST_RATE:g} to {FASTEST_RATE:g} seconds of the robot in one, not {rate:g}")
+    return WallClock(time.monotonic, time.sleep, rate)
+
+
+def _location(given: Location) -> Location:
+    if not isinstance(given, Location):
+        raise TypeError(f"location: a Location is wanted, as trans(x, y, z, o, a, t) makes one, not {given!r}")
+    return given
+
+
+def _written(T: Transform) -> str:
+    return f"TRANS({', '.join(map(plain, numbers_of(T)))})"

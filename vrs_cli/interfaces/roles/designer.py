@@ -1,0 +1,34 @@
+"""The designer: motion commands, each with its issue time, its execution time and its speed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from vrs_cli.engine.commands import Move, Request, Stamp, Target
+
+Performs = Callable[[Request, float | None], None]  # a request, and when it was issued [s] (None: now)
+
+
+class Designer:
+    """Commands motions. `performs`: the robot, which does one thing at a time."""
+
+    def __init__(self, performs: Performs) -> None:
+        self.perform = performs
+
+    def move(
+        self,
+        target: Target,
+        *,
+        straight: bool = False,
+        issued: float | None = None,
+        executed: float | None = None,
+        speed: float | None = None,
+        text: str = "",
+    ) -> None:
+        """Go to a target: joint-interpolated, or `straight`. `issued` and `executed` are t_iss and t_exec [s], `speed`
+        is v, the fraction in (0, 1] of nominal speed. Without `executed` it begins after the last motion.
+
+        Raises MotionError, IllegalValue, FileError.
+        """
+        stamp = None if executed is None else Stamp(executed)
+        self.perform(Move(target, straight, speed=speed, stamp=stamp, text=text), issued)

@@ -1,0 +1,59 @@
+"""The observer: where a robot is, at any time. It never waits for who moves the robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from vrs_cli.engine.position import Position, Positions, position_at, positions_at
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.motion import Frames
+from vrs_cli.trajectory.timeline import Timeline
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+
+class Watched(Protocol):
+    """What observers and viewers look at: a robot that others move. What they read is never changed under them."""
+
+    @property
+    def arm(self) -> RobotArm: ...
+    @property
+    def timeline(self) -> Timeline: ...
+    @property
+    def now(self) -> float: ...
+
+
+class Observer:
+    """Asks g of the timeline as it is now. Metres, radians, seconds."""
+
+    def __init__(self, watched: Watched) -> None:
+        self.watched = watched
+
+    @property
+    def arm(self) -> RobotArm:
+        return self.watched.arm
+
+    @property
+    def timeline(self) -> Timeline:
+        return self.watched.timeline
+
+    @property
+    def now(self) -> float:
+        return self.watched.now
+
+    @property
+    def frames(self) -> Frames:
+        """BASE and TOOL in force now."""
+        return self.timeline.locate(self.now)[0].motion.frames
+
+    def at(self, t: float | None = None) -> Position:
+        """Where the robot is at t [s], past or future, or now."""
+        return position_at(self.arm, self.timeline, self.now if t is None else t)
+
+    def over(self, times: Floats) -> Positions:
+        """Where it is at times (N,) [s]."""
+        return positions_at(self.arm, self.timeline, times)
