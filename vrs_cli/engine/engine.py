@@ -33,7 +33,7 @@ from vrs_cli.engine.corners import rounding_begins, slowing_down
 from vrs_cli.engine.feed import Feed
 from vrs_cli.engine.history import CommandRecord, Step
 from vrs_cli.engine.line_check import Standpoint
-from vrs_cli.engine.motions import fraction_of_full, motion_of, motion_to, rest_after
+from vrs_cli.engine.motions import After, fraction_of_full, program_speed
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at, world_pose
 from vrs_cli.engine.problem import NoRoomToStop
@@ -41,7 +41,7 @@ from vrs_cli.engine.reach import Reach, reach_of
 from vrs_cli.engine.settings import Settings, checked_time
 from vrs_cli.engine.snapshot import Replaced, Snapshot
 from vrs_cli.engine.steered import plan_steering
-from vrs_cli.engine.targets import Goal, Situation, check_flag, check_joint_limits, check_near, resolve, select
+from vrs_cli.engine.targets import Situation, check_flag, check_joint_limits, check_near, resolve, select
 from vrs_cli.errors import IllegalValue, PowerOff, TooLate
 from vrs_cli.kinematics.arm import RobotArm, arm_for
 from vrs_cli.kinematics.joints import Joints
@@ -49,7 +49,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start, ToolOffsetTarget
+from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start, ToolOffsetTarget
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -161,7 +161,8 @@ class Engine:
         if isinstance(request, Move):
             waits = program and request.stamp is None
             return max(self._beginning(request, program)[1], self.now) if waits else self.now
-        if isinstance(request, Break | SetTool | SetBase) or (program and _stands(request)):
+        stands = isinstance(request, Delay) or (isinstance(request, OperateHand) and request.immediate)
+        if isinstance(request, Break | SetTool | SetBase) or (program and stands):
             return max(self.end, self.now)
         return self.now
 
@@ -174,13 +175,15 @@ class Engine:
             case Move():
                 return self._move(request, program, issued)
             case Delay():
-                return self._delay(request, program, issued)
+                seconds = checked_time(request.seconds, "DELAY")
+                return self._until(self._stand(issued, request.text, seconds), program)
+            case OperateHand(immediate=True):
+                self._stand(issued, request.text, float(self.settings.parameters["HAND.TIME"]), request.opening or 0.0)
+                return self._until(self.end, program)
             case OperateHand():
-                return self._operate_hand(request, program, issued)
-            case SetTool():
-                self._set_tool(request, issued)
-            case SetBase():
-                self._set_base(request, issued)
+                self.settings = structs.replace(self.settings, hand=request.opening or 0.0)
+            case SetTool() | SetBase():
+                self._set_frames(request, issued)
             case Break():
                 self.wait_for_rest()
             case Brake():
@@ -253,79 +256,69 @@ class Engine:
         return later
 
     def _may_blend(self, move: Move) -> bool:
-        continuous = self.settings.switch("CP") and self.settings.mode(Mode.CONTINUOUS_PATH)
-        return continuous and not self._changes_configuration(move)
-
-    def _changes_configuration(self, move: Move) -> bool:
-        """Whether a configuration word asks for another configuration than the arm will have."""
-        if not isinstance(move.target, PoseTarget | ToolOffsetTarget):
+        """Whether continuous path is on, and no configuration word asks for another one than the arm will have."""
+        if not (self.settings.switch("CP") and self.settings.mode(Mode.CONTINUOUS_PATH)):
             return False
+        if not isinstance(move.target, PoseTarget | ToolOffsetTarget):
+            return True
         have = self.arm.configuration(self.destination(self.end).joints)
-        return bool(self.settings.configuration.words_beside((have,)))
+        return not self.settings.configuration.words_beside((have,))
 
     def _motion(self, move: Move, start: Start, executed: float) -> Motion:
-        before, settings = self._motion_at(executed), self.settings
-        goal = resolve(self.arm, settings, move, self._situation(move, start, executed, before.frames))
-        return motion_of(move, goal, start, before, self._next_number, settings, self.model)
-
-    @property
-    def _next_number(self) -> int:
-        return self.book.number + 1
-
-    def _situation(self, move: Move, start: Start, executed: float, frames: Frames) -> Situation:
         """A motion with a time stamp follows the one that is under way then, another the last one: one that rounds the
         corner there goes to the same joints as one that begins in it.
         """
-        before = self.destination(executed if move.stamp is not None else self.end).joints
+        settings, before = self.settings, self.destination(executed if move.stamp is not None else self.end).joints
         here = before if start is Start.BLEND else joints_at(self.arm, self.timeline, executed)
-        return Situation(here, before, frames)
+        if move.speed is None:
+            speed = program_speed(settings.speed.present, settings, self.model)
+        else:
+            speed = fraction_of_full(move.speed, settings)
+        after = self._after(executed)
+        return after.motion(
+            start,
+            resolve(self.arm, settings, move, Situation(here, before, after.before.frames)),
+            speed,
+            duration=settings.duration.present,
+            hand=settings.hand if move.hand is None else move.hand,
+            text=move.text,
+            relative=move.target if isinstance(move.target, RelativeTarget) else None,
+        )
+
+    def _after(self, t: float) -> After:
+        return After(self._motion_at(t), self.book.number + 1, self.settings)
 
     # --- standing still ---
-
-    def _delay(self, request: Delay, program: bool, issued: float | None) -> float:
-        seconds = checked_time(request.seconds, "DELAY")
-        return self._until(self._stand(issued, seconds, text=request.text), program)
-
-    def _operate_hand(self, request: OperateHand, program: bool, issued: float | None) -> float:
-        opening = 0.0 if request.opening is None else request.opening
-        if not request.immediate:
-            self.settings = structs.replace(self.settings, hand=opening)
-            return self.now
-        seconds = float(self.settings.parameters["HAND.TIME"])
-        self._stand(issued, seconds, hand=opening, text=request.text)
-        return self._until(self.end, program)
 
     def _stand(
         self,
         issued: float | None,
-        seconds: float = 0.0,
-        *,
         text: str,
+        seconds: float = 0.0,
         hand: float | None = None,
         frames: Frames | None = None,
     ) -> float:
         """Stand still after the last motion; when that begins [s]."""
         executed = max(on_grid(self.now), self.end)
-        before = self._motion_at(executed)
-        motion = rest_after(before, self._next_number, self.settings, text, seconds=seconds, hand=hand, frames=frames)
+        motion = self._after(executed).motion(Start.AFTER, duration=seconds, hand=hand, frames=frames, text=text)
         if self.settings.moves:
             self._edit(motion, executed, self.settings.inserts, issued)
         return executed
 
-    def _set_tool(self, request: SetTool, issued: float | None) -> None:
-        check_near(request.T_flange_tool, "TOOL")
-        self.arm.check_tool(request.T_flange_tool)
+    def _set_frames(self, request: SetTool | SetBase, issued: float | None) -> None:
+        """Change TOOL or BASE once the robot stands."""
+        if isinstance(request, SetTool):
+            check_near(request.T_flange_tool, "TOOL {} away")
+            self.arm.check_tool(request.T_flange_tool)
+        else:
+            check_near(request.T_robot_world, "BASE {} away")
         self.wait_for_rest()
-        self._set_frames(replace(self.frames, tool=request.T_flange_tool), "TOOL", issued)
-
-    def _set_base(self, request: SetBase, issued: float | None) -> None:
-        check_near(request.T_robot_world, "BASE")
-        self.wait_for_rest()
-        self._set_frames(replace(self.frames, base=request.T_robot_world), "BASE", issued)
-
-    def _set_frames(self, frames: Frames, text: str, issued: float | None) -> None:
+        if isinstance(request, SetTool):
+            text, frames = "TOOL", replace(self.frames, tool=request.T_flange_tool)
+        else:
+            text, frames = "BASE", replace(self.frames, base=request.T_robot_world)
         if frames != self.frames:
-            self.clock.advance(self._stand(issued, frames=frames, text=text))
+            self.clock.advance(self._stand(issued, text, frames=frames))
 
     def wait_for_rest(self) -> None:
         """BREAK: time goes on until the robot stands."""
@@ -346,7 +339,7 @@ class Engine:
         return destination_at(self.arm, stopped, stopped.end).joints
 
     def _braking(self, now: float) -> Motion:
-        return rest_after(self._motion_at(now), self._next_number, self.settings, "BRAKE", start=Start.AT)
+        return self._after(now).motion(Start.AT, text="BRAKE")
 
     # --- targets that come one after the other ---
 
@@ -392,10 +385,9 @@ class Engine:
         return motion
 
     def _motion_from_now(self, goal: Joints | Transform, speed: float, text: str) -> Motion:
-        before = self._motion_at(on_grid(self.now))
-        where = Goal(pose=compose(before.frames.base, goal)) if isinstance(goal, Transform) else Goal(joints=goal)
-        speed_now = fraction_of_full(speed, self.settings)
-        return motion_to(where, Start.AT, speed_now, before, self._next_number, self.settings, text=text)
+        now = on_grid(self.now)
+        where = compose(self._motion_at(now).frames.base, goal) if isinstance(goal, Transform) else goal
+        return self._after(now).motion(Start.AT, where, fraction_of_full(speed, self.settings), text=text)
 
     # --- changing the timeline ---
 
@@ -495,7 +487,3 @@ class Engine:
         """
         stand = Standpoint(self.arm, self.settings, self.position().joints, self._motion_at(self.now))
         return reach_of(stand, target)
-
-
-def _stands(request: Request) -> bool:
-    return isinstance(request, Delay) or (isinstance(request, OperateHand) and request.immediate)

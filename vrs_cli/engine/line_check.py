@@ -8,7 +8,7 @@ from math import dist
 from msgspec import Struct, structs
 
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetConfiguration
-from vrs_cli.engine.motions import motion_to, program_speed
+from vrs_cli.engine.motions import After, program_speed
 from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.problem import Here, Problem, segment_joints
 from vrs_cli.engine.settings import Settings
@@ -90,7 +90,7 @@ class Standpoint(Struct, frozen=True):
         duration = settings.duration.present if once else settings.duration.always
         speed = settings.speed.present if once else settings.speed.always
         fast, number = program_speed(speed, settings, self.arm.model), self.before.number + 1
-        return motion_to(Goal(pose=pose), Start.AT, fast, self.before, number, settings, duration=duration)
+        return After(self.before, number, settings).motion(Start.AT, pose, fast, duration=duration)
 
     def planned(self, line: Motion) -> tuple[Segment, ...]:
         """The segments of a line that begins here, at rest, at time 0. Raises MotionError."""
@@ -136,8 +136,7 @@ def _leads_as(stand: Standpoint, words: Sequence[str], begin: Transform, end: Tr
             settings = settings.after(SetConfiguration(flag))
     target = PoseTarget(compose(inverse(stand.frames.base), begin))
     try:
-        moved = structs.replace(stand, settings=settings).resolved(target).joints
-        assert moved is not None
+        moved = structs.replace(stand, settings=settings).resolved(target)
         structs.replace(stand, here=moved).planned(stand.line(end, once=False))
     except MotionError:
         return False

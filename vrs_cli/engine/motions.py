@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from vrs_cli.engine.commands import Move, SetSpeed, SpeedUnit
+from msgspec import Struct
+
+from vrs_cli.engine.commands import SetSpeed, SpeedUnit
 from vrs_cli.engine.parameters import FULL_SPEED
 from vrs_cli.engine.settings import MM, Settings
 from vrs_cli.engine.targets import Goal
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start
 
@@ -24,84 +27,48 @@ class Speed(NamedTuple):
     rotation: float | None = None
 
 
-def motion_to(
-    goal: Goal,
-    start: Start,
-    speed: Speed,
-    before: Motion,
-    number: int,
-    settings: Settings,
-    *,
-    duration: float = 0.0,
-    hand: float | None = None,
-    text: str = "",
-    relative: RelativeTarget | None = None,
-) -> Motion:
-    """A motion to joints or a pose; hand, BASE and TOOL are as the motion `before` it has them."""
-    return Motion(
-        number=number,
-        kind=Kind.JOINT if goal.pose is None else Kind.STRAIGHT,
-        start=start,
-        goal=goal.joints,
-        pose=goal.pose,
-        speed=speed.fraction,
-        acceleration=settings.acceleration,
-        tip_speed=speed.tip,
-        rotation=speed.rotation,
-        duration=on_grid(duration),
-        hand=before.hand if hand is None else hand,
-        frames=before.frames,
-        text=text,
-        relative=relative,
-        profile=settings.profile,
-        rounding=settings.rounding if start is Start.BLEND else None,
-    )
+FULL = Speed(1.0)
 
 
-def motion_of(
-    move: Move, goal: Goal, start: Start, before: Motion, number: int, settings: Settings, model: RobotModel
-) -> Motion:
-    """The motion of an instruction."""
-    if move.speed is None:
-        speed = program_speed(settings.speed.present, settings, model)
-    else:
-        speed = fraction_of_full(move.speed, settings)
-    return motion_to(
-        goal,
-        start,
-        speed,
-        before,
-        number,
-        settings,
-        duration=settings.duration.present,
-        hand=move.hand if move.hand is not None else settings.hand,
-        text=move.text,
-        relative=move.target if isinstance(move.target, RelativeTarget) else None,
-    )
+class After(Struct, frozen=True):
+    """What a motion follows: the motion that is `before` it on the timeline, its own number, and the settings."""
 
+    before: Motion
+    number: int
+    settings: Settings
 
-def rest_after(
-    before: Motion,
-    number: int,
-    settings: Settings,
-    text: str,
-    *,
-    start: Start = Start.AFTER,
-    seconds: float = 0.0,
-    hand: float | None = None,
-    frames: Frames | None = None,
-) -> Motion:
-    """Standing still, or braking first."""
-    return Motion(
-        number,
-        Kind.REST,
-        start,
-        duration=on_grid(seconds),
-        hand=before.hand if hand is None else hand,
-        frames=frames or before.frames,
-        text=text,
-        profile=settings.profile,
-    )
+    def motion(
+        self,
+        start: Start,
+        goal: Goal | None = None,
+        speed: Speed = FULL,
+        *,
+        duration: float = 0.0,
+        hand: float | None = None,
+        frames: Frames | None = None,
+        text: str = "",
+        relative: RelativeTarget | None = None,
+    ) -> Motion:
+        """A motion to joints or a pose, or standing still; hand, BASE and TOOL are as those of `before`."""
+        pose = goal if isinstance(goal, Transform) else None
+        return Motion(
+            number=self.number,
+            kind=Kind.REST if goal is None else Kind.JOINT if pose is None else Kind.STRAIGHT,
+            start=start,
+            goal=goal if pose is None else None,
+            pose=pose,
+            speed=speed.fraction,
+            acceleration=1.0 if goal is None else self.settings.acceleration,
+            tip_speed=speed.tip,
+            rotation=speed.rotation,
+            duration=on_grid(duration),
+            hand=self.before.hand if hand is None else hand,
+            frames=frames or self.before.frames,
+            text=text,
+            relative=relative,
+            profile=self.settings.profile,
+            rounding=self.settings.rounding if start is Start.BLEND else None,
+        )
 
 
 # --- speed: actual = monitor x program -------------------------------------------------------------------------------

@@ -108,10 +108,9 @@ def _chosen(
 ) -> tuple[Configuration | None, str]:
     """What MOVE would take, and why."""
     try:
-        joints = stand.resolved(target).joints
+        joints = stand.resolved(target)
     except MotionError as error:
         return None, str(error)
-    assert joints is not None
     chosen, have = stand.arm.configuration(joints), stand.configuration
     if isinstance(target, JointTarget):
         return chosen, "a precision point says all joints"

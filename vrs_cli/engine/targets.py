@@ -17,9 +17,10 @@ from vrs_cli.errors import (
     NotAvailable,
     StraightLineConfiguration,
     UndefinedValue,
+    VrsError,
 )
 from vrs_cli.kinematics.arm import RobotArm, arm_for
-from vrs_cli.kinematics.configuration import Configuration, Flag
+from vrs_cli.kinematics.configuration import Flag
 from vrs_cli.kinematics.joints import Joints, joints_outside
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, inverse, rotation_about
@@ -30,19 +31,15 @@ FARTHEST = 100.0  # [m] of a location, a tool or a base: beyond, the figures of 
 HALF_TURN = pi + 1e-9  # [rad] and what rounding may add
 
 
+Goal = Joints | Transform  # joints to reach (joint-interpolated), or T_robot_tool (straight line)
+
+
 class Situation(Struct, frozen=True):
     """What a target depends on: the joints when the motion begins and where the one before it ends, BASE and TOOL."""
 
     here: Joints
     destination: Joints
     frames: Frames
-
-
-class Goal(Struct, frozen=True):
-    """Joints to reach (joint-interpolated), or T_robot_tool (straight line): one of the two."""
-
-    joints: Joints | None = None
-    pose: Transform | None = None
 
 
 def resolve(arm: RobotArm, settings: Settings, move: Move, situation: Situation) -> Goal:
@@ -54,48 +51,40 @@ def resolve(arm: RobotArm, settings: Settings, move: Move, situation: Situation)
         joints = _joints(arm.model, move, situation)
         check_joint_limits(arm.model, joints)
         if move.straight:
-            return Goal(pose=compose(arm.forward(joints), situation.frames.tool))
+            return compose(arm.forward(joints), situation.frames.tool)
     elif move.straight:
         _check_task(arm, pose, situation.frames)
-        _check_same_configuration(arm.configuration(situation.here), settings.configuration)
-        return Goal(pose=pose)
+        have = arm.configuration(situation.here)
+        missing = settings.configuration.words_beside((have,))
+        if missing:
+            raise StraightLineConfiguration(f"{' '.join(missing)} asked, the arm is {have}", "use MOVE to change it")
+        return pose
     else:
         joints = select(arm, settings, pose, situation.frames, situation.here)
     if not settings.mode(Mode.OVERLAP):
         _check_half_turns(arm.model, situation.here, joints)
-    return Goal(joints=joints)
+    return joints
 
 
 def _tool_pose(arm: RobotArm, move: Move, situation: Situation) -> Transform | None:
     """T_robot_tool of a target that is given as a pose; None where it is given by joints."""
     frames, target = situation.frames, move.target
     if isinstance(target, PoseTarget):
-        return _in_the_cell(compose(frames.base, target.T_world_tool))
-    if isinstance(target, ToolOffsetTarget | AlignedTarget):
-        return _in_the_cell(_relative_pose(arm, target, situation.destination, frames))
-    return None
-
-
-def _in_the_cell(pose: Transform) -> Transform:
-    """Return the pose. Raises LocationTooFar for a pose that is farther than any cell."""
-    distance = _distance(pose)
-    if not distance <= FARTHEST:
-        what, right = f"{distance * 1000.0:g} mm from the robot", f"at most {FARTHEST * 1000.0:g} mm"
-        raise LocationTooFar(what, right, value=distance, upper=FARTHEST)
+        pose = compose(frames.base, target.T_world_tool)
+    elif isinstance(target, ToolOffsetTarget | AlignedTarget):
+        pose = _relative_pose(arm, target, situation.destination, frames)
+    else:
+        return None
+    check_near(pose, "{} from the robot", LocationTooFar)
     return pose
 
 
-def check_near(T: Transform, what: str) -> None:
-    """Raises IllegalValue for a tool or a base that is farther than any cell."""
-    distance = _distance(T)
-    if not distance <= FARTHEST:
-        away, right = f"{what} {distance * 1000.0:g} mm away", f"at most {FARTHEST * 1000.0:g} mm"
-        raise IllegalValue(away, right, value=distance, upper=FARTHEST)
-
-
-def _distance(T: Transform) -> float:
-    """How far the origin is moved [m]."""
-    return hypot(*T[3::4])
+def check_near(T: Transform, what: str, refusal: type[VrsError] = IllegalValue) -> None:
+    """Raises a refusal of a place, a tool or a base that is farther than any cell: `what` with how far it is."""
+    away = hypot(*T[3::4])
+    if not away <= FARTHEST:
+        right = f"at most {FARTHEST * 1000.0:g} mm"
+        raise refusal(what.format(f"{away * 1000.0:g} mm"), right, value=away, upper=FARTHEST)
 
 
 def _joints(model: RobotModel, move: Move, situation: Situation) -> Joints:
@@ -185,12 +174,6 @@ def _single_turn(model: RobotModel) -> RobotModel:
     lower = tuple(low if model.units.slides(i) else max(low, -pi) for i, low in enumerate(model.lower, 1))
     upper = tuple(high if model.units.slides(i) else min(high, pi) for i, high in enumerate(model.upper, 1))
     return replace(model, lower=lower, upper=upper)
-
-
-def _check_same_configuration(have: Configuration, asked: Configuration) -> None:
-    missing = asked.words_beside((have,))
-    if missing:
-        raise StraightLineConfiguration(f"{' '.join(missing)} asked, the arm is {have}", "use MOVE to change it")
 
 
 def check_flag(arm: RobotArm, flag: Flag) -> None:
