@@ -17,7 +17,9 @@ from vrs_cli.engine.commands import (
     NamedTarget,
     OperateHand,
     PoseTarget,
+    Request,
     SetAcceleration,
+    SetBase,
     SetConfiguration,
     SetDuration,
     SetMode,
@@ -42,7 +44,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.kinematics.configuration import Arm, Wrist
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import distance, from_oat, translation
+from vrs_cli.kinematics.transform import IDENTITY, distance, from_oat, translation
 from vrs_cli.trajectory.delta import Cause
 from vrs_cli.trajectory.motion import JointOffsetTarget, Start, ToolOffsetTarget
 
@@ -455,3 +457,12 @@ def test_every_mistake_leaves_the_engine_as_it_was(engine: Engine) -> None:
         with pytest.raises(VrsError):
             engine.perform(move)
     assert (engine.timeline, engine.deltas, engine.now) == (timeline, deltas, now)
+
+
+@pytest.mark.parametrize("request_", [Break(), SetTool(IDENTITY), SetBase(IDENTITY)])
+def test_tool_and_base_wait_for_rest_also_where_they_are_no_others(request_: Request) -> None:
+    engine = Engine(MODEL)
+    engine.perform(Move(TABLE, straight=False), program=True)
+    assert engine.now < engine.end
+    engine.perform(request_)
+    assert engine.now == engine.end

@@ -15,7 +15,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 MAP = Path(__file__).with_name("coverage.json")
 FOLDERS = ("trajectory", "engine", "kinematics", "language")
-USUAL = [f"tests/{folder}" for folder in (*FOLDERS, "interfaces", "oracle", "programs")]
+USUAL = [
+    f"tests/{name}" for name in (*FOLDERS, "interfaces", "laws", "oracle", "programs", "files", "wire", "errors", "lsp")
+]
 
 
 @dataclass(eq=False)
@@ -48,13 +50,14 @@ def main(arguments: list[str]) -> int:
 
 
 def merged(data: object, seconds: dict[str, float]) -> dict[str, object]:
-    """`tests`: their names and seconds; for each file the tests of each line, by name."""
+    """`tests`: their names and seconds, in order; for each file the tests of each line, by number."""
     found = json.loads(MAP.read_text()) if MAP.exists() else {"tests": {}}
     found["tests"] |= {test: round(one, 4) for test, one in seconds.items()}
+    numbers = {test: number for number, test in enumerate(found["tests"])}
     for path in data.measured_files():  # type: ignore[attr-defined]
         lines = found.setdefault(str(Path(path).relative_to(ROOT)), {})
         for line, names in data.contexts_by_lineno(path).items():  # type: ignore[attr-defined]
-            lines[str(line)] = sorted({*lines.get(str(line), ()), *filter(None, names)})
+            lines[str(line)] = sorted({*lines.get(str(line), ()), *(numbers[name] for name in names if name)})
     return dict(found)
 
 

@@ -48,6 +48,7 @@ OUTCOMES = {
     pytest.ExitCode.OK: SURVIVED,
     pytest.ExitCode.TESTS_FAILED: KILLED,
     pytest.ExitCode.INTERRUPTED: KILLED,  # the tests cannot even be imported
+    pytest.ExitCode.USAGE_ERROR: KILLED,  # nor can their conftest
 }  # every other is a mistake of this script
 
 
@@ -74,8 +75,13 @@ def tests_of(mutant: Mutant) -> list[str]:
     what is run once, at import or into a cache, may have been run by any test before.
     """
     tests, lines = covered()["tests"], covered().get(mutant.file, {})
-    line, file = set(lines.get(str(mutant.line), ())), {name for names in lines.values() for name in names}
-    mirrored = "tests/" + mutant.file.removeprefix("vrs_cli/").replace("/", "/test_").removesuffix(".py")
+    names = list(tests)
+    line = {names[number] for number in lines.get(str(mutant.line), ())}
+    file = {names[number] for numbers in lines.values() for number in numbers}
+    folder, _, stem = mutant.file.removeprefix("vrs_cli/").removesuffix(".py").rpartition("/")
+    mirrored = f"tests/{folder}/test_{stem}"
+    if not file:  # it has only what is run at import
+        file = {name for name in names if name.startswith(f"tests/{folder}/")}
 
     def rank(name: str) -> tuple[object, ...]:
         return mutant.within and name not in line, not name.startswith(mirrored), tests[name], name
@@ -149,7 +155,7 @@ def _meet(mutant: Mutant, tests: Sequence[str]) -> None:
     status = 1
     try:
         sys.meta_path.insert(0, Planted(mutant))
-        files = sorted({name.split("::")[0] for name in tests})
+        files = [file for file in sorted({name.split("::")[0] for name in tests}) if Path(file).exists()]
         quiet = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *files]
         status = int(pytest.main(quiet, plugins=[Chosen(tests)]))
     finally:

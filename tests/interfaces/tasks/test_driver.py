@@ -218,6 +218,7 @@ def test_steps_are_counted_exactly(session: Session, most: int, outcome: Outcome
         ("a[n] = n", Limits(max_elements=12_000), "arrays and strings hold "),
         ('$a[n] = "123"', Limits(max_elements=40_000), "arrays and strings hold "),
         ("CALL own", Limits(max_elements=30_000), "arrays and strings hold "),
+        ("CALL kept", Limits(max_elements=12_000), "arrays and strings hold "),
         ('TYPE "123"', Limits(max_output=402), "the program wanted to type more than 402 bytes"),
         ('WRITE (17) "12"', Limits(max_disk=402), "the program wanted to write more than 402 bytes"),
     ],
@@ -233,6 +234,7 @@ def test_what_a_program_holds_types_and_writes_has_limits(
         load(session, "REACTE again", *opened, "WHILE TRUE DO", "n = n+1", step, "END")
         load(session, "n = 1", name="again")
         load(session, "AUTO b[]", "FOR i = 1 TO 20000", "b[i] = i", "END", "CALL own", name="own")
+        load(session, "LOCAL c[]", "c[n] = n", name="kept")
         result = session.execute("main", limits=limits)
         assert result.outcome is Outcome.FAILED
         assert result.fault is not None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vrs_cli.errors import IllegalExpression, UnknownInstruction
 from vrs_cli.language.text.ast import Span
-from vrs_cli.language.text.diagnostics import LineRefused, did_you_mean, error, show, warning
+from vrs_cli.language.text.diagnostics import SHOWN, LineRefused, did_you_mean, error, show, warning
 
 
 def test_message() -> None:
@@ -69,3 +69,13 @@ def test_a_long_word_is_shortened_in_the_message() -> None:
     message = error(UnknownInstruction, Span(1, 1, 2), "9" * 100_000, "too long").message
     assert len(message) < 500
     assert message.endswith("... (too long)")
+
+
+def test_dots_stand_where_a_long_line_is_cut() -> None:
+    line = "x" * SHOWN + "y" * SHOWN
+    for column, first, last in ((1, "x", "..."), (SHOWN, "...", "..."), (2 * SHOWN, "...", "y")):
+        _, stretch, pointer = show(error(UnknownInstruction, Span(1, column, column + 1)), line).splitlines()
+        assert stretch.startswith(first)
+        assert stretch.endswith(last)
+        assert stretch.strip(".")[0:SHOWN] in line
+        assert stretch[len(pointer) - 1] == line[column - 1]

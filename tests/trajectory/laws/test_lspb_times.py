@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from math import inf
+from dataclasses import replace
+from math import dist, hypot, inf
 
 import pytest
-from hypothesis import example, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from tests.examples import examples
 from vrs_cli.trajectory.instant import TICK
-from vrs_cli.trajectory.laws.lspb_times import Component, Times, from_motion, from_rest, scalar_demands
+from vrs_cli.trajectory.laws.lspb_times import (
+    Component,
+    Times,
+    VectorPart,
+    from_motion,
+    from_rest,
+    scalar_demands,
+    vector_demands,
+)
 
 ROUNDING = 1e-5
 
@@ -99,3 +108,25 @@ def test_a_blend_that_ends_on_the_target_too_fast_is_impossible() -> None:
     for acceleration, possible in ((0.5, False), (2.0, True)):
         demand = scalar_demands([Component(0.5, 1.0, 4.0, acceleration)])(1.0)
         assert (demand.low <= demand.high) == possible
+
+
+def test_a_tool_that_is_there_when_its_velocity_has_gone() -> None:
+    part = VectorPart((0.1, 0.0, 0.0), (0.4, 0.0, 0.0), 1.0, 2.0, 2.0)  # 0.4 m/s gone in 0.5 s leads 0.1 m on
+    assert vector_demands(part, 0.5) == (0.0, inf, 0.0)
+    low, high, _ = vector_demands(replace(part, blend_acceleration=0.5), 0.5)
+    assert low > high
+
+
+@given(
+    st.tuples(displacements, displacements, displacements), st.tuples(*[st.floats(-1.0, 1.0)] * 3), st.floats(0.0, 3.0)
+)
+def test_the_bounds_of_a_vector_are_where_its_limits_are(
+    way: tuple[float, float, float], velocity: tuple[float, float, float], u: float
+) -> None:
+    part, blend = VectorPart(way, velocity, 2.0, 6.0, 4.0), 0.4
+    low, high, slowing = vector_demands(part, blend)
+    assume(all(abs(u - edge) > 1e-6 for edge in (low, high)))
+    v1 = [u * (d - 0.5 * v * blend) for d, v in zip(way, velocity, strict=True)]
+    kept = hypot(*v1) <= 2.0 and dist(v1, velocity) <= 4.0 * blend
+    assert kept == (low < u < high)
+    assert not kept or slowing * u == pytest.approx(hypot(*v1) / 6.0, abs=1e-9)

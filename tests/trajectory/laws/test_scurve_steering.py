@@ -12,6 +12,7 @@ from vrs_cli.trajectory.laws.scurve_steering import (
     KEPT,
     Joint,
     _beyond,
+    _brakable,
     _jerk,
     _slowing,
     _with_phases,
@@ -106,3 +107,11 @@ def test_joints_that_stop_together_keep_the_limits_of_each() -> None:
             level = abs(change.level(v, 0.0, 0.0))
             assert level <= KEPT * one.a_max * (1.0 + 1e-6)
             assert level <= KEPT * one.j_max * min(change.rise, change.fall) * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("way", [1e-4, 0.01, 0.04, 0.05, 0.3, 2.0])
+def test_a_joint_stops_on_the_way_that_it_has(way: float) -> None:
+    v = _brakable(way, 4.8, 48.0)
+    ramps_alone = v < 4.8 * 4.8 / 48.0  # full acceleration is not reached
+    taken = v * (v / 48.0) ** 0.5 if ramps_alone else 0.5 * v * (v / 4.8 + 4.8 / 48.0)
+    assert taken == pytest.approx(way)

@@ -22,9 +22,11 @@ from vrs_cli.trajectory.laws.scurve_times import (
     Part,
     _possible,
     _root,
+    from_motion,
     from_rest,
     keeps,
     ramps,
+    scalar_demands,
     turn_bounds,
 )
 from vrs_cli.trajectory.limits import JointLimits
@@ -70,6 +72,15 @@ def test_a_short_way_is_four_ramps() -> None:
 def test_least_time_is_kept_and_not_much_more() -> None:
     course = from_rest([alone(0.5, 10.0, 2.0, 20.0)], 3.0)
     assert 3.0 <= course.total <= 3.0001
+
+
+def test_a_long_way_out_of_a_motion_is_two_changes_and_a_cruise() -> None:
+    # 0.3 to 1 rad/s at 2 rad/s2, 20 rad/s3 in 0.45 s, to rest in 0.6 s; the ways of these are 0.2925 and 0.3 rad
+    part = Part(3.0, 0.3, 0.0, 1.0, 2.0, 20.0, 1.0)
+    course = from_motion([part], Change(0.1, 0.25, 0.1))
+    assert course.total == pytest.approx(0.45 + 2.4075 + 0.6, rel=0.01)
+    slow = from_motion([part], Change(0.1, 0.25, 0.1), least=5.0)
+    assert 5.0 <= slow.total <= 5.001
 
 
 def test_nothing_to_do_takes_no_time() -> None:
@@ -148,6 +159,42 @@ def test_nothing_turns_back_earlier_than_full_braking(v: float, part: float) -> 
     assert nearest <= direct + 1e-9
 
 
+@given(st.floats(0.0, 1.4), parts)
+def test_turning_back_ends_at_rest(v: float, part: float) -> None:
+    state, a = (0.0, v, 4.0 * part), 4.0
+    for duration, rate in turning_back(v, state[2], a, 40.0):
+        assert abs(rate) <= 40.0 * ROUNDING
+        state = state_after(*state, duration, rate)
+        assert abs(state[2]) <= a + 40.0 * TICK
+    assert state[1] == pytest.approx(0.0, abs=1e-7)
+
+
+ramp_times = st.floats(0.05, 0.6)
+
+
+@given(parts, parts, parts, st.builds(Change, ramp_times, st.sampled_from([0.0, 0.3]), ramp_times), st.floats(0.1, 3.0))
+@examples(400)
+def test_the_bounds_of_a_change_are_where_the_limits_are(
+    way: float, velocity: float, acceleration: float, change: Change, u: float
+) -> None:
+    """A cruise of u times what is ahead keeps the limits while it is inside the bounds, and not outside."""
+    part = Part(2.0 * way, velocity, 2.0 * acceleration, 1.0, 2.0, 20.0, 1.0)
+    assume(abs(part.velocity + 0.5 * part.acceleration * abs(part.acceleration) / part.max_jerk) < 0.99)
+    bounds = scalar_demands([part])(change)
+    k0, _ = change.ways
+    carried = part.velocity + 0.5 * change.rise * part.acceleration
+    ahead = part.displacement - part.velocity * change.lasts - part.acceleration * k0 + change.lag * carried
+    assume(all(abs(u - edge) > 1e-4 for edge in (bounds.low, bounds.high)))
+    kept = abs(u * ahead) <= part.max_velocity
+    times = change.durations
+    for duration, a in zip(times, change.polynomials(0.0, part.velocity, part.acceleration, u * ahead), strict=True):
+        rate = derivative(a)
+        kept &= all(abs(value(rate, duration * k / 40)) <= part.peak * ROUNDING for k in range(41))
+        kept &= all(abs(value(derivative(rate), s)) <= part.max_acceleration for s in (0.0, duration))
+        kept &= abs(value(derivative(derivative(rate)), 0.0)) <= part.max_jerk
+    assert kept == (bounds.low < u < bounds.high)
+
+
 def test_a_stop_next_to_the_end_of_a_range_swings_back() -> None:
     v = (0.5, 0.0, 0.0)
     state = JointState((0.0, 0.0, 0.0), v, (-4.8, 0.0, 0.0))
@@ -167,6 +214,10 @@ def test_turns_are_where_the_velocity_is_zero(v: float, a: float, jerk: float) -
     assume(abs(jerk) > 1e-3)
     for s in turns(v, a, jerk):
         assert v + a * s + 0.5 * jerk * s * s == pytest.approx(0.0, abs=1e-6 * (1.0 + s * s))
+
+
+def test_a_velocity_that_only_touches_zero_turns_there() -> None:
+    assert set(turns(0.5, 1.0, 1.0)) == {-1.0}
 
 
 def test_lag_of_a_step_is_half_of_it() -> None:
