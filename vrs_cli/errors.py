@@ -397,6 +397,10 @@ class NoDataReceived(FileError):
     code, text = -526, "No data received"
 
 
+class LineMissing(NoDataReceived):
+    """GETC waits for a line of the terminal: the task asks for it, and does the step again."""
+
+
 class FileOutside(FileError):
     """A program names a file that is not in the folder it runs in."""
 

@@ -8,8 +8,9 @@ from random import Random
 from tempfile import TemporaryDirectory
 
 from tests.fuzz import numbers
-from vrs_cli.dialogue.questions import Confirmation, LineWanted
+from vrs_cli.dialogue.questions import Answer, LineWanted, Question
 from vrs_cli.dialogue.replies import Reply
+from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.engine.commands import SetParameter
 from vrs_cli.errors import EndOfInput, VrsError
 from vrs_cli.interfaces.session.session import Session
@@ -27,18 +28,22 @@ BOUNDS = Limits(max_time=20.0, max_steps=300)
 class Silent:
     """A terminal that nobody sits at."""
 
+    attended = False
+
     def type(self, text: str, newline: bool) -> None:
         assert isinstance(text, str)
         assert newline in (True, False)
 
-    def ask(self, question: LineWanted) -> str:
+    def progress(self, doing: Running | Reading) -> None:
+        assert doing is not None
+
+    def ask(self, question: Question) -> Answer:
+        if not isinstance(question, LineWanted):
+            return not question.text
         raise EndOfInput(f"PROMPT {question.text!r}")
 
     def show(self, reply: Reply) -> None:
         assert reply is not None
-
-    def confirm(self, question: Confirmation) -> bool:
-        return not question.text
 
 
 def probe(text: str) -> None:

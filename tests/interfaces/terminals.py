@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from vrs_cli.dialogue.questions import Confirmation, LineWanted
+from vrs_cli.dialogue.questions import Answer, LineWanted, Question
 from vrs_cli.dialogue.replies import Reply
+from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.errors import IllegalValue
 
 
 class RecordingTerminal:
-    """`typed` is what programs TYPE, `replies` what commands answer, `asked` the prompts that were shown."""
+    """`typed` is what programs TYPE, `replies` what commands answer, `asked` the prompts that were shown. Where it is
+    not `sure`, nobody answers a question."""
+
+    attended = False
 
     def __init__(self, answers: Iterable[str] = (), sure: bool = True) -> None:
         self.answers = list(answers)
@@ -25,12 +29,13 @@ class RecordingTerminal:
     def type(self, text: str, newline: bool) -> None:
         self.typed += text + ("\n" if newline else "")
 
-    def ask(self, question: LineWanted) -> str:
+    def progress(self, doing: Running | Reading) -> None:
+        pass
+
+    def ask(self, question: Question) -> Answer:
         self.asked.append(question.text)
+        if not isinstance(question, LineWanted):
+            return self.sure or None
         if not self.answers:
             raise IllegalValue("PROMPT", "there is no more input")
         return self.answers.pop(0)
-
-    def confirm(self, question: Confirmation) -> bool:
-        self.asked.append(question.text)
-        return self.sure

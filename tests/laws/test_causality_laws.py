@@ -194,7 +194,7 @@ class Shell:
         """
         engine = self.session.engine
         if any(self.session.driver.tasks.running):
-            self.session.settle(asking=False)
+            self.session.settle()
         now = engine.now if any(self.session.driver.tasks.running) else self.clock.reached
         for t in (now - TICK, *(self.random.uniform(0.0, now) for _ in range(3))):
             if 0.0 <= t < now:

@@ -73,6 +73,6 @@ def test_a_broken_pipe_is_for_the_caller(monkeypatch: pytest.MonkeyPatch) -> Non
     def gone(_session: Session, _line: str) -> None:
         raise BrokenPipeError
 
-    monkeypatch.setattr(Session, "perform", gone)
+    monkeypatch.setattr(Session, "answers", gone)
     with pytest.raises(BrokenPipeError):
         conversation().take("WHERE")

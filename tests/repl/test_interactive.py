@@ -17,6 +17,7 @@ from prompt_toolkit.validation import ValidationError
 
 from tests.engine.wall import ManualWall
 from vrs_cli.dialogue.replies import Message
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.kind import Kind
@@ -132,7 +133,7 @@ def test_an_error_of_the_shell_itself_is_one_line(
     def broken(_session: Session, _line: str) -> None:
         raise ZeroDivisionError("surprise")
 
-    monkeypatch.setattr(Session, "perform", broken)
+    monkeypatch.setattr(Session, "answers", broken)
     run(lines("WHERE"), CTRL_D)
     out = capsys.readouterr().out
     assert "internal error: ZeroDivisionError: surprise" in out
@@ -167,10 +168,10 @@ def test_what_goes_wrong_behind_the_prompt_is_noted() -> None:
     shell = run(lines("a = 1", "EXIT"), clock=ManualWall().clock())
     work = shell.backstage.wait()
 
-    def broken(**_asking: bool) -> None:
+    def broken() -> None:
         raise ZeroDivisionError("surprise")
 
-    session(shell).settle = broken  # type: ignore[method-assign, assignment]
+    session(shell).settle = broken  # type: ignore[method-assign]
     work.keep_up()
     assert "ZeroDivisionError: surprise" in work.noted
 
@@ -367,11 +368,11 @@ def test_without_a_place_for_the_history_there_is_one_note(
 # --- Ctrl-C while a program runs -----------------------------------------------------------------------------------
 
 
-def interrupting(when: Callable[[Session], bool]) -> Callable[[Session, str], None]:
-    """Session.perform, with Ctrl-C pressed as soon as the clock tells so."""
-    perform = Session.perform
+def interrupting(when: Callable[[Session], bool]) -> Callable[[Session, str], Talk[None]]:
+    """Session.answers, with Ctrl-C pressed as soon as the clock tells so."""
+    answers = Session.answers
 
-    def pressed(session: Session, line: str) -> None:
+    def pressed(session: Session, line: str) -> Talk[None]:
         told = session.engine.book.told
 
         def press(delta: TimelineDelta) -> None:
@@ -380,7 +381,7 @@ def interrupting(when: Callable[[Session], bool]) -> Callable[[Session, str], No
                 signal.raise_signal(signal.SIGINT)
 
         session.engine.book.told = press
-        perform(session, line)
+        return answers(session, line)
 
     return pressed
 
@@ -396,7 +397,7 @@ def test_ctrl_c_stops_the_program_and_not_the_shell(
             pressed.append(session.engine.now)
         return late
 
-    monkeypatch.setattr(Session, "perform", interrupting(once))
+    monkeypatch.setattr(Session, "answers", interrupting(once))
     typed = lines(".PROGRAM loop", "DO", "DRIVE 1, 10", "DRIVE 1, -10", "UNTIL FALSE", ".END")
     shell = run(typed, lines("EXECUTE loop", "a = 1", "EXIT"))
     out = capsys.readouterr().out

@@ -78,6 +78,33 @@ def test_prompt_reads_the_lines_that_follow() -> None:
     assert (status, written[-1].split()) == (0, ["n", "5"])
 
 
+def test_a_line_that_is_no_answer_to_prompt_is_a_command() -> None:
+    """The program stops, and eats none of what follows."""
+    status, written = pipe(
+        ".PROGRAM p", 'PROMPT "n? ", n', ".END", "EXECUTE p", "a = 1", "LISTR a", "RETRY", "5", "LISTR n"
+    )
+    assert status == 1
+    assert written[1:] == [
+        "n? ",
+        "*Invalid number format* a = 1 (a number is wanted, such as -12.5)",
+        "Program stopped at p, step 1",
+        '    PROMPT "n? ", n',
+        "a                1",
+        "n? ",
+        "Program completed",
+        "n                5",
+    ]
+
+
+def test_a_line_that_is_no_answer_to_a_question_is_a_command() -> None:
+    status, written = pipe("a = 1", "DELETER a", "LISTR a", "DELETER a", "Y", "LISTR a")
+    assert status == 1
+    asked = "a will be deleted. Are you sure (Y/N)?"
+    refused = "*Not confirmed* nothing is deleted (DISABLE INTERACTIVE deletes without a question)"
+    assert written[:4] == [asked, refused, "a                1", asked]
+    assert written[4].startswith("*Undefined value* a")
+
+
 def test_prompt_at_the_end_of_the_input_fails_the_program() -> None:
     status, written = pipe(".PROGRAM p", 'PROMPT "How many?", n', ".END", "EXECUTE p")
     assert status == 1
@@ -127,8 +154,9 @@ def test_a_second_ctrl_c_breaks_off_what_does_not_stop() -> None:
 def test_a_refused_program_swallows_its_lines() -> None:
     status, written = pipe(".PROGRAM p", "a = 1", ".END", ".PROGRAM p", "a = 2", ".END", "EXECUTE p", "LISTR a")
     assert status == 1
-    assert written[1].startswith("*Program already exists* p")
-    assert written[2:] == ["Program completed", "a                1"]
+    assert written[1] == "Program p exists. Replace it (Y/N)?"
+    assert written[2].startswith("*Program already exists* p")
+    assert written[3:] == ["Program completed", "a                1"]
 
 
 def test_the_input_ends_inside_a_program() -> None:
@@ -146,7 +174,7 @@ def test_whatever_is_piped_in_no_exception_leaves(monkeypatch: pytest.MonkeyPatc
     def broken(_session: Session, _line: str) -> None:
         raise RecursionError("too deep")
 
-    monkeypatch.setattr(Session, "perform", broken)
+    monkeypatch.setattr(Session, "answers", broken)
     status, (line,) = pipe("WHERE")
     assert status == 1
     assert line.startswith("internal error: RecursionError: too deep; please report it with ")

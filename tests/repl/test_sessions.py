@@ -30,6 +30,21 @@ class Exchange:
     answers: list[str] = field(default_factory=list)
 
 
+class Unread:
+    """The lines that were typed ahead; more may come when they have been read."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def __iter__(self) -> Iterator[str]:
+        return self
+
+    def __next__(self) -> str:
+        if not self.lines:
+            raise StopIteration
+        return self.lines.pop(0)
+
+
 def exchanges(path: Path) -> Iterator[Exchange]:
     present: Exchange | None = None
     for line in path.read_text(encoding="utf-8").splitlines():
@@ -50,11 +65,10 @@ def test_session(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     for file in (*SESSIONS.glob("*.v2"), *SESSIONS.glob("*.pc")):
         shutil.copy(file, tmp_path)
     monkeypatch.chdir(tmp_path)
-    unread: list[str] = []
-    stream = StringIO()
-    conversation = Conversation(Session(PlainTerminal(stream, iter(lambda: unread.pop(0) if unread else "", ""))))
+    unread, stream = Unread(), StringIO()
+    conversation = Conversation(Session(PlainTerminal(stream, unread)))
     for exchange in exchanges(path):
-        unread += [line[2:] + "\n" for line in exchange.read]
+        unread.lines += [line[2:] + "\n" for line in exchange.read]
         conversation.take(exchange.typed)
         answered = stream.getvalue().splitlines()
         assert answered == exchange.answers, exchange.typed

@@ -7,7 +7,7 @@ import pytest
 
 from vrs_cli.dialogue.questions import Confirmation, LineWanted
 from vrs_cli.dialogue.replies import Farewell, Message, ProgramStopped, Tone
-from vrs_cli.dialogue.terminal import Dialogue
+from vrs_cli.dialogue.talk import Running
 from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.render.console import TerminalRenderer
@@ -59,10 +59,6 @@ def text_of(terminal: PlainTerminal) -> str:
     return terminal.stream.getvalue()
 
 
-def test_a_pipe_is_no_dialogue() -> None:
-    assert not isinstance(plain(), Dialogue)
-
-
 def test_replies_and_types_come_in_order() -> None:
     terminal = plain()
     terminal.type("a", False)
@@ -100,15 +96,21 @@ def test_prompt_at_the_end_of_the_input() -> None:
         plain().ask(LineWanted("How many?"))
 
 
-def test_nobody_agrees() -> None:
-    assert plain("Y").confirm(Confirmation("Are you sure (Y/N)?")) is False
+def test_nobody_answers() -> None:
+    assert plain().ask(Confirmation("Are you sure (Y/N)?")) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "answer"), [("Y\n", True), ("no ; not yet\n", False), ("WHERE\n", None), ("\n", None)]
+)
+def test_a_line_of_a_pipe_that_is_no_answer_is_left_for_the_next(line: str, answer: bool | None) -> None:
+    terminal = plain(line)
+    assert terminal.ask(Confirmation("Are you sure (Y/N)?")) is answer
+    assert text_of(terminal) == "Are you sure (Y/N)?\n"
+    assert list(terminal.lines) == ([] if answer is not None else [line])
 
 
 # --- with somebody there ---
-
-
-def test_a_person_is_a_dialogue() -> None:
-    assert isinstance(Person().terminal, Dialogue)
 
 
 @pytest.mark.parametrize(
@@ -117,13 +119,13 @@ def test_a_person_is_a_dialogue() -> None:
 )
 def test_questions(answer: str, agreed: bool) -> None:
     person = Person(answer)
-    assert person.terminal.confirm(Confirmation("Are you sure (Y/N)?")) is agreed
+    assert person.terminal.ask(Confirmation("Are you sure (Y/N)?")) is agreed
     assert person.asked == ["Are you sure (Y/N)? "]
 
 
 def test_what_is_no_answer_is_asked_again() -> None:
     person = Person("FOR i = 1 TO 3", "Yellow", "y")
-    assert person.terminal.confirm(Confirmation("Sure?"))
+    assert person.terminal.ask(Confirmation("Sure?"))
     assert person.asked == ["Sure? "] * 3
 
 
@@ -131,13 +133,9 @@ def test_ctrl_c_at_a_prompt_stops_the_program() -> None:
     person = Person(CTRL_C)
     stopped: list[bool] = []
     person.terminal.interrupt = lambda: not stopped.append(True)
-    assert person.terminal.ask(LineWanted("How many?")) == ""
-    assert stopped == [True]
-
-
-def test_ctrl_c_at_a_prompt_that_belongs_to_no_program() -> None:
     with pytest.raises(KeyboardInterrupt):
-        Person(CTRL_C).terminal.ask(LineWanted("How many?"))
+        person.terminal.ask(LineWanted("How many?"))
+    assert stopped == [True]
 
 
 def test_the_latest_message_is_kept() -> None:
@@ -170,24 +168,24 @@ def test_a_long_line_of_the_prompt_shows_the_clock_too() -> None:
 
 def test_a_short_run_shows_no_progress() -> None:
     person = Person()
-    person.terminal.begin_progress()
+    person.terminal.progress(Running(0.0))
     person.now = PATIENCE / 2
-    person.terminal.progress(3.0)
+    person.terminal.progress(Running(3.0))
     person.terminal.end_progress()
     assert person.text == ""
 
 
 def test_a_long_run_shows_the_clock_now_and_then_and_takes_it_away() -> None:
     person = Person()
-    person.terminal.begin_progress()
+    person.terminal.progress(Running(0.0))
     for beat in range(10):
         person.now = PATIENCE + beat * REFRESH * 0.501  # every second one is due
-        person.terminal.progress(float(beat))
+        person.terminal.progress(Running(float(beat)))
     assert person.text.count("running") == 5
     assert "t = 8.0 s" in person.text
     person.terminal.type("hello", True)
     assert person.text.endswith("\r\x1b[Khello\n")
     person.terminal.end_progress()
     person.now += 10.0
-    person.terminal.progress(99.0)
+    person.terminal.progress(Running(99.0))
     assert "99" not in person.text

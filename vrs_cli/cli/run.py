@@ -142,7 +142,7 @@ class _Batch(Struct, frozen=True):
         with journal(self.options.save, engine, partial(_say, progress), durable=durable) as sound, stop:
             try:
                 with enough():
-                    result = station.execute(program, cycles=self.options.cycles, progress=progress)
+                    result = station.execute(program, cycles=self.options.cycles)
             except LimitReached as error:
                 result = station.driver.broken_off(error)
         return result, sound()
@@ -219,7 +219,7 @@ class _Batch(Struct, frozen=True):
         from vrs_cli.render.control import for_stream
 
         said = f"{fault_text(self.source.path, one.fault)} ({one.where})"
-        terminal.progress.say(for_stream(said, sys.stderr))
+        terminal.alive.say(for_stream(said, sys.stderr))
 
     def _write_files(self, station: Station) -> int:
         engine = station.engine

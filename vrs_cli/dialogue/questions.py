@@ -1,4 +1,4 @@
-"""What is asked of whoever drives a session, as values: `text` is what stands before the answer."""
+"""What is asked of people, as values: `text` is what stands before the answer."""
 
 from __future__ import annotations
 
@@ -6,27 +6,30 @@ from msgspec import Struct
 
 
 class Confirmation(Struct, frozen=True):
-    """`... (Y/N)?`: yes or no. Where nobody can answer, the answer is no."""
+    """`... (Y/N)?`: whether it is to be done. Where nobody answers, it is not."""
 
     text: str
 
 
 class Parting(Struct, frozen=True):
-    """`Leave ... (Y/N)?`: EXIT and Ctrl-D say yes too."""
+    """`Leave ... (Y/N)?`: EXIT and Ctrl-D say yes too, and so does nobody. `about`: what is told before."""
 
     text: str
+    about: str = ""
 
 
 class Amendment(Struct, frozen=True):
-    """`Change?`: the new numbers of a location; an empty line takes it as it is."""
+    """`Change?`: the new numbers of a location; an empty line takes it as it is. Where nobody answers, it is left."""
 
     text: str
 
 
 class LineWanted(Struct, frozen=True):
-    """PROMPT, READ: a line for a program."""
+    """PROMPT, READ, GETC: a line for a program; `wrong`: what is wrong with the line before, if it is asked again."""
 
     text: str
+    wrong: str = ""
 
 
 Question = Confirmation | Parting | Amendment | LineWanted
+Answer = bool | str | None

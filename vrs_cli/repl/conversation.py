@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.numbers import count
 from vrs_cli.dialogue.questions import Parting
 from vrs_cli.dialogue.replies import Message, Tone, refusal, report
-from vrs_cli.dialogue.terminal import Dialogue
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import ProgramExists, VrsError
 from vrs_cli.interfaces.monitor.consent import leave, may_replace
 from vrs_cli.interfaces.monitor.files import load
@@ -41,18 +40,22 @@ class Conversation:
         """One line, or several that were pasted together; Ctrl-C in one of them forgets those after it."""
         self.session.interrupted = False
         for line in text.splitlines() or [""]:
-            self._guarded(partial(self._line, line), line)
+            self._guarded(self._line(line), line)
             if self.session.interrupted:
                 break
-        if self._refused and isinstance(self.session.terminal, Dialogue):
+        if self._refused and self.session.terminal.attended:
             self.entry, self._refused = None, False  # somebody is there, and knows that it was refused
-        self._guarded(self.after, "")
+        self._guarded(self._after(), "")
 
-    def _guarded(self, act: Callable[[], None], line: str) -> None:
+    def _after(self) -> Talk[None]:
+        self.after()
+        yield from ()
+
+    def _guarded(self, talk: Talk[None], line: str) -> None:
         """Whatever goes wrong is shown, and the next line may come."""
         terminal = self.session.terminal
         try:
-            act()
+            self.session.converse(talk)
         except VrsError as error:
             terminal.show(refusal(error, line))
         except KeyboardInterrupt:
@@ -63,15 +66,13 @@ class Conversation:
         except Exception as error:
             terminal.show(internal_error(error))
 
-    def _line(self, line: str) -> None:
+    def _line(self, line: str) -> Talk[None]:
         if self.entry is not None:
-            self._step(self.entry, line)
-        elif self.session.editor is not None:
-            self.session.perform(line)
-        elif opens_entry(line):
-            self._open(line)
-        elif line.strip():
-            self.session.perform(line)
+            yield from self._step(self.entry, line)
+        elif self.session.editor is None and opens_entry(line):
+            yield from self._open(line)
+        elif self.session.editor is not None or line.strip():
+            yield from self.session.answers(line)
 
     def mistake(self, text: str) -> Diagnostic | None:
         """The first mistake in a line that is not sent yet. Several lines (pasted) are not looked at."""
@@ -86,53 +87,54 @@ class Conversation:
 
     # --- typing a program ---
 
-    def _open(self, header: str) -> None:
+    def _open(self, header: str) -> Talk[None]:
         """`.PROGRAM`: the lines after it are its steps, also when it is refused (they are dropped then)."""
         self.entry, self._refused = Entry(header), True
         name = _named(header)
-        if name and not may_replace(self.session, name):
+        if name and not (yield from may_replace(self.session, name)):
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
         self._refused = False
 
-    def _step(self, entry: Entry, line: str) -> None:
+    def _step(self, entry: Entry, line: str) -> Talk[None]:
         if not closes_entry(line):
             entry.add(line)
             return
         self.entry = None
         refused, self._refused = self._refused, False
         if not refused:
-            self._store(entry)
+            yield from self._store(entry)
 
-    def _store(self, entry: Entry) -> None:
+    def _store(self, entry: Entry) -> Talk[None]:
         """`.END`: check the whole and keep it."""
         before = dict(self.session.programs)
         diagnostics = self.session.load_text(entry.text)
-        self.session.terminal.show(report(diagnostics, entry.text))
+        yield report(diagnostics, entry.text)
         for key, stored in self.session.programs.items():
             if before.get(key) is not stored:
                 ready = " (replaced)" if key in before else ""
                 ready += "" if stored.analysis.executable else "; it cannot be executed yet"
                 steps = count(len(stored.program.steps), "step")
-                self.session.terminal.show(Message(f"Program {stored.name}: {steps}{ready}"))
+                yield Message(f"Program {stored.name}: {steps}{ready}")
 
     def leave_entry(self, why: str = "") -> None:
         """Ctrl-C, or the end of the input: what was typed of a program is forgotten, and said to be. Somebody who is
         there is asked first, if there is something to forget.
         """
+        self.session.converse(self._leave_entry(why))
+
+    def _leave_entry(self, why: str) -> Talk[None]:
         name, how = self._being_typed()
-        terminal = self.session.terminal
         if not name:
             return
-        leave = Parting(f"{name} is not stored. Leave (Y/N)?")
-        if self._typed and isinstance(terminal, Dialogue) and not terminal.leave(leave):
+        loses = self._typed and self.session.terminal.attended
+        if loses and not (yield Parting(f"{name} is not stored. Leave (Y/N)?")):
             return
         self.entry = self.session.editor = None
-        terminal.show(Message(f"{why}{name} is not stored ({how})", Tone.ERROR if why else Tone.NOTE))
+        yield Message(f"{why}{name} is not stored ({how})", Tone.ERROR if why else Tone.NOTE)
 
     def leave(self) -> None:
         """Ctrl-D: as EXIT, which an error of the shell itself does not keep the user from."""
-        for reply in leave(self.session):
-            self.session.terminal.show(reply)
+        self.session.converse(leave(self.session))
 
     def _being_typed(self) -> tuple[str, str]:
         """The name of the program that is typed or edited, and how it would be stored; empty where there is none."""
@@ -174,11 +176,7 @@ class Conversation:
 
     def load(self, path: str) -> None:
         """The file named on the command line."""
-        self._guarded(lambda: self._load(Path(path)), "")
-
-    def _load(self, path: Path) -> None:
-        for reply in load(self.session, path):
-            self.session.terminal.show(reply)
+        self._guarded(load(self.session, Path(path)), "")
 
 
 def _named(header: str) -> str:

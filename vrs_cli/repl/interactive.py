@@ -97,7 +97,7 @@ class Workplace:
     def keep_up(self) -> None:
         """Let the robot do what has become due while nobody was looking."""
         try:
-            self.conversation.session.settle(asking=False)
+            self.conversation.session.settle()
         except Exception as error:
             self.note(error)
 
@@ -253,6 +253,7 @@ class Shell:
         work.noted = ""
         with stoppable(work.interrupt), unechoed():
             work.conversation.take(line)
+            work.terminal.end_progress()
         return not work.terminal.leaving
 
     def _read(self) -> str:

@@ -57,7 +57,7 @@ class Keeper:
 
     def _offer(self, one: Left) -> None:
         terminal = self._conversation.session.terminal
-        if not terminal.confirm(Confirmation(f"Recovered from {_moment(one.written)}: {_held(one.text)}. Load (Y/N)?")):
+        if not terminal.ask(Confirmation(f"Recovered from {_moment(one.written)}: {_held(one.text)}. Load (Y/N)?")):
             terminal.show(Message(f"Not loaded; LOAD {one.decline()} brings it back"))
             return
         found = self._conversation.session.load_text(one.text)

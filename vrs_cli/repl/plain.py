@@ -30,8 +30,7 @@ def run(
     A wrong line does not stop the lines after it; EXIT does, and so does Ctrl-C. Raises KeyboardInterrupt for a Ctrl-C
     while the next line is waited for.
     """
-    lines = _unmarked(source)
-    terminal = PlainTerminal(sink, lines)
+    terminal = PlainTerminal(sink, _unmarked(source))
     session = Session(terminal, model, clock=clock)
     conversation = Conversation(session)
     if recorder is not None:
@@ -39,7 +38,7 @@ def run(
     if file is not None:
         with stoppable(session.interrupt):
             conversation.load(file)
-    for line in lines:
+    for line in terminal.lines:
         with stoppable(session.interrupt):
             conversation.take(line.rstrip("\r\n"))
         sink.flush()

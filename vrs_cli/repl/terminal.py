@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.dialogue import replies
-from vrs_cli.dialogue.questions import Amendment, Confirmation, LineWanted, Parting
+from vrs_cli.dialogue.questions import Amendment, Answer, Confirmation, LineWanted, Parting, Question
 from vrs_cli.dialogue.replies import Reply, is_error
+from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.errors import EndOfInput, UsageError
 from vrs_cli.render.blocks import shortened
 from vrs_cli.render.control import for_stream, visible
@@ -28,17 +29,38 @@ REFRESH = 0.1  # [s] between two lines of progress
 CLEAR_LINE = "\r\x1b[K"
 
 
-class PlainTerminal:
-    """Replies and what programs type in one stream, in order; `lines` is the input that PROMPT reads on from.
+class Lines:
+    """The lines of an input; one that turns out to be for somebody else may be put back."""
 
-    `failed`: some command could not be done; `leaving`: EXIT was said.
+    def __init__(self, source: Iterable[str]) -> None:
+        self._source = iter(source)
+        self._back: list[str] = []
+
+    def __iter__(self) -> Iterator[str]:
+        return self
+
+    def __next__(self) -> str:
+        return self._back.pop() if self._back else next(self._source)
+
+    def put_back(self, line: str) -> None:
+        self._back.append(line)
+
+
+class PlainTerminal:
+    """Replies and what programs type in one stream, in order; `lines` is the input that questions are answered from.
+
+    A line that is no answer is left for who reads next: it is a command. `failed`: some command could not be done;
+    `leaving`: EXIT was said.
     """
 
-    def __init__(self, stream: TextIO, lines: Iterator[str]) -> None:
+    attended = False
+
+    def __init__(self, stream: TextIO, lines: Iterable[str]) -> None:
         self.stream = stream
-        self.lines = lines
+        self.lines = Lines(lines)
         self.failed = False
         self.leaving = False
+        self._entered = ""
 
     def show(self, reply: Reply) -> None:
         self.failed = self.failed or is_error(reply)
@@ -51,21 +73,48 @@ class PlainTerminal:
     def _write(self, text: str) -> None:
         self.stream.write(for_stream(text, self.stream))
 
-    def ask(self, question: LineWanted) -> str:
-        """The next line of the input. Raises EndOfInput."""
+    def progress(self, doing: Running | Reading) -> None:
+        """Nobody watches."""
+
+    def ask(self, question: Question) -> Answer:
+        """The next line of the input, if it is an answer. Raises EndOfInput."""
+        if isinstance(question, LineWanted):
+            return self._line(question)
+        return self._yes_or_no(question) if isinstance(question, Confirmation) else None
+
+    def _line(self, question: LineWanted) -> str | None:
         prompt = question.text
+        if question.wrong:
+            self.lines.put_back(self._entered)
+            return None
         if prompt:
             self._write(prompt)
+            self.stream.flush()
         try:
-            answer = next(self.lines).rstrip("\r\n")
+            self._entered = next(self.lines)
         except StopIteration:
             raise EndOfInput(f"PROMPT {prompt!r} has nothing more to read", "give the input one more line") from None
         if prompt:
             self.stream.write("\n")
-        return answer
+        return self._entered.rstrip("\r\n")
 
-    def confirm(self, question: Confirmation) -> bool:  # noqa: ARG002 (nobody is there to be asked)
-        return False
+    def _yes_or_no(self, question: Confirmation) -> bool | None:
+        self._write(question.text)
+        self.stream.flush()
+        line = next(self.lines, None)
+        self.stream.write("\n")
+        agreed = None if line is None else yes_or_no(line)
+        if line is not None and agreed is None:
+            self.lines.put_back(line)
+        return agreed
+
+
+def yes_or_no(line: str) -> bool | None:
+    """None for what is no answer to (Y/N)?; a comment may follow."""
+    return ANSWERS.get(line.partition(";")[0].strip().upper())
+
+
+ANSWERS = {"Y": True, "YES": True, "N": False, "NO": False}
 
 
 class ShellTerminal:
@@ -73,6 +122,8 @@ class ShellTerminal:
 
     `read` raises KeyboardInterrupt for Ctrl-C and EOFError for Ctrl-D. `interrupt` stops the running program.
     """
+
+    attended = True
 
     def __init__(
         self,
@@ -116,19 +167,29 @@ class ShellTerminal:
         self.stream.write(visible(text) + ("\n" if newline else ""))
         self.stream.flush()
 
-    def ask(self, question: LineWanted) -> str:
-        """One line for PROMPT. Ctrl-C stops the program; the line is empty then."""
+    def ask(self, question: Question) -> Answer:
+        """Asked until the answer is one: a line of a paste is none. Ctrl-C is no, and stops the program that asks."""
         self._clear_progress()
+        if isinstance(question, LineWanted):
+            return self._line(question)
+        if isinstance(question, Parting):
+            return self._parts(question)
+        if isinstance(question, Amendment):
+            return self._answer(question)
+        agreed = None
+        while agreed is None:
+            answer = (self._answer(question) or "").partition(";")[0].strip()
+            agreed = yes_or_no(answer or "N")
+        return agreed
+
+    def _line(self, question: LineWanted) -> str:
+        if question.wrong:
+            self.type(question.wrong, True)
         try:
             return self._read(question.text or "? ")
         except (KeyboardInterrupt, EOFError):
-            if self.interrupt():
-                return ""
+            self.interrupt()
             raise KeyboardInterrupt from None
-
-    def change(self, question: Amendment) -> str | None:
-        """An answer to `Change?`; None for Ctrl-C: leave things as they were."""
-        return self._answer(question)
 
     def _answer(self, question: Amendment | Confirmation) -> str | None:
         try:
@@ -136,16 +197,10 @@ class ShellTerminal:
         except (KeyboardInterrupt, EOFError):
             return None
 
-    def confirm(self, question: Confirmation) -> bool:
-        """Asked until the answer is one: a line of a paste is none. An empty line and Ctrl-C are no."""
-        self._clear_progress()
-        while True:
-            answer = (self._answer(question) or "").partition(";")[0].strip().upper()
-            if answer in ("Y", "YES", "N", "NO", ""):
-                return answer.startswith("Y")
-
-    def leave(self, question: Parting) -> bool:
-        """Whether the user leaves: Y, EXIT or QUIT, or Ctrl-D. Ctrl-C and an empty line are no."""
+    def _parts(self, question: Parting) -> bool:
+        """Y, EXIT or QUIT, or Ctrl-D. Ctrl-C and an empty line are no."""
+        if question.about:
+            self.show(replies.Message(question.about, replies.Tone.WARNING))
         while True:
             try:
                 answer = self._read(f"{question.text} ").strip().upper()
@@ -183,22 +238,18 @@ class ShellTerminal:
 
     # --- progress ---
 
-    def begin_progress(self) -> None:
-        """A program starts, or a file is read that may be long."""
-        self._since = self._clock()
-
-    def progress(self, clock: float) -> None:
-        """A running program has come to that time of the robot's clock [s]."""
-        self._report(f"running, t = {clock:.1f} s (Ctrl-C stops it)")
-
-    def reading(self, path: str, share: float) -> None:
-        """So much of a file has been read, from 0 to 1."""
-        self._report(f"reading {path}, {share:.0%} (Ctrl-C stops it)")
+    def progress(self, doing: Running | Reading) -> None:
+        """A running program has come to that time, or so much of a file has been read."""
+        if isinstance(doing, Running):
+            self._report(f"running, t = {doing.clock:.1f} s (Ctrl-C stops it)")
+        else:
+            self._report(f"reading {doing.path}, {doing.share:.0%} (Ctrl-C stops it)")
 
     def _report(self, text: str) -> None:
         """Show it in place of the last, not too often, and not before a while."""
         now = self._clock()
-        if self._since is None or now - self._since < PATIENCE or now - self._refreshed < REFRESH:
+        self._since = now if self._since is None else self._since
+        if now - self._since < PATIENCE or now - self._refreshed < REFRESH:
             return
         self._refreshed = now
         self._progress_shown = True
@@ -206,7 +257,7 @@ class ShellTerminal:
         self.stream.flush()
 
     def end_progress(self) -> None:
-        """It has ended."""
+        """A line has been carried out."""
         self._clear_progress()
         self._since = None
 

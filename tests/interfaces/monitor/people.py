@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue.questions import Amendment, Confirmation, Parting
+from vrs_cli.dialogue.questions import Amendment, Answer, Question
+from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import numbers_of
@@ -37,27 +38,21 @@ PROGRAMS = """\
 class Person(RecordingTerminal):
     """Somebody at the terminal; None among the answers is Ctrl-C."""
 
+    attended = True
+
     def __init__(self, *changes: str | None, sure: bool = True) -> None:
         super().__init__(sure=sure)
         self.changes = list(changes)
-        self.progressed: list[float] = []
-        self.running = 0
+        self.progressed: list[Running | Reading] = []
 
-    def change(self, question: Amendment) -> str | None:
+    def progress(self, doing: Running | Reading) -> None:
+        self.progressed.append(doing)
+
+    def ask(self, question: Question) -> Answer:
+        if not isinstance(question, Amendment):
+            return bool(super().ask(question))
         self.asked.append(question.text)
         return self.changes.pop(0)
-
-    def leave(self, question: Parting) -> bool:
-        return self.confirm(Confirmation(question.text))
-
-    def begin_progress(self) -> None:
-        self.running += 1
-
-    def progress(self, clock: float) -> None:
-        self.progressed.append(clock)
-
-    def end_progress(self) -> None:
-        self.running -= 1
 
 
 def at(terminal: RecordingTerminal, *lines: str) -> Session:

@@ -9,7 +9,6 @@ import pytest
 from tests.interfaces.monitor.people import Person, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue import replies
-from vrs_cli.dialogue.terminal import Dialogue
 from vrs_cli.errors import FileExists
 
 
@@ -21,7 +20,7 @@ def test_nothing_goes_without_a_yes(line: str) -> None:
         assert (len(session.environment.programs), len(session.environment.kinds())) == (4, 4)
         assert terminal.asked[0].endswith("Are you sure (Y/N)?")
         refused = last(session, replies.Message)
-        assert (refused.tone is replies.Tone.ERROR) is not isinstance(terminal, Dialogue)
+        assert (refused.tone is replies.Tone.ERROR) is not terminal.attended
 
 
 def test_disable_interactive_asks_nothing() -> None:

@@ -9,6 +9,7 @@ import pytest
 from tests.interfaces.monitor.people import PART, Person, at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue import replies
+from vrs_cli.dialogue.talk import Running
 from vrs_cli.language.words.kind import Kind
 
 
@@ -57,8 +58,7 @@ def test_whoever_watches_sees_progress() -> None:
     session = at(person, PART)
     session.load_text(".PROGRAM p\nMOVE part\nREADY\n.END\n")
     session.perform("EXECUTE p")
-    assert person.progressed[-1] == session.engine.now
-    assert person.running == 0
+    assert person.progressed[-1] == Running(session.engine.now)
 
 
 def test_abort_stops_motion_that_is_scheduled() -> None:

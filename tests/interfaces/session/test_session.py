@@ -117,20 +117,20 @@ def test_a_motion_that_cannot_be_done_is_placed(session: Session) -> None:
 def test_proceed_goes_on_behind_the_fault_and_retry_repeats_it(session: Session) -> None:
     load(session, 'TYPE "one"', "x = nothing", 'TYPE "two"')
     assert session.execute("p").outcome is Outcome.FAILED
-    assert session.retry().outcome is Outcome.FAILED
+    assert session.converse(session.continuation(retry=True)).outcome is Outcome.FAILED
 
     session.perform("nothing = 3")
-    assert session.retry().typed == ("two",)
+    assert session.converse(session.continuation(retry=True)).typed == ("two",)
 
 
 def test_pause_and_proceed(session: Session) -> None:
     load(session, 'TYPE "one"', "PAUSE", 'TYPE "two"')
     first = session.execute("p")
     assert (first.outcome, first.typed) == (Outcome.PAUSED, ("one",))
-    second = session.proceed()
+    second = session.converse(session.continuation())
     assert (second.outcome, second.typed) == (Outcome.COMPLETED, ("two",))
     with pytest.raises(NoProgramSpecified):
-        session.proceed()
+        session.converse(session.continuation())
 
 
 def test_halt_ends_it(session: Session) -> None:
@@ -155,7 +155,8 @@ def test_a_number_of_steps_may_be_the_bound(session: Session) -> None:
 
 def test_interrupt_stops_program_and_robot(session: Session) -> None:
     load(session, "SPEED 10", "MOVE a", "WAIT SIG(1001)")
-    result = session.execute("p", progress=lambda now: session.interrupt() if now > 1.0 else None)
+    session.terminal.progress = lambda _doing: session.interrupt() if session.engine.now > 1.0 else None  # type: ignore[method-assign]
+    result = session.execute("p")
     assert result.outcome is Outcome.ABORTED
     assert session.engine.end < 3.0
     assert not session.running

@@ -48,7 +48,7 @@ def test_a_program_that_pauses_goes_on_writing(session: Session, tmp_path: Path)
     load(session, "ATTACH (5)", 'FOPENW (5) "a.txt"', 'WRITE (5) "one"', "PAUSE", 'WRITE (5) "two"', "x = IOSTAT(5)")
     session.execute("main")
     assert (tmp_path / "a.txt").read_text() == "one\n"
-    session.proceed()
+    session.converse(session.continuation())
     assert (tmp_path / "a.txt").read_text() == "one\ntwo\n"
     assert session.environment.reference("x").value() == 1.0
 
@@ -103,10 +103,10 @@ def test_the_prompt_names_any_file_and_a_program_none_outside(session: Session, 
 
 
 def test_the_terminal_ends(session: Session) -> None:
-    def nobody(_prompt: str) -> str:
+    def nobody(_question: object) -> str:
         raise EndOfInput("the input has ended")
 
-    session.driver.devices.ask = nobody
+    session.terminal.ask = nobody  # type: ignore[method-assign]
     load(session, "READ (4) $s", "x = IOSTAT(4)", "y = GETC(4)")
     assert session.execute("main").fault is None
     assert session.environment.reference("x").value() == session.environment.reference("y").value() == -504.0

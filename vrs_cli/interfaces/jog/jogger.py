@@ -10,14 +10,15 @@ Steps of the tool go straight: a line that cannot be, near a singularity, is ref
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
 from math import ceil, copysign, radians
 from typing import Protocol, runtime_checkable
 
 from msgspec import Struct
 
-from vrs_cli.dialogue.replies import Message, Reply, Tone
+from vrs_cli.dialogue.replies import Message, Tone
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import (
@@ -100,7 +101,7 @@ class JogTerminal(Protocol):
         """Jog with the keys until the user leaves. Raises UsageError for a terminal that is too simple."""
 
 
-def jog(station: Station, it: Instruction) -> Iterator[Reply]:
+def jog(station: Station, it: Instruction) -> Talk[None]:
     """JOG axis, amount; or with the keys. Raises UsageError, IllegalValue, RobotNotAttached, MotionError."""
     station.tasks.check_robot_free()
     if it.arguments:
@@ -159,8 +160,8 @@ class Jogger:
         return self.station.engine
 
     def settle(self) -> None:
-        """Do what has become due. Nobody can answer a PROMPT now."""
-        self.station.settle(asking=False)
+        """Do what has become due."""
+        self.station.settle()
 
     def axes(self, frame: Frame) -> tuple[Axis, ...]:
         count = self.engine.model.joint_count if frame is Frame.JOINT else len(CARTESIAN)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 
-from vrs_cli.dialogue.replies import ClockReport, Reply
+from vrs_cli.dialogue.replies import ClockReport
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, WallClock
 from vrs_cli.errors import IllegalValue, UsageError
 from vrs_cli.interfaces.station.station import Station
@@ -14,7 +15,7 @@ from vrs_cli.language.words.values import read_number
 RATES = f"CLOCK RATE = {SLOWEST_RATE:g} to {FASTEST_RATE:g}"
 
 
-def clock(station: Station, it: Instruction) -> Iterator[Reply]:
+def clock(station: Station, it: Instruction) -> Talk[None]:
     """CLOCK, CLOCK PAUSE, CLOCK GO, CLOCK RATE = r. Raises UsageError, IllegalValue."""
     if it.arguments:
         word = it.arguments[0]

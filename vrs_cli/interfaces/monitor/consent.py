@@ -6,30 +6,37 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from vrs_cli.dialogue.questions import Confirmation, Parting
-from vrs_cli.dialogue.replies import Farewell, Message, Reply, Tone
-from vrs_cli.dialogue.terminal import Dialogue
+from vrs_cli.dialogue.replies import Farewell, Message, Tone
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import FileError, FileExists
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.words.kind import Kind, key_of
 
 
-def refusal(station: Station, question: str) -> Message | None:
-    """None where the user agrees, or has said DISABLE INTERACTIVE; otherwise what is said of it."""
+def agreed(station: Station, question: str) -> Talk[bool]:
+    """Whether something may be deleted: the user says so, or has said DISABLE INTERACTIVE. Otherwise that is told."""
+    answer = yield from confirmed(station, f"{question} Are you sure (Y/N)?")
+    if answer is False:
+        yield Message("Nothing is deleted")
+    elif answer is None:
+        what = "*Not confirmed* nothing is deleted (DISABLE INTERACTIVE deletes without a question)"
+        yield Message(what, Tone.ERROR)
+    return bool(answer)
+
+
+def confirmed(station: Station, question: str) -> Talk[bool | None]:
+    """The answer; None where nobody gives one. After DISABLE INTERACTIVE yes, without a question."""
     if not station.robot.switch("INTERACTIVE"):
-        return None
-    if station.terminal.confirm(Confirmation(f"{question} Are you sure (Y/N)?")):
-        return None
-    if isinstance(station.terminal, Dialogue):
-        return Message("Nothing is deleted")
-    return Message("*Not confirmed* nothing is deleted (DISABLE INTERACTIVE deletes without a question)", Tone.ERROR)
+        return True
+    answer = yield Confirmation(question)
+    return None if answer is None else bool(answer)
 
 
-def leave(station: Station) -> Iterator[Reply]:
+def leave(station: Station) -> Talk[None]:
     """EXIT: Farewell, once the user knows what is not stored. Where nobody is there, at once."""
-    terminal, named = station.terminal, "; ".join(_not_stored(station))
-    if named and isinstance(terminal, Dialogue) and station.robot.switch("INTERACTIVE"):
-        yield Message(f"Not stored: {named}. STORE file stores all", Tone.WARNING)
-        if not terminal.leave(Parting("Leave without storing (Y/N)?")):
+    if station.terminal.attended and station.robot.switch("INTERACTIVE"):
+        named = "; ".join(_not_stored(station))
+        if named and not (yield Parting("Leave without storing (Y/N)?", f"Not stored: {named}. STORE file stores all")):
             return
     yield Farewell()
 
@@ -54,19 +61,19 @@ def listed(what: str, names: list[str]) -> str:
     return f"{what}{'s' if len(names) > 1 else ''} {', '.join(names[:MOST_NAMED])}{more}"
 
 
-def may_replace(station: Station, program: str) -> bool:
-    """Whether a program of that name may be put in memory: none is there, or the user lets it go."""
-    if key_of(program) in station.programs and station.robot.switch("INTERACTIVE"):
-        return station.terminal.confirm(Confirmation(f"Program {program} exists. Replace it (Y/N)?"))
-    return True
+def may_replace(station: Station, program: str) -> Talk[bool | None]:
+    """Whether a program of that name may be put in memory: none is there, or the user lets it go. None where nobody
+    says so."""
+    if key_of(program) not in station.programs:
+        return True
+    return (yield from confirmed(station, f"Program {program} exists. Replace it (Y/N)?"))
 
 
-def may_write(station: Station, path: Path) -> None:
+def may_write(station: Station, path: Path) -> Talk[None]:
     """Raises FileExists where the user does not want a file overwritten, or nobody can be asked, FileError for the
     journal of this session."""
     journal = station.journal
     if journal is not None and path.exists() and journal.exists() and path.samefile(journal):
         raise FileError(f"{path} holds all of this session already, and is being written", "name another file")
-    if path.exists() and station.robot.switch("INTERACTIVE"):  # noqa: SIM102
-        if not station.terminal.confirm(Confirmation(f"{path} exists. Overwrite it (Y/N)?")):
-            raise FileExists(str(path), "answer Y or name another file; DISABLE INTERACTIVE overwrites")
+    if path.exists() and not (yield from confirmed(station, f"{path} exists. Overwrite it (Y/N)?")):
+        raise FileExists(str(path), "answer Y or name another file; DISABLE INTERACTIVE overwrites")

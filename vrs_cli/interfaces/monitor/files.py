@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from functools import partial
 from itertools import zip_longest
 from pathlib import Path
 
 from vrs_cli.dialogue.numbers import count, seconds
-from vrs_cli.dialogue.questions import Confirmation
 from vrs_cli.dialogue.replies import FileRow, FileTable, FileText, Message, ReplayRow, ReplayTable, Reply, Tone, report
-from vrs_cli.dialogue.terminal import Dialogue, Player, Watched
+from vrs_cli.dialogue.talk import Player, Reading, Talk
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import ProgramExists, UsageError
 from vrs_cli.files import store as files
@@ -21,7 +19,7 @@ from vrs_cli.files.folder import copy, delete, entries, existing, rename, target
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.files.store import Part
 from vrs_cli.files.trajectory_file import EXTENSION, Recording, read_trajectory, write_trajectory
-from vrs_cli.interfaces.monitor.consent import PLACES, listed, may_replace, may_write, refusal
+from vrs_cli.interfaces.monitor.consent import PLACES, agreed, confirmed, listed, may_replace, may_write
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.station.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.station.station import Station
@@ -38,11 +36,11 @@ from vrs_cli.trajectory.timeline import Timeline
 TORN = "its last line was not written to the end, and was left out"
 
 
-def _load(station: Station, it: Instruction) -> Iterator[Reply]:
-    yield from load(station, path_of(it))
+def _load(station: Station, it: Instruction) -> Talk[None]:
+    return load(station, path_of(it))
 
 
-def load(station: Station, named: Path) -> Iterator[Reply]:
+def load(station: Station, named: Path) -> Talk[None]:
     """Programs that are there already are replaced where the user agrees, else they stay as they are; variables are
     overwritten. Where no program was run yet, EXECUTE alone runs the first of the file.
 
@@ -57,7 +55,7 @@ def load(station: Station, named: Path) -> Iterator[Reply]:
     before, layout = dict(programs), station.layout
     file, diagnostics = parse_file(text)
     sections = [part for part in file.parts if isinstance(part, Section)]
-    kept = _kept(station, sections)
+    kept = yield from _kept(station, sections)
     diagnostics = (*diagnostics, *station.put(file, text))
     station.unstored.stored(sections)
     for item, value in kept.items():
@@ -65,11 +63,17 @@ def load(station: Station, named: Path) -> Iterator[Reply]:
     if diagnostics:
         yield report(diagnostics, text, str(path))
     brought = [stored for key, stored in programs.items() if before.get(key) is not stored]
-    old = [stored for stored in brought if stored.program.key in before and not may_replace(station, stored.name)]
-    for stored in old:
+    old: list[StoredProgram] = []
+    for stored in brought:
+        if stored.program.key not in before:
+            continue
+        replaced = yield from may_replace(station, stored.name)
+        if replaced:
+            continue
+        old.append(stored)
         programs[stored.program.key] = before[stored.program.key]
         station.layout = station.layout.with_part(stored.program.key, layout.parts.get(stored.program.key, ()))
-        if not isinstance(station.terminal, Dialogue):
+        if replaced is None:
             hint = "DELETEP deletes it, DISABLE INTERACTIVE lets it be replaced"
             yield Message(str(ProgramExists(stored.name, hint)), Tone.ERROR)
     new = [stored for stored in brought if stored not in old]
@@ -83,23 +87,23 @@ def load(station: Station, named: Path) -> Iterator[Reply]:
     yield Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
 
 
-def _kept(station: Station, sections: Iterable[Section]) -> dict[Item, Value]:
+def _kept(station: Station, sections: Iterable[Section]) -> Talk[dict[Item, Value]]:
     """Locations that are not stored, which the sections would overwrite and the user does not want to be. Where nobody
     can be asked they are overwritten, as all variables are.
     """
     environment = station.environment
-    if not isinstance(station.terminal, Dialogue) or not station.robot.switch("INTERACTIVE"):
+    if not station.terminal.attended:
         return {}
     taken = {item_of(entry) for section in sections for entry in section.entries}
     lost = [item for item in station.unstored.items(*PLACES) if item in taken]
     are = "is" if len(lost) == 1 else "are"
     names = listed("location", sorted(map(environment.name_of, lost)))
-    if not lost or station.terminal.confirm(Confirmation(f"The {names} {are} not stored. Overwrite (Y/N)?")):
+    if not lost or (yield from confirmed(station, f"The {names} {are} not stored. Overwrite (Y/N)?")):
         return {}
     return {item: value for item in lost if (value := environment.value(item)) is not None}
 
 
-def _load_trajectory(station: Station, path: Path) -> Iterator[Reply]:
+def _load_trajectory(station: Station, path: Path) -> Talk[None]:
     """A trajectory becomes a branch of its own: it can be gone on with, compared, and merged into main."""
     branches = station.branches
     name = re.sub(r"\W", ".", path.stem)
@@ -119,14 +123,7 @@ def _load_trajectory(station: Station, path: Path) -> Iterator[Reply]:
 
 def _recording(station: Station, path: Path) -> Recording:
     """Read a trajectory file, with progress where somebody watches."""
-    terminal = station.terminal
-    if not isinstance(terminal, Watched):
-        return read_trajectory(path)
-    terminal.begin_progress()
-    try:
-        return read_trajectory(path, partial(terminal.reading, str(path)))
-    finally:
-        terminal.end_progress()
+    return read_trajectory(path, lambda share: station.terminal.progress(Reading(str(path), share)))
 
 
 def _warnings(recording: Recording) -> Iterator[Reply]:
@@ -142,7 +139,7 @@ def _loaded(stored: StoredProgram, *, replaced: bool) -> str:
 def _store(extension: str, *parts: str) -> Handler:
     """Parts by the names of `files.store.Part`."""
 
-    def store(station: Station, it: Instruction) -> Iterator[Reply]:
+    def store(station: Station, it: Instruction) -> Talk[None]:
         path = _with_extension(path_of(it), extension)
         what: list[Part] = [files.Part[name] for name in parts]
         programs = [word(argument) for argument in it.arguments[1:]]
@@ -152,7 +149,7 @@ def _store(extension: str, *parts: str) -> Handler:
         if not text.strip():
             yield Message("There is nothing to store", Tone.WARNING)
             return
-        may_write(station, path)
+        yield from may_write(station, path)
         write_atomically(path, text)
         station.unstored.stored(chosen)
         yield Message(f"{path} stored")
@@ -164,15 +161,15 @@ def _with_extension(path: Path, extension: str) -> Path:
     return path if path.suffix else path.with_name(path.name + extension)
 
 
-def _save(station: Station, it: Instruction) -> Iterator[Reply]:
+def _save(station: Station, it: Instruction) -> Talk[None]:
     engine = station.engine
     path = _with_extension(path_of(it), EXTENSION)
-    may_write(station, path)
+    yield from may_write(station, path)
     write_trajectory(path, engine.model, engine.initial, engine.deltas)
     yield Message(f"{path} saved: {count(engine.book.commands, 'command')}, {engine.end:.3f} s")
 
 
-def _replay(station: Station, it: Instruction) -> Iterator[Reply]:
+def _replay(station: Station, it: Instruction) -> Talk[None]:
     path = path_of(it)
     path = path if path.exists() else _with_extension(path, EXTENSION)
     recording = _recording(station, path)
@@ -209,42 +206,40 @@ def _last_of_motions(timeline: Timeline) -> Iterator[Segment]:
             yield segment
 
 
-def _flist(_station: Station, it: Instruction) -> Iterator[Reply]:
+def _flist(_station: Station, it: Instruction) -> Talk[None]:
     yield FileText(tuple(read_program_file(path_of(it)).splitlines()))
 
 
-def _fdirectory(_station: Station, it: Instruction) -> Iterator[Reply]:
+def _fdirectory(_station: Station, it: Instruction) -> Talk[None]:
     asked = Path(".") if operand(it, 0) is None else path_of(it)
     yield FileTable(str(asked), tuple(FileRow(entry.name, entry.size) for entry in entries(asked)))
 
 
-def _fdelete(station: Station, it: Instruction) -> Iterator[Reply]:
+def _fdelete(station: Station, it: Instruction) -> Talk[None]:
     path = existing(path_of(it))
-    refused = refusal(station, f"The file {path} will be deleted.")
-    if refused:
-        yield refused
+    if not (yield from agreed(station, f"The file {path} will be deleted.")):
         return
     delete(path)
     yield Message(f"{path} deleted")
 
 
-def _fcopy(station: Station, it: Instruction) -> Iterator[Reply]:
-    old, new = _two_files(station, it)
+def _fcopy(station: Station, it: Instruction) -> Talk[None]:
+    old, new = yield from _two_files(station, it)
     copy(old, new)
     yield Message(f"{old} copied to {new}")
 
 
-def _frename(station: Station, it: Instruction) -> Iterator[Reply]:
-    old, new = _two_files(station, it)
+def _frename(station: Station, it: Instruction) -> Talk[None]:
+    old, new = yield from _two_files(station, it)
     rename(old, new)
     yield Message(f"{old} renamed to {new}")
 
 
-def _two_files(station: Station, it: Instruction) -> tuple[Path, Path]:
+def _two_files(station: Station, it: Instruction) -> Talk[tuple[Path, Path]]:
     """`new = old`: the old file, and the new one, which may be written. Raises FileError and what is under it."""
     old = existing(Path(word(it.value)).expanduser())
     new = target(old, path_of(it))
-    may_write(station, new)
+    yield from may_write(station, new)
     return old, new
 
 

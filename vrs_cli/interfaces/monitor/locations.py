@@ -13,12 +13,11 @@ from vrs_cli.dialogue.replies import (
     Message,
     NamedLocation,
     ReachReport,
-    Reply,
     Tone,
     Whereabouts,
     WhereaboutsTable,
 )
-from vrs_cli.dialogue.terminal import Dialogue
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.commands import JointTarget, PoseTarget
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
 from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, shown, sight
@@ -43,7 +42,7 @@ MOST_ROWS = 100_000
 DEFAULT_ROWS = 10
 
 
-def _where(station: Station, it: Instruction) -> Iterator[Reply]:
+def _where(station: Station, it: Instruction) -> Talk[None]:
     _only_robot(station, it, 0)
     engine, at, units = station.engine, it.modifiers, station.units
     over_time = any(operand(it, index) is not None for index in (1, 2, 3))
@@ -80,24 +79,24 @@ def _times(station: Station, it: Instruction) -> Iterator[float]:
         yield last
 
 
-def _here(station: Station, it: Instruction) -> Iterator[Reply]:
-    station.do(it)
+def _here(station: Station, it: Instruction) -> Talk[None]:
+    yield from station.do(it)
     yield from _defined(station, it)
 
 
-def _point(station: Station, it: Instruction) -> Iterator[Reply]:
+def _point(station: Station, it: Instruction) -> Talk[None]:
     if it.value is not None:
-        station.do(it)
+        yield from station.do(it)
     yield from _defined(station, it)
 
 
-def _teach(station: Station, it: Instruction) -> Iterator[Reply]:
+def _teach(station: Station, it: Instruction) -> Talk[None]:
     """HERE without a question, under the next name of a series: there is no pendant whose button records."""
     expression = operand(it, 0)
     if not isinstance(expression, Variable):
         raise IllegalValue(shown(expression) if expression else "TEACH", "the name of a location, as TEACH part")
     name = next_in_series(station, expression)
-    station.do(replace(it, word="HERE", arguments=(name,)))
+    yield from station.do(replace(it, word="HERE", arguments=(name,)))
     reference = _defined_by(station, replace(it, arguments=(name,)))
     yield _one_location(station, reference.name, cast("Transform | Joints", reference.value()))
 
@@ -125,11 +124,10 @@ def _counted_up(station: Station, name: Variable) -> Variable:
     return replace(name, name=longer)
 
 
-def _defined(station: Station, it: Instruction) -> Iterator[Reply]:
+def _defined(station: Station, it: Instruction) -> Talk[None]:
     """Show a location, and where somebody is there, ask for changes until an empty line."""
     reference = _defined_by(station, it)
-    terminal = station.terminal
-    if not isinstance(terminal, Dialogue):
+    if not station.terminal.attended:
         if not reference.defined():
             raise UndefinedValue(reference.name, f"POINT {reference.name} = location gives it one")
         yield _one_location(station, reference.name, cast("Transform | Joints", reference.value()))
@@ -137,8 +135,8 @@ def _defined(station: Station, it: Instruction) -> Iterator[Reply]:
     value = _present(station, reference)
     while True:
         yield _one_location(station, reference.name, value)
-        answer = terminal.change(Amendment("Change?"))
-        if answer is None:
+        answer = yield Amendment("Change?")
+        if not isinstance(answer, str):
             yield Message(f"{reference.name} is left as it was")
             return
         answer = answer.partition(";")[0].strip()
@@ -183,17 +181,17 @@ def _one_location(station: Station, name: str, value: Transform | Joints) -> Loc
     return LocationTable((NamedLocation.of(name, value),), station.units)
 
 
-def _tool(station: Station, it: Instruction) -> Iterator[Reply]:
-    station.do(it)
+def _tool(station: Station, it: Instruction) -> Talk[None]:
+    yield from station.do(it)
     yield _one_location(station, "TOOL", station.engine.frames.tool)
 
 
-def _base(station: Station, it: Instruction) -> Iterator[Reply]:
-    station.do(it)
+def _base(station: Station, it: Instruction) -> Talk[None]:
+    yield from station.do(it)
     yield _one_location(station, "BASE", station.engine.frames.base)
 
 
-def _why(station: Station, it: Instruction) -> Iterator[Reply]:
+def _why(station: Station, it: Instruction) -> Talk[None]:
     asked = operand(it, 0)
     assert asked is not None
     value = sight(station, asked)()

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from fnmatch import fnmatchcase
 
 from msgspec.structs import replace
 
-from vrs_cli.dialogue.replies import ProgramName, ProgramNames, ProgramText, Reply
+from vrs_cli.dialogue.replies import ProgramName, ProgramNames, ProgramText
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, UsageError
 from vrs_cli.files.layout import Layout
 from vrs_cli.files.store import variables_used, with_called
 from vrs_cli.interfaces.editor.lines import Editor, asked_program, listed, named_program, opened, refuse_running
 from vrs_cli.interfaces.editor.screen import ScreenDraft, ScreenTerminal
-from vrs_cli.interfaces.monitor.consent import refusal
+from vrs_cli.interfaces.monitor.consent import agreed
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.programs import StoredProgram
@@ -23,7 +24,7 @@ from vrs_cli.language.words.kind import key_of
 from vrs_cli.language.words.values import whole
 
 
-def _listp(station: Station, it: Instruction) -> Iterator[Reply]:
+def _listp(station: Station, it: Instruction) -> Talk[None]:
     environment = station.environment
     names = [word(argument) for argument in it.arguments if argument is not None]
     stored = [environment.program(name) for name in names] or list(environment.programs.values())
@@ -38,7 +39,7 @@ def listing(stored: StoredProgram) -> ProgramText:
     return ProgramText(program_header(stored.program), listed(stored.analysis))
 
 
-def _directory(station: Station, it: Instruction) -> Iterator[Reply]:
+def _directory(station: Station, it: Instruction) -> Talk[None]:
     pattern = word(it.arguments[0]).lower() if operand(it, 0) is not None else "*"
     stored = station.programs
     yield ProgramNames(
@@ -55,7 +56,7 @@ def _directory(station: Station, it: Instruction) -> Iterator[Reply]:
     )
 
 
-def _copy(station: Station, it: Instruction) -> Iterator[Reply]:
+def _copy(station: Station, it: Instruction) -> Talk[None]:
     copied(station, it)
     yield from ()
 
@@ -70,7 +71,7 @@ def copied(station: Station, it: Instruction) -> StoredProgram:
     return old
 
 
-def _rename(station: Station, it: Instruction) -> Iterator[Reply]:
+def _rename(station: Station, it: Instruction) -> Talk[None]:
     station.check_free(word(it.value))
     old = copied(station, it)
     station.layout = station.layout.renamed(old.name, word(it.arguments[0]))
@@ -80,7 +81,7 @@ def _rename(station: Station, it: Instruction) -> Iterator[Reply]:
     yield from ()
 
 
-def _delete(station: Station, it: Instruction) -> Iterator[Reply]:
+def _delete(station: Station, it: Instruction) -> Talk[None]:
     """Programs, what only they call, and the variables that only these use."""
     environment = station.environment
     named = {environment.program(word(argument)).program.key for argument in it.arguments}
@@ -90,9 +91,7 @@ def _delete(station: Station, it: Instruction) -> Iterator[Reply]:
     doomed = [environment.programs[key] for key in environment.programs if key in under - kept]
     for program in doomed:
         station.check_free(program.name)
-    refused = refusal(station, f"{', '.join(program.name for program in doomed)} and what only they use go.")
-    if refused:
-        yield refused
+    if not (yield from agreed(station, f"{', '.join(program.name for program in doomed)} and what only they use go.")):
         return
     still_used = variables_used(environment.programs[key].program for key in kept)
     for name in variables_used(program.program for program in doomed) - still_used:
@@ -100,14 +99,11 @@ def _delete(station: Station, it: Instruction) -> Iterator[Reply]:
     _drop_programs(station, doomed)
 
 
-def _deletep(station: Station, it: Instruction) -> Iterator[Reply]:
+def _deletep(station: Station, it: Instruction) -> Talk[None]:
     doomed = [station.environment.program(word(argument)) for argument in it.arguments]
     for program in doomed:
         station.check_free(program.name)
-    refused = refusal(station, f"{', '.join(program.name for program in doomed)} will be deleted.")
-    if refused:
-        yield refused
-    else:
+    if (yield from agreed(station, f"{', '.join(program.name for program in doomed)} will be deleted.")):
         _drop_programs(station, doomed)
 
 
@@ -119,12 +115,10 @@ def _drop_programs(station: Station, doomed: Iterable[StoredProgram]) -> None:
             station.last_program = None
 
 
-def _zero(station: Station, _it: Instruction) -> Iterator[Reply]:
+def _zero(station: Station, _it: Instruction) -> Talk[None]:
     for stored in station.programs.values():
         station.check_free(stored.name)
-    refused = refusal(station, "All programs and variables will be deleted.")
-    if refused:
-        yield refused
+    if not (yield from agreed(station, "All programs and variables will be deleted.")):
         return
     station.programs.clear()
     station.environment.clear_variables()
@@ -133,7 +127,7 @@ def _zero(station: Station, _it: Instruction) -> Iterator[Reply]:
     station.tasks.forget_all()
 
 
-def _edit(station: Station, it: Instruction) -> Iterator[Reply]:
+def _edit(station: Station, it: Instruction) -> Talk[None]:
     program, step = _to_edit(station, it)
     refuse_running(station, program.name)
     editor = station.editor = Editor(station, opened(station, program, step))
@@ -141,7 +135,7 @@ def _edit(station: Station, it: Instruction) -> Iterator[Reply]:
     yield from editor.draft.screen()
 
 
-def _see(station: Station, it: Instruction) -> Iterator[Reply]:
+def _see(station: Station, it: Instruction) -> Talk[None]:
     program, step = _to_edit(station, it)
     terminal = station.terminal
     if not isinstance(terminal, ScreenTerminal):

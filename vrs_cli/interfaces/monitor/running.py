@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 
 from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply, Tone
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import NoProgramSpecified
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
@@ -16,13 +17,13 @@ from vrs_cli.language.text.ast import Instruction, ProgramCall
 from vrs_cli.language.words.values import whole
 
 
-def _execute(station: Station, it: Instruction) -> Iterator[Reply]:
+def _execute(station: Station, it: Instruction) -> Talk[None]:
     number = whole(real_or(station, it, 3, 0.0))
     if number:
         _start(station, it, checked_task(number))
         return
     name, arguments, cycles, step = asked_program(station, it)
-    yield from run(station, lambda progress: station.execute(name, arguments, cycles, step, progress=progress))
+    yield from run(station, station.execution(name, arguments, cycles, step))
 
 
 def asked_program(station: Station, it: Instruction) -> tuple[str | None, tuple[Reference | None, ...], int, int]:
@@ -42,7 +43,7 @@ def _start(station: Station, it: Instruction, number: int) -> None:
     station.start(number, name, arguments, cycles, step)
 
 
-def _pc_execute(station: Station, it: Instruction) -> Iterator[Reply]:
+def _pc_execute(station: Station, it: Instruction) -> Talk[None]:
     _start(station, it, PROCESS_CONTROL)
     yield from ()
 
@@ -51,44 +52,44 @@ def task_number(station: Station, it: Instruction) -> int:
     return checked_task(real_or(station, it, 0, 0.0))
 
 
-def _proceed(station: Station, it: Instruction) -> Iterator[Reply]:
+def _proceed(station: Station, it: Instruction) -> Talk[None]:
     yield from _go_on(station, task_number(station, it), retry=False)
 
 
-def _retry(station: Station, it: Instruction) -> Iterator[Reply]:
+def _retry(station: Station, it: Instruction) -> Talk[None]:
     yield from _go_on(station, task_number(station, it), retry=True)
 
 
-def _go_on(station: Station, number: int, retry: bool) -> Iterator[Reply]:
+def _go_on(station: Station, number: int, retry: bool) -> Talk[None]:
     if number:
         station.tasks.proceed(number, retry=retry)
         station.settle()
     else:
-        yield from run(station, station.retry if retry else station.proceed)
+        yield from run(station, station.continuation(retry=retry))
 
 
-def _kill(station: Station, it: Instruction) -> Iterator[Reply]:
+def _kill(station: Station, it: Instruction) -> Talk[None]:
     station.tasks.kill(task_number(station, it))
     yield from ()
 
 
-def _cycle_end(station: Station, it: Instruction) -> Iterator[Reply]:
-    yield _ends(station, task_number(station, it))
+def _cycle_end(station: Station, it: Instruction) -> Talk[None]:
+    return _ends(station, task_number(station, it))
 
 
-def _ends(station: Station, number: int) -> Reply:
+def _ends(station: Station, number: int) -> Talk[None]:
     track = station.tasks.end_cycles(number)
-    return Message(f"{track.task.program} ends after its present cycle")
+    yield Message(f"{track.task.program} ends after its present cycle")
 
 
-def process_control(act: Callable[[Station, int], Iterable[Reply]]) -> Handler:
+def process_control(act: Callable[[Station, int], Talk[None]]) -> Handler:
     """A command for the process control program."""
     return lambda station, _it: act(station, PROCESS_CONTROL)
 
 
-def run(station: Station, way: Callable[[Callable[[float], None] | None], RunResult]) -> Iterator[Reply]:
-    """Run, with progress where somebody watches; how it ended."""
-    yield ending(station, station.watched(way))
+def run(station: Station, way: Talk[RunResult]) -> Talk[None]:
+    """Run; how it ended."""
+    yield ending(station, (yield from way))
 
 
 def ending(station: Station, result: RunResult) -> Reply:
@@ -104,12 +105,12 @@ def ending(station: Station, result: RunResult) -> Reply:
     return ProgramStopped(what, result.program, task.step, task.source if before else "")
 
 
-def _abort(station: Station, it: Instruction) -> Iterator[Reply]:
+def _abort(station: Station, it: Instruction) -> Talk[None]:
     number = task_number(station, it)
     yield from _abort_task(station, number) if number else _abort_robot(station)
 
 
-def _abort_task(station: Station, number: int) -> Iterator[Reply]:
+def _abort_task(station: Station, number: int) -> Talk[None]:
     track = station.tasks.abort(number)
     station.settle()
     yield (
@@ -119,7 +120,7 @@ def _abort_task(station: Station, number: int) -> Iterator[Reply]:
     )
 
 
-def _abort_robot(station: Station) -> Iterator[Reply]:
+def _abort_robot(station: Station) -> Talk[None]:
     scheduled = station.engine.now < station.engine.end
     task = station.task
     station.abort()
@@ -140,7 +141,7 @@ RUNNING: Mapping[str, Handler] = {
     "CYCLE.END": _cycle_end,
     "PCEXECUTE": _pc_execute,
     "PCABORT": process_control(_abort_task),
-    "PCEND": process_control(lambda station, number: (_ends(station, number),)),
+    "PCEND": process_control(_ends),
     "PCPROCEED": process_control(lambda station, number: _go_on(station, number, retry=False)),
     "PCRETRY": process_control(lambda station, number: _go_on(station, number, retry=True)),
 }

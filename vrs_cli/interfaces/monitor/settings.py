@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from vrs_cli.dialogue.replies import Message, Reply, SettingRow, SettingTable
+from vrs_cli.dialogue.replies import Message, SettingRow, SettingTable
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.commands import SetMonitorSpeed
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, row_of
 from vrs_cli.interfaces.station.operands import Handler, operand, real, word
@@ -14,14 +15,14 @@ from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import plain
 
 
-def _speed(station: Station, it: Instruction) -> Iterator[Reply]:
+def _speed(station: Station, it: Instruction) -> Talk[None]:
     argument = operand(it, 0)
     assert argument is not None
     station.engine.perform(SetMonitorSpeed(real(station, argument)))
     yield from ()
 
 
-def _signal(station: Station, it: Instruction) -> Iterator[Reply]:
+def _signal(station: Station, it: Instruction) -> Talk[None]:
     """As the instruction, and inputs too: at the prompt one stands at the cabinet."""
     signals = station.environment.signals
     numbers = [real(station, argument) for argument in it.arguments if argument is not None]
@@ -33,19 +34,18 @@ def _signal(station: Station, it: Instruction) -> Iterator[Reply]:
     yield from ()
 
 
-def _as_instruction(station: Station, it: Instruction) -> Iterator[Reply]:
+def _as_instruction(station: Station, it: Instruction) -> Talk[None]:
     """A word that does the same at the prompt as in a program, and answers nothing."""
-    station.do(it)
-    yield from ()
+    return station.do(it)
 
 
-def _calibrate(_station: Station, _it: Instruction) -> Iterator[Reply]:
+def _calibrate(_station: Station, _it: Instruction) -> Talk[None]:
     yield Message("A virtual robot is calibrated")
 
 
-def _switch(station: Station, it: Instruction) -> Iterator[Reply]:
+def _switch(station: Station, it: Instruction) -> Talk[None]:
     if it.value is not None:
-        station.do(it)
+        yield from station.do(it)
         return
     switches = station.engine.settings.switches
     rows = _asked(it, SWITCHES, "switch")
@@ -55,9 +55,9 @@ def _switch(station: Station, it: Instruction) -> Iterator[Reply]:
     )
 
 
-def _parameter(station: Station, it: Instruction) -> Iterator[Reply]:
+def _parameter(station: Station, it: Instruction) -> Talk[None]:
     if it.value is not None:
-        station.do(it)
+        yield from station.do(it)
         return
     values = station.engine.settings.parameters
     rows = _asked(it, PARAMETERS, "parameter")

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 from vrs_cli.dialogue.replies import (
     FreeReport,
     Identification,
     Progress,
-    Reply,
     SignalBank,
     SignalTable,
     StatusReport,
 )
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.monitor.clock import clock_report
 from vrs_cli.interfaces.monitor.consent import leave
@@ -30,14 +30,14 @@ from vrs_cli.language.words.values import plain, whole
 from vrs_cli.version import __version__
 
 
-def _status(station: Station, it: Instruction) -> Iterator[Reply]:
-    yield _status_of(station, task_number(station, it))
+def _status(station: Station, it: Instruction) -> Talk[None]:
+    return _status_of(station, task_number(station, it))
 
 
-def _status_of(station: Station, number: int) -> Reply:
+def _status_of(station: Station, number: int) -> Talk[None]:
     engine, settings = station.engine, station.engine.settings
     speed = settings.speed.always
-    return StatusReport(
+    yield StatusReport(
         robot=engine.model.title,
         progress=_progress(station, number),
         monitor_speed=settings.monitor_speed,
@@ -66,7 +66,7 @@ BANKS: Mapping[int, tuple[str, range]] = {
 }
 
 
-def _io(station: Station, it: Instruction) -> Iterator[Reply]:
+def _io(station: Station, it: Instruction) -> Talk[None]:
     asked = operand(it, 0)
     number = None if asked is None else whole(real(station, asked))
     if number is not None and number not in BANKS:
@@ -76,16 +76,16 @@ def _io(station: Station, it: Instruction) -> Iterator[Reply]:
     yield SignalTable(tuple(SignalBank(title, bank[0], signals.state(bank)) for title, bank in chosen))
 
 
-def _time(station: Station, _it: Instruction) -> Iterator[Reply]:
+def _time(station: Station, _it: Instruction) -> Talk[None]:
     yield clock_report(station)
 
 
-def _id(station: Station, _it: Instruction) -> Iterator[Reply]:
+def _id(station: Station, _it: Instruction) -> Talk[None]:
     model, python = station.engine.model, ".".join(map(str, sys.version_info[:3]))
     yield Identification(__version__, python, model.title, model.name, model.joint_count)
 
 
-def _free(station: Station, _it: Instruction) -> Iterator[Reply]:
+def _free(station: Station, _it: Instruction) -> Talk[None]:
     environment = station.environment
     yield FreeReport(
         programs=len(environment.programs),
@@ -104,18 +104,18 @@ def free_memory() -> float | None:
         return None
 
 
-def _help(_station: Station, it: Instruction) -> Iterator[Reply]:
+def _help(_station: Station, it: Instruction) -> Talk[None]:
     asked = operand(it, 0)
     yield overview() if asked is None else page(word(asked))
 
 
-def _exit(station: Station, _it: Instruction) -> Iterator[Reply]:
+def _exit(station: Station, _it: Instruction) -> Talk[None]:
     return leave(station)
 
 
 STATE: Mapping[str, Handler] = {
     "STATUS": _status,
-    "PCSTATUS": process_control(lambda station, number: (_status_of(station, number),)),
+    "PCSTATUS": process_control(_status_of),
     "IO": _io,
     "TIME": _time,
     "ID": _id,

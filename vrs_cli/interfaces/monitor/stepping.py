@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
-from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply
+from vrs_cli.dialogue.replies import Message, ProgramStopped
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.monitor.running import asked_program, run
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, shown, sight, word
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.tasks.debugging import Watch
+from vrs_cli.interfaces.tasks.debugging import Stepping, Watch
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.programs import StoredProgram
@@ -17,7 +18,7 @@ from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import Value, numbers_of, plain, whole
 
 
-def _prime(station: Station, it: Instruction) -> Iterator[Reply]:
+def _prime(station: Station, it: Instruction) -> Talk[None]:
     task = station.prime(*asked_program(station, it)).task
     yield ProgramStopped("(PRIMED)", task.program, task.step)
 
@@ -25,15 +26,15 @@ def _prime(station: Station, it: Instruction) -> Iterator[Reply]:
 def _step(over: bool) -> Handler:
     """SSTEP, XSTEP: of a program that is named, or of the one that has stopped."""
 
-    def step(station: Station, it: Instruction) -> Iterator[Reply]:
+    def step(station: Station, it: Instruction) -> Talk[None]:
         if operand(it, 0) is not None:
             station.prime(*asked_program(station, it))
-        yield from run(station, lambda progress: station.step(over=over, progress=progress))
+        yield from run(station, station.continuation(stepping=Stepping(over)))
 
     return step
 
 
-def _bpt(station: Station, it: Instruction) -> Iterator[Reply]:
+def _bpt(station: Station, it: Instruction) -> Talk[None]:
     debugging, asked, step = station.debugging, operand(it, 0), whole(real_or(station, it, 1, 0.0))
     if asked is not None:
         stored = station.environment.program(word(asked))
@@ -59,7 +60,7 @@ def _breakable(environment: Environment, stored: StoredProgram, step: int) -> in
     return found + 1
 
 
-def _watch(station: Station, it: Instruction) -> Iterator[Reply]:
+def _watch(station: Station, it: Instruction) -> Talk[None]:
     watches, expression = station.debugging.watches, operand(it, 0)
     if expression is None:
         watches.clear()

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
-from vrs_cli.dialogue.replies import BranchRow, BranchTable, ComparisonTable, Message, Reply, SegmentRow, TimelineTable
+from vrs_cli.dialogue.replies import BranchRow, BranchTable, ComparisonTable, Message, SegmentRow, TimelineTable
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.comparison import compare
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalValue, InvalidName, UsageError
-from vrs_cli.interfaces.monitor.consent import refusal
+from vrs_cli.interfaces.monitor.consent import agreed
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
@@ -19,12 +20,12 @@ from vrs_cli.language.words.values import whole
 from vrs_cli.trajectory.segment import Segment, stops_on_the_way
 
 
-def _undo(station: Station, it: Instruction) -> Iterator[Reply]:
+def _undo(station: Station, it: Instruction) -> Talk[None]:
     engine, count = station.engine, _steps_back(station, it)
     yield Message(f"{_counted(engine.undo(count), 'undone')}; the clock is at {engine.now:.3f} s")
 
 
-def _redo(station: Station, it: Instruction) -> Iterator[Reply]:
+def _redo(station: Station, it: Instruction) -> Talk[None]:
     engine, count = station.engine, _steps_back(station, it)
     yield Message(f"{_counted(engine.redo(count), 'done again')}; the clock is at {engine.now:.3f} s")
 
@@ -43,7 +44,7 @@ def _counted(texts: Sequence[str], what: str) -> str:
     return f"{last} is {what}" if len(texts) == 1 else f"{len(texts)} commands are {what}, up to {last}"
 
 
-def _branch(station: Station, it: Instruction) -> Iterator[Reply]:
+def _branch(station: Station, it: Instruction) -> Talk[None]:
     branches, asked = station.branches, operand(it, 0)
     if asked is None:
         yield BranchTable(tuple(_branch_row(station, name) for name in branches.names))
@@ -74,7 +75,7 @@ def check_tasks_stand(station: Station) -> None:
         raise UsageError(f"{running.task.program} is running", f"ABORT{number} stops it")
 
 
-def _compare(station: Station, it: Instruction) -> Iterator[Reply]:
+def _compare(station: Station, it: Instruction) -> Talk[None]:
     branches = station.branches
     a, b = operand(it, 0), operand(it, 1)
     first, second = MAIN if a is None else word(a), branches.present if b is None else word(b)
@@ -84,7 +85,7 @@ def _compare(station: Station, it: Instruction) -> Iterator[Reply]:
     yield ComparisonTable(branches.spelled(first), branches.spelled(second), comparison, station.units)
 
 
-def _merge(station: Station, it: Instruction) -> Iterator[Reply]:
+def _merge(station: Station, it: Instruction) -> Talk[None]:
     asked = operand(it, 0)
     name = station.branches.spelled(station.branches.present if asked is None else word(asked))
     check_tasks_stand(station)
@@ -93,19 +94,17 @@ def _merge(station: Station, it: Instruction) -> Iterator[Reply]:
     yield Message(f"{name} is merged into main{how}; the timeline ends at {station.engine.end:.3f} s")
 
 
-def _deleteb(station: Station, it: Instruction) -> Iterator[Reply]:
+def _deleteb(station: Station, it: Instruction) -> Talk[None]:
     branches = station.branches
     doomed = [branches.droppable(word(argument)) for argument in it.arguments]
     check_tasks_stand(station)
-    refused = refusal(station, f"{', '.join(doomed)} will be deleted.")
-    if refused:
-        yield refused
+    if not (yield from agreed(station, f"{', '.join(doomed)} will be deleted.")):
         return
     for name in doomed:
         branches.drop(name)
 
 
-def _timeline(station: Station, _it: Instruction) -> Iterator[Reply]:
+def _timeline(station: Station, _it: Instruction) -> Talk[None]:
     yield timeline_table(station.engine)
 
 
@@ -120,7 +119,7 @@ def _segment_row(segment: Segment) -> SegmentRow:
     return SegmentRow(motion.number, motion.text, segment.start, segment.finish, segment.phase.value, motion.kind.space)
 
 
-def _plot(station: Station, it: Instruction) -> Iterator[Reply]:
+def _plot(station: Station, it: Instruction) -> Talk[None]:
     engine = station.engine
     asked = selected(engine.arm, [word(argument) for argument in it.arguments if argument is not None])
     if engine.end <= engine.timeline.start:

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import cast
 
 from vrs_cli.dialogue.replies import LocationTable, Message, NamedLocation, RealTable, Reply, StringTable
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import TypeMismatch, UndefinedValue
-from vrs_cli.interfaces.monitor.consent import refusal
+from vrs_cli.interfaces.monitor.consent import agreed
 from vrs_cli.interfaces.station.operands import Handler, own, real, shown, sight
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import Joints
@@ -41,7 +42,7 @@ def _strings(_station: Station, rows: Rows) -> Reply:
 
 
 def _list(kinds: frozenset[Kind], table: Callable[[Station, Rows], Reply], otherwise: str) -> Handler:
-    def listed(station: Station, it: Instruction) -> Iterator[Reply]:
+    def listed(station: Station, it: Instruction) -> Talk[None]:
         yield table(station, tuple(_rows(station, it, kinds, otherwise)))
 
     return listed
@@ -104,11 +105,9 @@ def _own_elements(station: Station, asked: Variable, reference: Reference) -> It
 
 
 def _delete_variables(kinds: frozenset[Kind]) -> Handler:
-    def delete(station: Station, it: Instruction) -> Iterator[Reply]:
+    def delete(station: Station, it: Instruction) -> Talk[None]:
         doomed = [_variable_of(station, argument, kinds) for argument in it.arguments]
-        refused = refusal(station, f"{', '.join(name for name, _ in doomed)} will be deleted.")
-        if refused:
-            yield refused
+        if not (yield from agreed(station, f"{', '.join(name for name, _ in doomed)} will be deleted.")):
             return
         for name, index in doomed:
             station.environment.delete(name, index)

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-from vrs_cli.dialogue.questions import Confirmation, LineWanted
+from vrs_cli.dialogue.questions import Answer, LineWanted, Question
 from vrs_cli.dialogue.replies import Message, Reply
+from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.engine.commands import Break, Request
 from vrs_cli.errors import EndOfInput, ProgramNotExecutable, UsageError
 from vrs_cli.files.program_file import find_program_file, read_program_file
@@ -33,6 +34,8 @@ class Lends(Protocol):
 class Notes:
     """A terminal that keeps what is said, and gives answers that are there already."""
 
+    attended = False
+
     def __init__(self) -> None:
         self.said: list[Reply] = []
         self.answers: Iterator[str] = iter(())
@@ -50,15 +53,17 @@ class Notes:
             self.said.append(Message(self._line))
             self._line = ""
 
-    def ask(self, question: LineWanted) -> str:
-        """Raises EndOfInput where there is no answer left."""
+    def progress(self, doing: Running | Reading) -> None:
+        """Nobody watches."""
+
+    def ask(self, question: Question) -> Answer:
+        """The next answer. Raises EndOfInput where there is none left for a program."""
+        if not isinstance(question, LineWanted):
+            return next(self.answers, "n").strip().upper().startswith("Y")
         answer = next(self.answers, None)
         if answer is None:
             raise EndOfInput(f"PROMPT {question.text!r} has nothing more to read", "give it one more answer")
         return answer
-
-    def confirm(self, question: Confirmation) -> bool:  # noqa: ARG002 (answers come in the order of the questions)
-        return next(self.answers, "n").strip().upper().startswith("Y")
 
 
 class Supervisor(Observer, Designer):

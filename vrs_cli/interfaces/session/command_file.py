@@ -7,17 +7,18 @@ command program of V+ has it), and so are blank lines and comments. Lines after 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 from vrs_cli.dialogue.replies import Farewell, Message, Reply, Tone, is_error, refusal
+from vrs_cli.dialogue.talk import Said, Talk
 from vrs_cli.errors import CannotInterpret, UsageError, VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, lines_of
 
-Answers = Callable[[str], Iterator[Reply]]
+Answers = Callable[[str], Talk[None]]
 
 _MC = re.compile(r"(\s*)MC(?=\s)", re.IGNORECASE)
 
@@ -49,7 +50,7 @@ def command_lines(text: str) -> tuple[CommandLine, ...]:
     return tuple(found)
 
 
-def carry_out_file(station: Station, answers: Answers, named: Path) -> Iterator[Reply]:
+def carry_out_file(station: Station, answers: Answers, named: Path) -> Talk[None]:
     """Give the `answers` to its commands; the first that fails is named with its line, and ends it.
 
     Raises NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError.
@@ -65,14 +66,16 @@ def carry_out_file(station: Station, answers: Answers, named: Path) -> Iterator[
         station.command_files.pop()
 
 
-def _answers(station: Station, answers: Answers, path: Path, lines: tuple[CommandLine, ...]) -> Iterator[Reply]:
+def _answers(station: Station, answers: Answers, path: Path, lines: tuple[CommandLine, ...]) -> Talk[None]:
     for line in lines:
         failed = leaving = False
         try:
-            for reply in answers(line.text):
-                failed = failed or is_error(reply)
-                leaving = leaving or isinstance(reply, Farewell)
-                yield reply
+            for_line = answers(line.text)
+            said = next(for_line, None)
+            while said is not None:
+                failed = failed or (isinstance(said, Reply) and is_error(said))
+                leaving = leaving or isinstance(said, Farewell)
+                said = yield from _passed_on(for_line, said)
         except VrsError as error:
             failed = True
             yield refusal(error, line.text)
@@ -81,3 +84,15 @@ def _answers(station: Station, answers: Answers, path: Path, lines: tuple[Comman
             yield Message(f"{path} stopped at line {line.number}: {line.text}", Tone.ERROR)
         if failed or leaving or station.interrupted:
             return
+
+
+def _passed_on(talk: Talk[None], said: Said) -> Talk[Said | None]:
+    """Say it; what the talk says next, None at its end."""
+    try:
+        try:
+            answer = yield said
+        except (Exception, KeyboardInterrupt) as error:
+            return talk.throw(error)
+        return talk.send(answer)
+    except StopIteration:
+        return None

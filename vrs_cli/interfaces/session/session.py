@@ -6,13 +6,14 @@ between its replies is a generator: each reply is shown before the next question
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
 from msgspec import Struct
 
 from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, Reply
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.jog.jogger import jog
@@ -77,15 +78,25 @@ class Session(Station):
 
         Raises LineRefused for a line that cannot be read or checked, and VrsError for what cannot be done.
         """
-        for reply in self.answers(line):
-            self.terminal.show(reply)
+        self.converse(self.answers(line))
 
-    def answers(self, line: str) -> Iterator[Reply]:
-        """What `perform` shows, as it comes. Raises LineRefused, VrsError."""
+    def answers(self, line: str) -> Talk[None]:
+        """What `perform` shows and asks, as it comes. Raises LineRefused, VrsError."""
         self.settle()
+        yield from self._attend()
         if self.editor is not None:
             yield from self._edited(self.editor, line)
-            return
+        else:
+            yield from self._answered(line)
+        yield from self._attend()
+
+    def _attend(self) -> Talk[None]:
+        """Put the questions of tasks, which go on then."""
+        while self.driver.unasked():
+            yield from self.driver.ask()
+            self.settle()
+
+    def _answered(self, line: str) -> Talk[None]:
         read, self._read = self._read if self._read and self._read.line == line else self._reading(line), None
         statement = read.statement
         if statement is None:
@@ -152,7 +163,7 @@ class Session(Station):
         if found:
             yield DiagnosticsReport(tuple(Diagnosed(warning, read.line) for warning in found))
 
-    def carry_out(self, statement: Statement) -> Iterator[Reply]:
+    def carry_out(self, statement: Statement) -> Talk[None]:
         """A monitor command by its handler, everything else as DO."""
         if isinstance(statement, Instruction) and statement.word in HANDLERS:
             yield from HANDLERS[statement.word](self, statement)
@@ -164,13 +175,13 @@ class Session(Station):
             if statement.statement is None and self.last_statement is None:
                 raise UsageError("there is no instruction to repeat", "DO instruction")
             statement = statement.statement or self.last_statement or statement
-        self.do(statement)
+        yield from self.do(statement)
 
-    def _carry_out_file(self, it: Instruction) -> Iterator[Reply]:
+    def _carry_out_file(self, it: Instruction) -> Talk[None]:
         return carry_out_file(self, self.answers, path_of(it))
 
 
-HANDLERS: Mapping[str, Callable[[Session, Instruction], Iterable[Reply]]] = {
+HANDLERS: Mapping[str, Callable[[Session, Instruction], Talk[None]]] = {
     **LOCATIONS,
     **VARIABLES,
     **PROGRAMS,

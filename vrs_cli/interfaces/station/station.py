@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeVar
 from weakref import finalize
 
 from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply, Tone
-from vrs_cli.dialogue.terminal import Dialogue, Terminal
+from vrs_cli.dialogue.talk import Talk, Terminal, converse
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine, Postponement
@@ -53,6 +53,8 @@ from vrs_cli.language.text.diagnostics import Diagnostic, first_error
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import Value
 
+R = TypeVar("R")
+
 
 class LineEditor(Protocol):
     """An editor that is open: lines go to it, and it puts a program in memory."""
@@ -81,10 +83,10 @@ class LineEditor(Protocol):
 class Station:
     """One robot, its programs and variables, one clock.
 
-    `driver` runs its tasks. `task` is the robot program that runs or ran last, `last_program` its name,
-    `last_statement` what a bare DO repeats.
-    `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before.
-    `folder`: where programs have their files; `close` sees to it that all of what they wrote is in these.
+    `terminal` is where what it says by itself goes. `driver` runs its tasks. `task` is the robot program that runs or
+    ran last, `last_program` its name, `last_statement` what a bare DO repeats. `editor`: EDIT is open, and lines go to
+    it; `last_edited` is its program, or that of the one before. `folder`: where programs have their files; `close` sees
+    to it that all of what they wrote is in these.
     """
 
     def __init__(
@@ -104,8 +106,7 @@ class Station:
         self.environment = Environment(units=self.units)
         self.programs = self.environment.programs
         self.unstored = Unstored(self.environment)
-        self._asked = isinstance(terminal, Dialogue)  # about what is not stored; elsewhere nobody looks
-        if self._asked:
+        if terminal.attended:  # elsewhere nobody asks what is not stored
             self.unstored.watch()
         self.robot = Readings(self.engine)
         self.limits = limits
@@ -196,20 +197,35 @@ class Station:
         step: int = 1,
         *,
         limits: Limits | None = None,
-        progress: Callable[[float], None] | None = None,
     ) -> RunResult:
+        """`execution` to its end, at the terminal."""
+        return self.converse(self.execution(program, arguments, cycles, step, limits=limits))
+
+    def execution(
+        self,
+        program: str | None = None,
+        arguments: Sequence[Reference | Value | None] = (),
+        cycles: int = 1,
+        step: int = 1,
+        *,
+        limits: Limits | None = None,
+    ) -> Talk[RunResult]:
         """Run a program, the last one when none is named. Raises NoProgramSpecified, UndefinedName,
         ProgramNotExecutable, ArgumentMismatch; what goes wrong in the program is in the result.
         """
         task = self._prepared(program, arguments, cycles, step)
         self._nothing_runs()
         self._clock_runs()
-        return self._run(self.tasks.start(ROBOT_PROGRAM, task), limits or self.limits, progress)
+        return (yield from self._run(self.tasks.start(ROBOT_PROGRAM, task), limits or self.limits))
 
-    def _run(self, track: Track, limits: Limits, progress: Callable[[float], None] | None) -> RunResult:
+    def converse(self, talk: Talk[R]) -> R:
+        """Drive a talk to its end at the terminal."""
+        return converse(talk, self.terminal, self.driver.step)
+
+    def _run(self, track: Track, limits: Limits) -> Talk[RunResult]:
         """SPEED and the like of a program end with it: the prompt has what every program starts with."""
-        with self.unstored.running() if self._asked else nullcontext():
-            result = self.driver.run(track, limits, progress)
+        with self.unstored.running() if self.terminal.attended else nullcontext():
+            result = yield from self.driver.run(track, limits)
         if track.task.ended:
             for setting in CYCLE_SETTINGS:
                 self.engine.perform(setting)
@@ -222,7 +238,7 @@ class Station:
         cycles: int = 1,
         step: int = 1,
     ) -> Track:
-        """Get a program ready: `proceed` and `step` begin it. Raises as `execute` does."""
+        """Get a program ready: `continuation` begins it. Raises as `execution` does."""
         task = self._prepared(program, arguments, cycles, step)
         self._nothing_runs()
         return self.tasks.prime(ROBOT_PROGRAM, task)
@@ -235,7 +251,7 @@ class Station:
         cycles: int = 1,
         step: int = 1,
     ) -> None:
-        """Start a task that runs whenever time goes on. Raises TaskActive, and as `execute` does."""
+        """Start a task that runs whenever time goes on. Raises TaskActive, and as `execution` does."""
         stored = self._executable(program)
         self.tasks.start(number, Task(self.environment, self.robot, stored.name, arguments, cycles, step))
         self.settle()
@@ -267,25 +283,10 @@ class Station:
         if self.engine.clock.paused:
             raise ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "CLOCK GO lets it go on")
 
-    def proceed(self, progress: Callable[[float], None] | None = None) -> RunResult:
-        """Go on with a program that was paused, aborted or stopped by an error, at the next step."""
-        return self._go_on(progress)
-
-    def retry(self, progress: Callable[[float], None] | None = None) -> RunResult:
-        """Like `proceed`, but the step that failed or was interrupted is done again."""
-        return self._go_on(progress, retry=True)
-
-    def step(self, *, over: bool, progress: Callable[[float], None] | None = None) -> RunResult:
-        """Do one step of a program that was stopped or primed. `over`: a program that it calls is part of it."""
-        return self._go_on(progress, stepping=Stepping(over))
-
-    def _go_on(
-        self,
-        progress: Callable[[float], None] | None,
-        *,
-        retry: bool = False,
-        stepping: Stepping | None = None,
-    ) -> RunResult:
+    def continuation(self, *, retry: bool = False, stepping: Stepping | None = None) -> Talk[RunResult]:
+        """Go on with a program that was paused, aborted, primed or stopped by an error, at the next step; with `retry`
+        the step that failed or was interrupted is done again; with `stepping` one step is done.
+        """
         self._nothing_runs()
         self._clock_runs()
         try:
@@ -293,25 +294,11 @@ class Station:
         except TaskNotActive:
             raise NoProgramSpecified("no program was stopped", "EXECUTE name starts one") from None
         track.stepping = stepping
-        return self._run(track, self.limits, progress)
+        return (yield from self._run(track, self.limits))
 
-    def watched(self, run: Callable[[Callable[[float], None] | None], RunResult]) -> RunResult:
-        """Run, with progress where somebody watches."""
-        terminal = self.terminal
-        if not isinstance(terminal, Dialogue):
-            return run(None)
-        terminal.begin_progress()
-        try:
-            return run(terminal.progress)
-        finally:
-            terminal.end_progress()
-
-    def settle(self, until: float | None = None, *, asking: bool = True) -> None:
-        """Let the other tasks see what has changed; do all that has become due in real time, or is `until` then.
-
-        Without `asking` nobody can answer a PROMPT, which waits.
-        """
-        self.driver.settle(until, asking=asking)
+    def settle(self, until: float | None = None) -> None:
+        """Let the other tasks see what has changed; do all that has become due in real time, or is `until` then."""
+        self.driver.settle(until)
 
     def _postponed(self, it: Postponement) -> None:
         what = it.text or "the motion"
@@ -339,7 +326,7 @@ class Station:
         if not self.engine.realtime:
             self.settle(self.engine.end)
 
-    def do(self, statement: Statement) -> None:
+    def do(self, statement: Statement) -> Talk[None]:
         """One instruction now, as a program of one step. Raises VrsError where it cannot be done, KeyboardInterrupt
         where it was stopped.
         """
@@ -348,7 +335,7 @@ class Station:
         self._nothing_runs()
         track = self.tasks.start(PROMPT_LINE, task)
         try:
-            result = self.watched(lambda progress: self.driver.run(track, self.limits, progress))
+            result = yield from self.driver.run(track, self.limits)
         finally:
             self.tasks.forget(PROMPT_LINE)
         self.settle()

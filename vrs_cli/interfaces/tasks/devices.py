@@ -7,7 +7,7 @@ from typing import Any
 
 from msgspec import Struct, field
 
-from vrs_cli.errors import EndOfInput, NoDataReceived
+from vrs_cli.errors import EndOfInput, LineMissing, NoDataReceived
 from vrs_cli.files.disk import Disk
 from vrs_cli.language.run.units import (
     SUCCESS,
@@ -27,14 +27,14 @@ END_OF_LINE = "\r"  # what GETC gives at the end of a line of the terminal, as i
 
 
 class Devices(Struct, eq=False):
-    """`ask` reads a line of the terminal, `show` writes to it (text, whether the line ends)."""
+    """`show` writes to the terminal (text, whether the line ends); its lines come by `line`."""
 
     disk: Disk
-    ask: Callable[[str], str]
     show: Callable[[str, bool], None]
     _status: int = SUCCESS
     _length: int = 0
     _typed: list[str] = field(default_factory=list)  # characters of a line that GETC has begun
+    _ended: bool = False  # the terminal, which GETC is to be told
 
     def perform(self, task: int, effect: UnitEffect) -> str | None:
         """Do what a task asks for; the answer to it. Raises UnitNotAttached, FileOutside."""
@@ -47,17 +47,24 @@ class Devices(Struct, eq=False):
         return self._length if unit == TERMINAL else self.disk.length(task, unit)
 
     def character(self, task: int, unit: int, wait: bool) -> int:
-        """The code of the next character, or of what went wrong. The terminal has whole lines."""
+        """The code of the next character, or of what went wrong. The terminal has whole lines. Raises LineMissing."""
         if unit != TERMINAL:
             return self.disk.character(task, unit)
-        if not self._typed:
-            if not wait:
-                return NoDataReceived.code
-            line = self._line()
-            if line is None:
-                return self._status
-            self._typed = [*line, END_OF_LINE]
-        return ord(self._typed.pop(0))
+        if self._typed:
+            return ord(self._typed.pop(0))
+        if not wait:
+            return NoDataReceived.code
+        if not self._ended:
+            raise LineMissing("GETC waits for the terminal", "a program or an assignment can wait")
+        self._ended = False
+        return self._status
+
+    def line(self, line: str | None, *, of_getc: bool = False) -> str | None:
+        """A line of the terminal; what GETC has left of one is passed over. None where there is no more."""
+        self._typed = [*line, END_OF_LINE] if of_getc and line is not None else []
+        self._ended = of_getc and line is None
+        self._status, self._length = (EndOfInput.code, 0) if line is None else (SUCCESS, len(line))
+        return line
 
     # --- what is asked for ---
 
@@ -83,7 +90,7 @@ class Devices(Struct, eq=False):
         self.disk.delete(task, effect.unit, effect.name)
 
     def _read(self, task: int, effect: ReadRecord) -> str | None:
-        return self._line() if effect.unit == TERMINAL else self.disk.read(task, effect.unit)
+        return self.disk.read(task, effect.unit)
 
     def _write(self, task: int, effect: WriteRecord) -> None:
         if effect.unit == TERMINAL:
@@ -97,17 +104,6 @@ class Devices(Struct, eq=False):
             self._status = effect.code
         else:
             self.disk.refuse(task, effect.unit, effect.code)
-
-    def _line(self) -> str | None:
-        """A line of the terminal; what GETC has left of one is passed over. None where there is no more."""
-        self._typed = []
-        try:
-            line = self.ask("")
-        except EndOfInput as error:
-            self._status, self._length = error.code, 0
-            return None
-        self._status, self._length = SUCCESS, len(line)
-        return line
 
 
 _ACTS: dict[type, Callable[[Devices, int, Any], str | None]] = {

@@ -10,15 +10,14 @@ A task that waits for a condition looks at it every tick, and at once when a sig
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from math import inf
 from pathlib import Path
 from typing import TypeVar, cast
 
 from msgspec import Struct
 
-from vrs_cli.dialogue.questions import LineWanted
-from vrs_cli.dialogue.terminal import Console
+from vrs_cli.dialogue.talk import Slice, Talk, Terminal
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, LimitReached, VrsError
 from vrs_cli.files.disk import Disk
@@ -28,7 +27,7 @@ from vrs_cli.interfaces.tasks.performing import Performer
 from vrs_cli.interfaces.tasks.runs import USUAL, Limits, Outcome, RunResult, Spent
 from vrs_cli.interfaces.tasks.system import SystemReadings
 from vrs_cli.interfaces.tasks.tasks import Tasks
-from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Pending, Track
+from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Asked, Pending, Track
 from vrs_cli.interfaces.tasks.transcript import Transcript
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.events import Budget, Event, Failed
@@ -43,38 +42,47 @@ ELEMENTS_A_STEP = 20  # that may be counted again for each step that was done: t
 MOST_A_STEP = 200  # elements that a step can add; a string has 128 characters
 
 
-class _SoFar(Struct):
-    """A run: its limits, when it is to end, the steps done before it, and after how many its memory is looked at."""
+class _Run(Struct, eq=False):
+    """A task that somebody waits for: when it began and is to end [s], the steps that all had done before it, and after
+    how many of its own its memory is looked at.
+    """
 
+    track: Track
     limits: Limits
+    started: float
     last: float
     before: int
     look: int = 0
 
 
 class Driver:
-    """Runs the `tasks` of one robot. `folder`: where programs have their files."""
+    """Runs the `tasks` of one robot. `folder`: where programs have their files.
+
+    `begin` says what is waited for, `step` lets the next thing happen, `peek` tells when that is. `run` waits until a
+    task has stopped; `settle` does what is due.
+    """
 
     def __init__(
-        self, engine: Engine, console: Console, environment: Environment, robot: RobotReadings, folder: Path = Path()
+        self, engine: Engine, terminal: Terminal, environment: Environment, robot: RobotReadings, folder: Path = Path()
     ) -> None:
-        self.engine, self.console, self.environment = engine, console, environment
+        self.engine, self.terminal, self.environment = engine, terminal, environment
         self.inputs: Inputs = NO_INPUTS
         self.debugging = Debugging()
-        self._transcript = Transcript(engine, console)
+        self._transcript = Transcript(engine, terminal)
         self._written = Spent("max_disk", "write")
-        self.devices = Devices(Disk(folder, self._written.add), self._ask, self._transcript.show)
+        self.devices = Devices(Disk(folder, self._written.add), self._transcript.show)
         self.tasks = Tasks(engine, environment, self.devices.disk)
-        self._performer = Performer(engine, environment, robot, self.tasks, self._ask, self._transcript, self.devices)
+        self._performer = Performer(engine, environment, robot, self.tasks, self._transcript, self.devices)
         self._interrupted = False
         self._ended_by: LimitReached | None = None
-        self._running = False
-        self.asks = False  # for a line, which somebody has to give
+        self._runs: list[_Run] = []  # the program, and a line of the prompt that is carried out beside it
+        self._put: set[int] = set()  # numbers of the questions that somebody has before him
+        self.asks = False  # somebody, for a line
         environment.system = SystemReadings(engine.model.name, environment, self.tasks, self.devices)
 
     @property
     def running(self) -> bool:
-        return self._running
+        return bool(self._runs)
 
     def close(self) -> None:
         """Close the files of programs."""
@@ -82,55 +90,79 @@ class Driver:
 
     def end_by(self, error: LimitReached) -> bool:
         """End the run before its next step with this error; False where none is under way. Safe in a signal handler."""
-        if self._running:
+        if self._runs:
             self._ended_by = error
-        return self._running
+        return bool(self._runs)
 
     def interrupt(self) -> None:
         """Stop the run before its next step and the robot as soon as it can. Safe in a signal handler."""
         self._interrupted = True
 
-    # --- in the foreground ---
+    # --- somebody waits ---
 
-    def run(self, track: Track, limits: Limits = USUAL, progress: Callable[[float], None] | None = None) -> RunResult:
-        """Let time go on until a task stops; the others run beside it. `progress` is told the clock now and then."""
-        started = self.engine.now
-        so_far = _SoFar(limits, started + limits.max_time, self.tasks.steps_done)
-        self._transcript.begin(limits)
-        self._written.begin(limits)
-        self.tasks.failed, self.tasks.foreground = [], track
-        self._interrupted, self._running = False, True
-        self._performer.limits, self._performer.last = limits, so_far.last
+    def run(self, track: Track, limits: Limits = USUAL) -> Talk[RunResult]:
+        """Until a task stops. At each RUNNING whoever drives lets one thing happen (`step`); the other tasks run beside
+        it, and what they ask is asked.
+        """
+        self.begin(track, limits)
         try:
             while track.running:
-                if self._interrupted:
-                    self._interrupted = False
-                    self._catch_up()
-                    self.tasks.abort(track.number)
-                if self._ended_by is not None:
-                    error, self._ended_by = self._ended_by, None
-                    self._exhausted(track, error.detail, error.hint)
-                self._go_on(track, so_far)
-                if progress is not None:
-                    progress(self.engine.now)
+                yield from self.ask()
+                if track.running:
+                    yield Slice.RUNNING
         except BaseException:
             self._give_up(track)
             raise
         finally:
-            self._running, self.tasks.foreground, self._performer.last = False, None, inf
-        self._transcript.end_line()
-        return self._result(track, started)
+            run = self._over(track)
+        return self._result(run)
 
-    def _ask(self, prompt: str) -> str:
-        """A line for a program; an empty one where Ctrl-C comes instead, which stops the run."""
-        self.asks = True
-        try:
-            return self.console.ask(LineWanted(prompt))
-        except KeyboardInterrupt:
-            self._interrupted = True
-            return ""
-        finally:
-            self.asks = False
+    def begin(self, track: Track, limits: Limits = USUAL) -> None:
+        """From now on a task is waited for, within limits."""
+        now = self.engine.now
+        self._runs.append(_Run(track, limits, now, now + limits.max_time, self.tasks.steps_done))
+        self._transcript.begin(limits)
+        self._written.begin(limits)
+        self.tasks.failed, track.awaited = [], True
+        self._interrupted = False
+        self._bound()
+
+    def _bound(self) -> None:
+        """Requests are held to the limits of the run under way."""
+        performer = self._performer
+        if self._runs:
+            performer.limits, performer.last = self._runs[-1].limits, self._runs[-1].last
+        else:
+            performer.last = inf
+
+    def _over(self, track: Track) -> _Run:
+        """A task is waited for no longer."""
+        run = next(run for run in self._runs if run.track is track)
+        self._runs.remove(run)
+        track.awaited = False
+        self._transcript.end_line()
+        self._bound()
+        return run
+
+    def step(self) -> float:
+        """Let the next thing happen, or time go on towards it; the robot's clock [s] then."""
+        if not self._runs:
+            coming = self.peek()
+            if coming < inf:
+                self.engine.clock.wait(coming)
+            self.settle(self.engine.now)
+            return self.engine.now
+        run = self._runs[-1]
+        if self._interrupted:
+            self._interrupted = False
+            self._catch_up()
+            self.tasks.abort(run.track.number)
+        if self._ended_by is not None:
+            error, self._ended_by = self._ended_by, None
+            self._exhausted(run.track, error.detail, error.hint)
+        if run.track.running:
+            self._go_on(run)
+        return self.engine.now
 
     def _catch_up(self) -> None:
         """Who is stopped from outside is stopped now, however late its own steps are."""
@@ -152,15 +184,15 @@ class Driver:
         self._give_up(track)
         track.fault, track.outcome = track.task.break_off(error), Outcome.FAILED
         self._transcript.end_line()
-        return self._result(track, 0.0)
+        return self._result(_Run(track, USUAL, 0.0, inf, 0))
 
-    def _result(self, track: Track, started: float) -> RunResult:
+    def _result(self, run: _Run) -> RunResult:
+        track = run.track
         assert track.outcome is not None
-        task = track.task
         return RunResult(
-            task.program,
-            task.cycles_done,
-            started,
+            track.task.program,
+            track.task.cycles_done,
+            run.started,
             self.engine.now,
             tuple(self._transcript.lines),
             track.fault,
@@ -169,36 +201,88 @@ class Driver:
             track.detail,
         )
 
-    def _go_on(self, foreground: Track, so_far: _SoFar) -> None:
-        """The next thing that happens: an input changes, or a task goes on; or a limit is reached."""
-        limits, now, coming = so_far.limits, self.engine.now, self._coming()
-        if coming > so_far.last and not isinstance(foreground.pending, Failed | Aborted):
-            self.engine.clock.advance(max(so_far.last, now))
-            what = f"the program was still running after {limits.max_time:g} s of the robot's time"
-            self._exhausted(foreground, what + self._asked_after(so_far.last), limits.told_by("max_time"))
-            return
-        if not self._waited(foreground, coming):
-            return
-        if limits.max_steps is None:
-            self._happen(BUDGET)
-        else:
-            done = self.tasks.steps_done - so_far.before
-            self._happen(limits.max_steps - done + 1)  # the one too many begins, and is not done
-        if foreground.running:
-            self._look(foreground, so_far)
+    # --- questions ---
 
-    def _look(self, foreground: Track, so_far: _SoFar) -> None:
+    def questions(self) -> Iterator[tuple[Track, Asked]]:
+        """The tasks that wait for a line of the terminal, and what they ask, in the order of asking."""
+        waiting = [(track, track.pending) for track in self.tasks.running if isinstance(track.pending, Asked)]
+        return iter(sorted(waiting, key=lambda one: one[1].number))
+
+    def answer(self, number: int, answer: str | VrsError | None) -> None:
+        """A line for the task that asked this question, None where nobody gives one, or why there is none. A task that
+        waits no longer gets nothing.
+        """
+        found = next((one for one in self.questions() if one[1].number == number), None)
+        if found is None:
+            return
+        self.tasks.current = found[0].number
+        try:
+            self._performer.answer(*found, answer)
+        except VrsError as error:
+            self._performer.do(found[0], self._thrown(found[0], error))
+        self.tasks.current = PROMPT_LINE
+
+    def ask(self) -> Talk[None]:
+        """Put the questions of tasks that nobody has before him to whoever drives; Ctrl-C stops the task that asks."""
+        while waiting := self.unasked():
+            track, asked = waiting[0]
+            self._put.add(asked.number)
+            self.asks = True
+            try:
+                answer = yield asked.question
+                self.answer(asked.number, answer if isinstance(answer, str) else None)
+            except VrsError as error:
+                self.answer(asked.number, error)
+            except KeyboardInterrupt:
+                self._catch_up()
+                self.tasks.abort(track.number)
+            finally:
+                self._put.discard(asked.number)
+                self.asks = bool(self._put)
+
+    def unasked(self) -> list[tuple[Track, Asked]]:
+        """Questions that nobody has before him."""
+        return [one for one in self.questions() if one[1].number not in self._put]
+
+    # --- limits ---
+
+    def _go_on(self, run: _Run) -> None:
+        """The next thing that happens: an input changes, or a task goes on; or a limit is reached."""
+        now, coming = self.engine.now, self.peek()
+        if coming > run.last and not isinstance(run.track.pending, Failed | Aborted):
+            self.engine.clock.advance(max(run.last, now))
+            self._overdue(run)
+        elif self._waited(run.track, coming):
+            self._happen(self._budget(run))
+            self._look()
+
+    def _overdue(self, run: _Run) -> None:
+        limits = run.limits
+        what = f"the program was still running after {limits.max_time:g} s of the robot's time"
+        self._exhausted(run.track, what + self._asked_after(run.last), limits.told_by("max_time"))
+
+    def _budget(self, run: _Run) -> int:
+        """How many steps may be done at once; of those that may be done at all one more begins, and is not done."""
+        most = run.limits.max_steps
+        return BUDGET if most is None else most - (self.tasks.steps_done - run.before) + 1
+
+    def _look(self) -> None:
         """Whether a limit of steps or of memory is reached."""
-        limits, done = so_far.limits, self.tasks.steps_done - so_far.before
+        for run in self._runs:
+            if run.track.running:
+                self._look_at(run)
+
+    def _look_at(self, run: _Run) -> None:
+        limits, done = run.limits, self.tasks.steps_done - run.before
         if limits.max_steps is not None and done > limits.max_steps:
             what = f"the program was still running after {limits.max_steps} steps"
-            self._exhausted(foreground, what, limits.told_by("max_steps"))
-        elif limits.max_elements is not None and done >= so_far.look:
+            self._exhausted(run.track, what, limits.told_by("max_steps"))
+        elif limits.max_elements is not None and done >= run.look:
             held = self.environment.held() + sum(track.task.held() for track in self.tasks)
-            so_far.look = done + max(held // ELEMENTS_A_STEP, (limits.max_elements - held) // MOST_A_STEP)
+            run.look = done + max(held // ELEMENTS_A_STEP, (limits.max_elements - held) // MOST_A_STEP)
             if held > limits.max_elements:
                 what = f"arrays and strings hold {held} elements, {limits.max_elements} at most"
-                self._exhausted(foreground, what, limits.told_by("max_elements"))
+                self._exhausted(run.track, what, limits.told_by("max_elements"))
 
     def _waited(self, foreground: Track, coming: float) -> bool:
         """Let time go on; whether it has come so far. On a clock that stands, the foreground waits in vain."""
@@ -231,25 +315,22 @@ class Driver:
             place = f"{number}{task.program or 'the line'} step {task.step}"
             yield f"{place} {waits} at {task.source}" if task.source else f"{place} {waits}"
 
-    # --- in the background ---
+    # --- nobody waits ---
 
-    def settle(self, until: float | None = None, *, asking: bool = True) -> None:
-        """Let the tasks do all that is due by an instant, that which time has reached unless told otherwise. Without
-        `asking` nobody can answer now: a PROMPT waits.
-        """
-        self._performer.asking = asking
+    def settle(self, until: float | None = None) -> None:
+        """Let the tasks do all that is due by an instant, that which time has reached unless told otherwise."""
         clock = self.engine.clock
         until = clock.reached if until is None else until
-        while (coming := self._coming()) <= until:
+        while (coming := self.peek()) <= until:
             clock.advance(coming)
             self._happen(BUDGET)
+            self._look()
         clock.advance(until)
-        self._performer.asking = True
 
     # --- what happens next ---
 
-    def _coming(self) -> float:
-        """When something happens next."""
+    def peek(self) -> float:
+        """When something happens next [s]; infinity where nothing does by itself."""
         track = self.tasks.next()
         return inf if track is None else min(track.wake, self.inputs.next_time)
 
@@ -324,4 +405,4 @@ class Driver:
 
     def _trace(self, task: Task) -> None:
         if self.engine.settings.switch("TRACE"):
-            self.console.type(f"{task.program} {task.step}: {task.source}", newline=True)
+            self.terminal.type(f"{task.program} {task.step}: {task.source}", newline=True)

@@ -6,17 +6,18 @@ What takes time leaves the task with an instant to go on at; nothing here lets t
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import count
 from math import inf
 from typing import Any, get_args
 
 from vrs_cli.engine.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import IllegalValue, TaskNotActive
+from vrs_cli.errors import EndOfInput, IllegalValue, TaskNotActive, VrsError
 from vrs_cli.interfaces.tasks.debugging import Onward, Stopped
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.runs import GO_ON, USUAL, Outcome
 from vrs_cli.interfaces.tasks.tasks import Tasks
-from vrs_cli.interfaces.tasks.track import Aborted, Pending, Track
+from vrs_cli.interfaces.tasks.track import Aborted, Asked, Pending, Track
 from vrs_cli.interfaces.tasks.transcript import Transcript
 from vrs_cli.language.run.effects import (
     AttachRobot,
@@ -36,7 +37,7 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.events import Budget, Completed, Failed, Halted, Paused, TaskState
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import Task
-from vrs_cli.language.run.units import UnitEffect
+from vrs_cli.language.run.units import TERMINAL, AwaitLine, ReadRecord, UnitEffect
 from vrs_cli.trajectory.instant import on_grid
 
 WAIT_TICK = on_grid(0.028)  # [s] a WAIT is tested, and a busy loop seen to be one, every trajectory tick of VAL-II
@@ -44,7 +45,7 @@ EVERYBODYS = (SetMonitorSpeed, SetParameter, SetSwitch)  # requests that a task 
 
 
 class Performer:
-    """Does what the tasks of one robot ask for. Without `asking` nobody can answer now: a PROMPT waits."""
+    """Does what the tasks of one robot ask for."""
 
     def __init__(
         self,
@@ -52,14 +53,12 @@ class Performer:
         environment: Environment,
         robot: RobotReadings,
         tasks: Tasks,
-        ask: Callable[[str], str],
         transcript: Transcript,
         devices: Devices,
     ) -> None:
-        self.asking = True
         self.limits, self.last = USUAL, inf  # of the run, and when it is stopped [s]
         self._engine, self._environment, self._robot, self._tasks = engine, environment, robot, tasks
-        self._ask, self._transcript, self._devices = ask, transcript, devices
+        self._transcript, self._devices, self._questions = transcript, devices, count(1)
 
     def do(self, track: Track, event: Pending) -> None:
         """Raises VrsError where it cannot be done."""
@@ -80,14 +79,33 @@ class Performer:
         self._transcript.show(event.text, event.newline)
 
     def _prompt(self, track: Track, event: Prompt) -> None:
-        if not self.asking:
-            track.until(self.tick(), event)
-            return
         self._transcript.count(event.text)
-        track.answer = self._ask(event.text)
+        self._ask(track, event)
 
     def _unit(self, track: Track, event: UnitEffect) -> None:
-        track.answer = self._devices.perform(track.number, event)
+        if isinstance(event, AwaitLine) or (isinstance(event, ReadRecord) and event.unit == TERMINAL):
+            self._ask(track, event)
+        else:
+            track.answer = self._devices.perform(track.number, event)
+
+    def _ask(self, track: Track, event: Prompt | ReadRecord | AwaitLine) -> None:
+        """It goes on when somebody has answered."""
+        track.until(inf, Asked(next(self._questions), event))
+
+    def answer(self, track: Track, asked: Asked, answer: str | VrsError | None) -> None:
+        """A line for a task that has asked. Raises EndOfInput, and why the line before could not be read, where there
+        is none and the task cannot do without.
+        """
+        track.until(self._engine.now)
+        event = asked.event
+        if isinstance(event, Prompt) and answer is None:
+            raise event.wrong or EndOfInput(f"PROMPT {event.text!r} has nothing more to read")
+        if isinstance(event, Prompt):
+            track.answer = _line(answer)
+        else:
+            of_getc = isinstance(event, AwaitLine)
+            line = self._devices.line(None if isinstance(answer, EndOfInput) else _line(answer), of_getc=of_getc)
+            track.answer = None if of_getc else line
 
     # --- waits ---
 
@@ -201,6 +219,13 @@ class Performer:
         if isinstance(event, Stopped):
             track.detail, track.task.state = event.detail, TaskState.PAUSED
         self._tasks.stop(track, Outcome[event.outcome] if isinstance(event, Stopped) else _ENDINGS[type(event)])
+
+
+def _line(answer: str | VrsError | None) -> str | None:
+    """Raises why there is none."""
+    if isinstance(answer, VrsError):
+        raise answer
+    return answer
 
 
 _ENDINGS: dict[type, Outcome] = {

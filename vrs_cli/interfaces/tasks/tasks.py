@@ -21,14 +21,12 @@ from vrs_cli.language.run.semantics.tasks import LAST_TASK
 
 
 class Tasks:
-    """Those that run or have stopped. `current` is the number of the one whose turn it is, `foreground` the one that
-    somebody waits for. `failed`: the others that have stopped with an error since that began; `told` hears of each at
-    once.
+    """Those that run or have stopped. `current` is the number of the one whose turn it is. `failed`: those that nobody
+    waits for and that have stopped with an error since somebody waits for another; `told` hears of each at once.
     """
 
     def __init__(self, engine: Engine, environment: Environment, disk: Disk) -> None:
         self.current = PROMPT_LINE
-        self.foreground: Track | None = None
         self.failed: list[Beside] = []
         self.told: Callable[[Beside], None] = lambda _beside: None
         self._engine, self._environment, self._disk = engine, environment, disk
@@ -146,7 +144,7 @@ class Tasks:
         self.release_robot(track)
         self._run_signal(track, running=False)
         self._put_files(track)
-        if track.fault is not None and track is not self.foreground:
+        if track.fault is not None and not track.awaited:
             self.failed.append(Beside(track.number, track.fault, self._engine.now))
             self.told(self.failed[-1])
 

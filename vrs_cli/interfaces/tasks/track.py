@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from msgspec import Struct, field
 
+from vrs_cli.dialogue.questions import LineWanted
 from vrs_cli.engine.commands import Request
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.tasks.debugging import Onward, Stepping, Stopped
 from vrs_cli.interfaces.tasks.runs import Outcome
-from vrs_cli.language.run.effects import Wait, WaitEvent
+from vrs_cli.language.run.effects import Prompt, Wait, WaitEvent
 from vrs_cli.language.run.events import Event, ProgramFault
 from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.run.units import AwaitLine, ReadRecord
 
 ROBOT_PROGRAM = 0
 PROMPT_LINE = -1  # the number of the task that a line of the prompt is
@@ -20,15 +22,30 @@ class Aborted(Struct, frozen=True):
     """What a task waits with that is stopped from outside: until the robot is at rest."""
 
 
-Pending = Event | Aborted | Stopped | Onward
+class Asked(Struct, frozen=True):
+    """What a task waits with for a line of the terminal: `number` is that of the question, `event` what it asked."""
+
+    number: int
+    event: Prompt | ReadRecord | AwaitLine
+
+    @property
+    def question(self) -> LineWanted:
+        """As whoever drives is asked."""
+        if not isinstance(self.event, Prompt):
+            return LineWanted("")
+        wrong = self.event.wrong
+        return LineWanted(self.event.text, "" if wrong is None else str(wrong))
+
+
+Pending = Event | Aborted | Stopped | Onward | Asked
 
 
 class Track(Struct, eq=False):
     """A task on its way: it goes on at `wake` [s], after `pending` is done where that is not None.
 
-    `outcome` is None while it runs. `asked`: when `pending` was asked for. `mine`: it takes the robot when it goes on.
-    `instant`: when it last went on, `before`: how many steps it had done then. `held`: what reactions
-    have interrupted, and when that was asked for.
+    `outcome` is None while it runs. `asked`: when `pending` was asked for. `mine`: it takes the robot when it goes on;
+    `awaited`: somebody waits for its end. `instant`: when it last went on, `before`: how many steps it had done then.
+    `held`: what reactions have interrupted, and when that was asked for.
     """
 
     number: int
@@ -42,6 +59,7 @@ class Track(Struct, eq=False):
     error: VrsError | None = None
     detail: str = ""
     mine: bool = False
+    awaited: bool = False
     event: bool = False
     run_signal: int | None = None
     stepping: Stepping | None = None

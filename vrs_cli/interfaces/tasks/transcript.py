@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vrs_cli.dialogue.terminal import Console
+from vrs_cli.dialogue.talk import Terminal
 from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.tasks.runs import Limits, Spent
 
@@ -10,9 +10,9 @@ from vrs_cli.interfaces.tasks.runs import Limits, Spent
 class Transcript:
     """`lines` are those that have ended since the run began."""
 
-    def __init__(self, engine: Engine, console: Console) -> None:
+    def __init__(self, engine: Engine, terminal: Terminal) -> None:
         self.lines: list[str] = []
-        self._engine, self._console = engine, console
+        self._engine, self._terminal = engine, terminal
         self._line = ""
         self._spent = Spent("max_output", "type")
 
@@ -31,7 +31,7 @@ class Transcript:
 
     def _put(self, text: str, newline: bool) -> None:
         if self._engine.settings.switch("MESSAGES"):
-            self._console.type(text, newline)
+            self._terminal.type(text, newline)
         *lines, self._line = (self._line + text + ("\n" if newline else "")).split("\n")
         self.lines += lines
 

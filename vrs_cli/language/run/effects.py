@@ -11,6 +11,7 @@ from enum import Enum
 from msgspec import Struct
 
 from vrs_cli.engine.commands import Mode, Request, SetDuration, SetMode, SetSpeed, SpeedUnit
+from vrs_cli.errors import VrsError
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.reactions import Reaction
 from vrs_cli.language.run.units import UnitEffect
@@ -24,10 +25,13 @@ class Type(Struct, frozen=True):
 
 
 class Prompt(Struct, frozen=True):
-    """Show the text and read one line, the answer to `resume`. `count`: how many values are wanted."""
+    """Show the text and read one line, the answer to `resume`. `count`: how many values are wanted; `wrong`: why the
+    line before could not be read, where there was one.
+    """
 
     text: str
     count: int
+    wrong: VrsError | None = None
 
 
 class Wait(Struct, frozen=True):

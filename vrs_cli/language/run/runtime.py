@@ -22,7 +22,7 @@ from itertools import islice
 from typing import Any, cast
 
 from vrs_cli.engine.commands import Brake, Break
-from vrs_cli.errors import IllegalValue, LimitReached, StackOverflow, VrsError
+from vrs_cli.errors import IllegalValue, LimitReached, LineMissing, StackOverflow, VrsError
 from vrs_cli.language.run.activation import Activation, Interruption
 from vrs_cli.language.run.arguments import bind_arguments
 from vrs_cli.language.run.cells import Reference
@@ -50,6 +50,7 @@ from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.run.reactions import OF_ERRORS, Reaction, Reactions
 from vrs_cli.language.run.robot import RobotReadings
+from vrs_cli.language.run.units import AwaitLine
 from vrs_cli.language.words.kind import key_of
 from vrs_cli.language.words.values import Value
 
@@ -281,6 +282,10 @@ class Task:
                 if isinstance(event, CallProgram):
                     self._call(event)
                     continue
+            except LineMissing:
+                yield from self._say(AwaitLine())
+                self._activations[-1].enter(self._activations[-1].op)
+                continue
             except VrsError as error:
                 if not self._reacts_to(error):
                     yield from self._say(self._fail(error))

@@ -65,6 +65,10 @@ class ReadRecord(Struct, frozen=True):
     unit: int
 
 
+class AwaitLine(Struct, frozen=True):
+    """GETC of the terminal, which has no line: the step is done again when one has come."""
+
+
 class WriteRecord(Struct, frozen=True):
     """WRITE; `newline`: the record ends after the text."""
 
@@ -80,7 +84,9 @@ class RecordRefused(Struct, frozen=True):
     code: int
 
 
-UnitEffect = AttachUnit | DetachUnit | OpenFile | CloseFile | DeleteFile | ReadRecord | WriteRecord | RecordRefused
+UnitEffect = (
+    AttachUnit | DetachUnit | OpenFile | CloseFile | DeleteFile | ReadRecord | AwaitLine | WriteRecord | RecordRefused
+)
 
 
 def checked_unit(number: float) -> int:

@@ -62,16 +62,16 @@ def _entered(field: str, kind: Kind) -> Value | None:
     return read_number(field) if field.strip() else 0.0
 
 
-def _entries(line: str, kinds: list[Kind]) -> list[Value] | str:
+def _entries(line: str, kinds: list[Kind]) -> list[Value] | VrsError:
     """The values that a line gives to variables of these kinds, or what is wrong with it."""
     fields = _fields(line, len(kinds))
     if len(fields) > len(kinds):
-        return f"*Illegal value* {len(fields)} values where {len(kinds)} are wanted"
+        return IllegalValue(f"{len(fields)} values where {len(kinds)} are wanted")
     fields += [""] * (len(kinds) - len(fields))
     values = [_entered(field, kind) for field, kind in zip(fields, kinds, strict=True)]
     for field, value in zip(fields, values, strict=True):
         if value is None:
-            return f"*Invalid number format* {field.strip()} (a number is wanted, such as -12.5)"
+            return InvalidNumber(field.strip(), "a number is wanted, such as -12.5")
     return [value for value in values if value is not None]
 
 
@@ -79,13 +79,10 @@ def _prompt(_context: Context, it: Operands) -> Answers:
     """Asks until the line can be read. The answer None stands for an empty line."""
     text = "".join(item for item in it.arguments if isinstance(item, str))
     targets = [item for item in it.arguments if isinstance(item, Reference)]
-    values: list[Value] | str = []
-    while True:
-        answer = yield Prompt(text, len(targets))
+    values: list[Value] | VrsError | None = None
+    while not isinstance(values, list):
+        answer = yield Prompt(text, len(targets), values)
         values = _entries(answer or "", [target.cells.kind for target in targets]) if targets else []
-        if not isinstance(values, str):
-            break
-        yield Type(values)
     for target, value in zip(targets, values, strict=True):
         if kind_of_value(value) is not target.cells.kind:
             raise TypeMismatch(target.name, "PROMPT reads reals and strings")

@@ -1,0 +1,102 @@
+"""How a session talks: a generator of replies and questions, which is sent the answers. `converse` drives one to its
+end at a terminal; a server or a notebook may drive it otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from enum import Enum
+from typing import Protocol, TypeVar, runtime_checkable
+
+from msgspec import Struct
+
+from vrs_cli.dialogue.questions import Answer, Question
+from vrs_cli.dialogue.replies import Reply
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.timeline import Timeline
+
+
+class Slice(Enum):
+    """A part of the work is done, and whoever drives may do something else now. RUNNING: a program runs, and whoever
+    drives lets the next thing happen; MORE: there is more to do.
+    """
+
+    RUNNING = "running"
+    MORE = "more"
+
+
+class Running(Struct, frozen=True):
+    """A program has come to that time of the robot's clock [s]."""
+
+    clock: float
+
+
+class Reading(Struct, frozen=True):
+    """So much of a long file has been read, from 0 to 1."""
+
+    path: str
+    share: float
+
+
+R = TypeVar("R", covariant=True)
+Said = Reply | Question | Slice
+Talk = Generator[Said, Answer, R]
+"""What comes of a line: each Question is sent its answer, everything else None."""
+
+
+class Terminal(Protocol):
+    """Where somebody, or something, drives a session."""
+
+    @property
+    def attended(self) -> bool:
+        """Whether a person is there, who would lose what no file has."""
+
+    def show(self, reply: Reply) -> None:
+        """An answer to a command, or what the robot says by itself."""
+
+    def type(self, text: str, newline: bool) -> None:
+        """What programs TYPE."""
+
+    def ask(self, question: Question) -> Answer:
+        """None where nobody answers. Raises VrsError where there is no more input, KeyboardInterrupt for Ctrl-C."""
+
+    def progress(self, doing: Running | Reading) -> None:
+        """What takes its time has come so far."""
+
+
+@runtime_checkable
+class Player(Protocol):
+    """A terminal on which a trajectory can be animated."""
+
+    def play(self, arm: RobotArm, timeline: Timeline) -> None:
+        """Play it until the user leaves."""
+
+
+def converse(talk: Talk[R], terminal: Terminal, step: Callable[[], float]) -> R:
+    """Show and ask at a terminal until the talk ends; what it returns. `step` lets the next thing happen while a
+    program runs, and tells the robot's clock. What goes wrong is raised in the talk, which may go on.
+    """
+    try:
+        said = next(talk)
+        while True:
+            try:
+                answer = _answer(said, terminal, step)
+            except (Exception, KeyboardInterrupt) as error:
+                said = talk.throw(error)
+            else:
+                said = talk.send(answer)
+    except StopIteration as end:
+        result: R = end.value
+        return result
+    finally:
+        talk.close()
+
+
+def _answer(said: Said, terminal: Terminal, step: Callable[[], float]) -> Answer:
+    if isinstance(said, Question):
+        return terminal.ask(said)
+    if said is Slice.RUNNING:
+        terminal.progress(Running(step()))
+    elif said is not Slice.MORE:
+        terminal.show(said)
+    return None
