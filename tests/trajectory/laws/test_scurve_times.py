@@ -212,6 +212,7 @@ def test_a_stop_next_to_the_end_of_a_range_swings_back() -> None:
 @examples(100)
 def test_turns_are_where_the_velocity_is_zero(v: float, a: float, jerk: float) -> None:
     assume(abs(jerk) > 1e-3)
+    assume(all(x == 0.0 or abs(x) > 1e-100 for x in (v, a)))  # a square of less is lost
     for s in turns(v, a, jerk):
         assert v + a * s + 0.5 * jerk * s * s == pytest.approx(0.0, abs=1e-6 * (1.0 + s * s))
 
