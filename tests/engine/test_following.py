@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from vrs_cli.engine.following import SAMPLES, Follower
+from vrs_cli.engine.following import SAMPLES, Follower, Sample, seeds_of
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
@@ -53,3 +53,13 @@ def test_an_easy_line_has_no_more_samples_than_it_is_asked_for() -> None:
     for steps in (SAMPLES, 3):
         samples = Follower(arm, path.configuration, IDENTITY).samples(path, 1.0, start, steps)
         assert [sample.s for sample in samples] == pytest.approx([k / steps for k in range(steps + 1)])
+
+
+def test_a_seed_is_next_to_the_joints_of_its_instant() -> None:
+    samples = [Sample(s, (2.0 * s, -s * s), (2.0, -2.0 * s)) for s in (0.0, 0.1, 0.15, 0.4, 0.7, 0.8, 1.0)]
+    seeds = seeds_of(samples, 0.1)
+    assert len(seeds) > 20
+    for k, seed in enumerate(seeds):
+        s = k / (len(seeds) - 1)
+        assert seed in [sample.joints for sample in samples]
+        assert abs(seed[0] - 2.0 * s) <= 2.0 * 0.15, "half of the widest gap, at this velocity"

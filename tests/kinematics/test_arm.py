@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import pi
 from pathlib import Path
+from random import Random
 
 import pytest
 
@@ -49,3 +50,13 @@ def test_links_without_a_closed_form_are_an_arm_all_the_same(tmp_path: Path) -> 
     path = tmp_path / "bent.toml"
     path.write_text(TEXT.replace("alpha = 90.0", "alpha = 80.0"))
     assert arm_for(load_robot(path)).method == "damped least squares within the limits"
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in ROBOTS.glob("*.toml")))
+def test_how_far_from_singular_is_a_part_of_the_most(name: str) -> None:
+    arm, random = arm_for(load_robot(name)), Random(4)
+    for _ in range(20):
+        q = tuple(random.uniform(low, high) for low, high in zip(arm.model.lower, arm.model.upper, strict=True))
+        assert all(0.0 <= part <= 1.0 for part in arm.singularity(q))
+    bent = arm_for(replace(PUMA, links=(*PUMA.links[:4], Link(0.1, 0.0, pi / 2), PUMA.links[5])))
+    assert all(0.0 <= part <= 1.0 for part in bent.singularity(PUMA.poses["ready"]))

@@ -284,8 +284,11 @@ def test_out_of_reach_is_said_in_millimetres(
 ) -> None:
     arm = arm_of(name)
     upright = (90.0, -90.0, 0.0) if name.startswith("planar") else (90.0, 90.0, 0.0)
-    with pytest.raises(error, match=message):
+    with pytest.raises(error, match=message) as told:
         arm.select(from_oat(*place, *np.radians(upright)), arm.model.poses["ready"])
+    bound = told.value.upper if told.value.lower is None else told.value.lower
+    if error is not JointOutOfRange and bound is not None:
+        assert f"{1000.0 * bound:.1f} mm" in str(told.value)
 
 
 @pytest.mark.parametrize(

@@ -5,22 +5,32 @@ import pytest
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.analysis.reachability import unreachable
 from vrs_cli.language.text import ast
+from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.text.parser import parse_file
 
 
 def lines(*steps: str) -> list[int]:
     """The steps that are warned of."""
+    return [one.span.line - 1 for one in warnings(*steps)]
+
+
+def warnings(*steps: str) -> list[Diagnostic]:
     file, found = parse_file("\n".join((".PROGRAM p", *steps, ".END")))
     assert not found
     analysis = analyze(next(part for part in file.parts if isinstance(part, ast.Program)))
     assert analysis.executable, analysis.diagnostics
-    warnings = unreachable(analysis.program, analysis.blocks, analysis.labels)
-    return [one.span.line - 1 for one in warnings]
+    return list(unreachable(analysis.program, analysis.blocks, analysis.labels))
 
 
 @pytest.mark.parametrize("word", ["RETURN", "STOP", "HALT", "GOTO 10"])
 def test_what_stands_after_the_end(word: str) -> None:
     assert lines("10 x = 1", word, "x = 2", "x = 3") == [3]
+
+
+@pytest.mark.parametrize("word", ["RETURN", "GOTO 10"])
+def test_what_cannot_be_reached_says_after_what(word: str) -> None:
+    (warning,) = warnings("10 x = 1", word, "; a remark", "x = 2")
+    assert f"this is never carried out, after {word.split()[0]} at step 2" in warning.message
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,15 @@
+"""What an arm with few joints cannot change, and what is said of it."""
+
+from __future__ import annotations
+
+from math import radians
+
+from vrs_cli.kinematics.transform import from_oat
+from vrs_cli.kinematics.unchanging import difference
+
+
+def test_what_to_give_instead() -> None:
+    asked = from_oat(0.3, 0.1, 0.05, *map(radians, (90.0, 90.0, 30.0)))
+    assert difference(asked, asked._replace(pz=0.0)) == "Z 0"
+    assert difference(asked, asked._replace(px=0.2505, pz=-0.01)) == "X 250.5, Z -10"
+    assert difference(asked, from_oat(0.3, 0.1, 0.05, *map(radians, (90.0, 0.0, 0.0)))) == "O 90, A 0, T 0"
