@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.peers import Peers, beside
 from benchmarks.peers.timing import at_once, each
 from benchmarks.report import Figure, show
-from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot

@@ -110,7 +110,7 @@ DEFERRED = (
         "they bring numpy",
     ),
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
-    Deferred(("kinematics/arm.py",), ("vrs_cli.kinematics",), "a robot loads its own closed form, and no other"),
+    Deferred(("kinematics/forms.py",), ("vrs_cli.kinematics",), "a robot loads its own closed form, and no other"),
     Deferred(("kinematics/robot_file.py",), ("vrs_cli.kinematics.urdf",), "it brings an XML parser, which few need"),
 )
 

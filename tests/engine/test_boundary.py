@@ -15,10 +15,11 @@ from vrs_cli.engine.commands import Move, NamedTarget, PoseTarget, SetParameter,
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.errors import LocationOutOfRange, LocationTooFar, StraightLineSingular
-from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.axes import along, cross, from_to, unit
 from vrs_cli.kinematics.clearance import Clearance
 from vrs_cli.kinematics.configuration import Elbow
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import (

@@ -9,7 +9,7 @@ import pytest
 
 from tests.files.trajectories import STAND, initial, planned, puma
 from vrs_cli.engine.breaches import breaches, on_lines
-from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline

@@ -16,7 +16,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.engine.position import joints_over
 from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
-from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import PROFILES, RobotModel
 from vrs_cli.kinematics.numeric.arm import NumericArm
 from vrs_cli.kinematics.numeric.continuation import Continuation, Gaps

@@ -9,7 +9,7 @@ import pytest
 
 from vrs_cli.engine.following import SAMPLES, Follower, Sample, seeds_of
 from vrs_cli.errors import MotionError
-from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, position
 from vrs_cli.trajectory.segment import CartesianPath

@@ -11,7 +11,8 @@ from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.problem import Here, Problem, segment_joints
 from vrs_cli.engine.rates import joint_acceleration, joint_acceleration_and_jerk
 from vrs_cli.errors import MotionError
-from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.profile import Profile

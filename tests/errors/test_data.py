@@ -10,7 +10,7 @@ from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import MONITOR_SPEED
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationTooFar, MotionError
-from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import position, translation
 from vrs_cli.language.run.operations import message

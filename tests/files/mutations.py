@@ -19,7 +19,7 @@ from tests.files.trajectories import initial, planned, puma, without_checksums
 from vrs_cli.engine.problem import segment_joints, state_at
 from vrs_cli.errors import FileDamaged
 from vrs_cli.files.trajectory_file import Recording, read_trajectory, write_trajectory
-from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.forms import arm_for
 
 NUMBER = re.compile(rb"(?<=[\[:,])-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 KEY = re.compile(rb'"[a-z_]+"(?=:)')

@@ -16,7 +16,7 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import FileError
 from vrs_cli.files.exports import EXPORTERS, export, write_csv
 from vrs_cli.files.samples import CHUNK, sample_times
-from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.transform import from_oat, to_oat
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline

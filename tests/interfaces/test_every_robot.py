@@ -20,7 +20,7 @@ from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.runs import Outcome
-from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.task import Task

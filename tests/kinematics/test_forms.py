@@ -1,4 +1,4 @@
-"""The folders of the closed forms: `arm.arm_for` alone knows all of them."""
+"""The folders of the closed forms: `forms.arm_for` alone knows all of them."""
 
 from __future__ import annotations
 
@@ -18,4 +18,4 @@ def test_a_closed_form_knows_no_other(form: str) -> None:
     for path in (FOLDER / form).glob("*.py"):
         text = path.read_text(encoding="utf-8")
         assert not [other for other in FORMS if other != form and f"kinematics.{other}" in text], path
-        assert "kinematics.arm " not in text
+        assert "kinematics.forms" not in text

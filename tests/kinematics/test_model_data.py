@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from vrs_cli.errors import FileDamaged
-from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.transform import compose, rotation_z, translation

@@ -12,9 +12,10 @@ import pytest
 
 from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, LocationTooClose, LocationTooFar
-from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.axes import dot
 from vrs_cli.kinematics.configuration import ALL, SIDES, Arm, Elbow, Wrist
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from vrs_cli.errors import FileDamaged, NonexistentFile
-from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.configuration import ALL
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task

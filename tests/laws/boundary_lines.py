@@ -20,7 +20,8 @@ from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.position import joints_over
 from vrs_cli.engine.problem import Here, Problem
 from vrs_cli.errors import MotionError
-from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.profile import Profile

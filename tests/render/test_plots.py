@@ -6,7 +6,7 @@ import pytest
 
 from tests.files.trajectories import initial, planned, puma
 from vrs_cli.errors import FileError, UsageError
-from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.render.plots import check_plot, plot_trajectory
 from vrs_cli.trajectory.timeline import Timeline
 

@@ -7,7 +7,7 @@ from prompt_toolkit.output import DummyOutput
 
 from tests.files.trajectories import planned, puma
 from vrs_cli.interfaces.roles.playback import Playback
-from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.repl.player import Player
 
 

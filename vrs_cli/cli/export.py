@@ -37,7 +37,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
         check_writable(options.output)
     EXPORTERS[form].check()
     recording = read_recording(prog, options.file, lenient=options.lenient)
-    from vrs_cli.kinematics.arm import arm_for
+    from vrs_cli.kinematics.forms import arm_for
 
     write_table(form, options.output, arm_for(recording.model), recording.timeline, options.rate or DEFAULT_RATE)
     return 0

@@ -33,7 +33,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     options = _parser(prog).parse(arguments)
     outputs = Outputs.of(options)
     recording = read_recording(prog, options.file, lenient=options.lenient)
-    from vrs_cli.kinematics.arm import arm_for
+    from vrs_cli.kinematics.forms import arm_for
 
     arm, timeline = arm_for(recording.model), recording.timeline
     if outputs.any:

@@ -24,7 +24,7 @@ With the name of one of them, or with a TOML or URDF file: its joints, its poses
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Print the list, or one robot."""
-    from vrs_cli.kinematics.arm import arm_for
+    from vrs_cli.kinematics.forms import arm_for
     from vrs_cli.kinematics.robot_file import load_robot
     from vrs_cli.render.text import text_of
 
@@ -41,7 +41,7 @@ def _parser(prog: str) -> Parser:
 
 
 def _list() -> Iterator[Block]:
-    from vrs_cli.kinematics.arm import arm_for
+    from vrs_cli.kinematics.forms import arm_for
     from vrs_cli.kinematics.robot_file import load_robot, robot_names
     from vrs_cli.render.blocks import Column, Grid
 

@@ -26,7 +26,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     recording = read_recording(prog, options.file, lenient=True, told=False)
     from vrs_cli.files.soundness import faults_along
     from vrs_cli.files.trajectory_file import MOST_FAULTS
-    from vrs_cli.kinematics.arm import arm_for
+    from vrs_cli.kinematics.forms import arm_for
 
     along = faults_along(arm_for(recording.model), recording.timeline, recording.deltas)
     wrong = [*recording.warnings, *map(str, islice(along, MOST_FAULTS))]

@@ -26,7 +26,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     options = _parser(prog).parse(arguments)
     recording = read_recording(prog, options.file, lenient=options.lenient)
     from vrs_cli.engine.position import position_at
-    from vrs_cli.kinematics.arm import arm_for
+    from vrs_cli.kinematics.forms import arm_for
 
     arm = arm_for(recording.model)
     positions = [position_at(arm, recording.timeline, t) for t in options.at]

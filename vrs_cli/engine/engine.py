@@ -43,7 +43,8 @@ from vrs_cli.engine.snapshot import Replaced, Snapshot
 from vrs_cli.engine.steered import plan_steering
 from vrs_cli.engine.targets import Situation, check_flag, check_joint_limits, check_near, resolve, select
 from vrs_cli.errors import IllegalValue, PowerOff, TooLate
-from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose

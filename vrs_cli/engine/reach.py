@@ -14,10 +14,9 @@ from vrs_cli.engine.commands import JointTarget, PoseTarget
 from vrs_cli.engine.line_check import LineCheck, Standpoint, WayOut, check_line
 from vrs_cli.engine.targets import check_joint_count
 from vrs_cli.errors import LocationOutOfRange, MotionError
-from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.arm import RobotArm, Solution
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints, joints_outside
-from vrs_cli.kinematics.serial_arm import Solution
 from vrs_cli.kinematics.transform import Transform, compose, inverse, position
 
 

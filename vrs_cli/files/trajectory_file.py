@@ -20,7 +20,7 @@ from vrs_cli.files.atomic import atomically
 from vrs_cli.files.fault import Fault
 from vrs_cli.files.opening import open_to_read, unreadable
 from vrs_cli.files.rebuild import Rebuilding, check_order
-from vrs_cli.kinematics.arm import arm_for
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.language.text.collector import pause_collector

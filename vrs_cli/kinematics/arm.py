@@ -1,102 +1,156 @@
-"""The arm: the one object that planner and observer ask about geometry.
+"""The arm: the one object that planner and observer ask about geometry. `forms.arm_for` makes that of a robot.
 
-`RobotArm` says what an arm can do; `arm_for(model)` finds the class that fits a model's axes: a closed form where
-there is one, else the numerical one. Everything here works on plain floats; the `_batch` methods take arrays and
-import numpy when first called.
+Everything here works on plain floats; the `_batch` methods take arrays and import numpy when first called. A class
+adds `branch_joints`, the inverse of one branch, and says which branches there are. The rest is here: choosing a branch
+for a motion, the limits, what a refusal says, the velocities.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import lru_cache
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
+from math import dist
+from typing import TYPE_CHECKING, NamedTuple, cast
 
+from vrs_cli.errors import (
+    IllegalValue,
+    JointOutOfRange,
+    LocationOutOfRange,
+    LocationTooFar,
+    StraightLineSingular,
+)
 from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
-from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Flag, Wrist
-from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.serial_arm import Solution
-from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.kinematics.compiled import Formulas, formulas
+from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
+from vrs_cli.kinematics.elimination import solve
+from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, beyond, bias_of, jerk_bias_of
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, JointKind, Joints, joints_outside, nearest_turn, turn_within
+from vrs_cli.kinematics.model import RobotModel, levers, link_frames
+from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
+from vrs_cli.kinematics.unchanging import LEVEL, Unchanging, difference, unchanging
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from vrs_cli.kinematics.numeric.continuation import Continuation
+    from vrs_cli.kinematics.serial_batch import SerialBatch
 
     Floats = NDArray[np.float64]
     Flags = NDArray[np.bool_]
 
 
-class RobotArm(Protocol):
+class Solution(NamedTuple):
+    """One branch of the inverse: joints [rad, m] (None: out of reach) and those of them that are out of limits."""
+
+    configuration: Configuration
+    joints: Joints | None
+    outside: tuple[int, ...]  # counted from 1, as JT1 is
+
+    @property
+    def usable(self) -> bool:
+        return self.joints is not None and not self.outside
+
+
+_new = tuple.__new__
+
+
+class RobotArm:
     """What a robot's geometry offers. n joints; joints are tuples of n [rad, m]; poses are T_base_flange.
 
     Of an arm that cannot do all six freedoms `model.task` says which part of a pose counts; the rest of a pose is what
-    the arm makes of it. Where a pose asks for what no joint changes, it is out of reach.
+    the arm makes of it. Where a pose asks for what no joint changes, it is out of reach. An arm is one object: what is
+    found for it may be remembered by it. `ways`: the configurations that there are, one without words where there is
+    nothing to choose. `seed_step`: how far [rad, m] joints may be from `near` for `branch_joints` to find the same
+    branch. `method`: how the inverse is found, in a few words for the user.
     """
 
-    def __hash__(self) -> int:
-        """An arm is one object: what is found for it may be remembered by it."""
+    ways: tuple[Configuration, ...] = (NONE,)
+    seed_step = 1.0
+    method = "closed form"
 
-    @property
-    def model(self) -> RobotModel:
-        """The data that the arm was made from."""
+    def __init__(self, model: RobotModel) -> None:
+        self.model = model
+        self._limits = tuple(zip(model.lower, model.upper, strict=True))
+        self.turning = tuple(link.kind is JointKind.REVOLUTE for link in model.links)
 
-    @property
-    def method(self) -> str:
-        """How the inverse is found, in a few words for the user."""
-
-    def forward(self, q: Joints, /) -> Transform:
+    @cached_property
+    def forward(self) -> Callable[[Joints], Transform]:  # a function by itself: read once, called often
         """T_base_flange."""
+        return cast(Callable[[Joints], Transform], self._formulas.forward)
+
+    @cached_property
+    def _formulas(self) -> Formulas:
+        return formulas(self.model.links, self.model.base, self.model.flange)
 
     def frames(self, q: Joints) -> tuple[Transform, ...]:
         """T_base_0, T_base_1 ... T_base_flange: n + 1 frames, to draw the links."""
+        return link_frames(self.model, q)
 
-    @property
-    def ways(self) -> tuple[Configuration, ...]:
-        """The configurations that there are; one without words where there is nothing to choose."""
+    def configuration(self, q: Joints) -> Configuration:  # noqa: ARG002 (others look at q)
+        """Which of the ways the joints are; on a border the first word of the pair."""
+        return self.ways[0]
 
-    @property
+    def twins(self, q: Joints) -> tuple[Configuration, ...]:  # noqa: ARG002 (others look at q)
+        """The other configurations that the joints are in as well, on a border."""
+        return ()
+
+    def limits_ok(self, q: Joints) -> bool:
+        """Every joint inside its limits."""
+        return not self._outside(q)
+
+    def _outside(self, q: Joints) -> tuple[int, ...]:
+        return joints_outside(q, self.model.lower, self.model.upper)
+
+    @cached_property
     def words(self) -> tuple[Flag, ...]:
         """The configuration words that mean something to this arm."""
+        parts = zip(*(way.flags for way in self.ways), strict=True)
+        return tuple(dict.fromkeys(flag for part in parts for flag in part if flag is not None))
 
-    @property
-    def seed_step(self) -> float:
-        """How far [rad, m] joints may be from `near` for `branch_joints` to find the same branch."""
+    # --- inverse -----------------------------------------------------------------------------------------
 
-    def configuration(self, q: Joints) -> Configuration:
-        """Which of the ways the joints are; on a border the first word of the pair."""
-
-    def twins(self, q: Joints) -> tuple[Configuration, ...]:
-        """The other configurations that the joints are in as well, on a border."""
-
-    def check_task(
-        self, T: Transform, T_robot_world: Transform = IDENTITY, T_flange_tool: Transform = IDENTITY
-    ) -> None:
-        """Raises LocationOutOfRange for a pose that asks for what no joint changes, as a tilt of a SCARA's tool.
-
-        The refusal says what would be right of the location that was given, T_world_tool = T_robot_world^-1 T
-        T_flange_tool.
-        """
-
-    def check_tool(self, T_flange_tool: Transform) -> None:
-        """Raises IllegalValue for a tool whose tip a turn would move that does not count."""
-
-    def inverse_all(self, T: Transform) -> tuple[Solution, ...]:
-        """All branches, in the order of `ways`, each joint on the turn that suits its limits."""
-
-    def branches(self, T: Transform, /) -> tuple[Joints | None, ...]:
-        """The joints of `inverse_all`, and nothing else: the fast form."""
-
-    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints, /) -> Joints | None:
+    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
         """One branch, every joint on the turn nearest to `near`, whatever its limits: for straight lines.
 
         None where the location is out of reach. At a singular wrist joint 4 stays as `near` has it.
         """
+        raise NotImplementedError
+
+    def branches(self, T: Transform) -> tuple[Joints | None, ...]:
+        """The joints of `inverse_all`, and nothing else: the fast form."""
+        middle = self._middle
+        found = (self.branch_joints(T, way, middle) for way in self.ways)
+        return tuple([None if q is None else self._best_turns(q) for q in found])
+
+    @cached_property
+    def _middle(self) -> Joints:
+        return tuple((low + high) / 2 for low, high in self._limits)
+
+    def inverse_all(self, T: Transform) -> tuple[Solution, ...]:
+        """All branches, in the order of `ways`, each joint on the turn that suits its limits."""
+        outside = self._outside
+        return tuple(
+            [  # a list first: a generator costs a fifth more
+                _new(Solution, (way, q, () if q is None else outside(q)))
+                for way, q in zip(self.ways, self.branches(T), strict=True)
+            ]
+        )
 
     def inverse_branch(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
         """One branch, every joint on the turn nearest to `near` inside its limits; None if there is none."""
+        q = self.branch_joints(T, configuration, near)
+        return None if q is None else self._inside(q, near)
+
+    def _inside(self, q: Joints, near: Joints) -> Joints | None:
+        """The turns of q inside the limits, each the nearest to `near`."""
+        turned: list[float] = []
+        for x, reference, (low, high), turns in zip(q, near, self._limits, self.turning, strict=True):
+            turn = turn_within(x, reference, low, high) if turns else _within(x, low, high)
+            if turn is None:
+                return None
+            turned.append(turn)
+        return tuple(turned)
 
     def select(
         self,
@@ -114,42 +168,185 @@ class RobotArm(Protocol):
         those inside the limits. Raises LocationTooFar, LocationTooClose or JointOutOfRange, with the
         configuration that would do, if one would.
         """
+        self.check_task(T)
+        wanted = self._suitable_ways(self.configuration(near), arm, elbow, wrist)
+        found = [q for way in wanted if (q := self.inverse_branch(T, way, near)) is not None]
+        if not found:
+            raise self._refusal(T, near, wanted)
+        return min(found, key=lambda q: self._duration(near, q))
+
+    def _suitable_ways(
+        self, have: Configuration, arm: Arm | None, elbow: Elbow | None, wrist: Wrist | None
+    ) -> tuple[Configuration, ...]:
+        """Those with what is asked; arm and elbow that are not asked stay, of the wrists the present one is first."""
+        arm, elbow = arm or have.arm, elbow or have.elbow
+        suited = [
+            way
+            for way in self.ways
+            if way.arm in (None, arm) and way.elbow in (None, elbow) and (wrist is None or way.wrist in (None, wrist))
+        ]
+        return tuple(sorted(suited, key=lambda way: way.wrist is not have.wrist))
+
+    def _duration(self, a: Joints, b: Joints) -> float:
+        """The time that the slowest joint needs at its full velocity [s]."""
+        return max(abs(y - x) / v for x, y, v in zip(a, b, self.model.max_velocity, strict=True))
+
+    # --- refusals ----------------------------------------------------------------------------------------
+
+    def _refusal(
+        self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]
+    ) -> LocationOutOfRange | JointOutOfRange:
+        """Why none of the wanted configurations reaches T, and which other one would."""
+        q = self.branch_joints(T, wanted[0], near)
+        hint = self._other_way(T, near, wanted)
+        if q is None:
+            return self._out_of_reach(T, wanted[0], hint)
+        tries = [self._best_turns(joints) for c in wanted if (joints := self.branch_joints(T, c, near)) is not None]
+        q = min(tries, key=lambda joints: len(self._outside(joints)))
+        return self._joint_refusal(q, hint)
+
+    def _joint_refusal(self, q: Joints, hint: str) -> JointOutOfRange:
+        joint = self._outside(q)[0]
+        return self.model.refuse_joint(joint, q[joint - 1], hint or self._no_other_way)
 
     @property
-    def hand(self) -> Hand | None:
-        """What the clearances follow; None where there is no closed form, and they are not known."""
+    def _no_other_way(self) -> str:
+        return "no other configuration reaches the location either" if len(self.ways) > 1 else ""
 
-    @property
-    def boundary(self) -> Clearance:
-        """The clearances within which a pose is on the boundary of the reach, or its wrist straight."""
+    def _best_turns(self, q: Joints) -> Joints:
+        """Each joint on the turn nearest to the middle of its range: outside only if every turn is."""
+        rows = zip(q, self._middle, self.turning, strict=True)
+        return tuple(nearest_turn(x, middle) if turns else x for x, middle, turns in rows)
 
-    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:
+    def _other_way(self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]) -> str:
+        """The words that bring T in reach: the fewest that do, then those of the shortest way; empty if none do."""
+        ways = [
+            (len(words), self._duration(near, q), words)
+            for configuration, q, outside in self.inverse_all(T)
+            if q is not None and not outside and (words := configuration.words_beside(wanted))
+        ]
+        if not ways:
+            return ""
+        said = " ".join(min(ways)[2])
+        return f"in reach {said}; say {said} first"
+
+    def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:  # noqa: ARG002
+        """Too far, in millimetres, or out of reach in a way that has no name."""
+        start, (most, *_) = levers(self.model)
+        far = dist(position(T), start)
+        if far > most:
+            return LocationTooFar(
+                f"the flange would be {1000 * far:.1f} mm from the axis of joint 1, "
+                f"all links in one line are {1000 * most:.1f} mm",
+                hint or f"move the location at least {1000 * (far - most):.1f} mm nearer",
+                value=far,
+                upper=most,
+            )
+        return LocationOutOfRange("no joints bring the flange there", hint or "turn the location, or move it nearer")
+
+    # --- the part of a pose that counts --------------------------------------------------------------------
+
+    @cached_property
+    def unchanging(self) -> Unchanging:
+        return unchanging(self.model, self.forward)
+
+    def check_task(
+        self, T: Transform, T_robot_world: Transform = IDENTITY, T_flange_tool: Transform = IDENTITY
+    ) -> None:
+        """Raises LocationOutOfRange for a pose that asks for what no joint changes, as a tilt of a SCARA's tool.
+
+        The refusal says what would be right of the location that was given, T_world_tool = T_robot_world^-1 T
+        T_flange_tool.
+        """
+        if (forbidden := self.unchanging.forbids(T)) is not None:
+            what, right = forbidden
+            asked, instead = (compose(inverse(T_robot_world), compose(P, T_flange_tool)) for P in (T, right))
+            raise LocationOutOfRange(f"this robot {what}", f"give {difference(asked, instead)} instead")
+
+    def check_tool(self, T_flange_tool: Transform) -> None:
+        """Raises IllegalValue for a tool whose tip a turn would move that does not count."""
+        free = [not counts for counts in self.model.task.counts[3:]]
+        x, y, z = position(T_flange_tool)
+        levers = ((y, z), (z, x), (x, y))  # of a turn about X, Y, Z
+        steady = self.unchanging.approach is not None  # then only turns about it happen at all
+        for axis, (loose, lever) in enumerate(zip(free, levers, strict=True)):
+            if loose and (axis == 2 or not steady) and max(map(abs, lever)) > LEVEL:
+                raise IllegalValue(
+                    f"a tool {1000 * max(map(abs, lever)):.1f} mm beside an axis whose turn this robot does not choose",
+                    "make the last link of the robot file as long as link and tool",
+                )
+
+    # --- clearances --------------------------------------------------------------------------------------
+
+    hand: Hand | None = None  # what the clearances follow; None where there is no closed form, and they are not known
+    boundary = Clearance()  # within which a pose is on the boundary of the reach, or its wrist straight
+
+    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (closed forms know)
         """How far a pose is from where the closed form of one branch ends, or is singular."""
+        return Clearance()
 
-    def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:
+    def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:  # noqa: ARG002
         """A lower bound of the clearances between two poses that are h apart, on a way of that pace."""
+        return Clearance()
 
-    @property
-    def continuation(self) -> Continuation | None:
-        """What proves that joints go on between samples of a way; None for closed forms, and for too few joints."""
+    # what proves that joints go on between samples of a way; None for closed forms, and for too few joints
+    continuation: Continuation | None = None
+
+    # --- velocities --------------------------------------------------------------------------------------
 
     def jacobian(self, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
         """6 rows (vx, vy, vz, wx, wy, wz) of n, base frame [m/rad, 1]: twist of the tool = J qd."""
+        return cast(Jacobian, self._formulas.jacobian(q, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11]))
 
     def twist(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
         """(vx, vy, vz, wx, wy, wz) of the tool [m/s, rad/s] in the base frame."""
+        rows = self.jacobian(q, T_flange_tool)
+        vx, vy, vz, wx, wy, wz = (sum([a * b for a, b in zip(row, qd, strict=True)]) for row in rows)
+        return vx, vy, vz, wx, wy, wz
 
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
         """Joint rates [rad/s] for a twist of the tool. Raises StraightLineSingular, which names the place."""
+        return self._rates(q, self.jacobian(q, T_flange_tool), twist)
+
+    def _rates(self, q: Joints, J: Jacobian, twist: Twist) -> Joints:
+        """Of the joints, for a twist of the tool or a derivative of it that the joint rates of now have no part in."""
+        return self._solve_rates(q, *self._rows_that_count(q, J, twist))
+
+    def _solve_rates(self, q: Joints, rows: Sequence[Joints], wanted: Sequence[float]) -> Joints:
+        qd = solve(rows, wanted)
+        if qd is None:
+            raise StraightLineSingular(
+                f"{self.singularity(q).nearest}: the joints cannot move the tool that way there",
+                "take another path, or go there by MOVE",
+            )
+        return qd
+
+    def _rows_that_count(self, q: Joints, J: Sequence[Joints], twist: Twist) -> tuple[list[Joints], list[float]]:
+        """The rows of J and of the twist that count; turns are those about the axes of the flange."""
+        counts = self.model.task.counts
+        if all(counts):
+            return list(J), list(twist)
+        T = self.forward(q)
+        axes = ((T.nx, T.ny, T.nz), (T.sx, T.sy, T.sz), (T.ax, T.ay, T.az))
+        rows = [row for row, counted in zip(J[:3], counts, strict=False) if counted]
+        wanted = [v for v, counted in zip(twist[:3], counts, strict=False) if counted]
+        for (x, y, z), counted in zip(axes, counts[3:], strict=True):
+            if counted:
+                rows.append(tuple([x * a + y * b + z * c for a, b, c in zip(*J[3:], strict=True)]))
+                wanted.append(x * twist[3] + y * twist[4] + z * twist[5])
+        return rows, wanted
 
     def acceleration_bias(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
         """J' qd [m/s2, rad/s2]: the acceleration of the tool while the joint rates stay the same."""
+        return bias_of(self.jacobian(q, T_flange_tool), qd)
 
     def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
         """Joint accelerations [rad/s2] at joint rates qd, for the acceleration of a tool [m/s2, rad/s2].
 
         Raises StraightLineSingular.
         """
+        J = self.jacobian(q, T_flange_tool)
+        return self._rates(q, J, beyond(rate, bias_of(J, qd)))
 
     def joint_jerk(
         self, q: Joints, qd: Joints, qdd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY
@@ -158,78 +355,44 @@ class RobotArm(Protocol):
 
         Raises StraightLineSingular.
         """
+        J = self.jacobian(q, T_flange_tool)
+        return self._rates(q, J, beyond(rate, jerk_bias_of(J, qd, qdd)))
 
-    def singularity(self, q: Joints) -> Singularity:
+    def singularity(self, q: Joints) -> Singularity:  # noqa: ARG002 (others look at q)
         """How far from each singularity, 0 to 1."""
+        return Singularity(1.0, 1.0, 1.0)
 
-    def limits_ok(self, q: Joints) -> bool:
-        """Every joint inside its limits."""
+    # --- arrays ------------------------------------------------------------------------------------------
 
     def forward_batch(self, q: Floats) -> Floats:
         """(N, n) -> (N, 3, 4)."""
+        return self._batch.forward(q)
 
     def inverse_batch(self, T: Floats) -> tuple[Floats, Flags]:
         """(N, 3, 4) -> joints (N, k, n) of the k ways, NaN where out of reach, and whether inside the limits (N, k)."""
+        return self._batch.inverse(T)
 
     def inverse_branch_batch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
         """(N, 3, 4) and near (N, n) or (n,) -> (N, n): `branch_joints` by rows, NaN where out of reach."""
+        return self._batch.inverse_branch(T, configuration, near)
 
     def jacobian_batch(self, q: Floats, T_flange_tool: Transform = IDENTITY) -> Floats:
         """(N, n) -> (N, 6, n)."""
+        return self._batch.jacobian(q, T_flange_tool)
+
+    @cached_property
+    def _batch(self) -> SerialBatch:
+        # Here and not above: it brings numpy, which is most of the start-up time of a shell that needs no arrays.
+        from vrs_cli.kinematics.serial_batch import SerialBatch
+
+        return SerialBatch(self.model, self.ways, self.unchanging)
 
 
-@lru_cache
-def arm_for(model: RobotModel) -> RobotArm:
-    """The arm of a model: of the first closed form that knows its axes; the numerical one knows all."""
-    return next(arm for form in _FORMS if (arm := form(model)) is not None)
+def _within(x: float, low: float, high: float) -> float | None:
+    """A joint that slides has no other turn; rounding beyond a limit is forgiven."""
+    return min(max(x, low), high) if low - LIMIT_TOLERANCE <= x <= high + LIMIT_TOLERANCE else None
 
 
-# A form is imported when a robot may be of it: most are of the first.
-
-
-def _spherical_wrist(model: RobotModel) -> RobotArm | None:
-    from vrs_cli.kinematics.spherical_wrist.arm import SphericalWristArm
-    from vrs_cli.kinematics.spherical_wrist.geometry import ALPHAS, geometry_of
-
-    geometry = geometry_of(model)
-    if geometry is not None:
-        return SphericalWristArm(model, geometry)
-    from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
-
-    way = canonical(model, ALPHAS[:5])
-    geometry = None if way is None else geometry_of(way.model)
-    if way is None or geometry is None:
-        return None
-    return MappedArm(model, way, SphericalWristArm(way.model, geometry))
-
-
-def _offset_wrist(model: RobotModel) -> RobotArm | None:
-    from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
-    from vrs_cli.kinematics.offset_wrist.arm import OffsetWristArm
-    from vrs_cli.kinematics.offset_wrist.offsets import ALPHAS, offsets_of
-
-    way = canonical(model, ALPHAS)
-    offsets = None if way is None else offsets_of(way.model)
-    return None if way is None or offsets is None else MappedArm(model, way, OffsetWristArm(way.model, offsets))
-
-
-def _parallel_axes(model: RobotModel) -> RobotArm | None:
-    from vrs_cli.kinematics.parallel_axes.arm import ParallelAxesArm
-    from vrs_cli.kinematics.parallel_axes.bars import bars_of
-
-    bars = bars_of(model)
-    return None if bars is None else ParallelAxesArm(model, bars)
-
-
-def _numeric(model: RobotModel) -> RobotArm:
-    from vrs_cli.kinematics.numeric.arm import NumericArm
-
-    return NumericArm(model)
-
-
-_FORMS: tuple[Callable[[RobotModel], RobotArm | None], ...] = (
-    _spherical_wrist,
-    _offset_wrist,
-    _parallel_axes,
-    _numeric,
-)
+def turned_near(angles: Iterable[float], near: Joints) -> Joints:
+    """Each angle on the turn nearest to the reference."""
+    return tuple([nearest_turn(angle, reference) for angle, reference in zip(angles, near, strict=True)])

@@ -8,13 +8,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.axes import Chain, chain_of
 from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.jacobian import Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
-from vrs_cli.kinematics.serial_arm import SerialArm
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, rotate
 
@@ -55,10 +55,10 @@ def canonical(model: RobotModel, alphas: Sequence[float]) -> Canonical | None:
     return Canonical(chain, inner)
 
 
-class MappedArm(SerialArm):
+class MappedArm(RobotArm):
     """Asks the arm that the closed form solves; documented in `arm.RobotArm`."""
 
-    def __init__(self, model: RobotModel, way: Canonical, inner: SerialArm) -> None:
+    def __init__(self, model: RobotModel, way: Canonical, inner: RobotArm) -> None:
         super().__init__(model)
         self.way, self.inner, self.ways = way, inner, inner.ways
         self.method = inner.method

@@ -1,4 +1,4 @@
-"""What `serial_arm` and the classes on it do, over arrays: whole timelines at once.
+"""What `arm` and the classes on it do, over arrays: whole timelines at once.
 
 Forward kinematics and Jacobian are the formulas of `compiled`, with the sine and cosine of numpy. Work goes in chunks
 that stay in the processor's cache, one contiguous row for each joint and each matrix element.

@@ -13,7 +13,8 @@ from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.roles import viewer as viewers
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.interfaces.roles.viewer import Audience
-from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.trajectory.timeline import Timeline
 
 

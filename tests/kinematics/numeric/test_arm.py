@@ -12,8 +12,9 @@ import pytest
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
-from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.elimination import determinant, solve
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.numeric.search import turn_between
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task

@@ -9,11 +9,11 @@ from math import pi
 import pytest
 
 from vrs_cli.errors import StraightLineSingular
-from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import Link
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.serial_arm import SerialArm
 from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat
 
 PUMA = load_robot("puma560")
@@ -30,15 +30,15 @@ def rates(source: random.Random) -> Joints:
 @pytest.mark.parametrize("arm", [ARM, PEDESTAL])
 @pytest.mark.parametrize("tool", [IDENTITY, TOOL])
 def test_they_are_those_of_the_recursion(arm: RobotArm, tool: Transform) -> None:
-    assert isinstance(arm, SerialArm)
+    assert isinstance(arm, RobotArm)
     source = random.Random(1)
     for _ in range(200):
         q = tuple(map(source.uniform, PUMA.lower, PUMA.upper))
         if min(arm.singularity(q)) < 0.05:
             continue
         qd, qdd, twist = rates(source), rates(source), rates(source)
-        acceleration = SerialArm.joint_acceleration(arm, q, qd, twist, tool)
-        jerk = SerialArm.joint_jerk(arm, q, qd, qdd, twist, tool)
+        acceleration = RobotArm.joint_acceleration(arm, q, qd, twist, tool)
+        jerk = RobotArm.joint_jerk(arm, q, qd, qdd, twist, tool)
         assert arm.joint_acceleration(q, qd, twist, tool) == pytest.approx(acceleration, rel=1e-9, abs=1e-9)
         assert arm.joint_jerk(q, qd, qdd, twist, tool) == pytest.approx(jerk, rel=1e-9, abs=1e-9)
 

@@ -9,8 +9,8 @@ from math import degrees, radians
 
 import pytest
 
-from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.axes import link_transform
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import link_frames
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, compose, inverse, position, to_oat, to_ypr
@@ -57,7 +57,8 @@ def test_frames_go_from_base_to_flange_link_by_link() -> None:
 
 def test_the_scalar_path_does_not_import_numpy() -> None:
     code = (
-        "import sys; from vrs_cli.kinematics.arm import arm_for; from vrs_cli.kinematics.robot_file import load_robot;"
+        "import sys; from vrs_cli.kinematics.forms import arm_for;"
+        "from vrs_cli.kinematics.robot_file import load_robot;"
         "arm = arm_for(load_robot('puma560')); q = arm.model.poses['nest']; T = arm.forward(q);"
         "arm.inverse_all(T); arm.select(T, q); arm.jacobian(q); assert 'numpy' not in sys.modules"
     )

@@ -8,9 +8,9 @@ from math import cos, pi, radians, sin
 
 import pytest
 
-from vrs_cli.kinematics.arm import arm_for
 from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.configuration import ALL
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot

@@ -9,8 +9,9 @@ from math import atan2, pi, radians
 import pytest
 
 from vrs_cli.errors import StraightLineSingular
-from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.axes import Link
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.robot_file import load_robot

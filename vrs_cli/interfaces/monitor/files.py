@@ -23,7 +23,8 @@ from vrs_cli.interfaces.monitor.consent import PLACES, agreed, confirmed, listed
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.station.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.kinematics.arm import RobotArm, arm_for
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.run.variables import item_of

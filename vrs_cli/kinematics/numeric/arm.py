@@ -9,6 +9,7 @@ from math import degrees, hypot, inf, sqrt
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.elimination import determinant, solve, square
 from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist
@@ -28,7 +29,6 @@ from vrs_cli.kinematics.numeric.search import (
     starts,
     turn_between,
 )
-from vrs_cli.kinematics.serial_arm import SerialArm
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.continuation import Continuation
 
 
-class NumericArm(SerialArm):
+class NumericArm(RobotArm):
     """Documented in `arm.RobotArm`. There is one way, without words."""
 
     seed_step = 0.1

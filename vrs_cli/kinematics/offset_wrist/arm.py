@@ -8,6 +8,7 @@ from math import acos, atan2, cos, hypot, sin, sqrt
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
+from vrs_cli.kinematics.arm import RobotArm, turned_near
 from vrs_cli.kinematics.axes import cross
 from vrs_cli.kinematics.clearance import (
     BOUNDARY,
@@ -27,14 +28,13 @@ from vrs_cli.kinematics.jacobian import Singularity
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.offset_wrist.offsets import Offsets
-from vrs_cli.kinematics.serial_arm import SerialArm, turned_near
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import SerialBatch
 
 
-class OffsetWristArm(SerialArm):
+class OffsetWristArm(RobotArm):
     """Documented in `arm.RobotArm`; the links are those of `offsets`."""
 
     ways = ALL

@@ -8,20 +8,20 @@ from math import acos, atan2, sin
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR, Clearance, Hand, Pace, TwoBars, from_shoulder
 from vrs_cli.kinematics.configuration import SIDES, Configuration
 from vrs_cli.kinematics.jacobian import Singularity
 from vrs_cli.kinematics.joints import Joints, nearest_turn
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.parallel_axes.bars import Bars
-from vrs_cli.kinematics.serial_arm import SerialArm
 from vrs_cli.kinematics.transform import Transform, compose, inverse, rotate
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import SerialBatch
 
 
-class ParallelAxesArm(SerialArm):
+class ParallelAxesArm(RobotArm):
     """Documented in `arm.RobotArm`."""
 
     ways = SIDES

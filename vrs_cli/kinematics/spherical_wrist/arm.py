@@ -10,6 +10,7 @@ from math import cos, hypot, sin, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.axes import cross
 from vrs_cli.kinematics.clearance import (
     UNKNOWN,
@@ -27,7 +28,6 @@ from vrs_cli.kinematics.configuration import ALL, WRIST_SINGULAR, Configuration
 from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.serial_arm import SerialArm
 from vrs_cli.kinematics.spherical_wrist import accelerations, rates
 from vrs_cli.kinematics.spherical_wrist.forward import make_forward
 from vrs_cli.kinematics.spherical_wrist.geometry import Geometry, configuration_of, wrist_centre
@@ -49,7 +49,7 @@ class Reach(NamedTuple):
     axis: float
 
 
-class SphericalWristArm(SerialArm):
+class SphericalWristArm(RobotArm):
     """Documented in `arm.RobotArm`."""
 
     ways = ALL

@@ -1,0 +1,69 @@
+"""`arm_for(model)`: the arm of a robot, of the class that fits its axes.
+
+A closed form where there is one, else the numerical one, which knows all axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.model import RobotModel
+
+
+@lru_cache
+def arm_for(model: RobotModel) -> RobotArm:
+    """The arm of a model: of the first closed form that knows its axes; the numerical one knows all."""
+    return next(arm for form in _FORMS if (arm := form(model)) is not None)
+
+
+# A form is imported when a robot may be of it: most are of the first.
+
+
+def _spherical_wrist(model: RobotModel) -> RobotArm | None:
+    from vrs_cli.kinematics.spherical_wrist.arm import SphericalWristArm
+    from vrs_cli.kinematics.spherical_wrist.geometry import ALPHAS, geometry_of
+
+    geometry = geometry_of(model)
+    if geometry is not None:
+        return SphericalWristArm(model, geometry)
+    from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
+
+    way = canonical(model, ALPHAS[:5])
+    geometry = None if way is None else geometry_of(way.model)
+    if way is None or geometry is None:
+        return None
+    return MappedArm(model, way, SphericalWristArm(way.model, geometry))
+
+
+def _offset_wrist(model: RobotModel) -> RobotArm | None:
+    from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
+    from vrs_cli.kinematics.offset_wrist.arm import OffsetWristArm
+    from vrs_cli.kinematics.offset_wrist.offsets import ALPHAS, offsets_of
+
+    way = canonical(model, ALPHAS)
+    offsets = None if way is None else offsets_of(way.model)
+    return None if way is None or offsets is None else MappedArm(model, way, OffsetWristArm(way.model, offsets))
+
+
+def _parallel_axes(model: RobotModel) -> RobotArm | None:
+    from vrs_cli.kinematics.parallel_axes.arm import ParallelAxesArm
+    from vrs_cli.kinematics.parallel_axes.bars import bars_of
+
+    bars = bars_of(model)
+    return None if bars is None else ParallelAxesArm(model, bars)
+
+
+def _numeric(model: RobotModel) -> RobotArm:
+    from vrs_cli.kinematics.numeric.arm import NumericArm
+
+    return NumericArm(model)
+
+
+_FORMS: tuple[Callable[[RobotModel], RobotArm | None], ...] = (
+    _spherical_wrist,
+    _offset_wrist,
+    _parallel_axes,
+    _numeric,
+)
