@@ -356,3 +356,15 @@ def test_a_tool_that_sticks_out_where_no_turn_is_chosen_is_refused() -> None:
     arm_of("planar2").check_tool(translation(0.0, 0.0, 0.1))
     arm_of("planar3").check_tool(translation(0.0, 0.02, 0.1))
     arm_of("cobra600").check_tool(translation(0.05, 0.02, 0.1))
+
+
+def test_a_scara_whose_last_axis_is_beside_its_arm() -> None:
+    model = load_robot("cobra600")
+    first, second, third, last = model.links
+    beside = arm_for(replace(model, links=(first, second, third._replace(a=0.05, theta=0.7), last)))
+    assert type(beside) is type(arm_for(model))
+    for q in random_joints(beside, 50).tolist():
+        joints = tuple(q)
+        assert beside.inverse_branch(beside.forward(joints), beside.configuration(joints), joints) == pytest.approx(
+            joints
+        )
