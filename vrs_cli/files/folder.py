@@ -8,8 +8,7 @@ from contextlib import contextmanager
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from msgspec import Struct
-
+from vrs_cli.dialogue.replies import FileRow
 from vrs_cli.errors import FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.lock import hold
@@ -17,14 +16,7 @@ from vrs_cli.files.opening import open_to_read, reason, unreadable
 from vrs_cli.language.text.diagnostics import did_you_mean
 
 
-class Listed(Struct, frozen=True):
-    """A file, or a folder: its size is None."""
-
-    name: str
-    size: int | None
-
-
-def entries(asked: Path) -> tuple[Listed, ...]:
+def entries(asked: Path) -> tuple[FileRow, ...]:
     """What is in a folder, folders first; of a path that is none, what its last part matches (`*.v2`).
 
     Hidden files are left out. Raises NonexistentFile, FileError.
@@ -33,21 +25,14 @@ def entries(asked: Path) -> tuple[Listed, ...]:
     if not folder.is_dir():
         raise NonexistentFile(str(folder), "name a folder, or files as *.v2")
     try:
-        rows = [_row(entry) for entry in folder.iterdir() if not entry.name.startswith(".")]
+        shown = [entry for entry in folder.iterdir() if not entry.name.startswith(".")]
+        rows = [FileRow(entry.name, None if entry.is_dir() else entry.lstat().st_size) for entry in shown]
     except OSError as error:
         raise unreadable(folder, error) from error
-    found = sorted((row for row in rows if fnmatchcase(row.name.lower(), pattern.lower())), key=_order)
+    found = [row for row in rows if fnmatchcase(row.name.lower(), pattern.lower())]
     if not found and not set(pattern) & set("*?["):
         raise NonexistentFile(str(asked), _near(asked))
-    return tuple(found)
-
-
-def _row(entry: Path) -> Listed:
-    return Listed(entry.name, None if entry.is_dir() else entry.lstat().st_size)
-
-
-def _order(row: Listed) -> tuple[bool, str]:
-    return row.size is not None, row.name
+    return tuple(sorted(found, key=lambda row: (row.size is not None, row.name)))
 
 
 def existing(path: Path) -> Path:

@@ -10,14 +10,16 @@ or FALSE; times may stand in any order.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
+from vrs_cli.dialogue.numbers import count
 from vrs_cli.errors import FileDamaged, NonexistentFile
+from vrs_cli.files.fields import fields_of
 from vrs_cli.files.opening import open_to_read
 from vrs_cli.language.run.inputs import InputChange, Inputs
-from vrs_cli.language.text.diagnostics import counted
 from vrs_cli.language.words.signals import INPUTS, INTERNAL
+from vrs_cli.language.words.values import read_number
 from vrs_cli.trajectory.instant import LATEST, on_grid
 
 HEADING = ("time", "signal", "state")
@@ -38,9 +40,11 @@ def read_signals(path: str) -> Inputs:
 
 def parse_signals(text: str, path: str = "signals") -> Inputs:
     """The changes that a text names. Raises FileDamaged with all lines that are wrong."""
-    changes: list[InputChange] = []
-    wrong: list[str] = []
-    for number, fields in _lines(text):
+    changes, wrong = list[InputChange](), list[str]()
+    for number, line in enumerate(text.splitlines(), 1):
+        fields = fields_of(line)
+        if not fields or [field.lower() for field in fields] == list(HEADING):
+            continue
         change = _change(fields)
         if isinstance(change, InputChange):
             changes.append(change)
@@ -51,21 +55,12 @@ def parse_signals(text: str, path: str = "signals") -> Inputs:
     return Inputs.of(changes)
 
 
-def _lines(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Number and fields of each line that says something."""
-    for number, line in enumerate(text.splitlines(), 1):
-        said = line.partition(";")[0].partition("#")[0].strip()
-        fields = [field.strip() for field in said.split(",")]
-        if said and [field.lower() for field in fields] != list(HEADING):
-            yield number, fields
-
-
 def _change(fields: list[str]) -> InputChange | str:
     """The change of a line, or what is wrong with it."""
     if len(fields) != len(HEADING):
-        return f"{counted(len(fields), 'field')} where 3 are wanted"
+        return f"{count(len(fields), 'field')} where 3 are wanted"
     time, signal, state = fields
-    seconds = _number(time)
+    seconds = read_number(time)
     if seconds is None or not 0.0 <= seconds <= LATEST:
         return f"{time!r} is no time from 0 to {LATEST:g} s"
     if not signal.isdigit() or not (int(signal) in INPUTS or int(signal) in INTERNAL):
@@ -73,10 +68,3 @@ def _change(fields: list[str]) -> InputChange | str:
     if state.upper() not in STATES:
         return f"{state!r} is no state (1, 0, ON, OFF)"
     return InputChange(on_grid(seconds), int(signal), STATES[state.upper()])
-
-
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None

@@ -16,6 +16,7 @@ from math import inf, isfinite
 from msgspec import Struct
 
 from vrs_cli.errors import FileDamaged
+from vrs_cli.files.fields import fields_of
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.values import precision_point, read_number, transformation
@@ -68,10 +69,10 @@ def read_targets(
     columns: _Columns | None = None
     times = _Times(relative)
     for number, line in enumerate(lines, 1):
-        where, fields = f"{path}:{number}", _fields(line.removeprefix(BYTE_ORDER_MARK))
+        where, fields = f"{path}:{number}", fields_of(line.removeprefix(BYTE_ORDER_MARK))
         if not fields:
             continue
-        if columns is None and _are_names(fields):
+        if columns is None and len(fields) > 1 and all(read_number(field) is None for field in fields):
             columns = _named(fields, joints, where)
             continue
         at_first = columns or _Columns(0, tuple(range(1, joint_count + 1)), False, joint_count + 1)
@@ -84,16 +85,6 @@ def read_targets(
             continue
         columns = at_first
         yield TimedTarget(number, t, transformation(values) if columns.is_pose else precision_point(values, units))
-
-
-def _fields(line: str) -> list[str]:
-    """The fields of a line; none where it is blank, or a comment."""
-    said = line.partition(";")[0].partition("#")[0].strip()
-    return [field.strip() for field in said.split(",")] if said else []
-
-
-def _are_names(fields: Sequence[str]) -> bool:
-    return len(fields) > 1 and all(read_number(field) is None for field in fields)
 
 
 def _numbers(fields: Sequence[str], columns: _Columns, times: _Times, where: str) -> tuple[float, list[float]]:

@@ -19,7 +19,7 @@ from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.fault import Fault
 from vrs_cli.files.opening import open_to_read, unreadable
-from vrs_cli.files.rebuild import Rebuilding, check_order
+from vrs_cli.files.rebuild import applied, check_order
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
@@ -111,13 +111,13 @@ class _Reader:
             raise _damaged(path, 1, str(error)) from None
         if not self._initial:
             raise _damaged(path, 1, "the initial timeline has no segment")
-        self._rebuilding = Rebuilding(self._initial)
+        self._timeline = Timeline(self._initial)
 
     def take(self, number: int, line: bytes) -> bool:
         """Read the next line; False where it and all after it are left out. Raises FileDamaged."""
         try:
             delta = decode_delta(self._opened(number, line), self._motions, self._form)
-            self._rebuilding.add(delta)
+            self._timeline = applied(self._timeline, delta)
         except RecordError as error:
             if not self._lenient:
                 raise _damaged(self._path, number, str(error)) from None
@@ -137,11 +137,10 @@ class _Reader:
 
     def recording(self, lines: _Lines) -> Recording:
         """What the file holds, once all of its laws are checked. Raises FileDamaged."""
-        timeline = self._rebuilding.timeline()
-        self._check_laws(timeline)
+        self._check_laws()
         return Recording(
             model=self._model,
-            timeline=timeline,
+            timeline=self._timeline,
             deltas=tuple(self._deltas),
             initial=self._initial,
             dropped_tail=lines.torn,
@@ -150,11 +149,11 @@ class _Reader:
             checksum=self._checksums.last,
         )
 
-    def _check_laws(self, timeline: Timeline) -> None:
+    def _check_laws(self) -> None:
         from vrs_cli.files.soundness import faults  # here: who only writes a file needs no numpy
 
         sealed = self._checksums.last is not None and not self._lenient
-        for fault in islice(faults(self._arm, timeline, self._deltas), MOST_FAULTS):
+        for fault in islice(faults(self._arm, self._timeline, self._deltas), MOST_FAULTS):
             if sealed:
                 raise _damaged(self._path, fault.line, fault.what)
             self._faults.append(fault)

@@ -8,7 +8,7 @@ from itertools import zip_longest
 from pathlib import Path
 
 from vrs_cli.dialogue.numbers import count, seconds
-from vrs_cli.dialogue.replies import FileRow, FileTable, FileText, Message, ReplayRow, ReplayTable, Reply, Tone, report
+from vrs_cli.dialogue.replies import FileTable, FileText, Message, ReplayRow, ReplayTable, Reply, Tone, report
 from vrs_cli.dialogue.talk import Player, Reading, Talk
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import ProgramExists, UsageError
@@ -213,7 +213,7 @@ def _flist(_station: Station, it: Instruction) -> Talk[None]:
 
 def _fdirectory(_station: Station, it: Instruction) -> Talk[None]:
     asked = Path(".") if operand(it, 0) is None else path_of(it)
-    yield FileTable(str(asked), tuple(FileRow(entry.name, entry.size) for entry in entries(asked)))
+    yield FileTable(str(asked), entries(asked))
 
 
 def _fdelete(station: Station, it: Instruction) -> Talk[None]:
