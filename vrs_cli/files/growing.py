@@ -6,7 +6,6 @@ from __future__ import annotations
 import os
 from contextlib import suppress
 from pathlib import Path
-from typing import Self
 
 from vrs_cli.errors import FileOpened
 from vrs_cli.files.atomic import sync_handle
@@ -14,36 +13,23 @@ from vrs_cli.files.lock import claim, is_special
 from vrs_cli.files.opening import reason
 
 ADDING = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
-NEW = os.O_CREAT | os.O_EXCL
 
 
 class GrowingFile:
-    """An open file; `size`: the bytes that it is to have. A device or a pipe takes what it gets, and keeps nothing.
+    """A file that is there; `size`: the bytes that it is to have. A device or a pipe takes what it gets, and keeps
+    nothing.
 
-    Every method raises OSError.
+    Every method raises OSError, the constructor FileOpened where somebody else adds to the file under another name.
     """
 
-    def __init__(self, path: Path, handle: int) -> None:
-        self.path, self._handle = path, handle
-        self.size = os.fstat(handle).st_size
+    def __init__(self, path: Path) -> None:
+        self.path, self._handle = path, os.open(path, ADDING)
+        self.size = os.fstat(self._handle).st_size
         self._special = is_special(path)
         self._torn = False  # a line that failed could not be taken away
-
-    @classmethod
-    def new(cls, path: Path) -> Self:
-        """A file that is not there yet."""
-        return cls(path, os.open(path, ADDING | NEW, 0o666))._claimed()
-
-    @classmethod
-    def there(cls, path: Path) -> Self:
-        """A file that is there. Raises FileOpened where somebody else adds to it under another name."""
-        return cls(path, os.open(path, ADDING))._claimed()
-
-    def _claimed(self) -> Self:
         if not self._special and not claim(self._handle):
             self.close()
-            raise FileOpened(f"{self.path} is being written by another vrs", "end that one, or name another file")
-        return self
+            raise FileOpened(f"{path} is being written by another vrs", "end that one, or name another file")
 
     def changed(self) -> str:
         """What others have done to the file; empty where that is nothing."""

@@ -16,7 +16,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from vrs_cli.errors import FileError
-from vrs_cli.files.atomic import create_beside, sync_folder, writing
+from vrs_cli.files.atomic import create_beside, writing
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.lock import Hold, hold, is_special
 from vrs_cli.files.opening import reason
@@ -93,7 +93,7 @@ def taken_up(path: Path, progress: Callable[[float], None] | None = None) -> Tak
 
 
 def _read(path: Path, held: Hold, progress: Callable[[float], None] | None) -> Taken:
-    file = GrowingFile.there(path)
+    file = GrowingFile(path)
     try:
         recording = read_trajectory(path, progress)
         if what := file.changed():
@@ -141,7 +141,7 @@ class Journal:
         self._held, self._closed = it.held, False
         with writing(it.path):
             if it.file is None or it.recording is None:
-                self._file, self._lines = self._replaced(it)
+                self._file, self._lines = self._begun(it.path, it.held)
             else:
                 self._file, self._lines = self._gone_on(it.file, it.recording)
 
@@ -149,16 +149,16 @@ class Journal:
     def path(self) -> Path:
         return self._file.path
 
-    def _replaced(self, it: Taken) -> tuple[GrowingFile, LineEncoder]:
-        """A new file, in the place of an older one at once."""
-        beside, lines = create_beside(it.path, it.held), LineEncoder()
+    def _begun(self, path: Path, held: Hold) -> tuple[GrowingFile, LineEncoder]:
+        """A new file with all that has happened, in the place of an older one at once."""
+        beside, lines = create_beside(path, held), LineEncoder()
         try:
             for line in self._course().lines(lines):
                 beside.stream.write(line)
             beside.commit()
         finally:
             beside.close()
-        return GrowingFile.there(it.path), lines
+        return GrowingFile(path), lines
 
     def _gone_on(self, file: GrowingFile, recording: Recording) -> tuple[GrowingFile, LineEncoder]:
         """What was read, without a last line that was torn."""
@@ -261,12 +261,16 @@ class Journal:
         old, path = self._file, self._free()
         self.sound = False
         try:
-            file, held, lines = self._fresh(path)
+            with ExitStack() as failed:
+                held = hold(path)
+                failed.callback(held.release)
+                self._file, self._lines = self._begun(path, held)
+                failed.pop_all()
         except OSError as error:
             raise FileError(f"{old.path} {what}, and {path} cannot be written: {reason(error)}", NOT_DONE) from error
         old.close()
         self._held.release()
-        self._file, self._held, self._lines = file, held, lines
+        self._held = held
         self._owed, self._before = b"", None
         self._tell(f"*File error* {old.path} {what}: all of it goes on in {path}")
 
@@ -274,17 +278,3 @@ class Journal:
         """A name beside the first one that nothing has, or had just now: day-2.vrst."""
         names = (self._asked.with_stem(f"{self._asked.stem}-{number}") for number in count(2))
         return next(name for name in names if name != self.path and not os.path.lexists(name))
-
-    def _fresh(self, path: Path) -> tuple[GrowingFile, Hold, LineEncoder]:
-        with ExitStack() as failed:
-            held = hold(path)
-            failed.callback(held.release)
-            file, lines = GrowingFile.new(path), LineEncoder()
-            failed.callback(path.unlink, missing_ok=True)
-            failed.callback(file.close)
-            for line in self._course().lines(lines):
-                file.add(line, durable=False)
-            file.add(b"", durable=True)
-            sync_folder(path.parent)
-            failed.pop_all()
-        return file, held, lines
