@@ -62,6 +62,12 @@ class VrsError(Exception):
         """What stands between the stars of the message."""
         return self.text
 
+    @property
+    def numbers(self) -> dict[str, float | Place]:
+        """Those of value, lower, upper, joint and place that are known."""
+        told = {"value": self.value, "lower": self.lower, "upper": self.upper, "joint": self.joint or None}
+        return {name: number for name, number in {**told, "place": self.place}.items() if number is not None}
+
 
 def sentence(title: str, detail: str, hint: str) -> str:
     """`*Unknown instruction* MOVEE (did you mean MOVE?)`."""

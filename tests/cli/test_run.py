@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -181,6 +182,17 @@ def test_an_error_in_json(vrs: Vrs) -> None:
     assert error["code"] in (-610, -619)
     assert error["message"].startswith("*Location ")
     assert len(told["commands"]) == len(read_trajectory("far.vrst").deltas) == 1
+
+
+def test_an_error_in_json_has_its_numbers(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "out.v2").write_text(".PROGRAM out\nDRIVE 1, 200\n.END\n.PROGRAM none\nx = SQRT(-1)\n.END\n")
+    [error] = json.loads(vrs("run", "out.v2", "--json").out)["errors"]
+    lower, upper = (sign * math.radians(160.0) for sign in (-1.0, 1.0))
+    assert (error["joint"], error["lower"], error["upper"]) == (1, pytest.approx(lower), pytest.approx(upper))
+    assert error["value"] == pytest.approx(math.radians(200.0))
+    assert "place" not in error
+    [error] = json.loads(vrs("run", "out.v2", "none", "--json").out)["errors"]
+    assert set(error) == {"severity", "code", "message", "program", "step", "line"}
 
 
 def test_all_mistakes_of_a_file_at_once_and_nothing_runs(vrs: Vrs, tmp_path: Path) -> None:

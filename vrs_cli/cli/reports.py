@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from vrs_cli.cli.recordings import position_object
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from vrs_cli.language.text.diagnostics import Diagnostic
 
 Object = dict[str, Any]
+NO_NUMBERS: Mapping[str, object] = MappingProxyType({})
 
 
 def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -> Object:
@@ -45,29 +47,32 @@ def _command_object(record: CommandRecord) -> Object:
 
 def fault_object(fault: ProgramFault) -> Object:
     """An error of a running program."""
-    return {
-        "severity": Severity.ERROR.value,
-        "code": fault.code,
-        "message": fault.message,
-        "program": fault.program,
-        "step": fault.step,
-        "line": fault.line,
-    }
+    place = (fault.program, fault.step, fault.line)
+    return _object(Severity.ERROR, fault.code, fault.message, *place, numbers=fault.numbers)
 
 
 def diagnostic_objects(diagnostics: Iterable[Diagnostic]) -> list[Object]:
     """What is wrong with a file that could not be executed: errors, and warnings among them."""
-    return [_outside(one.severity, one.code, one.message, one.span.line) for one in diagnostics]
+    return [_object(one.severity, one.code, one.message, line=one.span.line) for one in diagnostics]
 
 
 def error_object(error: VrsError) -> Object:
     """What came before a program could be executed."""
-    return _outside(Severity.ERROR, error.code, str(error), None)
+    return _object(Severity.ERROR, error.code, str(error), numbers=error.numbers)
 
 
-def _outside(severity: Severity, code: int, message: str, line: int | None) -> Object:
-    """An error or a warning of no step of a program."""
-    return {"severity": severity.value, "code": code, "message": message, "program": None, "step": None, "line": line}
+def _object(
+    severity: Severity,
+    code: int,
+    message: str,
+    program: str | None = None,
+    step: int | None = None,
+    line: int | None = None,
+    numbers: Mapping[str, object] = NO_NUMBERS,
+) -> Object:
+    """An error or a warning, with the numbers behind it where there are any [m, rad]."""
+    place = {"program": program, "step": step, "line": line}
+    return {"severity": severity.value, "code": code, "message": message, **place, **numbers}
 
 
 def fault_text(path: str, fault: ProgramFault) -> str:

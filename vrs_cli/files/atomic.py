@@ -13,7 +13,7 @@ import stat
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -97,15 +97,14 @@ def create_beside(target: Path, held: Hold | None = None) -> Beside:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
     if WINDOWS and (wrong := wrong_name(target.name)):
         raise OSError(errno.EINVAL, wrong)
-    held, target = hold(target) if held is None else held.lent(), Path(os.path.realpath(target))
-    try:
-        if held.firm:
+    with ExitStack() as in_vain:
+        lock = in_vain.enter_context(hold(target)) if held is None else held
+        target = Path(os.path.realpath(target))
+        if lock.firm:
             _clear_left(target)
         handle, name = mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
-    except BaseException:
-        held.release()
-        raise
-    return Beside(target, name, os.fdopen(handle, "wb"), held)
+        in_vain.pop_all()
+    return Beside(target, name, os.fdopen(handle, "wb"), lock if held is None else None)
 
 
 def _clear_left(target: Path) -> None:

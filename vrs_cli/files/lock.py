@@ -12,7 +12,6 @@ import stat
 import time
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from vrs_cli.errors import FileOpened
@@ -32,38 +31,25 @@ class Hold:
         self.firm = handle is not None
         self._path, self._handle = path, handle
 
-    def lent(self) -> Hold:
-        """The same for somebody who does not release it."""
-        other = Hold(self._path, None)
-        other.firm = self.firm
-        return other
-
     def release(self) -> None:
         """Others may write. Releasing twice is releasing once."""
         handle, self._handle = self._handle, None
         if handle is None:
             return
-        removed = self._remove(handle)  # first: what is gone can be taken by nobody
+        there = is_at(handle, self._path)
+        if there:
+            with suppress(OSError):  # first: what is gone can be taken by nobody
+                self._path.unlink()
+                there = False
         os.close(handle)
-        if WINDOWS and not removed:
+        if WINDOWS and there:
             with suppress(OSError):  # another one may have it already
                 self._path.unlink()
-
-    def _remove(self, handle: int) -> bool:
-        if not is_at(handle, self._path):
-            return True
-        try:
-            self._path.unlink()
-        except OSError:
-            return False
-        return True
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.release()
 
 

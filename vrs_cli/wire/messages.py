@@ -60,10 +60,9 @@ class Refusal(msgspec.Struct, frozen=True):
 
     @classmethod
     def of(cls, error: VrsError) -> Refusal:
-        return cls(error.code, error.title, str(error), **{name: getattr(error, name) for name in DATA})
+        told: dict[str, Any] = error.numbers
+        return cls(error.code, error.title, str(error), error.detail, error.hint, **told)
 
-
-DATA = Refusal.__struct_fields__[3:]  # what an error and its refusal have under the same name
 
 Sendable = Reply | Question | TimelineDelta | Snapshot | Postponement | Refusal
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
 
 from msgspec import Struct
 
 from vrs_cli.engine.commands import Request
-from vrs_cli.errors import VrsError
+from vrs_cli.errors import Place, VrsError
 from vrs_cli.language.run.effects import (
     AttachRobot,
     ControlTask,
@@ -27,7 +28,8 @@ from vrs_cli.language.run.units import UnitEffect
 class ProgramFault(Struct, frozen=True):
     """Where a program stopped with an error. `step` counts from 1; `line` is that of its file; `source` its text.
 
-    `text` is VAL-II's message, `message` the whole of it with what happened and what would be right.
+    `text` is VAL-II's message, `message` the whole of it with what happened and what would be right. `numbers`: those
+    of the error.
     """
 
     code: int
@@ -37,6 +39,7 @@ class ProgramFault(Struct, frozen=True):
     step: int
     line: int
     source: str
+    numbers: Mapping[str, float | Place]
 
 
 class Completed(Struct, frozen=True):

@@ -421,6 +421,7 @@ class Task:
             activation.step + 1,
             span.line,
             activation.program.stored.source(activation.step),
+            error.numbers,
         )
         return Failed(self.fault, error)
 
