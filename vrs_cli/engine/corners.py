@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import takewhile
 
 from msgspec import structs
 
@@ -22,13 +23,10 @@ SAME_PLACE = 1e-9  # [m] two places that are one
 
 def slowing_down(segments: Timeline | Sequence[Segment]) -> list[Segment]:
     """The last segments of a timeline, or of a part of it, in which the last motion slows down."""
-    found: list[Segment] = []
-    for index in range(len(segments) - 1, -1, -1):
-        segment = segments[index]
-        if segment.phase is not Phase.DECELERATE or (found and segment.motion.number != found[0].motion.number):
-            break
-        found.insert(0, segment)
-    return found
+    last = segments[-1]
+    backwards = (segments[index] for index in range(len(segments) - 1, -1, -1))
+    same = takewhile(lambda one: one.phase is Phase.DECELERATE and one.motion.number == last.motion.number, backwards)
+    return list(same)[::-1]
 
 
 def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float | None) -> float:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from dataclasses import replace
+
 from msgspec import structs
 
 from vrs_cli.engine.problem import NoRoomToStop, NoWay, Problem, rest_after
@@ -30,11 +33,27 @@ def plan_motion(problem: Problem) -> tuple[Segment, ...]:
 
 
 def plan_directly(problem: Problem) -> tuple[Segment, ...]:
-    """The segments of a motion on its own way. Raises MotionError, NoWay, NotInTime."""
-    return _PLANS[problem.motion.kind](problem)
+    """The segments of a motion on its own way. Raises MotionError, NoWay, NotInTime.
+
+    A motion that has nothing to do rests for no time: it keeps its place on the timeline, for it may have, once an
+    earlier one changes.
+    """
+    state, motion, lasting = problem.here.joints, problem.motion, 0.0
+    match motion.kind:
+        case Kind.JOINT:
+            segments = _joint_segments(problem)
+        case Kind.STRAIGHT:
+            segments = _line_segments(problem)
+        case Kind.REST:
+            if not state.at_rest:
+                raise NoWay
+            segments, lasting = (), on_grid(motion.duration)
+        case Kind.STEERED:
+            raise StreamIsOver("its targets came one by one, from the place where the arm was then", STREAM_STAYS)
+    return segments or (rest(state.joints, lasting, problem.begin, motion),)
 
 
-def _plan_joint(problem: Problem) -> tuple[Segment, ...]:
+def _joint_segments(problem: Problem) -> tuple[Segment, ...]:
     state, motion = problem.here.joints, problem.motion
     assert motion.goal is not None
     limits, law = joint_limits(problem.arm, motion), LAWS[motion.profile]
@@ -43,55 +62,25 @@ def _plan_joint(problem: Problem) -> tuple[Segment, ...]:
     except NoTimes as no_times:
         raise NoWay from no_times
     if state.at_rest or stay_inside(segments, limits.lower, limits.upper):
-        return segments or _stay(problem)
+        return segments
     raise NoWay
 
 
-def _plan_straight(problem: Problem) -> tuple[Segment, ...]:
+def _line_segments(problem: Problem) -> tuple[Segment, ...]:
     try:
-        return straight_segments(problem) or _stay(problem)
+        return straight_segments(problem)
     except MotionError as error:
         if problem.here.joints.at_rest:
             raise
         raise NoWay from error
 
 
-def _plan_rest(problem: Problem) -> tuple[Segment, ...]:
-    if problem.here.joints.at_rest:
-        return _stay(problem, on_grid(problem.motion.duration))
-    raise NoWay
-
-
-def _stay(problem: Problem, duration: float = 0.0) -> tuple[Segment, ...]:
-    """A rest, also of no time: a motion that has nothing to do keeps its place on the timeline, for it may have, once
-    an earlier one changes.
-    """
-    return (rest(problem.here.joints.joints, duration, problem.begin, problem.motion),)
-
-
-def _refuse_steered(_problem: Problem) -> tuple[Segment, ...]:
-    """Raises StreamIsOver."""
-    raise StreamIsOver("its targets came one by one, from the place where the arm was then", STREAM_STAYS)
-
-
-_PLANS = {
-    Kind.JOINT: _plan_joint,
-    Kind.STRAIGHT: _plan_straight,
-    Kind.REST: _plan_rest,
-    Kind.STEERED: _refuse_steered,
-}
-
-
 def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
     """Joint velocities and accelerations at the motion's fractions of them; jerks as the robot has them."""
-    model = arm.model
-    return JointLimits(
-        tuple(v * motion.speed for v in model.max_velocity),
-        tuple(a * motion.acceleration for a in model.max_acceleration),
-        model.max_jerk,
-        model.max_velocity,
-        model.lower,
-        model.upper,
+    hardest = hardest_limits(arm)
+    velocity = tuple(v * motion.speed for v in hardest.velocity)
+    return replace(
+        hardest, velocity=velocity, acceleration=tuple(a * motion.acceleration for a in hardest.acceleration)
     )
 
 
@@ -103,21 +92,16 @@ def hardest_limits(arm: RobotArm) -> JointLimits:
 
 
 def _plan_braked_first(problem: Problem) -> tuple[Segment, ...]:
-    """Come to rest on the present way, which stays inside all limits, then go. Raises NoRoomToStop."""
-    stop = _stop_on_line(problem) or plan_stop(problem)
+    """Come to rest on the present way, which stays inside all limits, then go: on the straight line that the tool moves
+    on, if it moves on one and can. Raises NoRoomToStop.
+    """
+    here, stop = problem.here, tuple[Segment, ...]()
+    if here.tool is not None and here.T_flange_tool == problem.motion.frames.tool:
+        with suppress(MotionError):
+            stop = line_stop(problem)
+    stop = stop or plan_stop(problem)
     place = rest_after(problem.arm, stop[-1])
     return stop + plan_motion(structs.replace(problem, here=place, begin=stop[-1].finish))
-
-
-def _stop_on_line(problem: Problem) -> tuple[Segment, ...]:
-    """To rest on the straight line that the tool moves on; nothing where it moves on none, or cannot."""
-    here = problem.here
-    if here.tool is None or here.T_flange_tool != problem.motion.frames.tool:
-        return ()
-    try:
-        return line_stop(problem)
-    except MotionError:
-        return ()
 
 
 def plan_stop(problem: Problem) -> tuple[Segment, ...]:

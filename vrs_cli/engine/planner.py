@@ -45,8 +45,8 @@ def plan(
     """
     place = place_at(arm, timeline, executed)
     cut, segments = _plan_new(timeline, place, Problem(arm, place.here, motion, executed, slowest))
-    following = _after(timeline, cut.interrupted, cut.keep) if insert else len(timeline)
-    edit = _Edit(arm, timeline, slowest, cut, segments, following)
+    tail = _Tail.of(timeline, cut.keep).after(cut.interrupted) if insert else _Tail.of(timeline, len(timeline))
+    edit = _Edit(arm, slowest, cut, segments, tail)
     while edit.changes_the_next:
         edit = edit.with_the_next_planned_again()
     begin = segments[0].start
@@ -58,7 +58,7 @@ def plan(
         executed=begin if motion.start is Start.BLEND else executed,
         cut=begin,
         keep=cut.keep,
-        drop=edit.index - cut.keep,
+        drop=edit.tail.index - cut.keep,
         shift=edit.shift,
         segments=edit.segments,
     )
@@ -116,29 +116,37 @@ def _next_rest(arm: RobotArm, timeline: Timeline, keep: int) -> tuple[Place, flo
     return Place(keep, rest_after(arm, segment), None), segment.finish
 
 
-def _after(timeline: Timeline, motion: Motion | None, index: int) -> int:
-    """The first segment from `index` on that serves another motion."""
-    while motion is not None and index < len(timeline) and timeline[index].motion.number == motion.number:
-        index += 1
-    return index
+class _Tail(Struct, frozen=True):
+    """All segments of a timeline from `index` on: `next` is the first of them, `before` the one before it."""
+
+    old: Timeline
+    index: int
+    before: Segment
+    next: Segment | None
+
+    @classmethod
+    def of(cls, old: Timeline, index: int) -> _Tail:
+        return cls(old, index, old[index - 1], old[index] if index < len(old) else None)
+
+    def after(self, motion: Motion | None) -> _Tail:
+        """The same without the segments that serve a motion, as far as they come first."""
+        index, before, following = self.index, self.before, self.next
+        while motion is not None and following is not None and following.motion.number == motion.number:
+            index, before = index + 1, following
+            following = self.old[index] if index < len(self.old) else None
+        return _Tail(self.old, index, before, following)
 
 
 class _Edit(Struct, frozen=True, dict=True):
     """A change of a timeline as far as it is planned: `segments` come after the cut, in place of the old ones before
-    `index`; all old ones from there on come after them.
+    the `tail`; that comes after them.
     """
 
     arm: RobotArm
-    old: Timeline
     slowest: float
     cut: Place
     segments: tuple[Segment, ...]
-    index: int
-
-    @cached_property
-    def next(self) -> Segment:
-        """The old segment that comes after what is planned."""
-        return self.old[self.index]
+    tail: _Tail
 
     @cached_property
     def place(self) -> Here:
@@ -148,55 +156,57 @@ class _Edit(Struct, frozen=True, dict=True):
     @property
     def changes_the_next(self) -> bool:
         """Whether the next motion begins otherwise than before: not at rest, or in another place."""
-        if self.index == len(self.old):
+        if self.tail.next is None:
             return False
-        before = state_at(self.arm, self.next, 0.0).joints
+        before = state_at(self.arm, self.tail.next, 0.0).joints
         return not (before.at_rest and largest_change(self.place.joints.joints, before.joints) <= SAME_PLACE)
 
     @property
     def shift(self) -> float:
         """By how much the old segments that stay begin later [s]."""
-        return self._begin - self.next.start if self.index < len(self.old) else 0.0
+        return 0.0 if self.tail.next is None else self._begin(self.tail.next) - self.tail.next.start
 
-    @cached_property
-    def _begin(self) -> float:
-        """When the next motion begins if it starts from rest [s]."""
+    def _begin(self, first: Segment) -> float:
+        """When the next motion, whose first segment this is, begins if it starts from rest [s]."""
         end = self.segments[-1].finish
-        if self.next.motion.start is Start.AT or not (self.cut.interrupted or self.index > self.cut.keep):
-            return max(self.next.start, end)
-        return end + self.next.start - self.old[self.index - 1].finish
+        if first.motion.start is Start.AT or not (self.cut.interrupted or self.tail.index > self.cut.keep):
+            return max(first.start, end)
+        return end + first.start - self.tail.before.finish
 
     def with_the_next_planned_again(self) -> _Edit:
         """The change with the next motion too, from its new place to its own target. Raises MotionError."""
-        after = _after(self.old, self.next.motion, self.index)
-        motion = self.old[after - 1].motion  # not of its first segment, a stop of another profile where it braked first
+        first = self.tail.next
+        assert first is not None
+        tail = self.tail.after(first.motion)
+        motion = tail.before.motion  # not of its first segment, a stop of another profile where it braked first
         try:
-            new = self._plan_next(retarget(self.arm, motion, self.place.joints.joints))
+            new = self._plan_next(first, retarget(self.arm, motion, self.place.joints.joints))
         except MotionError as error:
             when_again = f"when {motion.text or 'the next motion'}, scheduled later, is planned again"
             raise error.reworded(f"{when_again}: {error.detail}") from None
         segments = (*_ending_at(self.segments, new[0].start), *new)
-        return structs.replace(self, segments=segments, index=after)
+        return structs.replace(self, segments=segments, tail=tail)
 
-    def _plan_next(self, motion: Motion) -> tuple[Segment, ...]:
-        """The segments of a motion: out of the one before where it blends into that, or interrupts it."""
-        resting = Problem(self.arm, self.place, motion, self._begin, self.slowest)
+    def _plan_next(self, first: Segment, motion: Motion) -> tuple[Segment, ...]:
+        """The segments of a motion: out of the one before where it blends into that, or interrupts it. `first`: of the
+        old ones.
+        """
+        resting = Problem(self.arm, self.place, motion, self._begin(first), self.slowest)
         if motion.start is Start.BLEND and self.segments[-1].phase is Phase.DECELERATE:
             begin = rounding_begins(self.arm, slowing_down(self.segments), motion.rounding)
             return plan_corner(self._moving(resting, begin), resting)
-        if self._interrupts:
+        if self._interrupts(first):
             with suppress(NoRoomToStop):
-                return plan_motion(self._moving(resting, self.next.start))
+                return plan_motion(self._moving(resting, first.start))
         return plan_motion(resting)
 
-    @property
-    def _interrupts(self) -> bool:
+    def _interrupts(self, first: Segment) -> bool:
         """Whether the next begins at its own time in the middle of the one before, and that is still under way then."""
-        if self.next.motion.start is not Start.AT or state_at(self.arm, self.next, 0.0).joints.at_rest:
+        if first.motion.start is not Start.AT or state_at(self.arm, first, 0.0).joints.at_rest:
             return False
-        number = self.old[self.index - 1].motion.number
+        number = self.tail.before.motion.number
         begins = next((segment.start for segment in self.segments if segment.motion.number == number), None)
-        return begins is not None and begins < self.next.start < self.segments[-1].finish
+        return begins is not None and begins < first.start < self.segments[-1].finish
 
     def _moving(self, resting: Problem, begin: float) -> Problem:
         """The same motion from a time at which what is planned is under way."""
