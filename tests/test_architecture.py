@@ -98,6 +98,7 @@ DEFERRED = (
     Deferred(
         ("kinematics", "engine"),
         (
+            "vrs_cli.engine.continuation",
             "vrs_cli.kinematics.mapped_batch",
             "vrs_cli.kinematics.numeric",
             "vrs_cli.kinematics.offset_wrist.batch",

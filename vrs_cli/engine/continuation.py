@@ -6,23 +6,18 @@ from collections.abc import Sequence
 from functools import cached_property
 from itertools import groupby, pairwise
 from math import hypot
-from typing import TYPE_CHECKING
 
+import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
 from vrs_cli.engine.boundary import most
 from vrs_cli.engine.following import Follower, Sample
+from vrs_cli.kinematics.numeric.continuation import Continuation, Gaps
 from vrs_cli.kinematics.transform import position
+from vrs_cli.trajectory.path_batch import flange_poses
 from vrs_cli.trajectory.polynomial import derivative
 from vrs_cli.trajectory.segment import CartesianPath
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from vrs_cli.kinematics.numeric.continuation import Gaps
-
-    Floats = NDArray[np.float64]
 
 PIECES = (6, 30, 150)  # in which the way between two samples is looked at, before there is a sample more
 AT_REST = 2.0**-6  # of a stretch from rest or to it: less than a thousandth of its way
@@ -69,14 +64,15 @@ class Gap(Struct, frozen=True):
         return Gap(self.of, self.a, middle), Gap(self.of, middle, self.b)
 
 
-def check_continuous(follower: Follower, stretches: Sequence[Followed]) -> None:
-    """That the joints lead from each sample to the next. Of an arm with too few joints for its task nothing is known.
+def check_continuous(
+    continuation: Continuation, follower: Follower, stretches: Sequence[tuple[CartesianPath, float, list[Sample]]]
+) -> None:
+    """That the joints lead from each sample to the next, along paths of so many seconds.
 
     Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
     """
-    if follower.arm.continuation is None:
-        return
-    gaps = _gaps_without_proof(follower, [gap for stretch in stretches for gap in _gaps(follower, stretch)])
+    gaps = [gap for stretch in stretches for gap in _gaps(follower, Followed(*stretch))]
+    gaps = _gaps_without_proof(continuation, follower, gaps)
     left = MOST_SAMPLES
     while gaps:
         gaps.sort(key=lambda gap: gap.part)
@@ -84,7 +80,7 @@ def check_continuous(follower: Follower, stretches: Sequence[Followed]) -> None:
         if left < 0 or finest.part < FINEST:
             raise follower.refuse(finest.of.path.pose(finest.a.s), "the line is too near to a singularity")
         halves = [half for gap in gaps[:TOGETHER] for half in gap.halves(follower)]
-        gaps = _gaps_without_proof(follower, halves) + gaps[TOGETHER:]
+        gaps = _gaps_without_proof(continuation, follower, halves) + gaps[TOGETHER:]
 
 
 def _gaps(follower: Follower, stretch: Followed) -> list[Gap]:
@@ -97,9 +93,7 @@ def _gaps(follower: Follower, stretch: Followed) -> list[Gap]:
     return [Gap(stretch, a, b) for a, b in pairwise(samples) if b.s > a.s and b.s > begin and a.s < end]
 
 
-def _gaps_without_proof(follower: Follower, gaps: list[Gap]) -> list[Gap]:
-    continuation = follower.arm.continuation
-    assert continuation is not None
+def _gaps_without_proof(continuation: Continuation, follower: Follower, gaps: list[Gap]) -> list[Gap]:
     for pieces in PIECES:
         if gaps:
             proved = continuation.proved(_arrays(follower, gaps), _poses(follower, gaps, pieces))
@@ -108,10 +102,6 @@ def _gaps_without_proof(follower: Follower, gaps: list[Gap]) -> list[Gap]:
 
 
 def _arrays(follower: Follower, gaps: list[Gap]) -> Gaps:
-    import numpy as np
-
-    from vrs_cli.kinematics.numeric.continuation import Gaps
-
     h = np.array([gap.lasting for gap in gaps])
     rows = [(gap.a.joints, gap.b.joints, gap.a.velocity, gap.b.velocity) for gap in gaps]
     begin, end, begin_rate, end_rate = np.array(rows).transpose(1, 0, 2)
@@ -122,12 +112,8 @@ def _arrays(follower: Follower, gaps: list[Gap]) -> Gaps:
     return Gaps(begin, end, begin_rate * h[:, None], end_rate * h[:, None], bend, turn * h, turn_bend * h * h)
 
 
-def _poses(follower: Follower, gaps: list[Gap], pieces: int) -> Floats:
+def _poses(follower: Follower, gaps: list[Gap], pieces: int) -> NDArray[np.float64]:
     """T_robot_flange (k, pieces + 1, 3, 4) at the ends of the pieces of each gap."""
-    import numpy as np
-
-    from vrs_cli.trajectory.path_batch import flange_poses
-
     x = np.linspace(0.0, 1.0, pieces + 1)
     poses = []
     for path, same in groupby(gaps, key=lambda gap: gap.of.path):

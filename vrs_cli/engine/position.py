@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.engine.problem import segment_joints
 from vrs_cli.engine.rates import joint_acceleration
@@ -62,9 +62,7 @@ def joints_at(arm: RobotArm, timeline: Timeline, t: float) -> Joints:
     """The joints at time t [rad]."""
     segment, s = timeline.locate(t)
     path = segment.path
-    if path.__class__ is JointPath:
-        return path.joints(s)
-    return segment_joints(arm, segment, s)
+    return path.joints(s) if path.__class__ is JointPath else segment_joints(arm, segment, s)
 
 
 def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
@@ -118,38 +116,35 @@ def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
     """The joints at times (N,) [s], in any order: (N, n) [rad]; sorted times are fastest."""
     import numpy as np
 
-    times = np.asarray(times, dtype=float)
-    order = _order(times)
-    sorted_times = times if order is None else times[order]
+    times, back = _sorted(times)
     found = np.empty((len(times), arm.model.joint_count))
-    for block, rows in _blocks(timeline, sorted_times):
+    for block, rows in _blocks(timeline, times):
         table, part = block.table()
-        places, s = table.locate(sorted_times[rows], block.offset, part)
+        places, s = table.locate(times[rows], block.offset, part)
         _joints(arm, table, places, s, found[rows])
-    if order is None:
-        return found
-    result = np.empty_like(found)
-    result[order] = found
-    return result
+    return found if back is None else found[back]
 
 
-def _order(times: Floats) -> Rows | None:
-    """The indices that sort the times; None where they are sorted."""
+def _sorted(times: Floats) -> tuple[Floats, Rows | None]:
+    """The times in order, and for each time its place among them; None where they are in order."""
+    import numpy as np
+
+    times = np.asarray(times, dtype=float)
     if len(times) < 2 or (times[1:] >= times[:-1]).all():
-        return None
-    return times.argsort(kind="stable")
+        return times, None
+    order = times.argsort(kind="stable")
+    back = np.empty_like(order)
+    back[order] = np.arange(len(order))
+    return times[order], back
 
 
 def _blocks(timeline: Timeline, times: Floats) -> Iterator[tuple[Block, slice]]:
     """The blocks in which sorted times (N,) lie, each with the slice of times that lie in it."""
     import numpy as np
 
-    if not len(times):
-        return
-    found = list(timeline.blocks(float(times[0]), float(times[-1])))
-    begins = [block.begin for block in found]
-    cuts = [0, *np.searchsorted(times, begins[1:], side="left"), len(times)]
-    for block, (first, last) in zip(found, pairwise(cuts), strict=True):
+    found = list(timeline.blocks(float(times[0]), float(times[-1]))) if len(times) else []
+    cuts = [0, *np.searchsorted(times, [block.begin for block in found[1:]], side="left"), len(times)]
+    for block, (first, last) in zip(found, pairwise(cuts), strict=False):
         if first < last:
             yield block, slice(first, last)
 
@@ -192,28 +187,12 @@ def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> Positions:
     """g for an array of times (N,) [s], in any order; sorted times are fastest."""
     import numpy as np
 
-    times = np.asarray(times, dtype=float)
-    order = _order(times)
-    sorted_times = times if order is None else times[order]
-    n = arm.model.joint_count
-    found = Positions(
-        sorted_times,
-        np.empty((len(times), n)),
-        np.zeros((len(times), n)),
-        np.zeros((len(times), n)),
-        np.empty((len(times), 3, 4)),
-        np.empty(len(times)),
-    )
-    for block, rows in _blocks(timeline, sorted_times):
+    times, back = _sorted(times)
+    joints, velocity, acceleration = (np.zeros((len(times), arm.model.joint_count)) for _ in range(3))
+    found = Positions(times, joints, velocity, acceleration, np.empty((len(times), 3, 4)), np.empty(len(times)))
+    for block, rows in _blocks(timeline, times):
         _fill(arm, block, rows, found)
-    return found if order is None else _in_order(times, order, found)
-
-
-def _in_order(times: Floats, order: Rows, found: Positions) -> Positions:
-    """The positions found for sorted times, in the order in which the times were asked."""
-    back = order.argsort()
-    columns = (found.joints, found.velocity, found.acceleration, found.T_world_tool, found.hand)
-    return Positions(times, *(column[back] for column in columns))
+    return found if back is None else Positions(*(column[back] for column in structs.astuple(found)))
 
 
 def _fill(arm: RobotArm, block: Block, rows: slice, out: Positions) -> None:

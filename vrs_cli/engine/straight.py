@@ -15,7 +15,6 @@ from math import dist, sqrt
 from msgspec import structs
 
 from vrs_cli.engine.boundary import Survey, survey
-from vrs_cli.engine.continuation import Followed, check_continuous
 from vrs_cli.engine.following import Follower, Sample, seeds_of
 from vrs_cli.engine.kinks import Kinks, Stop, straighten_wrist
 from vrs_cli.engine.load import ROUNDING, Load, StretchLoad
@@ -273,7 +272,7 @@ class _Line:
         for stretch, instants in zip(stretches, chain(marks, repeat(())), strict=False):
             path = self._path(stretch, (near,))
             samples = self.follower.samples(path, stretch.duration, near, self.law.samples, before, instants)
-            followed.append(Followed(path, stretch.duration, samples))
+            followed.append((path, stretch.duration, samples))
             if started is None:
                 started = self._starting_rates(samples[0])
             asked = StretchLoad(self.follower, path, samples, closely=bool(instants))
@@ -281,7 +280,10 @@ class _Line:
             seeds.append(seeds_of(samples, self.arm.seed_step))
             before = samples[-1]
             near = before.joints
-        check_continuous(self.follower, followed)
+        if self.arm.continuation is not None:  # else there is a closed form, or nothing is known
+            from vrs_cli.engine.continuation import check_continuous
+
+            check_continuous(self.arm.continuation, self.follower, followed)
         return seeds, loads
 
     def _starting_rates(self, first: Sample) -> Joints:
