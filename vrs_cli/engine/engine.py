@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from math import isfinite
 
 from msgspec import Struct, structs
 
@@ -34,11 +33,12 @@ from vrs_cli.engine.feed import Feed
 from vrs_cli.engine.history import CommandRecord, Step
 from vrs_cli.engine.line_check import Standpoint
 from vrs_cli.engine.motions import After, fraction_of_full, program_speed
+from vrs_cli.engine.parameters import DELAY, TIME, TIME_FROM_NOW
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at, world_pose
 from vrs_cli.engine.problem import NoRoomToStop
 from vrs_cli.engine.reach import Reach, reach_of
-from vrs_cli.engine.settings import Settings, checked_time
+from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Replaced, Snapshot
 from vrs_cli.engine.steered import plan_steering
 from vrs_cli.engine.targets import Situation, check_flag, check_joint_limits, check_near, resolve, select
@@ -176,8 +176,7 @@ class Engine:
             case Move():
                 return self._move(request, program, issued)
             case Delay():
-                seconds = checked_time(request.seconds, "DELAY")
-                return self._until(self._stand(issued, request.text, seconds), program)
+                return self._until(self._stand(issued, request.text, DELAY.checked(request.seconds)), program)
             case OperateHand(immediate=True):
                 self._stand(issued, request.text, float(self.settings.parameters["HAND.TIME"]), request.opening or 0.0)
                 return self._until(self.end, program)
@@ -230,12 +229,9 @@ class Engine:
         return Start.AFTER, end
 
     def _stamped(self, stamp: Stamp) -> float:
-        t = self.now + stamp.seconds if stamp.relative else stamp.seconds
-        if not isfinite(t) or not 0.0 <= t <= LATEST:
-            word = "IN" if stamp.relative else "AT"
-            right = f"the time of a motion is from 0 to {LATEST:g} s"
-            raise IllegalValue(f"{word} {stamp.seconds:g}", right, value=t, lower=0.0, upper=LATEST)
-        return on_grid(t)
+        if stamp.relative:
+            return on_grid(TIME_FROM_NOW.checked(self.now + stamp.seconds, given=stamp.seconds))
+        return on_grid(TIME.checked(stamp.seconds))
 
     def _in_time(self, text: str, executed: float) -> float:
         """When a motion may begin. In real time the past stays as it is: what comes too late is refused, or waits for
@@ -308,16 +304,12 @@ class Engine:
 
     def _set_frames(self, request: SetTool | SetBase, issued: float | None) -> None:
         """Change TOOL or BASE once the robot stands."""
-        if isinstance(request, SetTool):
-            check_near(request.T_flange_tool, "TOOL {} away")
-            self.arm.check_tool(request.T_flange_tool)
-        else:
-            check_near(request.T_robot_world, "BASE {} away")
+        text, T = ("TOOL", request.T_flange_tool) if isinstance(request, SetTool) else ("BASE", request.T_robot_world)
+        check_near(T, text + " {} away")
+        if text == "TOOL":
+            self.arm.check_tool(T)
         self.wait_for_rest()
-        if isinstance(request, SetTool):
-            text, frames = "TOOL", replace(self.frames, tool=request.T_flange_tool)
-        else:
-            text, frames = "BASE", replace(self.frames, base=request.T_robot_world)
+        frames = replace(self.frames, **{text.lower(): T})
         if frames != self.frames:
             self.clock.advance(self._stand(issued, text, frames=frames))
 
@@ -366,24 +358,18 @@ class Engine:
         check_joint_limits(self.model, target.joints)
         if not self.settings.moves:
             return
-        motion = self._steered_motion(target.joints, speed, text)
+        motion, stream = replace(self._motion_from_now(target.joints, speed, text), kind=Kind.STEERED), self.book.stream
+        if stream is not None and replace(motion, number=stream.number, goal=stream.goal) == stream:
+            motion = stream  # this is one more of its targets
         executed, lasting = on_grid(self.now), up_to_grid(tick * LONGER)
         try:
             delta = plan_steering(self.arm, self.timeline, motion, executed, target, lasting)
         except NoRoomToStop:
             return
-        if motion is self.book.stream:
+        if motion is stream:
             self.book.prolong(delta)
         else:
             self.book.commit([Step.of(self.timeline, delta, self.now, insert=False)])
-
-    def _steered_motion(self, goal: Joints, speed: float, text: str) -> Motion:
-        """The motion of the targets before, if this is one more of them."""
-        motion = replace(self._motion_from_now(goal, speed, text), kind=Kind.STEERED)
-        stream = self.book.stream
-        if stream is not None and replace(motion, number=stream.number, goal=stream.goal) == stream:
-            return stream
-        return motion
 
     def _motion_from_now(self, goal: Joints | Transform, speed: float, text: str) -> Motion:
         now = on_grid(self.now)
@@ -437,19 +423,15 @@ class Engine:
     def _through_history(self, steps: Iterable[Step], change: Callable[[], float]) -> tuple[str, ...]:
         deltas = [step.delta for step in steps]
         for delta in deltas:
-            self._check_not_begun(delta)
+            if self.realtime and delta.cut < on_grid(self.now):
+                raise TooLate(
+                    f"{delta.motion.text or 'the last motion'} has begun at {delta.executed:.3f} s, and the past stays",
+                    "ABORT stops the motion; another one IN 0 takes its place",
+                )
         clock = change()
         if not self.realtime:
             self.clock.set(clock)
         return tuple(delta.motion.text for delta in deltas)
-
-    def _check_not_begun(self, delta: TimelineDelta) -> None:
-        """Raises TooLate for a change whose time has come, where time is real."""
-        if self.realtime and delta.cut < on_grid(self.now):
-            raise TooLate(
-                f"{delta.motion.text or 'the last motion'} has begun at {delta.executed:.3f} s, and the past stays",
-                "ABORT stops the motion; another one IN 0 takes its place",
-            )
 
     # --- other courses of events ---
 

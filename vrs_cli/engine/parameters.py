@@ -10,6 +10,7 @@ from msgspec import Struct
 from vrs_cli.engine.commands import SpeedUnit
 from vrs_cli.errors import IllegalValue, UsageError, did_you_mean
 from vrs_cli.kinematics.profile import Profile
+from vrs_cli.trajectory.instant import LATEST
 
 V = TypeVar("V")
 
@@ -18,31 +19,36 @@ SLOWEST_PERCENT = 0.01  # of full speed, and of full acceleration: slower, a mot
 
 
 class Range(Struct, frozen=True):
-    """The numbers that make sense for a setting that an instruction gives."""
+    """The numbers that make sense for what an instruction gives: `what` they are, and where they end."""
 
     word: str
-    name: str
+    what: str
     least: float
     most: float
     unit: str = "%"
 
-    def checked(self, value: float) -> float:
-        """The value. Raises IllegalValue for one outside, and NaN."""
+    def checked(self, value: float, given: float | None = None) -> float:
+        """The value. Raises IllegalValue for one outside, and NaN; `given`: the number that it follows from."""
         if not self.least <= value <= self.most:
-            bounds = f"{self.name} is from {self.least:g} to {self.most:g} {self.unit}"
-            raise IllegalValue(f"{self.word} {value:g}", bounds, value=value, lower=self.least, upper=self.most)
+            bounds = f"{self.what} from {self.least:g} to {self.most:g} {self.unit}"
+            said = f"{self.word} {value if given is None else given:g}"
+            raise IllegalValue(said, bounds, value=value, lower=self.least, upper=self.most)
         return value
 
 
-MONITOR_SPEED = Range("SPEED", "the monitor speed", SLOWEST_PERCENT, 327.0)  # 327: what VAL accepted
+MONITOR_SPEED = Range("SPEED", "the monitor speed is", SLOWEST_PERCENT, 327.0)  # 327: what VAL accepted
 PROGRAM_SPEED: Mapping[SpeedUnit, Range] = {
-    unit: Range("SPEED", "a speed", 0.01, 1e5, said)  # motions go no faster than the robot can
+    unit: Range("SPEED", "a speed is", 0.01, 1e5, said)  # motions go no faster than the robot can
     for unit, said in ((SpeedUnit.PERCENT, "%"), (SpeedUnit.MMPS, "mm/s"), (SpeedUnit.IPS, "in/s"))
 }
-ROTATION_SPEED = Range("SPEED ...,", "a rotation speed", SLOWEST_PERCENT, 1e5)
-JOINT_SPEED = Range("DRIVE ...,", "a speed", SLOWEST_PERCENT, FULL_SPEED)
-ACCELERATION = Range("ACCEL", "an acceleration", SLOWEST_PERCENT, FULL_SPEED)
-DECELERATION = Range("ACCEL ...,", "a deceleration", SLOWEST_PERCENT, 1e5)
+ROTATION_SPEED = Range("SPEED ...,", "a rotation speed is", SLOWEST_PERCENT, 1e5)
+JOINT_SPEED = Range("DRIVE ...,", "a speed is", SLOWEST_PERCENT, FULL_SPEED)
+ACCELERATION = Range("ACCEL", "an acceleration is", SLOWEST_PERCENT, FULL_SPEED)
+DECELERATION = Range("ACCEL ...,", "a deceleration is", SLOWEST_PERCENT, 1e5)
+DELAY = Range("DELAY", "it is a time", 0.0, LATEST, "s")
+DURATION = Range("DURATION", "it is a time", 0.0, LATEST, "s")
+TIME = Range("AT", "the time of a motion is", 0.0, LATEST, "s")
+TIME_FROM_NOW = Range("IN", "the time of a motion is", 0.0, LATEST, "s")
 
 
 class Switch(Struct, frozen=True):

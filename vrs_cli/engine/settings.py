@@ -6,7 +6,6 @@ Program settings hold for the next motion only, or ALWAYS (V+ Keyword Reference,
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import isfinite
 from typing import Any, Generic, TypeVar
 
 from msgspec import Struct, field
@@ -30,6 +29,7 @@ from vrs_cli.engine.commands import (
 from vrs_cli.engine.parameters import (
     ACCELERATION,
     DECELERATION,
+    DURATION,
     FULL_SPEED,
     MONITOR_SPEED,
     PARAMETERS,
@@ -38,10 +38,8 @@ from vrs_cli.engine.parameters import (
     SWITCHES,
     row_of,
 )
-from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.trajectory.instant import LATEST
 
 V = TypeVar("V")
 
@@ -156,25 +154,22 @@ class Settings(Struct, frozen=True):
         )
 
 
-def checked_time(seconds: float, word: str) -> float:
-    """The time itself [s]. Raises IllegalValue for one that no motion can take."""
-    if not isfinite(seconds) or not 0.0 <= seconds <= LATEST:
-        right = f"it is a time from 0 to {LATEST:g} s"
-        raise IllegalValue(f"{word} {seconds:g}", right, value=seconds, lower=0.0, upper=LATEST)
-    return seconds
-
-
 def _after(settings: Settings, change: SettingChange) -> Settings:
     match change:
         case SetSpeed():
-            return replace(settings, speed=settings.speed.put(_checked_speed(change), change.always))
+            PROGRAM_SPEED[change.unit].checked(change.value)
+            if change.rotation is not None:
+                ROTATION_SPEED.checked(change.rotation)
+            return replace(settings, speed=settings.speed.put(change, change.always))
         case SetMonitorSpeed():
             return replace(settings, monitor_speed=MONITOR_SPEED.checked(change.percent))
         case SetDuration():
-            seconds = checked_time(change.seconds, "DURATION")
-            return replace(settings, duration=settings.duration.put(seconds, change.always))
+            return replace(settings, duration=settings.duration.put(DURATION.checked(change.seconds), change.always))
         case SetAcceleration():
-            return replace(settings, acceleration=_checked_acceleration(change) / FULL_SPEED)
+            percent = ACCELERATION.checked(change.acceleration)
+            if change.deceleration is not None:  # the smaller one serves both
+                percent = min(percent, DECELERATION.checked(change.deceleration))
+            return replace(settings, acceleration=percent / FULL_SPEED)
         case SetConfiguration():
             return replace(settings, configuration=settings.configuration.with_flag(change.flag))
         case SetMode():
@@ -186,18 +181,3 @@ def _after(settings: Settings, change: SettingChange) -> Settings:
         case SetSwitch():
             name = row_of(SWITCHES, change.name, "switch").name
             return replace(settings, switches={**settings.switches, name: change.on})
-
-
-def _checked_speed(change: SetSpeed) -> SetSpeed:
-    PROGRAM_SPEED[change.unit].checked(change.value)
-    if change.rotation is not None:
-        ROTATION_SPEED.checked(change.rotation)
-    return change
-
-
-def _checked_acceleration(change: SetAcceleration) -> float:
-    """The smaller of acceleration and deceleration [%]: one figure serves both."""
-    acceleration = ACCELERATION.checked(change.acceleration)
-    if change.deceleration is None:
-        return acceleration
-    return min(acceleration, DECELERATION.checked(change.deceleration))
