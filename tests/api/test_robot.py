@@ -196,7 +196,7 @@ def test_do_answers_questions() -> None:
     assert "a" in repr(r.do("DIRECTORY"))
     r.do("DELETEP a", answers=["Y"])
     with pytest.raises(UndefinedName):
-        r.run(None, "a")
+        r.execute("a")
 
 
 def test_run_a_file_and_read_its_result() -> None:
@@ -214,26 +214,26 @@ def test_programs_of_a_text() -> None:
         "double",
         "main",
     )
-    r.run(None, "main")
+    r.execute("main")
     assert r["n"] == 8.0
 
 
 def test_a_prompt_has_its_answers() -> None:
     r = vrs.Robot()
     r.define('.PROGRAM ask\nPROMPT "How many? ", n\n.END')
-    r.run(None, "ask", answers=["3"])
+    r.execute("ask", answers=["3"])
     assert r["n"] == 3.0
     with pytest.raises(vrs.ProgramFailed, match="How many"):
-        r.run(None, "ask")
+        r.execute("ask")
 
 
 def test_a_program_that_fails() -> None:
     r = vrs.Robot()
     r.define(".PROGRAM bad\nTYPE 1\nx = y\n.END")
     with pytest.raises(vrs.ProgramFailed, match=r"^bad step 2, x = y: \*Undefined value\* y[^\n]*$") as caught:
-        r.run(None, "bad")
+        r.execute("bad")
     assert caught.value.result.typed == (" 1",)
-    assert not r.run(None, "bad", check=False).ok
+    assert not r.execute("bad", check=False).ok
 
 
 def test_a_text_with_mistakes() -> None:

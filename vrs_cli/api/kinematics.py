@@ -10,9 +10,11 @@ from msgspec import Struct
 
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Flags, Floats, Units, fixed
+from vrs_cli.api.tables import figures, numbered, table
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import inverse
 from vrs_cli.kinematics.transform_batch import compose_batch, stack
+from vrs_cli.render.blocks import Column
 from vrs_cli.trajectory.motion import Frames
 
 
@@ -53,6 +55,14 @@ class Ways(Struct, frozen=True, eq=False, dict=True):
             count = int(self.usable.any(axis=-1).sum())
             return f"Ways to {self.usable[..., 0].size} locations, {count} of them usable: joints {self.joints.shape}"
         return "\n".join(map(self._line, range(len(self.configurations)))) or "no ways"
+
+    def _repr_html_(self) -> str:
+        if self.usable.ndim > 1:
+            return f"<pre>{self!r}</pre>"
+        joints = [f"JT{joint}" for joint in range(1, self.joints.shape[-1] + 1)]
+        rows = [(name, *figures(row), str(ok)) for name, row, ok in zip(self, self.joints, self.usable, strict=True)]
+        columns = (Column("configuration"), *numbered(joints), Column("usable"))
+        return table(f"{int(self.usable.sum())} of {len(rows)} ways are usable", columns, rows)
 
     def _line(self, index: int) -> str:
         joints = self.joints[index]

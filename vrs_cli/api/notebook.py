@@ -1,9 +1,64 @@
-"""VAL-II in a notebook: `%load_ext vrs_cli`, then `%%vrs` runs a cell as if it were typed at the prompt."""
+"""VAL-II in a notebook: after `%load_ext vrs_cli` a cell that begins with `%%vrs` is typed at the prompt of a robot.
+
+`%%vrs` alone is about the robot `robot`, which it makes where there is none; `%%vrs r` about the Robot `r`. What is
+answered and typed stands below the cell, errors too. `%vrs LINE` is one line.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, MutableMapping
+from typing import Any, Protocol
+
+from vrs_cli.api.answers import Replies
+from vrs_cli.api.robot import Robot
+from vrs_cli.api.tables import figures, numbered, table
+from vrs_cli.dialogue.questions import Amendment, Question
+from vrs_cli.render.blocks import Column
+from vrs_cli.trajectory.timeline import Timeline
+
+USUAL_NAME = "robot"
 
 
-def load_ipython_extension(shell: Any) -> None:
+class Shell(Protocol):
+    """What is asked of IPython's InteractiveShell."""
+
+    user_ns: MutableMapping[str, object]
+    display_formatter: Any
+
+    def register_magic_function(self, func: Callable[..., object], magic_kind: str, magic_name: str) -> None: ...
+
+
+def load_ipython_extension(shell: Shell) -> None:
     """IPython calls it for `%load_ext vrs_cli`."""
+
+    def vrs(line: str, cell: str | None = None) -> Replies | None:
+        """Type VAL-II: `%vrs LINE`, or a cell that begins with `%%vrs` or `%%vrs NAME_OF_ROBOT`."""
+        name, text = (USUAL_NAME, line) if cell is None else (line.strip() or USUAL_NAME, cell)
+        return _robot(shell.user_ns, name).typed(text, _asked) or None
+
+    shell.register_magic_function(vrs, "line_cell", "vrs")
+    shell.display_formatter.formatters["text/html"].for_type(Timeline, _timeline_html)
+
+
+def _asked(question: Question) -> str | None:
+    """An answer that is typed below the cell; a location is taken as it is."""
+    return None if isinstance(question, Amendment) else input(question.text)
+
+
+def _robot(names: MutableMapping[str, object], name: str) -> Robot:
+    """The robot of a variable. Raises TypeError where that is none."""
+    if name == USUAL_NAME and name not in names:
+        names[name] = Robot()
+    robot = names.get(name)
+    if not isinstance(robot, Robot):
+        raise TypeError(f"{name} is no Robot: {name} = vrs.Robot() makes it one")
+    return robot
+
+
+def _timeline_html(timeline: Timeline) -> str:
+    rows = [
+        (segment.motion.text, *figures((segment.start, segment.finish)), segment.phase.value, segment.motion.kind.space)
+        for segment in timeline
+    ]
+    columns = (Column("motion"), *numbered(("from", "to")), Column("phase"), Column("space"))
+    return table(repr(timeline), columns, rows)

@@ -9,6 +9,7 @@ from msgspec import Struct
 
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, fixed
+from vrs_cli.api.tables import figures, numbered, table
 from vrs_cli.engine.position import Position, Positions
 from vrs_cli.kinematics.model import RobotModel
 
@@ -68,6 +69,12 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
             return f"Posture at {self.t.size} times{span}: joints {self.joints.shape}, xyz {self.xyz.shape}"
         angle, joints = self.units.angle, _list(self.joints)
         return f"Posture at {float(self.t):.3f} s: joints {joints} {angle}, {placed(self.location)}"
+
+    def _repr_html_(self) -> str:
+        rows = np.hstack([np.atleast_2d(part) for part in (self.joints, self.xyz, self.oat)])
+        names = ("t", *(f"JT{joint}" for joint in range(1, self.joints.shape[-1] + 1)), *"XYZOAT")
+        times = np.atleast_1d(self.t)
+        return table(repr(self), numbered(names), [figures((t, *row)) for t, row in zip(times, rows, strict=True)])
 
 
 def placed(location: Location) -> str:

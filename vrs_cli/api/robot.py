@@ -31,13 +31,14 @@ from vrs_cli.files.continuing import bookmark_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
 from vrs_cli.interfaces.monitor.timeline import timeline_table
-from vrs_cli.interfaces.roles.supervisor import Notes, Supervisor
+from vrs_cli.interfaces.roles.supervisor import Answers, Notes, Supervisor, no_answer
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.values import Value, numbers_of, plain
+from vrs_cli.repl.conversation import Conversation
 from vrs_cli.trajectory.timeline import Timeline
 
 T = TypeVar("T")
@@ -136,7 +137,7 @@ class Robot:
         return self._said("CLOSEI")
 
     def _said(self, line: str) -> Robot:
-        self._robot.say(line)
+        self._robot.say(line, no_answer)
         return self
 
     def wait(self) -> Robot:
@@ -222,7 +223,17 @@ class Robot:
             raise TypeError(f"line: a text is wanted, not {line!r}")
         if "\n" in line.strip():
             raise ValueError("line: one line is wanted; `define` takes the text of programs")
-        return Replies(self._robot.say(line.strip(), answers))
+        return Replies(self._robot.say(line.strip(), _in_order(answers)))
+
+    def typed(self, text: str, answer: Answers = no_answer) -> Replies:
+        """Several lines as if they were typed at the prompt, programs among them. Mistakes are among the replies."""
+
+        def talk(session: Session) -> None:
+            conversation = Conversation(session)
+            conversation.take(text)
+            conversation.leave_entry("the text ends; ")
+
+        return Replies(self._robot.talk(talk, answer))
 
     def define(self, text: str) -> tuple[str, ...]:
         """Put programs and variables in memory, from the text of a file (.PROGRAM to .END); the names of the programs.
@@ -233,26 +244,29 @@ class Robot:
 
     def run(
         self,
-        file: str | Path | None,
-        name: str | None = None,
+        file: str | Path,
+        program: str | None = None,
         *,
         cycles: int = 1,
         answers: Iterable[str] = (),
         check: bool = True,
     ) -> Run:
-        """Load a file of programs and run the first of them, or the one of that `name`; where `file` is None, one that
-        is in memory. `answers`: to its PROMPTs.
+        """Load a file of programs and execute one of them, the first unless it is named. As `execute` otherwise.
 
-        Raises NonexistentFile, ProgramNotExecutable, and ProgramFailed where it stops with an error, unless `check` is
-        false: then the result tells of it.
+        Raises NonexistentFile, FileError, and ProgramNotExecutable for a file with mistakes.
         """
-        names = () if file is None else self._robot.load(file)
-        program = name or next(iter(names), None)
-        if program is None:
-            raise UsageError(
-                f"{file} holds no program" if file else "no program", "a program begins with .PROGRAM name"
-            )
-        run = Run(*structs.astuple(self._robot.execute(program, cycles, answers)))
+        names = self._robot.load(file)
+        if program is None and not names:
+            raise UsageError(f"{file} holds no program", "a program begins with .PROGRAM name")
+        return self.execute(program or names[0], cycles=cycles, answers=answers, check=check)
+
+    def execute(self, program: str, *, cycles: int = 1, answers: Iterable[str] = (), check: bool = True) -> Run:
+        """Execute a program that is in memory, and wait for its end. `answers`: to its PROMPTs.
+
+        Raises UndefinedName, and ProgramFailed where it stops with an error, unless `check` is false: then the result
+        tells of it.
+        """
+        run = Run(*structs.astuple(self._robot.execute(program, cycles, _in_order(answers))))
         if check and run.fault is not None:
             raise ProgramFailed(run)
         return run
@@ -399,6 +413,12 @@ def load(path: str | Path, *, units: str | Units = Units.VAL) -> Robot:
     robot._open(recording.model, Units.of(units), None, VirtualClock())
     robot._robot.alone(lambda session: session.engine.take_up(bookmark_of(path, recording, session.engine)))
     return robot
+
+
+def _in_order(answers: Iterable[str]) -> Answers:
+    """Answers that are there already."""
+    left = iter(answers)
+    return lambda _question: next(left, None)
 
 
 def _clock(realtime: bool | float) -> Clock:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-from vrs_cli.dialogue.questions import Answer, LineWanted, Question
+from vrs_cli.dialogue.questions import Answer, Confirmation, LineWanted, Parting, Question
 from vrs_cli.dialogue.replies import Message, Reply
 from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.engine.commands import Break, Request
@@ -25,6 +25,13 @@ from vrs_cli.language.words.values import Value
 T = TypeVar("T")
 
 
+Answers = Callable[[Question], str | None]  # what is typed after a question; None where nobody answers
+
+
+def no_answer(_question: Question) -> None:
+    """Nobody is there to be asked."""
+
+
 class Lends(Protocol):
     """Lets one piece of work at a time have the session of a robot, and gives back what comes of it."""
 
@@ -32,17 +39,16 @@ class Lends(Protocol):
 
 
 class Notes:
-    """A terminal that keeps what is said, and gives answers that are there already."""
+    """A terminal that keeps what is said."""
 
     attended = False
 
     def __init__(self) -> None:
-        self.said: list[Reply] = []
-        self.answers: Iterator[str] = iter(())
-        self._line = ""
+        self.begin(no_answer)
 
-    def begin(self, answers: Iterable[str]) -> None:
-        self.said, self.answers, self._line = [], iter(answers), ""
+    def begin(self, answer: Answers) -> None:
+        self.said: list[Reply] = []
+        self._answer, self._line = answer, ""
 
     def show(self, reply: Reply) -> None:
         self.said.append(reply)
@@ -57,11 +63,11 @@ class Notes:
         """Nobody watches."""
 
     def ask(self, question: Question) -> Answer:
-        """The next answer. Raises EndOfInput where there is none left for a program."""
-        if not isinstance(question, LineWanted):
-            return next(self.answers, "n").strip().upper().startswith("Y")
-        answer = next(self.answers, None)
-        if answer is None:
+        """Raises EndOfInput where a program is not answered."""
+        answer = self._answer(question)
+        if isinstance(question, Confirmation | Parting):
+            return None if answer is None else answer.strip().upper().startswith("Y")
+        if answer is None and isinstance(question, LineWanted):
             raise EndOfInput(f"PROMPT {question.text!r} has nothing more to read", "give it one more answer")
         return answer
 
@@ -89,18 +95,19 @@ class Supervisor(Observer, Designer):
         """Stop the program and the motion now."""
         self.alone(Session.abort)
 
-    def say(self, line: str, answers: Iterable[str] = ()) -> tuple[Reply, ...]:
-        """A line of the prompt; what is answered, and typed. `answers`: to what it asks, in order.
+    def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
+        """A line of the prompt; what is answered, and typed. `answer`: to what it asks. Raises LineRefused."""
+        return self.talk(lambda session: session.perform(line), answer)
 
-        Raises LineRefused.
-        """
+    def talk(self, work: Callable[[Session], object], answer: Answers) -> tuple[Reply, ...]:
+        """Do something with the session; all that is answered and typed meanwhile."""
 
-        def work(session: Session) -> tuple[Reply, ...]:
-            self._notes.begin(answers)
-            session.perform(line)
+        def noted(session: Session) -> tuple[Reply, ...]:
+            self._notes.begin(answer)
+            work(session)
             return tuple(self._notes.said)
 
-        return self.alone(work)
+        return self.alone(noted)
 
     def define(self, text: str) -> tuple[str, ...]:
         """Put the programs and variables of a text in memory; the names of its programs.
@@ -118,14 +125,14 @@ class Supervisor(Observer, Designer):
         text = read_program_file(found)
         return self.alone(lambda session: _defined(session, text, f"{found}:"))
 
-    def execute(self, program: str, cycles: int = 1, answers: Iterable[str] = ()) -> RunResult:
-        """Execute a program in memory; `answers`: to its PROMPTs. What goes wrong in it is in the result.
+    def execute(self, program: str, cycles: int, answer: Answers) -> RunResult:
+        """Execute a program in memory; `answer`: to its PROMPTs. What goes wrong in it is in the result.
 
         Raises UndefinedName, ProgramNotExecutable, ArgumentMismatch.
         """
 
         def work(session: Session) -> RunResult:
-            self._notes.begin(answers)
+            self._notes.begin(answer)
             return session.execute(program, cycles=cycles)
 
         return self.alone(work)

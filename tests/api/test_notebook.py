@@ -1,0 +1,96 @@
+"""VAL-II in a notebook: the magic in a shell of IPython, and the sample notebook by a kernel, as a class runs it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import vrs_cli as vrs
+
+ROOT = Path(__file__).parents[2]
+LESSON = ROOT / "examples" / "first_lesson.ipynb"
+
+
+@pytest.fixture
+def shell() -> Iterator[Any]:
+    interactive = pytest.importorskip("IPython.core.interactiveshell").InteractiveShell
+    it = interactive.instance()
+    it.reset(new_session=False)
+    it.run_line_magic("load_ext", "vrs_cli")
+    vrs.load_ipython_extension(it)
+    yield it
+    interactive.clear_instance()
+
+
+def test_a_cell_is_typed_at_the_prompt(shell: Any) -> None:
+    answered = shell.run_cell_magic("vrs", "", "MOVE #PPOINT(0, -45, 180, 0, 45, 0)\nWHERE\nTYPE 1+1")
+    assert "JT1" in repr(answered)
+    assert repr(answered).endswith(" 2")
+    assert len(shell.user_ns["robot"].commands) == 1
+
+
+def test_it_is_about_the_robot_that_is_named(shell: Any) -> None:
+    shell.user_ns["r"] = vrs.Robot("cobra600")
+    assert "JT4" in repr(shell.run_cell_magic("vrs", "r", "WHERE"))
+    with pytest.raises(TypeError, match=r"^q is no Robot: q = vrs.Robot"):
+        shell.run_cell_magic("vrs", "q", "WHERE")
+
+
+def test_a_line(shell: Any) -> None:
+    assert repr(shell.run_line_magic("vrs", "TYPE 3")) == " 3"
+    assert shell.run_line_magic("vrs", "SPEED 50") is None
+
+
+def test_mistakes_stand_below_the_cell_and_the_rest_is_done(shell: Any) -> None:
+    answered = shell.run_cell_magic("vrs", "", "MOVEE part\nTYPE 7")
+    assert not answered.ok
+    assert "did you mean MOVE" in answered.text
+    assert answered.text.endswith(" 7\n")
+    assert "color:#eb0000" in answered._repr_html_()
+
+
+def test_programs_are_typed_in(shell: Any) -> None:
+    answered = shell.run_cell_magic("vrs", "", ".PROGRAM a\nTYPE 5\n.END\nEXECUTE a")
+    assert answered.text.splitlines()[-2:] == [" 5", "Program completed"]
+    assert "is not stored" in repr(shell.run_cell_magic("vrs", "", ".PROGRAM b\nTYPE 5"))
+    assert "b" not in repr(shell.run_line_magic("vrs", "DIRECTORY")).split()
+
+
+def test_a_prompt_asks_in_place(shell: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+    monkeypatch.setattr("builtins.input", lambda question: asked.append(question) or "4")
+    shell.run_cell_magic("vrs", "", '.PROGRAM ask\nPROMPT "How many? ", n\n.END\nEXECUTE ask')
+    assert (asked, shell.user_ns["robot"]["n"]) == (["How many? "], 4.0)
+
+
+def test_values_show_themselves(shell: Any) -> None:
+    robot = vrs.Robot().move(0, -45, 180, 0, 45, 0)
+    for value in (robot, robot.timeline, robot.where(0.5), robot.sample(), robot.ik(robot.fk()), robot.why(robot.fk())):
+        shown, _ = shell.display_formatter.format(value)
+        assert "<table>" in shown["text/html"]
+    shown, _ = shell.display_formatter.format(robot.plot(1))
+    assert shown["image/svg+xml"].startswith("<svg ")
+    assert robot.sample()._repr_html_().count("<tr>") == 1 + 5 + 1 + 5
+
+
+def test_the_lesson_runs_as_it_stands() -> None:
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    lesson = nbformat.read(LESSON, as_version=4)
+    assert not any(cell.get("outputs") for cell in lesson.cells)
+    nbclient.NotebookClient(lesson, timeout=60, resources={"metadata": {"path": str(ROOT)}}).execute()
+    text = unescape(re.sub("<[^>]*>", "", str([cell.get("outputs") for cell in lesson.cells])))
+    for wanted in (
+        "Unimation PUMA 560",
+        "JT6",
+        "LEFTY ABOVE NOFLIP",
+        "waved",
+        "Program completed",
+        "did you mean MOVE",
+    ):
+        assert wanted in text

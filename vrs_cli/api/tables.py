@@ -1,0 +1,29 @@
+"""Values of the robot in Python as tables of a notebook."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from vrs_cli.dialogue.numbers import fixed
+from vrs_cli.render.blocks import Column, Grid, line, number_column
+from vrs_cli.render.html import blocks_html
+from vrs_cli.render.roles import Role
+
+ROWS = 5  # at the beginning and at the end of a long table
+
+
+def table(title: str, columns: Sequence[Column], rows: Sequence[tuple[str, ...]]) -> str:
+    """A title and a table, of which a long one shows the first rows and the last."""
+    shown = tuple(rows)
+    if len(shown) > 2 * ROWS + 1:
+        shown = (*shown[:ROWS], ("...",) * len(columns), *shown[-ROWS:])
+    return blocks_html((line(title, Role.NOTE), Grid(tuple(columns), shown)))
+
+
+def numbered(names: Iterable[str]) -> tuple[Column, ...]:
+    """Columns of numbers."""
+    return tuple(map(number_column, names))
+
+
+def figures(numbers: Iterable[float]) -> tuple[str, ...]:
+    return tuple(map(fixed, numbers))
