@@ -56,7 +56,7 @@ def test_a_program_stops_where_a_motion_cannot_be_written_down_and_goes_on_when_
     assert session.engine.now == session.engine.end
     paper.record = record  # type: ignore[method-assign]
     paper.torn = False
-    assert session.converse(session.continuation(retry=True)).fault is None
+    assert session.converse(session.wait(session.resume(retry=True))).fault is None
     assert len(session.engine.records()) == 3
     assert paper.timeline() == session.engine.timeline
 

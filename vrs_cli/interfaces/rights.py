@@ -1,11 +1,11 @@
-"""Who may say what: the role that a line needs, from the tables of words."""
+"""Who may say what, and when: the role that a line needs, and what goes beside a program, from the tables of words."""
 
 from __future__ import annotations
 
-from vrs_cli.errors import RoleWanted
-from vrs_cli.language.text.ast import DoInstruction, Instruction, Show, Statement
+from vrs_cli.errors import RoleWanted, UsageError
+from vrs_cli.language.text.ast import Assignment, DoInstruction, Instruction, Show, Statement
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.monitor import BESIDE, COMMANDS
 from vrs_cli.language.words.word import Role
 
 
@@ -14,6 +14,15 @@ def check_role(statement: Statement, role: Role) -> None:
     said, wanted = _needed(statement)
     if wanted not in role:
         raise RoleWanted(f"{said} is for {wanted.spoken}", f"you are {role.spoken}")
+
+
+def check_beside(statement: Statement) -> None:
+    """Raises UsageError for a line that waits until the robot program has stopped."""
+    if isinstance(statement, DoInstruction) and statement.statement is not None:
+        statement = statement.statement
+    said, role = _needed(statement)
+    if not (isinstance(statement, Assignment) or said in BESIDE or role is Role.OBSERVER):
+        raise UsageError(f"{said} has to wait until the program stops", "ABORT stops it")
 
 
 def _needed(statement: Statement) -> tuple[str, Role]:

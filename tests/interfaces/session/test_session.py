@@ -117,20 +117,20 @@ def test_a_motion_that_cannot_be_done_is_placed(session: Session) -> None:
 def test_proceed_goes_on_behind_the_fault_and_retry_repeats_it(session: Session) -> None:
     load(session, 'TYPE "one"', "x = nothing", 'TYPE "two"')
     assert session.execute("p").outcome is Outcome.FAILED
-    assert session.converse(session.continuation(retry=True)).outcome is Outcome.FAILED
+    assert session.converse(session.wait(session.resume(retry=True))).outcome is Outcome.FAILED
 
     session.perform("nothing = 3")
-    assert session.converse(session.continuation(retry=True)).typed == ("two",)
+    assert session.converse(session.wait(session.resume(retry=True))).typed == ("two",)
 
 
 def test_pause_and_proceed(session: Session) -> None:
     load(session, 'TYPE "one"', "PAUSE", 'TYPE "two"')
     first = session.execute("p")
     assert (first.outcome, first.typed) == (Outcome.PAUSED, ("one",))
-    second = session.converse(session.continuation())
+    second = session.converse(session.wait(session.resume()))
     assert (second.outcome, second.typed) == (Outcome.COMPLETED, ("two",))
     with pytest.raises(NoProgramSpecified):
-        session.converse(session.continuation())
+        session.converse(session.wait(session.resume()))
 
 
 def test_halt_ends_it(session: Session) -> None:

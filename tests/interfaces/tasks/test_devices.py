@@ -48,7 +48,7 @@ def test_a_program_that_pauses_goes_on_writing(session: Session, tmp_path: Path)
     load(session, "ATTACH (5)", 'FOPENW (5) "a.txt"', 'WRITE (5) "one"', "PAUSE", 'WRITE (5) "two"', "x = IOSTAT(5)")
     session.execute("main")
     assert (tmp_path / "a.txt").read_text() == "one\n"
-    session.converse(session.continuation())
+    session.converse(session.wait(session.resume()))
     assert (tmp_path / "a.txt").read_text() == "one\ntwo\n"
     assert session.environment.reference("x").value() == 1.0
 

@@ -10,6 +10,7 @@ from vrs_cli.errors import NoProgramSpecified
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.runs import Outcome, RunResult
+from vrs_cli.interfaces.tasks.track import Track
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.prompt import arguments_of
 from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL, checked_task
@@ -23,7 +24,7 @@ def _execute(station: Station, it: Instruction) -> Talk[None]:
         _start(station, it, checked_task(number))
         return
     name, arguments, cycles, step = asked_program(station, it)
-    yield from run(station, station.execution(name, arguments, cycles, step))
+    yield from run(station, station.begin(name, arguments, cycles, step))
 
 
 def asked_program(station: Station, it: Instruction) -> tuple[str | None, tuple[Reference | None, ...], int, int]:
@@ -65,7 +66,7 @@ def _go_on(station: Station, number: int, retry: bool) -> Talk[None]:
         station.tasks.proceed(number, retry=retry)
         station.settle()
     else:
-        yield from run(station, station.continuation(retry=retry))
+        yield from run(station, station.resume(retry=retry))
 
 
 def _kill(station: Station, it: Instruction) -> Talk[None]:
@@ -87,9 +88,12 @@ def process_control(act: Callable[[Station, int], Talk[None]]) -> Handler:
     return lambda station, _it: act(station, PROCESS_CONTROL)
 
 
-def run(station: Station, way: Talk[RunResult]) -> Talk[None]:
-    """Run; how it ended."""
-    yield ending(station, (yield from way))
+def run(station: Station, track: Track) -> Talk[None]:
+    """Wait for a program, and tell how it ended; where the prompt lives, that is told when it does."""
+    if station.lives and not station.command_files:
+        station.let_run(track, lambda result: station.terminal.show(ending(station, result)))
+    else:
+        yield ending(station, (yield from station.wait(track)))
 
 
 def ending(station: Station, result: RunResult) -> Reply:
@@ -121,9 +125,11 @@ def _abort_task(station: Station, number: int) -> Talk[None]:
 
 
 def _abort_robot(station: Station) -> Talk[None]:
-    scheduled = station.engine.now < station.engine.end
+    scheduled, running = station.engine.now < station.engine.end, station.running
     task = station.task
     station.abort()
+    if running:
+        return  # whoever waits for its end is told
     if task is not None and not task.ended:
         yield ProgramStopped(Outcome.ABORTED.value, task.program, task.step)
     elif scheduled:

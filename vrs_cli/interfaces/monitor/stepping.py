@@ -29,7 +29,7 @@ def _step(over: bool) -> Handler:
     def step(station: Station, it: Instruction) -> Talk[None]:
         if operand(it, 0) is not None:
             station.prime(*asked_program(station, it))
-        yield from run(station, station.continuation(stepping=Stepping(over)))
+        yield from run(station, station.resume(stepping=Stepping(over)))
 
     return step
 

@@ -27,6 +27,7 @@ from vrs_cli.interfaces.monitor.state import STATE
 from vrs_cli.interfaces.monitor.stepping import STEPPING
 from vrs_cli.interfaces.monitor.timeline import TIMELINE
 from vrs_cli.interfaces.monitor.variables import VARIABLES, shown_value
+from vrs_cli.interfaces.rights import check_beside
 from vrs_cli.interfaces.session.command_file import carry_out_file
 from vrs_cli.interfaces.station.operands import path_of
 from vrs_cli.interfaces.station.schedule import Schedule
@@ -91,8 +92,8 @@ class Session(Station):
         yield from self._attend()
 
     def _attend(self) -> Talk[None]:
-        """Put the questions of tasks, which go on then."""
-        while self.driver.unasked():
+        """Put the questions of tasks, which go on then. A prompt that lives puts them by itself."""
+        while not self.lives and self.driver.unasked():
             yield from self.driver.ask()
             self.settle()
 
@@ -106,6 +107,8 @@ class Session(Station):
                 ".PROGRAM opens a program of several lines", "type it at the prompt of vrs, or LOAD a file"
             )
         yield from self._check(statement, read)
+        if self.running:
+            check_beside(statement)
         self._scheduled = self._schedules()
         yield from self.carry_out(statement)
         yield from self._displaced()

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Protocol, TypeVar
 from weakref import finalize
@@ -19,7 +18,6 @@ from vrs_cli.errors import (
     ProgramInterlocked,
     ProgramNotExecutable,
     TaskNotActive,
-    UsageError,
 )
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.station.sections import define_sections
@@ -123,6 +121,7 @@ class Station:
         self.layout = Layout()
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
         self.command_files: list[Path] = []  # those that are carried out, the innermost last
+        self.lives = False  # the prompt, while a program runs: nobody waits for its end
         self.interrupted = False  # by Ctrl-C: what was to come after the present line does not
 
     @property
@@ -176,7 +175,9 @@ class Station:
 
     @property
     def running(self) -> bool:
-        return self.driver.running
+        """Whether the robot program runs."""
+        track = self.tasks.get(ROBOT_PROGRAM)
+        return track is not None and track.running
 
     def check_free(self, program: str) -> None:
         """Raises ProgramInterlocked for a program on the stack of a task, which cannot be changed."""
@@ -198,38 +199,72 @@ class Station:
         *,
         limits: Limits | None = None,
     ) -> RunResult:
-        """`execution` to its end, at the terminal."""
-        return self.converse(self.execution(program, arguments, cycles, step, limits=limits))
+        """Run a program to its end, at the terminal. Raises as `begin` does; what goes wrong in it is in the result."""
+        return self.converse(self.wait(self.begin(program, arguments, cycles, step), limits))
 
-    def execution(
+    def begin(
         self,
         program: str | None = None,
         arguments: Sequence[Reference | Value | None] = (),
         cycles: int = 1,
         step: int = 1,
-        *,
-        limits: Limits | None = None,
-    ) -> Talk[RunResult]:
-        """Run a program, the last one when none is named. Raises NoProgramSpecified, UndefinedName,
-        ProgramNotExecutable, ArgumentMismatch; what goes wrong in the program is in the result.
+    ) -> Track:
+        """Start a program, the last one when none is named; `wait` or `let_run` comes next. Raises NoProgramSpecified,
+        UndefinedName, ProgramNotExecutable, ArgumentMismatch, TaskActive, ClockPaused.
         """
         task = self._prepared(program, arguments, cycles, step)
-        self._nothing_runs()
         self._clock_runs()
-        return (yield from self._run(self.tasks.start(ROBOT_PROGRAM, task), limits or self.limits))
+        return self.tasks.start(ROBOT_PROGRAM, task)
+
+    def resume(self, *, retry: bool = False, stepping: Stepping | None = None) -> Track:
+        """Go on with a program that was paused, aborted, primed or stopped by an error, at the next step; with `retry`
+        the step that failed or was interrupted is done again; with `stepping` one step is done. Raises
+        NoProgramSpecified, TaskActive, ClockPaused.
+        """
+        self._clock_runs()
+        try:
+            track = self.tasks.proceed(ROBOT_PROGRAM, retry=retry)
+        except TaskNotActive:
+            raise NoProgramSpecified("no program was stopped", "EXECUTE name starts one") from None
+        track.stepping = stepping
+        return track
 
     def converse(self, talk: Talk[R]) -> R:
         """Drive a talk to its end at the terminal."""
         return converse(talk, self.terminal, self.driver.step)
 
-    def _run(self, track: Track, limits: Limits) -> Talk[RunResult]:
+    def wait(self, track: Track, limits: Limits | None = None) -> Talk[RunResult]:
+        """Until a program that has begun stops."""
+        self._changes_by_program(True)
+        try:
+            result = yield from self.driver.run(track, limits or self.limits)
+        finally:
+            self._changes_by_program(False)
+        self._reset_settings(track)
+        return result
+
+    def let_run(self, track: Track, ended: Callable[[RunResult], None]) -> None:
+        """A program that has begun goes on whenever time does; `ended` is told of its end."""
+
+        def over(result: RunResult) -> None:
+            self._changes_by_program(False)
+            self._reset_settings(track)
+            ended(result)
+
+        self._changes_by_program(True)
+        self.driver.begin(track, self.limits, over)
+        self.settle()
+
+    def _changes_by_program(self, begin: bool) -> None:
+        """What a program changes needs no storing. Where nobody is there, nobody asks."""
+        if self.terminal.attended:
+            self.unstored.begin_run() if begin else self.unstored.end_run()
+
+    def _reset_settings(self, track: Track) -> None:
         """SPEED and the like of a program end with it: the prompt has what every program starts with."""
-        with self.unstored.running() if self.terminal.attended else nullcontext():
-            result = yield from self.driver.run(track, limits)
         if track.task.ended:
             for setting in CYCLE_SETTINGS:
                 self.engine.perform(setting)
-        return result
 
     def prime(
         self,
@@ -238,9 +273,8 @@ class Station:
         cycles: int = 1,
         step: int = 1,
     ) -> Track:
-        """Get a program ready: `continuation` begins it. Raises as `execution` does."""
+        """Get a program ready: `resume` begins it. Raises as `begin` does."""
         task = self._prepared(program, arguments, cycles, step)
-        self._nothing_runs()
         return self.tasks.prime(ROBOT_PROGRAM, task)
 
     def start(
@@ -251,7 +285,7 @@ class Station:
         cycles: int = 1,
         step: int = 1,
     ) -> None:
-        """Start a task that runs whenever time goes on. Raises TaskActive, and as `execution` does."""
+        """Start a task that runs whenever time goes on. Raises TaskActive, and as `begin` does."""
         stored = self._executable(program)
         self.tasks.start(number, Task(self.environment, self.robot, stored.name, arguments, cycles, step))
         self.settle()
@@ -275,26 +309,9 @@ class Station:
             self.environment.executable(stored).refuse_beyond_val2()
         return stored
 
-    def _nothing_runs(self) -> None:
-        if self.running:
-            raise UsageError("a program is running", "ABORT stops it")
-
     def _clock_runs(self) -> None:
         if self.engine.clock.paused:
             raise ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "CLOCK GO lets it go on")
-
-    def continuation(self, *, retry: bool = False, stepping: Stepping | None = None) -> Talk[RunResult]:
-        """Go on with a program that was paused, aborted, primed or stopped by an error, at the next step; with `retry`
-        the step that failed or was interrupted is done again; with `stepping` one step is done.
-        """
-        self._nothing_runs()
-        self._clock_runs()
-        try:
-            track = self.tasks.proceed(ROBOT_PROGRAM, retry=retry)
-        except TaskNotActive:
-            raise NoProgramSpecified("no program was stopped", "EXECUTE name starts one") from None
-        track.stepping = stepping
-        return (yield from self._run(track, self.limits))
 
     def settle(self, until: float | None = None) -> None:
         """Let the other tasks see what has changed; do all that has become due in real time, or is `until` then."""
@@ -311,17 +328,17 @@ class Station:
         self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
 
     def interrupt(self) -> bool:
-        """Stop the program that runs before its next step; False when none does, or one that waits for a line: whoever
+        """Stop what somebody waits for before its next step; False when that is nothing, or waits for a line: whoever
         reads that has to be stopped. Safe in a signal handler.
         """
-        if self.running:
+        if self.driver.waited:
             self.interrupted = True
             self.driver.interrupt()
-        return self.running and not self.driver.asks
+        return self.driver.waited and not self.driver.asks
 
     def abort(self) -> None:
-        """ABORT at the prompt: brake now and drop what is scheduled; a stopped program cannot go on by itself."""
-        self.interrupt()
+        """Stop the program, brake now and drop what is scheduled."""
+        self.driver.abort(ROBOT_PROGRAM)
         self.engine.stop()
         if not self.engine.realtime:
             self.settle(self.engine.end)
@@ -332,12 +349,16 @@ class Station:
         """
         self.last_statement = statement
         task = statement_task(self.environment, self.robot, statement)
-        self._nothing_runs()
         track = self.tasks.start(PROMPT_LINE, task)
+        beside = self.unstored.of_program
+        if beside:
+            self._changes_by_program(False)
         try:
             result = yield from self.driver.run(track, self.limits)
         finally:
             self.tasks.forget(PROMPT_LINE)
+            if beside and self.running:
+                self._changes_by_program(True)
         self.settle()
         if result.outcome is Outcome.ABORTED:
             raise KeyboardInterrupt

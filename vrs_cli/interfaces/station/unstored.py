@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 
 from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.environment import Environment
@@ -31,6 +30,7 @@ class Unstored:
         self._values: dict[Item, Value] = {}  # as files have them
         self._items: set[Item] = set()
         self._changed: set[Item] = set()  # since they were looked at
+        self._before: Mapping[Item, Value] | None = None  # when the program that runs began
         self._version = 0
 
     def watch(self) -> None:
@@ -92,21 +92,27 @@ class Unstored:
                         self._values[item] = value
                         self._changed.add(item)
 
-    @contextmanager
-    def running(self) -> Iterator[None]:
+    @property
+    def of_program(self) -> bool:
+        """Whether what changes now is changed by a program."""
+        return self._before is not None
+
+    def begin_run(self) -> None:
         """A program runs: what it changes needs no storing, where it did not before."""
         self._look()
         self._environment.note_changes(None)
-        before = self._environment.values()
-        try:
-            yield
-        finally:
-            self.watch()
-            after = self._environment.values()
-            for item, value in after.items():
-                old = before.get(item)
-                if old is not value and old != value:
-                    self._changed.add(item)
-                    if old == self._values.get(item):
-                        self._values[item] = value
-            self._changed.update(before.keys() - after.keys())
+        self._before = self._environment.values()
+
+    def end_run(self) -> None:
+        """It has stopped, or somebody else changes something."""
+        if self._before is None:
+            return
+        before, after, self._before = self._before, self._environment.values(), None
+        self.watch()
+        for item, value in after.items():
+            old = before.get(item)
+            if old is not value and old != value:
+                self._changed.add(item)
+                if old == self._values.get(item):
+                    self._values[item] = value
+        self._changed.update(before.keys() - after.keys())

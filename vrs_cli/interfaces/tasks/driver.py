@@ -10,7 +10,7 @@ A task that waits for a condition looks at it every tick, and at once when a sig
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import inf
 from pathlib import Path
 from typing import TypeVar, cast
@@ -44,7 +44,7 @@ MOST_A_STEP = 200  # elements that a step can add; a string has 128 characters
 
 class _Run(Struct, eq=False):
     """A task that somebody waits for: when it began and is to end [s], the steps that all had done before it, and after
-    how many of its own its memory is looked at.
+    how many of its own its memory is looked at. `then` is told of its end, where nobody lets time go on for it alone.
     """
 
     track: Track
@@ -52,6 +52,7 @@ class _Run(Struct, eq=False):
     started: float
     last: float
     before: int
+    then: Callable[[RunResult], None] | None = None
     look: int = 0
 
 
@@ -81,8 +82,9 @@ class Driver:
         environment.system = SystemReadings(engine.model.name, environment, self.tasks, self.devices)
 
     @property
-    def running(self) -> bool:
-        return bool(self._runs)
+    def waited(self) -> bool:
+        """Whether somebody lets time go on until a task stops."""
+        return bool(self._runs) and self._runs[-1].then is None
 
     def close(self) -> None:
         """Close the files of programs."""
@@ -117,10 +119,10 @@ class Driver:
             run = self._over(track)
         return self._result(run)
 
-    def begin(self, track: Track, limits: Limits = USUAL) -> None:
-        """From now on a task is waited for, within limits."""
+    def begin(self, track: Track, limits: Limits = USUAL, then: Callable[[RunResult], None] | None = None) -> None:
+        """From now on a task is waited for, within limits; or `then` is told of its end, whoever lets time go on."""
         now = self.engine.now
-        self._runs.append(_Run(track, limits, now, now + limits.max_time, self.tasks.steps_done))
+        self._runs.append(_Run(track, limits, now, now + limits.max_time, self.tasks.steps_done, then))
         self._transcript.begin(limits)
         self._written.begin(limits)
         self.tasks.failed, track.awaited = [], True
@@ -155,14 +157,18 @@ class Driver:
         run = self._runs[-1]
         if self._interrupted:
             self._interrupted = False
-            self._catch_up()
-            self.tasks.abort(run.track.number)
+            self.abort(run.track.number)
         if self._ended_by is not None:
             error, self._ended_by = self._ended_by, None
             self._exhausted(run.track, error.detail, error.hint)
         if run.track.running:
             self._go_on(run)
         return self.engine.now
+
+    def abort(self, number: int) -> Track | None:
+        """Stop a task now, however late its own steps are; None where there is none that runs."""
+        self._catch_up()
+        return self.tasks.abort(number)
 
     def _catch_up(self) -> None:
         """Who is stopped from outside is stopped now, however late its own steps are."""
@@ -234,8 +240,7 @@ class Driver:
             except VrsError as error:
                 self.answer(asked.number, error)
             except KeyboardInterrupt:
-                self._catch_up()
-                self.tasks.abort(track.number)
+                self.abort(track.number)
             finally:
                 self._put.discard(asked.number)
                 self.asks = bool(self._put)
@@ -271,6 +276,12 @@ class Driver:
         for run in self._runs:
             if run.track.running:
                 self._look_at(run)
+
+    def _tell_ends(self) -> None:
+        """The end of what nobody lets time go on for alone."""
+        for run in tuple(self._runs):
+            if run.then is not None and not run.track.running:
+                run.then(self._result(self._over(run.track)))
 
     def _look_at(self, run: _Run) -> None:
         limits, done = run.limits, self.tasks.steps_done - run.before
@@ -326,6 +337,7 @@ class Driver:
             self._happen(BUDGET)
             self._look()
         clock.advance(until)
+        self._tell_ends()
 
     # --- what happens next ---
 
