@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.files.trajectories import initial, puma
-from vrs_cli.files.journal import Course, Journal, Taken, taken, taken_up
+from vrs_cli.files.journal import Course, Journal, Taken, take, take_up
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.trajectory.delta import TimelineDelta
 
@@ -26,11 +26,11 @@ class Kept:
 
     @classmethod
     def new(cls, path: Path, *, durable: bool = True, together: bool = False) -> Kept:
-        return cls(taken(path), durable=durable, together=together)
+        return cls(take(path), durable=durable, together=together)
 
     @classmethod
     def on(cls, path: Path) -> Kept:
-        return cls(taken_up(path))
+        return cls(take_up(path))
 
     def _course(self) -> Course:
         return Course(puma(), [initial()], self.happened)

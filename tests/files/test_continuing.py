@@ -18,7 +18,7 @@ from vrs_cli.engine.commands import JointTarget, Move, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileError, MotionError, UsageError
 from vrs_cli.files.continuing import bookmark_of, keep_journal
-from vrs_cli.files.journal import Journal, taken_up
+from vrs_cli.files.journal import Journal, take_up
 from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.steering import Steering
@@ -35,7 +35,7 @@ acts = st.lists(moves | st.sampled_from(["undo", "redo", "ON", "OFF"]), max_size
 
 
 def kept(path: Path, engine: Engine) -> Journal:
-    return keep_journal(taken_up(path), engine)
+    return keep_journal(take_up(path), engine)
 
 
 def acted(acts: list[Move | str]) -> Engine:

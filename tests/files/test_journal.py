@@ -16,7 +16,7 @@ from tests.files.journals import Kept
 from tests.files.trajectories import appended, initial, planned, puma, without_checksums
 from vrs_cli.errors import FileError, FileOpened
 from vrs_cli.files import lock
-from vrs_cli.files.journal import taken
+from vrs_cli.files.journal import take
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 
 stays = pytest.mark.skipif(lock.WINDOWS, reason="a file that is open stays where it is")
@@ -111,11 +111,11 @@ def test_a_journal_has_one_writer_by_whatever_name(path: Path) -> None:
     before = path.read_bytes()
     (link := path.with_name("link.vrst")).symlink_to(path)
     (hard := path.with_name("hard.vrst")).hardlink_to(path)
-    for name, take in ((path, Kept.on), (path, Kept.new), (link, Kept.on), (link, Kept.new), (hard, Kept.on)):
+    for name, way in ((path, Kept.on), (path, Kept.new), (link, Kept.on), (link, Kept.new), (hard, Kept.on)):
         if name is hard and lock.WINDOWS:
             continue  # a lock on the file itself would shut its readers out
         with pytest.raises(FileOpened, match=f"{name.name} is being written by"):
-            take(name)
+            way(name)
     assert path.read_bytes() == before
     kept.journal.close()
     Kept.on(path).journal.close()
@@ -385,7 +385,7 @@ def test_a_file_that_can_no_longer_be_read_is_left(path: Path, monkeypatch: pyte
 
 def test_a_place_that_cannot_be_taken_leaves_no_lock(path: Path) -> None:
     with pytest.raises(FileError, match="no such file or directory"):
-        taken(path / "missing" / "day.vrst")
+        take(path / "missing" / "day.vrst")
     path.write_bytes(b"x")
     with pytest.raises(FileError, match="no whole first line"):
         Kept.on(path)

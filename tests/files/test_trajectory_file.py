@@ -46,7 +46,7 @@ def test_decoding_an_encoded_delta_gives_it_back_to_the_bit(given_deltas: list) 
     written, read, checksums = LineEncoder(), Motions(), Checksums()
     for delta in given_deltas:
         line = written.delta(delta)
-        again = decode_delta(checksums.opened(line), read, form())
+        again = decode_delta(checksums.open(line), read, form())
         assert repr(again) == repr(delta)  # repr tells -0.0 from 0.0, == does not
         assert line.count(b"\n") == 1
 
@@ -314,7 +314,7 @@ def test_a_jump_is_a_warning_in_a_file_of_before_and_refused_in_others(tmp_path:
 def sealed(path: Path) -> None:
     """Give every line of a file the checksum that fits it."""
     checksums, lines = Checksums(), path.read_bytes().splitlines()
-    path.write_bytes(b"".join(checksums.sealed(line) + b"\n" for line in lines))
+    path.write_bytes(b"".join(checksums.seal(line) + b"\n" for line in lines))
 
 
 def test_a_damaged_first_line_has_nothing_before_it(saved: Path) -> None:

@@ -11,7 +11,7 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import FileError, FileOpened
 from vrs_cli.files.continuing import keep_journal
-from vrs_cli.files.journal import taken_up
+from vrs_cli.files.journal import take_up
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.jog.jogger import Jogger, Panel
 from vrs_cli.interfaces.session.session import Session
@@ -101,7 +101,7 @@ def test_a_line_that_cannot_be_written_down_is_refused(line: str) -> None:
 
 def test_a_branch_is_written_when_it_is_merged_and_a_lost_file_holds_main_alone(tmp_path: Path) -> None:
     path, session, told = tmp_path / "day.vrst", Session(RecordingTerminal()), list[str]()
-    journal = keep_journal(taken_up(path), session.engine, told.append)
+    journal = keep_journal(take_up(path), session.engine, told.append)
     session.perform("DRIVE 1, 10")
     session.perform("BRANCH trial")
     session.perform("DRIVE 2, 10")
@@ -136,7 +136,7 @@ def test_no_command_touches_a_file_that_is_being_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    journal = keep_journal(taken_up(Path("day.vrst")), Session(RecordingTerminal()).engine)
+    journal = keep_journal(take_up(Path("day.vrst")), Session(RecordingTerminal()).engine)
     Path("link.vrst").symlink_to("day.vrst")
     Path("other.txt").write_text("other")
     session = Session(RecordingTerminal())
@@ -151,7 +151,7 @@ def test_no_command_touches_a_file_that_is_being_written(
 
 def test_no_program_touches_its_own_journal(tmp_path: Path) -> None:
     session = Session(RecordingTerminal(), folder=tmp_path)
-    journal = keep_journal(taken_up(tmp_path / "day.vrst"), session.engine)
+    journal = keep_journal(take_up(tmp_path / "day.vrst"), session.engine)
     (tmp_path / "link.vrst").symlink_to("day.vrst")
     session.load_text(MEDDLE)
     assert session.execute("meddle").typed == ("-506", "-506", " 1")

@@ -26,9 +26,9 @@ def journal(
         yield lambda: True
         return
     from vrs_cli.files.continuing import keep_journal
-    from vrs_cli.files.journal import taken
+    from vrs_cli.files.journal import take
 
-    file = keep_journal(taken(Path(path)), engine, tell, durable=durable)
+    file = keep_journal(take(Path(path)), engine, tell, durable=durable)
     try:
         yield lambda: file.sound
     finally:

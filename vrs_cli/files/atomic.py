@@ -97,13 +97,13 @@ def create_beside(target: Path, held: Hold | None = None) -> Beside:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
     if WINDOWS and (wrong := wrong_name(target.name)):
         raise OSError(errno.EINVAL, wrong)
-    with ExitStack() as in_vain:
-        lock = in_vain.enter_context(hold(target)) if held is None else held
+    with ExitStack() as failed:
+        lock = failed.enter_context(hold(target)) if held is None else held
         target = Path(os.path.realpath(target))
         if lock.firm:
             _clear_left(target)
         handle, name = mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
-        in_vain.pop_all()
+        failed.pop_all()
     return Beside(target, name, os.fdopen(handle, "wb"), lock if held is None else None)
 
 

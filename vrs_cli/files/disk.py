@@ -29,7 +29,7 @@ from vrs_cli.errors import (
 from vrs_cli.files.atomic import AUXILIARY, Beside, create_beside
 from vrs_cli.files.lock import hold
 from vrs_cli.files.naming import wrong_name
-from vrs_cli.files.opening import decoded, open_to_read
+from vrs_cli.files.opening import open_to_read, text_of
 from vrs_cli.language.run.units import DISKS, SUCCESS, Access
 
 
@@ -44,7 +44,7 @@ class _Unit(Struct, eq=False):
     length: int = 0
 
     @contextmanager
-    def tried(self) -> Iterator[None]:
+    def attempt(self) -> Iterator[None]:
         """What is done inside goes well or not: the status says how."""
         try:
             yield
@@ -114,7 +114,7 @@ class Disk(Struct, eq=False):
     def detach(self, task: int, unit: int) -> None:
         """Take a unit back, and close what is open on it. Raises UnitNotAttached."""
         one = self._unit(task, unit)
-        with one.tried():
+        with one.attempt():
             one.close()
         one.attached = False
 
@@ -137,7 +137,7 @@ class Disk(Struct, eq=False):
         one, path = self._unit(task, unit), self._inside(name)
         if access is Access.APPEND and path.is_file():
             self.spend(path.stat().st_size)  # what is there is copied first
-        with one.tried():
+        with one.attempt():
             if one.path is not None:
                 raise FileOpened(one.path.name, "FCLOSE closes it")
             self._check_shared(path, access)
@@ -147,14 +147,14 @@ class Disk(Struct, eq=False):
     def close(self, task: int, unit: int) -> None:
         """Raises UnitNotAttached; a unit with no file open has the status of that."""
         one = self._unit(task, unit)
-        with one.tried():
+        with one.attempt():
             one.check_open()
             one.close()
 
     def delete(self, task: int, unit: int, name: str) -> None:
         """Raises UnitNotAttached, FileOutside."""
         one, path = self._unit(task, unit), self._inside(name)
-        with one.tried():
+        with one.attempt():
             if any(other.path == path for other in self._units.values()):
                 raise FileOpened(path.name, "FCLOSE closes it")
             if not path.is_file():
@@ -167,7 +167,7 @@ class Disk(Struct, eq=False):
     def read(self, task: int, unit: int) -> str | None:
         """The next record; None where there is none, and the status says why. Raises UnitNotAttached."""
         one, line = self._unit(task, unit), None
-        with one.tried():
+        with one.attempt():
             line = one.read(StringIO.readline).removesuffix("\n").removesuffix("\r")
         one.length = len(line or "")
         return line
@@ -184,7 +184,7 @@ class Disk(Struct, eq=False):
         one = self._unit(task, unit)
         if isinstance(one.file, Beside):
             self.spend(len(text.encode("utf-8", "replace")))
-        with one.tried():
+        with one.attempt():
             one.write(text)
         one.length = len(text)
 
@@ -194,13 +194,13 @@ class Disk(Struct, eq=False):
         """A task has stopped, and may go on: what it has written so far is in its files."""
         for one in self._of(task):
             if isinstance(one.file, Beside):
-                with one.tried():
+                with one.attempt():
                     one.file.commit()
 
     def release(self, task: int) -> None:
         """A task has ended: its files are closed, its units free."""
         for one in self._of(task):
-            with one.tried():
+            with one.attempt():
                 one.close()
             one.attached = False
 
@@ -254,7 +254,7 @@ def _opened(path: Path, access: Access) -> StringIO | Beside:
         raise FileError(f"{path.name} is no file", "name a file")
     if access is Access.READ:
         with open_to_read(path) as stream:
-            return StringIO(decoded(stream.read()))
+            return StringIO(text_of(stream.read()))
     if access is Access.WRITE and path.exists():
         raise FileExists(path.name, "FDELETE deletes it, FOPENA adds to it")
     beside = create_beside(path)

@@ -67,20 +67,20 @@ class Taken(Struct, frozen=True):
         self.held.release()
 
 
-def taken(path: Path) -> Taken:
+def take(path: Path) -> Taken:
     """Take a file for a journal, which takes the place of what is there. Raises FileError."""
     with writing(path):
         return Taken(path, hold(path))
 
 
-def taken_up(path: Path, progress: Callable[[float], None] | None = None) -> Taken:
+def take_up(path: Path, progress: Callable[[float], None] | None = None) -> Taken:
     """Take a file for a journal that goes on with it, or begins it. It is read when nobody else may write it any more.
 
     Raises FileError, and what `read_trajectory` does.
     """
     if is_special(path):
         raise FileError(f"{path} is a pipe or a device", "a session is recorded in a file")
-    it = taken(path)
+    it = take(path)
     try:
         with writing(path):
             if path.exists():

@@ -30,7 +30,7 @@ def reason(error: OSError) -> str:
     return text[:1].lower() + text[1:]
 
 
-def decoded(content: bytes) -> str:
+def text_of(content: bytes) -> str:
     """UTF-8, or a character a byte where it is not that."""
     try:
         return content.decode("utf-8-sig")

@@ -6,7 +6,7 @@ import codecs
 from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
-from vrs_cli.files.opening import decoded, open_to_read, unreadable
+from vrs_cli.files.opening import open_to_read, text_of, unreadable
 
 EXTENSION = ".v2"
 DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
@@ -59,7 +59,7 @@ def _decoded(name: str, data: bytes) -> str:
         return data.decode("utf-16", errors="replace")
     if b"\0" in data:
         raise FileDamaged(f"{name} is not a text", "a program file is VAL-II text")
-    return decoded(data)
+    return text_of(data)
 
 
 def _lines(text: str) -> str:

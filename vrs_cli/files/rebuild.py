@@ -12,7 +12,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.records import RecordError
 
 
-def applied(timeline: Timeline, delta: TimelineDelta) -> Timeline:
+def apply(timeline: Timeline, delta: TimelineDelta) -> Timeline:
     """The timeline after a delta. Raises RecordError when it cannot be the next."""
     if delta.version != timeline.version:
         raise RecordError(f"a delta of timeline version {delta.version}; version {timeline.version} is due here")
@@ -53,7 +53,7 @@ def history_of(initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> H
         elif not goes_on:
             insert = not _overrides(timeline, delta)
             history.add(Step.of(timeline, delta, delta.issued, insert=insert))
-        timeline = applied(timeline, delta)
+        timeline = apply(timeline, delta)
     if streaming:
         history.lengthen_last(timeline)
     return history

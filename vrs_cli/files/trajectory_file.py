@@ -19,7 +19,7 @@ from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.fault import Fault
 from vrs_cli.files.opening import open_to_read, unreadable
-from vrs_cli.files.rebuild import applied, check_order
+from vrs_cli.files.rebuild import apply, check_order
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
@@ -117,7 +117,7 @@ class _Reader:
         """Read the next line; False where it and all after it are left out. Raises FileDamaged."""
         try:
             delta = decode_delta(self._opened(number, line), self._motions, self._form)
-            self._timeline = applied(self._timeline, delta)
+            self._timeline = apply(self._timeline, delta)
         except RecordError as error:
             if not self._lenient:
                 raise _damaged(self._path, number, str(error)) from None
@@ -128,12 +128,12 @@ class _Reader:
 
     def _opened(self, number: int, line: bytes) -> bytes:
         try:
-            return self._checksums.opened(line)
+            return self._checksums.open(line)
         except RecordError as error:
             if not self._lenient:
                 raise
             self._faults.append(Fault(number, str(error)))
-            return self._checksums.passed(line)
+            return self._checksums.skip(line)
 
     def recording(self, lines: _Lines) -> Recording:
         """What the file holds, once all of its laws are checked. Raises FileDamaged."""

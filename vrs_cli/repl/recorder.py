@@ -8,7 +8,7 @@ from vrs_cli.dialogue.numbers import count
 from vrs_cli.dialogue.replies import Message, Tone
 from vrs_cli.errors import FileError
 from vrs_cli.files.continuing import keep_journal
-from vrs_cli.files.journal import Journal, taken_up
+from vrs_cli.files.journal import Journal, take_up
 from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel
@@ -23,7 +23,7 @@ class Recorder:
         self._journal: Journal | None = None
         self._session: Session | None = None
         with reading(path) as progress:
-            self._taken = taken_up(Path(path), progress)
+            self._taken = take_up(Path(path), progress)
 
     @property
     def model(self) -> RobotModel | None:

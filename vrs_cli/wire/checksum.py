@@ -25,14 +25,14 @@ class Checksums:
     def __init__(self, last: int | None = START) -> None:
         self.last = last
 
-    def sealed(self, record: bytes) -> bytes:
+    def seal(self, record: bytes) -> bytes:
         """The next line with its checksum; `record` is one JSON object that is not empty."""
         if self.last is None:
             return record
         self.last = zlib.crc32(record[:-1], self.last)
         return record[:-1] + SEALED % self.last
 
-    def opened(self, line: bytes) -> bytes:
+    def open(self, line: bytes) -> bytes:
         """The record of the next line, which may have its line end. Raises RecordError where the checksum is not that
         of the line."""
         if self.last is None:
@@ -45,7 +45,7 @@ class Checksums:
         self.last = due
         return body + b"}"
 
-    def passed(self, line: bytes) -> bytes:
+    def skip(self, line: bytes) -> bytes:
         """The record of a line whose checksum does not fit; the next line is held against what this one says."""
         line = line.removesuffix(b"\n")
         said = _SAID.search(line)

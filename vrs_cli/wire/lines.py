@@ -87,7 +87,7 @@ class LineEncoder:
         return self._line(delta_record(delta, self._motions))
 
     def _line(self, record: msgspec.Struct) -> bytes:
-        return self._checksums.sealed(_encoder.encode(record)) + b"\n"
+        return self._checksums.seal(_encoder.encode(record)) + b"\n"
 
 
 # --- reading --------------------------------------------------------------------------------------------
