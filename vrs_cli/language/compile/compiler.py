@@ -270,19 +270,17 @@ class _ProgramCompiler(ExpressionCompiler):
             self._operand(statement.word, expression, row)
             for expression, row in zip(statement.arguments, rows, strict=False)
         ]
-        value: py.expr = tree.constant(None)
-        if statement.value is not None and word.value is not None:
-            value = self.operand(statement.value, word.value)
-        given: list[py.expr] = [tree.constant(statement_text(statement)), tree.tuple_of(arguments)]
+        wording: list[py.expr] = [tree.constant(statement_text(statement))]
         if statement.value is not None or statement.modifiers != ast.NO_MODIFIERS:
-            given += (
-                value,
+            wording += (
+                tree.constant(None) if word.value is None else self.operand(statement.value, word.value),
                 self._stamp(statement.modifiers),
                 tree.constant(statement.modifiers.always),
                 tree.constant(statement.modifiers.unit),
             )
-        operands = tree.call("Operands", *given)
-        return [py.Expr(py.YieldFrom(tree.call(self._handler(statement.word), tree.name("X"), operands)))]
+        handler = self._handler(statement.word)
+        carried_out = tree.call(handler, tree.name("X"), tree.call("Wording", *wording), *arguments)
+        return [py.Expr(py.YieldFrom(carried_out))]
 
     def _handler(self, word: str) -> str:
         if word not in self.library.handlers:

@@ -40,7 +40,7 @@ from vrs_cli.language.run.effects import CallProgram
 from vrs_cli.language.run.evaluation import evaluator
 from vrs_cli.language.run.library import LIBRARY, for_step
 from vrs_cli.language.run.memory import Context
-from vrs_cli.language.run.operands import Operand, Operands, stamp_of
+from vrs_cli.language.run.operands import Wording, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT
 from vrs_cli.language.run.semantics.table import HANDLERS
 from vrs_cli.language.text import ast
@@ -67,7 +67,7 @@ class Gap(Enum):
     OTHER = "anything else"
 
 
-Given = Operand | Gap
+Given = Value | CallProgram | Gap | None
 
 
 class Wrong(Struct, frozen=True):
@@ -182,12 +182,12 @@ class Constants(Struct, frozen=True):
         filled = ([x if isinstance(one, Gap) else one for one in given] for x in stand_ins)
         return [self._carried_out(statement, operands) for operands in filled]
 
-    def _carried_out(self, statement: ast.Instruction, operands: Sequence[Operand]) -> VrsError | None:
+    def _carried_out(self, statement: ast.Instruction, operands: Sequence[object]) -> VrsError | None:
         *arguments, value = operands
         modifiers = statement.modifiers
-        it = Operands("", tuple(arguments), value, None, modifiers.always, modifiers.unit)
+        it = Wording("", value, None, modifiers.always, modifiers.unit)
         try:
-            for request in HANDLERS[statement.word](self.context, it):
+            for request in HANDLERS[statement.word](self.context, it, *arguments):
                 if isinstance(request, CHECKED_BY_THE_ROBOT):
                     self.perform(request)
         except (*NEVER_RIGHT, NotAvailable) as error:

@@ -120,12 +120,13 @@ class _Output(Struct):
         return text if text.startswith(" ") else f" {text}"
 
 
-def encode(items: Iterable[TypeItem], units: JointUnits = TURNING) -> tuple[str, bool]:
+def encode(items: Iterable[TypeItem | None], units: JointUnits = TURNING) -> tuple[str, bool]:
     """The text of a TYPE list, and whether a newline ends it (`/S` keeps it away).
 
     A location is shown by its six numbers, a precision point by its joints, each in the form in force.
     """
     output = _Output(units)
     for item in items:
-        output.add(item)
+        if item is not None:
+            output.add(item)
     return "".join(output.parts), output.newline

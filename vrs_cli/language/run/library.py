@@ -12,7 +12,7 @@ from vrs_cli.language.compile.library import Library
 from vrs_cli.language.run.cells import NO_CELLS, Reference, new_variable
 from vrs_cli.language.run.effects import CallProgram, Return, Wait
 from vrs_cli.language.run.memory import Context
-from vrs_cli.language.run.operands import Definable, Operands, stamp_of
+from vrs_cli.language.run.operands import Definable, Wording, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, modulo, power
 from vrs_cli.language.run.semantics.table import HANDLERS
 from vrs_cli.language.words.kind import Kind
@@ -108,9 +108,9 @@ _NAMES: dict[str, object] = {
     "within_range": within_range,
     "CallProgram": CallProgram,
     "Definable": Definable,
-    "Operands": Operands,
     "Reference": Reference,
     "Wait": Wait,
+    "Wording": Wording,
     "NO_CELLS": NO_CELLS,
     "BREAK": Break(),
     "RETURN": Return(),

@@ -1,9 +1,9 @@
-"""The evaluated operands of an instruction, as the compiler hands them to the one who carries it out."""
+"""What the compiler hands to the one who carries out an instruction."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import cast
+from typing import Any
 
 from msgspec import Struct
 
@@ -12,11 +12,9 @@ from vrs_cli.errors import IllegalValue, TypeMismatch
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.language.run.cells import Reference
-from vrs_cli.language.run.effects import CallProgram, Yielded
-from vrs_cli.language.run.formats import TypeItem
-from vrs_cli.language.run.memory import Context
+from vrs_cli.language.run.effects import Yielded
 from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import Value, plain
+from vrs_cli.language.words.values import plain
 
 
 class Definable(Struct, frozen=True):
@@ -40,56 +38,26 @@ class Definable(Struct, frozen=True):
         return self.reference.cells.kind is Kind.PRECISION
 
 
-Operand = Value | Reference | Definable | TypeItem | CallProgram | None
-
-
-class Operands(Struct, frozen=True):
-    """An instruction with its operands evaluated: None for an omitted one, trailing ones may be absent.
-
-    `text` is the instruction in canonical form; `value` what followed `=`.
-    """
+class Wording(Struct, frozen=True):
+    """What an instruction has beside its operands. `text`: its canonical form; `value`: what followed `=`."""
 
     text: str
-    arguments: tuple[Operand, ...] = ()
-    value: Operand = None
+    value: Any = None  # of the kind that the table of instructions asks for
     stamp: Stamp | None = None
     always: bool = False
     unit: str | None = None
 
-    def get(self, index: int) -> Operand:
-        return self.arguments[index] if index < len(self.arguments) else None
 
-    def real(self, index: int) -> float:
-        return cast(float, self.get(index))
-
-    def optional(self, index: int) -> float | None:
-        return cast("float | None", self.get(index))
-
-    def real_or(self, index: int, default: float) -> float:
-        given = self.optional(index)
-        return default if given is None else given
-
-    def transform(self, index: int) -> Transform:
-        given = self.get(index)
-        if not isinstance(given, Transform):
-            raise TypeMismatch("a precision point", "a transformation is wanted here")
-        return given
-
-    def place(self, index: int) -> Transform | Joints:
-        return cast("Transform | Joints", self.get(index))
-
-    def definable(self, index: int) -> Definable:
-        return cast(Definable, self.get(index))
-
-    def positive(self, index: int, what: str) -> float:
-        given = self.real(index)
-        if not given > 0.0:
-            raise IllegalValue(f"{what} {plain(given)}", "it must be greater than 0")
-        return given
-
-
-Handler = Callable[[Context, Operands], Iterable[Yielded]]
+# Carries out an instruction with these operands: None for one that is left out, the last ones may be missing.
+Handler = Callable[..., Iterable[Yielded]]
 NOTHING: tuple[Yielded, ...] = ()
+
+
+def transform(place: Transform | Joints) -> Transform:
+    """Raises TypeMismatch for a precision point."""
+    if not isinstance(place, Transform):
+        raise TypeMismatch("a precision point", "a transformation is wanted here")
+    return place
 
 
 def stamp_of(at: float | None, within: float | None) -> Stamp | None:

@@ -155,7 +155,7 @@ def precision_point(context: Context, *joints: float | None) -> Joints:
     return context.environment.units.read(_or(joint, 0.0) for joint in (*joints, *(None,) * dof)[:dof])
 
 
-def shift(T: Transform, dx: float | None, dy: float | None = None, dz: float | None = None) -> Transform:
+def shift(T: Transform, dx: float | None = None, dy: float | None = None, dz: float | None = None) -> Transform:
     x, y, z = position(T)
     return at_position(T, x + _or(dx, 0.0) / 1000.0, y + _or(dy, 0.0) / 1000.0, z + _or(dz, 0.0) / 1000.0)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from functools import partial
+from itertools import zip_longest
 from typing import cast
 
 from vrs_cli.engine.commands import Break
@@ -13,7 +14,7 @@ from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Answers, AttachRobot, DetachRobot, Prompt, Type, Yielded
 from vrs_cli.language.run.formats import TypeItem, encode
 from vrs_cli.language.run.memory import Context
-from vrs_cli.language.run.operands import Handler, Operand, Operands
+from vrs_cli.language.run.operands import Handler, Wording
 from vrs_cli.language.run.units import (
     CHOOSE,
     ROBOT,
@@ -38,47 +39,37 @@ from vrs_cli.language.words.values import Value, kind_of_value, read_number, sto
 NOWHERE = Span(0, 0, 0)
 
 
-def _type(context: Context, it: Operands) -> Iterable[Yielded]:
-    items = [cast(TypeItem, item) for item in it.arguments if item is not None]
+def _type(context: Context, _it: Wording, *items: TypeItem | None) -> Iterable[Yielded]:
     return (Type(*encode(items, context.environment.units)),)
 
 
-def _type_integer(_context: Context, it: Operands) -> Iterable[Yielded]:
-    return (Type(*encode([Format("I", 0, None, NOWHERE), it.real(0)])),)
+def _type_integer(_context: Context, _it: Wording, number: float) -> Iterable[Yielded]:
+    return (Type(*encode([Format("I", 0, None, NOWHERE), number])),)
 
 
 _BETWEEN = re.compile(r"\s*,\s*|\s+")
 
 
-def _fields(line: str, count: int) -> list[str]:
-    """The values of a line, with commas or blanks between; one alone is the whole line."""
-    return [line] if count == 1 else _BETWEEN.split(line.strip())
-
-
-def _entered(field: str, kind: Kind) -> Value | None:
-    """A field as the value of a variable; nothing at all is 0; None where it is no number."""
-    if kind is Kind.STRING:
-        return field
-    return read_number(field) if field.strip() else 0.0
-
-
 def _entries(line: str, kinds: list[Kind]) -> list[Value] | VrsError:
-    """The values that a line gives to variables of these kinds, or what is wrong with it."""
-    fields = _fields(line, len(kinds))
+    """The values that a line gives to variables of these kinds, or what is wrong with it. One alone is the whole line;
+    between several are commas or blanks. Nothing at all is 0.
+    """
+    fields = [line] if len(kinds) == 1 else _BETWEEN.split(line.strip())
     if len(fields) > len(kinds):
         return IllegalValue(f"{len(fields)} values where {len(kinds)} are wanted")
-    fields += [""] * (len(kinds) - len(fields))
-    values = [_entered(field, kind) for field, kind in zip(fields, kinds, strict=True)]
-    for field, value in zip(fields, values, strict=True):
+    values: list[Value] = []
+    for field, kind in zip_longest(fields, kinds, fillvalue=""):
+        value = field if kind is Kind.STRING else read_number(field) if field.strip() else 0.0
         if value is None:
             return InvalidNumber(field.strip(), "a number is wanted, such as -12.5")
-    return [value for value in values if value is not None]
+        values.append(value)
+    return values
 
 
-def _prompt(_context: Context, it: Operands) -> Answers:
+def _prompt(_context: Context, _it: Wording, *items: Reference | str) -> Answers:
     """Asks until the line can be read. The answer None stands for an empty line."""
-    text = "".join(item for item in it.arguments if isinstance(item, str))
-    targets = [item for item in it.arguments if isinstance(item, Reference)]
+    text = "".join(item for item in items if isinstance(item, str))
+    targets = [item for item in items if isinstance(item, Reference)]
     values: list[Value] | VrsError | None = None
     while not isinstance(values, list):
         answer = yield Prompt(text, len(targets), values)
@@ -89,19 +80,24 @@ def _prompt(_context: Context, it: Operands) -> Answers:
         target.assign(value)
 
 
-def _attach(_context: Context, it: Operands) -> Answers:
+Unit = Reference | float | None  # in a variable, as a number, or left out: the robot
+
+
+def _attach(
+    _context: Context, _it: Wording, asked: Unit = None, mode: float | None = None, device: str | None = None
+) -> Answers:
     """The robot where no unit is named. Mode 4: the system chooses one, and tells its number in the variable."""
-    asked, device = it.get(0), cast("str | None", it.get(2))
-    if checked_mode(it.real_or(1, 0.0)) & CHOOSE:
+    if checked_mode(mode or 0.0) & CHOOSE:
         yield from _attach_any(asked, device)
         return
-    unit = whole(_number_of(asked))
+    given = asked.value() if isinstance(asked, Reference) else asked
+    unit = ROBOT if given is None else whole(cast(float, given))
     if device is not None:
         checked_device(device, unit)
     yield AttachRobot() if unit == ROBOT else AttachUnit(checked_unit(unit))
 
 
-def _attach_any(asked: Operand, device: str | None) -> Answers:
+def _attach_any(asked: Unit, device: str | None) -> Answers:
     checked_device(device or "DISK", None)
     if not isinstance(asked, Reference):
         raise IllegalValue("ATTACH mode 4", "it wants a variable for the number: ATTACH (lun, 4)")
@@ -111,41 +107,34 @@ def _attach_any(asked: Operand, device: str | None) -> Answers:
     asked.assign(float(answer))
 
 
-def _number_of(unit: Operand) -> float:
-    """A unit that is a number, a variable, or left out (the robot)."""
-    value = unit.value() if isinstance(unit, Reference) else unit
-    return float(ROBOT) if value is None else cast(float, value)
-
-
-def _detach(_context: Context, it: Operands) -> Iterable[Yielded]:
-    unit = whole(it.real_or(0, float(ROBOT)))
+def _detach(_context: Context, _it: Wording, number: float | None = None) -> Iterable[Yielded]:
+    unit = whole(number or 0.0)
     return (Break(), DetachRobot()) if unit == ROBOT else (DetachUnit(checked_unit(unit)),)
 
 
-def _open(access: Access, _context: Context, it: Operands) -> Iterable[Yielded]:
-    return (OpenFile(checked_disk(it.real(0), access.value), cast(str, it.get(1)), access),)
+def _open(access: Access, _context: Context, _it: Wording, unit: float, name: str) -> Iterable[Yielded]:
+    return (OpenFile(checked_disk(unit, access.value), name, access),)
 
 
-def _close(_context: Context, it: Operands) -> Iterable[Yielded]:
-    return (CloseFile(checked_disk(it.real(0), "FCLOSE")),)
+def _close(_context: Context, _it: Wording, unit: float) -> Iterable[Yielded]:
+    return (CloseFile(checked_disk(unit, "FCLOSE")),)
 
 
-def _delete_file(_context: Context, it: Operands) -> Iterable[Yielded]:
-    return (DeleteFile(checked_disk(it.real(0), "FDELETE"), cast(str, it.get(1))),)
+def _delete_file(_context: Context, _it: Wording, unit: float, name: str) -> Iterable[Yielded]:
+    return (DeleteFile(checked_disk(unit, "FDELETE"), name),)
 
 
-def _write(context: Context, it: Operands) -> Iterable[Yielded]:
-    items = [cast(TypeItem, item) for item in it.arguments[1:] if item is not None]
-    return (WriteRecord(checked_unit(it.real(0)), *encode(items, context.environment.units)),)
+def _write(context: Context, _it: Wording, unit: float, *items: TypeItem | None) -> Iterable[Yielded]:
+    return (WriteRecord(checked_unit(unit), *encode(items, context.environment.units)),)
 
 
-def _read(_context: Context, it: Operands) -> Answers:
+def _read(_context: Context, _it: Wording, number: float, *variables: Reference | None) -> Answers:
     """One record, whose values go to the variables: all of them, or none and the unit says why."""
-    unit = checked_unit(it.real(0))
+    targets = [variable for variable in variables if variable is not None]
+    unit = checked_unit(number)
     line = yield ReadRecord(unit)
     if line is None:
         return
-    targets = [item for item in it.arguments[1:] if isinstance(item, Reference)]
     try:
         values = _record(line, [target.cells.kind for target in targets])
     except VrsError as refused:

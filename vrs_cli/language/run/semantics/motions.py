@@ -12,7 +12,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language.run.effects import Yielded
 from vrs_cli.language.run.memory import Context
-from vrs_cli.language.run.operands import Handler, Operands
+from vrs_cli.language.run.operands import Handler, Wording, transform
 from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import plain, whole
 from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
@@ -27,9 +27,10 @@ def _hand_of(opening: float | None) -> float | None:
     return None if opening is None else 1.0 if opening > 0.0 or opening == -1.0 else 0.0
 
 
-def _move(straight: bool, _context: Context, it: Operands) -> Iterable[Yielded]:
-    hand = _hand_of(it.optional(1))
-    return (Move(_target(it.place(0)), straight, hand=hand, stamp=it.stamp, text=it.text),)
+def _move(
+    straight: bool, _context: Context, it: Wording, place: Transform | Joints, hand: float | None = None
+) -> Iterable[Yielded]:
+    return (Move(_target(place), straight, hand=_hand_of(hand), stamp=it.stamp, text=it.text),)
 
 
 def _back_off(distance: float) -> Transform:
@@ -37,17 +38,18 @@ def _back_off(distance: float) -> Transform:
     return translation(0.0, 0.0, -distance / 1000.0)
 
 
-def _approach(straight: bool, _context: Context, it: Operands) -> Iterable[Yielded]:
-    pose = compose(it.transform(0), _back_off(it.real(1)))
+def _approach(
+    straight: bool, _context: Context, it: Wording, place: Transform | Joints, distance: float
+) -> Iterable[Yielded]:
+    pose = compose(transform(place), _back_off(distance))
     return (Move(PoseTarget(pose), straight, stamp=it.stamp, text=it.text),)
 
 
-def _depart(straight: bool, _context: Context, it: Operands) -> Iterable[Yielded]:
-    return (Move(ToolOffsetTarget(_back_off(it.real(0))), straight, stamp=it.stamp, text=it.text),)
+def _depart(straight: bool, _context: Context, it: Wording, distance: float) -> Iterable[Yielded]:
+    return (Move(ToolOffsetTarget(_back_off(distance)), straight, stamp=it.stamp, text=it.text),)
 
 
-def _drive(context: Context, it: Operands) -> Iterable[Yielded]:
-    joint, change, speed = it.real(0), it.real(1), it.optional(2)
+def _drive(context: Context, it: Wording, joint: float, change: float, speed: float | None = None) -> Iterable[Yielded]:
     if not 0.5 <= joint < context.robot.dof + 0.5:
         raise IllegalJoint(plain(joint), f"joints are 1 to {context.robot.dof}")
     target = JointOffsetTarget(whole(joint), context.environment.units.one_read(whole(joint), change))
@@ -55,21 +57,20 @@ def _drive(context: Context, it: Operands) -> Iterable[Yielded]:
     return (Move(target, False, speed=fraction, stamp=it.stamp, text=it.text),)
 
 
-def _named(name: str, _context: Context, it: Operands) -> Iterable[Yielded]:
+def _named(name: str, _context: Context, it: Wording) -> Iterable[Yielded]:
     return (Move(NamedTarget(name), False, stamp=it.stamp, text=it.text),)
 
 
-def _align(_context: Context, it: Operands) -> Iterable[Yielded]:
+def _align(_context: Context, it: Wording) -> Iterable[Yielded]:
     return (Move(AlignedTarget(), True, stamp=it.stamp, text=it.text),)
 
 
-def _draw(context: Context, it: Operands) -> Iterable[Yielded]:
-    target = shift(context.robot.destination(), *(it.real_or(index, 0.0) for index in range(3)))
+def _draw(context: Context, it: Wording, *distances: float | None) -> Iterable[Yielded]:
+    target = shift(context.robot.destination(), *distances)
     return (Move(PoseTarget(target), True, stamp=it.stamp, text=it.text),)
 
 
-def _delay(_context: Context, it: Operands) -> Iterable[Yielded]:
-    seconds = it.real(0)
+def _delay(_context: Context, it: Wording, seconds: float) -> Iterable[Yielded]:
     if seconds < 0.0:
         raise IllegalValue(f"a delay of {plain(seconds)} seconds", "it must not be negative")
     return (Delay(seconds, it.text),)

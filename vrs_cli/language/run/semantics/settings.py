@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from functools import partial
 from math import radians
-from typing import cast
 
 from vrs_cli.engine.commands import (
     Mode,
@@ -25,77 +24,79 @@ from vrs_cli.engine.commands import (
 from vrs_cli.engine.parameters import ACCELERATION, DECELERATION, MONITOR_SPEED, PROGRAM_SPEED, ROTATION_SPEED
 from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
-from vrs_cli.kinematics.transform import IDENTITY, compose, rotation_z, translation
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, rotation_z
 from vrs_cli.language.run.effects import Yielded
 from vrs_cli.language.run.memory import Context
-from vrs_cli.language.run.operands import NOTHING, Handler, Operands
+from vrs_cli.language.run.operands import NOTHING, Handler, Wording, transform
+from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import plain, whole
 
 
-def _speed(_context: Context, it: Operands) -> Iterable[Yielded]:
+def _speed(_context: Context, it: Wording, speed: float, rotation: float | None = None) -> Iterable[Yielded]:
     if it.unit == "MONITOR":
-        return (SetMonitorSpeed(MONITOR_SPEED.checked(it.real(0))),)
+        return (SetMonitorSpeed(MONITOR_SPEED.checked(speed)),)
     unit = SpeedUnit.PERCENT if it.unit is None else SpeedUnit(it.unit)
-    rotation = it.optional(1)
     if rotation is not None:
         ROTATION_SPEED.checked(rotation)
-    return (SetSpeed(PROGRAM_SPEED[unit].checked(it.real(0)), rotation, unit, it.always),)
+    return (SetSpeed(PROGRAM_SPEED[unit].checked(speed), rotation, unit, it.always),)
 
 
-def _duration(_context: Context, it: Operands) -> Iterable[Yielded]:
-    seconds = it.real(0)
+def _duration(_context: Context, it: Wording, seconds: float) -> Iterable[Yielded]:
     if seconds < 0.0:
         raise IllegalValue(f"a duration of {plain(seconds)} seconds", "it must not be negative")
     return (SetDuration(seconds, it.always),)
 
 
-def _acceleration(_context: Context, it: Operands) -> Iterable[Yielded]:
-    deceleration = it.optional(1)
+def _acceleration(
+    _context: Context, _it: Wording, acceleration: float, deceleration: float | None = None
+) -> Iterable[Yielded]:
     if deceleration is not None:
         DECELERATION.checked(deceleration)
-    return (SetAcceleration(ACCELERATION.checked(it.real(0)), deceleration),)
+    return (SetAcceleration(ACCELERATION.checked(acceleration), deceleration),)
 
 
-def _mode(mode: Mode, on: bool, _context: Context, it: Operands) -> Iterable[Yielded]:
-    tolerance = None if it.get(0) is None else it.positive(0, "a tolerance of")
+def _mode(mode: Mode, on: bool, _context: Context, it: Wording, tolerance: float | None = None) -> Iterable[Yielded]:
+    if tolerance is not None and not tolerance > 0.0:
+        raise IllegalValue(f"a tolerance of {plain(tolerance)}", "it must be greater than 0")
     return (SetMode(mode, on, it.always, tolerance),)
 
 
-def _configuration(flag: Arm | Elbow | Wrist, _context: Context, _it: Operands) -> Iterable[Yielded]:
+def _configuration(flag: Arm | Elbow | Wrist, _context: Context, _it: Wording) -> Iterable[Yielded]:
     return (SetConfiguration(flag),)
 
 
-def _hand(opening: float | None, immediate: bool, _context: Context, it: Operands) -> Iterable[Yielded]:
+def _hand(
+    opening: float | None, immediate: bool, _context: Context, it: Wording, *_operands: float | None
+) -> Iterable[Yielded]:
     return (OperateHand(opening, immediate, it.text),)
 
 
-def _tool(_context: Context, it: Operands) -> Iterable[Yielded]:
-    return (SetTool(IDENTITY if it.get(0) is None else it.transform(0)),)
+def _tool(_context: Context, _it: Wording, tool: Transform | Joints | None = None) -> Iterable[Yielded]:
+    return (SetTool(IDENTITY if tool is None else transform(tool)),)
 
 
-def _base(_context: Context, it: Operands) -> Iterable[Yielded]:
-    dx, dy, dz, turn = (it.real_or(index, 0.0) for index in range(4))
-    shift = translation(dx / 1000.0, dy / 1000.0, dz / 1000.0)
-    return (SetBase(compose(shift, rotation_z(radians(turn)))),)
+def _base(_context: Context, _it: Wording, *numbers: float | None) -> Iterable[Yielded]:
+    *distances, turn = [number or 0.0 for number in (*numbers, *(None,) * 4)[:4]]
+    return (SetBase(compose(shift(IDENTITY, *distances), rotation_z(radians(turn)))),)
 
 
-def _select(_context: Context, it: Operands) -> Iterable[Yielded]:
-    device, number = cast(str, it.get(0)), cast(float, it.value)
-    if not "ROBOT".startswith(device) or whole(number) != 1:
-        raise IllegalValue(f"SELECT {device} = {plain(number)}", "there is one robot: SELECT ROBOT = 1")
+def _select(_context: Context, it: Wording, device: str) -> Iterable[Yielded]:
+    if not "ROBOT".startswith(device) or whole(it.value) != 1:
+        raise IllegalValue(f"SELECT {device} = {plain(it.value)}", "there is one robot: SELECT ROBOT = 1")
     return NOTHING
 
 
-def _switches(on: bool, _context: Context, it: Operands) -> Iterable[Yielded]:
-    return tuple(SetSwitch(cast(str, name), on) for name in it.arguments)
+def _switches(on: bool, _context: Context, _it: Wording, *names: str) -> Iterable[Yielded]:
+    return tuple(SetSwitch(name, on) for name in names)
 
 
-def _switch(_context: Context, it: Operands) -> Iterable[Yielded]:
-    return (SetSwitch(cast(str, it.get(0)), bool(it.value)),)
+def _switch(_context: Context, it: Wording, name: str) -> Iterable[Yielded]:
+    return (SetSwitch(name, bool(it.value)),)
 
 
-def _parameter(_context: Context, it: Operands) -> Iterable[Yielded]:
-    return (SetParameter(cast(str, it.get(0)), cast("float | str", it.value)),)
+def _parameter(_context: Context, it: Wording, name: str) -> Iterable[Yielded]:
+    return (SetParameter(name, it.value),)
 
 
 MODE_WORDS = {

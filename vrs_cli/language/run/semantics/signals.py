@@ -4,67 +4,65 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import partial
-from typing import cast
 
 from vrs_cli.language.run.effects import CallProgram, Ignore, Lock, ReactToErrors, RunSignal, SignalsSet, Yielded
 from vrs_cli.language.run.memory import Context
-from vrs_cli.language.run.operands import NOTHING, Handler, Operands
+from vrs_cli.language.run.operands import NOTHING, Handler, Wording
 from vrs_cli.language.run.reactions import DEFAULT, Reaction, checked_priority, checked_signal
 from vrs_cli.language.words.values import integer
 
 _SIGNALS_SET = (SignalsSet(),)
 
 
-def _signal(context: Context, it: Operands) -> Iterable[Yielded]:
-    for number in it.arguments:
+def _signal(context: Context, _it: Wording, *numbers: float | None) -> Iterable[Yielded]:
+    for number in numbers:
         if number is not None:
-            context.environment.signals.write(cast(float, number))
+            context.environment.signals.write(number)
     return _SIGNALS_SET
 
 
-def _reset(context: Context, _it: Operands) -> Iterable[Yielded]:
+def _reset(context: Context, _it: Wording) -> Iterable[Yielded]:
     context.environment.signals.reset()
     return _SIGNALS_SET
 
 
-def _bits(context: Context, it: Operands) -> Iterable[Yielded]:
-    value = integer(cast(float, it.value))
-    context.environment.signals.write_bits(it.real(0), it.real_or(1, 1.0), value)
+def _bits(context: Context, it: Wording, first: float, count: float | None = None) -> Iterable[Yielded]:
+    context.environment.signals.write_bits(first, 1.0 if count is None else count, integer(it.value))
     return _SIGNALS_SET
 
 
-def _timer(context: Context, it: Operands) -> Iterable[Yielded]:
-    context.environment.timers.set(it.real(0), cast(float, it.value), context.robot.time())
+def _timer(context: Context, it: Wording, number: float) -> Iterable[Yielded]:
+    context.environment.timers.set(number, it.value, context.robot.time())
     return NOTHING
 
 
-def _react(immediate: bool, context: Context, it: Operands) -> Iterable[Yielded]:
-    signal, program = checked_signal(it.real(0)), cast(CallProgram, it.get(1))
-    priority = checked_priority(it.real_or(2, DEFAULT), 1)
+def _react(
+    immediate: bool, context: Context, _it: Wording, number: float, call: CallProgram, given: float | None = None
+) -> Iterable[Yielded]:
+    signal, priority = checked_signal(number), checked_priority(DEFAULT if given is None else given, 1)
     context.environment.signals.read(signal)
-    context.environment.program(program.name)
-    return (Reaction(signal, program.name, priority, immediate),)
+    context.environment.program(call.name)
+    return (Reaction(signal, call.name, priority, immediate),)
 
 
-def _react_to_errors(context: Context, it: Operands) -> Iterable[Yielded]:
-    program = cast("CallProgram | None", it.get(0))
-    if program is not None:
-        context.environment.program(program.name)
-    return (ReactToErrors(None if program is None else program.name),)
+def _react_to_errors(context: Context, _it: Wording, call: CallProgram | None = None) -> Iterable[Yielded]:
+    if call is not None:
+        context.environment.program(call.name)
+    return (ReactToErrors(None if call is None else call.name),)
 
 
-def _ignore(context: Context, it: Operands) -> Iterable[Yielded]:
-    signal = checked_signal(it.real(0))
+def _ignore(context: Context, _it: Wording, number: float) -> Iterable[Yielded]:
+    signal = checked_signal(number)
     context.environment.signals.read(signal)
     return (Ignore(signal),)
 
 
-def _lock(_context: Context, it: Operands) -> Iterable[Yielded]:
-    return (Lock(checked_priority(it.real(0), 0)),)
+def _lock(_context: Context, _it: Wording, priority: float) -> Iterable[Yielded]:
+    return (Lock(checked_priority(priority, 0)),)
 
 
-def _run_signal(context: Context, it: Operands) -> Iterable[Yielded]:
-    signal = checked_signal(it.real(0))
+def _run_signal(context: Context, _it: Wording, number: float) -> Iterable[Yielded]:
+    signal = checked_signal(number)
     context.environment.signals.writable(signal)
     return (RunSignal(signal),)
 
