@@ -24,8 +24,8 @@ from vrs_cli.interfaces.tasks.readings import Readings
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.analysis.analyzer import Analysis, analyze
 from vrs_cli.language.compile.compiler import compile_program
+from vrs_cli.language.run.effects import Completed, Failed
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.events import Completed, Failed
 from vrs_cli.language.run.library import LIBRARY
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast

@@ -9,9 +9,8 @@ from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, translation
 from vrs_cli.language.analysis.analyzer import analyze
-from vrs_cli.language.run.effects import CycleBegins, Prompt, Type, Wait
+from vrs_cli.language.run.effects import Completed, CycleBegins, Event, Failed, Halt, Pause, Prompt, Type, Wait
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.events import Completed, Event, Failed, Halted, Paused
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import parse_file
@@ -145,7 +144,7 @@ def drive(task: Task, robot: StillRobot, answers: Iterable[str] = (), most: int 
             except VrsError as error:
                 events.append(task.throw(error))
                 break
-        elif isinstance(event, Completed | Failed | Halted | Paused):
+        elif isinstance(event, Completed | Failed | Halt | Pause):
             break
     return events
 

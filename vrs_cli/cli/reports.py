@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
     from vrs_cli.engine.history import CommandRecord
     from vrs_cli.interfaces.tasks.runs import RunResult
-    from vrs_cli.language.run.events import ProgramFault
+    from vrs_cli.language.run.effects import ProgramFault
     from vrs_cli.language.text.diagnostics import Diagnostic
 
 Object = dict[str, Any]

@@ -11,7 +11,7 @@ from vrs_cli.errors import FileError, ProgramInterlocked, TaskActive, TaskNotAct
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.runs import Outcome
-from vrs_cli.language.run.events import TaskState
+from vrs_cli.language.run.effects import TaskState
 
 
 def test_a_program_on_the_stack_is_left_alone_until_kill(session: Session) -> None:

@@ -25,8 +25,8 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.analysis.analyzer import Analysis, analyze
 from vrs_cli.language.compile.compiler import compile_program
+from vrs_cli.language.run.effects import Budget, Completed, Failed
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.events import Budget, Completed, Failed
 from vrs_cli.language.run.library import LIBRARY
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text.ast import (

@@ -10,9 +10,8 @@ from tests.language.running import StillRobot, drive, environment_with, program
 from vrs_cli.engine.commands import Move
 from vrs_cli.errors import ArithmeticOverflow, ProgramNotExecutable, UndefinedValue
 from vrs_cli.kinematics.transform import IDENTITY, translation
-from vrs_cli.language.run.effects import Prompt
+from vrs_cli.language.run.effects import Completed, Event, Failed, Halt, Prompt
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.events import Completed, Event, Failed, Halted
 from vrs_cli.language.run.prompt import arguments_of, definable, evaluate, statement_task
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast
@@ -22,7 +21,7 @@ from vrs_cli.language.text.parser import parse_prompt
 def execute_statement(environment: Environment, line: ast.Statement) -> Iterator[Event]:
     """The events of one instruction at the prompt. An error of the instruction itself is raised."""
     task = statement_task(environment, StillRobot(), line)
-    while not isinstance(event := task.resume(), Completed | Halted):
+    while not isinstance(event := task.resume(), Completed | Halt):
         if isinstance(event, Failed) and not event.fault.program:
             raise event.error
         yield event

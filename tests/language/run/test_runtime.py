@@ -14,9 +14,18 @@ from vrs_cli.errors import (
     StackOverflow,
     UndefinedName,
 )
-from vrs_cli.language.run.effects import CYCLE_SETTINGS, CycleBegins, Type
+from vrs_cli.language.run.effects import (
+    CYCLE_SETTINGS,
+    Budget,
+    Completed,
+    CycleBegins,
+    Failed,
+    Halt,
+    Pause,
+    TaskState,
+    Type,
+)
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.events import Budget, Completed, Failed, Halted, Paused, TaskState
 from vrs_cli.language.run.runtime import STACK_LIMIT, Task
 
 
@@ -108,7 +117,7 @@ def test_a_missing_program_has_a_near_name() -> None:
 def test_the_stack_is_named_from_the_main_program() -> None:
     text = program("", "CALL sub") + program("x = 1", "PAUSE", name="sub")
     result = run(text)
-    assert result.last == Paused("sub", 2)
+    assert (result.last, result.task.program, result.task.step) == (Pause(), "sub", 2)
     assert result.task.stack == (("main", 2), ("sub", 2))
     assert (result.task.program, result.task.step) == ("sub", 2)
     assert result.task.uses("MAIN")
@@ -138,7 +147,7 @@ def test_a_task_of_a_program_that_is_not_there() -> None:
 def test_pause_goes_on_at_the_next_step() -> None:
     task = task_of('TYPE "a"', "PAUSE", 'TYPE "b"')
     first = drive(task, StillRobot())
-    assert isinstance(first[-1], Paused)
+    assert isinstance(first[-1], Pause)
     assert isinstance(first[-2], Break)
     assert state(task) is TaskState.PAUSED
     second = drive(task, StillRobot())
@@ -149,9 +158,10 @@ def test_pause_goes_on_at_the_next_step() -> None:
 def test_halt_is_the_end() -> None:
     task = task_of("HALT", 'TYPE "b"', cycles=5)
     events = drive(task, StillRobot())
-    assert events[-2:] == [Break(), Halted("main", 1)]
+    assert events[-2:] == [Break(), Halt()]
+    assert (task.program, task.step) == ("main", 1)
     assert task.ended
-    assert task.resume() == Halted("main", 1)
+    assert task.resume() == Halt()
 
 
 def test_the_last_event_is_given_again() -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import count
 from math import inf
-from typing import Any, get_args
+from typing import Any
 
 from vrs_cli.engine.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
 from vrs_cli.engine.engine import Engine
@@ -21,20 +21,25 @@ from vrs_cli.interfaces.tasks.track import Aborted, Asked, Pending, Track
 from vrs_cli.interfaces.tasks.transcript import Transcript
 from vrs_cli.language.run.effects import (
     AttachRobot,
+    Budget,
+    Completed,
     Control,
     ControlTask,
     CycleBegins,
     DetachRobot,
+    Failed,
+    Halt,
+    Pause,
     Prompt,
     RunSignal,
     SetEvent,
     StartTask,
+    TaskState,
     Type,
     Wait,
     WaitEvent,
 )
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.events import Budget, Completed, Failed, Halted, Paused, TaskState
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.units import TERMINAL, AwaitLine, ReadRecord, UnitEffect
@@ -208,7 +213,7 @@ class Performer:
 
     # --- endings ---
 
-    def _end(self, track: Track, event: Completed | Halted | Paused | Failed | Aborted | Stopped) -> None:
+    def _end(self, track: Track, event: Completed | Halt | Pause | Failed | Aborted | Stopped) -> None:
         """Once the robot is at rest, if it is this task's, and no line of the prompt."""
         rests = not track.at_prompt or (isinstance(event, Aborted) and not self._tasks.only_waits(track))
         if rests and self._tasks.owns(track) and self._engine.now < self._engine.end:
@@ -230,8 +235,8 @@ def _line(answer: str | VrsError | None) -> str | None:
 
 _ENDINGS: dict[type, Outcome] = {
     Completed: Outcome.COMPLETED,
-    Halted: Outcome.HALTED,
-    Paused: Outcome.PAUSED,
+    Halt: Outcome.HALTED,
+    Pause: Outcome.PAUSED,
     Failed: Outcome.FAILED,
     Aborted: Outcome.ABORTED,
 }
@@ -239,7 +244,7 @@ _ENDINGS: dict[type, Outcome] = {
 _ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {
     Type: Performer._type,
     Prompt: Performer._prompt,
-    **dict.fromkeys(get_args(UnitEffect), Performer._unit),
+    **dict.fromkeys(UnitEffect.__subclasses__(), Performer._unit),
     Wait: Performer._wait,
     WaitEvent: Performer._wait_event,
     SetEvent: Performer._set_event,

@@ -8,7 +8,7 @@ from enum import Enum
 from msgspec import Struct
 
 from vrs_cli.errors import LimitReached
-from vrs_cli.language.run.events import ProgramFault
+from vrs_cli.language.run.effects import ProgramFault
 
 GO_ON = "SIGNAL sets an input that is waited for; RETRY lets a program go on"  # what helps at a prompt
 LONGEST = 86_400.0  # [s] of virtual time that a program may take unless told otherwise: a day

@@ -7,8 +7,8 @@ import re
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.tasks import Tasks
+from vrs_cli.language.run.effects import TaskState
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.events import TaskState
 from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
 from vrs_cli.language.run.robot import System
 from vrs_cli.language.words.kind import key_of

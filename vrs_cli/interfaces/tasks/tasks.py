@@ -13,9 +13,8 @@ from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.tasks.runs import Beside, Outcome
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Track
-from vrs_cli.language.run.effects import AttachRobot, Wait
+from vrs_cli.language.run.effects import AttachRobot, TaskState, Wait
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.events import TaskState
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.semantics.tasks import LAST_TASK
 

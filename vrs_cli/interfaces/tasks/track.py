@@ -9,8 +9,7 @@ from vrs_cli.engine.commands import Request
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.tasks.debugging import Onward, Stepping, Stopped
 from vrs_cli.interfaces.tasks.runs import Outcome
-from vrs_cli.language.run.effects import Prompt, Wait, WaitEvent
-from vrs_cli.language.run.events import Event, ProgramFault
+from vrs_cli.language.run.effects import Event, ProgramFault, Prompt, Wait, WaitEvent
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.units import AwaitLine, ReadRecord
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from msgspec import Struct
 
 from vrs_cli.language.run.cells import Reference
-from vrs_cli.language.run.events import Event
+from vrs_cli.language.run.effects import Event
 from vrs_cli.language.run.executable import Executable, Steps
 from vrs_cli.language.run.memory import Context
 

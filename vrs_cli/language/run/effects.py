@@ -1,30 +1,37 @@
-"""What a running program asks of its driver.
+"""What a running program asks of its driver, and how it ends.
 
-A request of `engine.commands` goes to the robot. The effects below are for the terminal and the clock.
+A request of `engine.commands` goes to the robot, the effects below to all else. No driver sees what "the task does by
+itself".
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from enum import Enum
 
 from msgspec import Struct
 
 from vrs_cli.engine.commands import Mode, Request, SetDuration, SetMode, SetSpeed, SpeedUnit
-from vrs_cli.errors import VrsError
+from vrs_cli.errors import Place, VrsError
 from vrs_cli.language.run.cells import Reference
-from vrs_cli.language.run.reactions import Reaction
-from vrs_cli.language.run.units import UnitEffect
 
 
-class Type(Struct, frozen=True):
+class Effect(Struct, frozen=True):
+    """What a task tells its driver, beside the requests to the robot."""
+
+
+Event = Request | Effect
+Answers = Generator[Event, str | None, None]  # a driver sends the answer to an effect that asks
+
+
+class Type(Effect, frozen=True):
     """Text for the terminal; `newline`: a line ends after it."""
 
     text: str
     newline: bool = True
 
 
-class Prompt(Struct, frozen=True):
+class Prompt(Effect, frozen=True):
     """Show the text and read one line, the answer to `resume`. `count`: how many values are wanted; `wrong`: why the
     line before could not be read, where there was one.
     """
@@ -34,7 +41,7 @@ class Prompt(Struct, frozen=True):
     wrong: VrsError | None = None
 
 
-class Wait(Struct, frozen=True):
+class Wait(Effect, frozen=True):
     """Hold the program until `condition()` is true: asked at once, or after `ticks`, then every tick.
 
     The condition raises VrsError where it cannot be evaluated: the driver hands that to `Task.throw`.
@@ -44,7 +51,7 @@ class Wait(Struct, frozen=True):
     ticks: int = 0
 
 
-class WaitEvent(Struct, frozen=True):
+class WaitEvent(Effect, frozen=True):
     """WAIT.EVENT: hold the program until another sets its event, or for so many `seconds` where that is not None.
 
     `event`: whether an event ends it at all.
@@ -54,77 +61,76 @@ class WaitEvent(Struct, frozen=True):
     seconds: float | None = None
 
 
-class SetEvent(Struct, frozen=True):
+class SetEvent(Effect, frozen=True):
     """SET.EVENT: the event of a task."""
 
     task: int
 
 
-class CycleBegins(Struct, frozen=True):
+class CycleBegins(Effect, frozen=True):
     """A cycle of the main program begins: the driver performs `settings` (val2 section 9.1). Cycles count from 1."""
 
     cycle: int
     settings: tuple[Request, ...]
 
 
-class CallProgram(Struct, frozen=True):
+class CallProgram(Effect, frozen=True):
     """CALL; the task does it by itself."""
 
     name: str
     arguments: tuple[Reference | None, ...]
 
 
-class Return(Struct, frozen=True):
-    """RETURN, or the end of a program; the task does it by itself. `steps`: how many after the call are left out."""
+class Return(Effect, frozen=True):
+    """RETURN, or the end of a program; the task does it by itself. `steps`: how many after the call are left out;
+    `mended` (RETURNE): the step that failed before a REACTE routine is left out, too.
+    """
 
     steps: int = 0
+    mended: bool = False
 
 
-class Stop(Struct, frozen=True):
+class Stop(Effect, frozen=True):
     """STOP: the end of this cycle; the task does it by itself."""
 
 
-class Pause(Struct, frozen=True):
-    """PAUSE: the task says `Paused`."""
+class Pause(Effect, frozen=True):
+    """PAUSE: `resume` goes on with the next step."""
 
 
-class Halt(Struct, frozen=True):
-    """HALT: the task says `Halted`."""
+class Halt(Effect, frozen=True):
+    """HALT: the end."""
 
 
-class ReturnFromError(Struct, frozen=True):
-    """RETURNE: RETURN, but from a REACTE routine to the step after the one that failed."""
+class LookAround(Effect, frozen=True):
+    """A reaction may be due now, as after a SIGNAL of the program itself; the task does it by itself."""
 
 
-class SignalsSet(Struct, frozen=True):
-    """SIGNAL and its like: a reaction of the program itself may be due; the task looks by itself."""
-
-
-class Ignore(Struct, frozen=True):
+class Ignore(Effect, frozen=True):
     """IGNORE: end the reaction to a signal; the task does it by itself."""
 
     signal: int
 
 
-class Lock(Struct, frozen=True):
+class Lock(Effect, frozen=True):
     """LOCK: the priority of the program; the task does it by itself."""
 
     priority: int
 
 
-class ReactToErrors(Struct, frozen=True):
+class ReactToErrors(Effect, frozen=True):
     """REACTE: call a program when a step fails, or (None) no longer; the task does it by itself."""
 
     program: str | None
 
 
-class RunSignal(Struct, frozen=True):
+class RunSignal(Effect, frozen=True):
     """RUNSIG: keep the signal in this state while the program runs, and in the other one while it does not."""
 
     signal: int
 
 
-class StartTask(Struct, frozen=True):
+class StartTask(Effect, frozen=True):
     """EXECUTE in a program, PCEXECUTE: `number` is None for the first task that is free."""
 
     number: int | None
@@ -143,48 +149,17 @@ class Control(Enum):
     RETRY = "RETRY"
 
 
-class ControlTask(Struct, frozen=True):
+class ControlTask(Effect, frozen=True):
     control: Control
     number: int
 
 
-class AttachRobot(Struct, frozen=True):
+class AttachRobot(Effect, frozen=True):
     """ATTACH: take the robot, as soon as no other task has it."""
 
 
-class DetachRobot(Struct, frozen=True):
+class DetachRobot(Effect, frozen=True):
     """DETACH: let the robot go, once it is at rest."""
-
-
-Effect = (
-    Type
-    | Prompt
-    | Wait
-    | WaitEvent
-    | SetEvent
-    | CycleBegins
-    | CallProgram
-    | Return
-    | ReturnFromError
-    | Stop
-    | Pause
-    | Halt
-    | Reaction
-    | SignalsSet
-    | Ignore
-    | Lock
-    | ReactToErrors
-    | RunSignal
-    | StartTask
-    | ControlTask
-    | AttachRobot
-    | DetachRobot
-    | UnitEffect
-)
-
-
-Yielded = Request | Effect
-Answers = Generator[Yielded, str | None, None]
 
 
 CYCLE_SETTINGS: tuple[Request, ...] = (
@@ -197,3 +172,49 @@ CYCLE_SETTINGS: tuple[Request, ...] = (
     SetMode(Mode.OVERLAP, on=True, always=True),
     SetMode(Mode.INTEGRAL, on=False, always=True),
 )
+
+
+# --- how a program ends --------------------------------------------------------------------------------------------
+
+
+class ProgramFault(Struct, frozen=True):
+    """Where a program stopped with an error. `step` counts from 1; `line` is that of its file; `source` its text.
+
+    `text` is VAL-II's message, `message` the whole of it with what happened and what would be right. `numbers`: those
+    of the error.
+    """
+
+    code: int
+    text: str
+    message: str
+    program: str
+    step: int
+    line: int
+    source: str
+    numbers: Mapping[str, float | Place]
+
+
+class Completed(Effect, frozen=True):
+    """The last cycle has ended."""
+
+    cycles: int
+
+
+class Failed(Effect, frozen=True):
+    """A step could not be done. `resume` goes on with the next step, `retry` first repeats it."""
+
+    fault: ProgramFault
+    error: VrsError
+
+
+class Budget(Effect, frozen=True):
+    """So many steps were done, and nothing is asked for."""
+
+
+class TaskState(Enum):
+    RUNNING = "running"
+    PAUSED = "paused"
+    FAILED = "failed"
+    HALTED = "halted"
+    ABORTED = "aborted"
+    COMPLETED = "completed"

@@ -12,14 +12,14 @@ from vrs_cli.language.analysis.lineage import program_beyond_val2
 from vrs_cli.language.compile.compiler import Compiled, compile_program
 from vrs_cli.language.compile.expressions import CELLS
 from vrs_cli.language.run.cells import Reference, new_variable
-from vrs_cli.language.run.effects import Yielded
+from vrs_cli.language.run.effects import Event
 from vrs_cli.language.run.library import LIBRARY, UNSET
 from vrs_cli.language.run.memory import Context, Memory
 from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.words.kind import kind_of_name
 
-Steps = Generator[int | Yielded, str | None, int | None]
+Steps = Generator[int | Event, str | None, int | None]
 
 
 class Executable:

@@ -12,7 +12,7 @@ from vrs_cli.errors import IllegalValue, TypeMismatch
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.language.run.cells import Reference
-from vrs_cli.language.run.effects import Yielded
+from vrs_cli.language.run.effects import Event
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import plain
 
@@ -49,8 +49,8 @@ class Wording(Struct, frozen=True):
 
 
 # Carries out an instruction with these operands: None for one that is left out, the last ones may be missing.
-Handler = Callable[..., Iterable[Yielded]]
-NOTHING: tuple[Yielded, ...] = ()
+Handler = Callable[..., Iterable[Event]]
+NOTHING: tuple[Event, ...] = ()
 
 
 def transform(place: Transform | Joints) -> Transform:

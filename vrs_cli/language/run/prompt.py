@@ -8,9 +8,9 @@ from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.compile.compiler import compile_argument, compile_definable, compile_expression
 from vrs_cli.language.run.cells import Reference
+from vrs_cli.language.run.effects import Completed, Event, Halt, TaskState
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.evaluation import evaluator
-from vrs_cli.language.run.events import Completed, Event, Halted, TaskState
 from vrs_cli.language.run.executable import Executable
 from vrs_cli.language.run.library import LIBRARY
 from vrs_cli.language.run.memory import Context
@@ -27,7 +27,7 @@ from vrs_cli.language.words.values import Value, kind_of_value
 class _StepTask(Task):
     """One instruction of the prompt: a program of one step, with no cycle around it."""
 
-    def _cycles(self) -> Generator[Event, None, Completed | Halted]:
+    def _cycles(self) -> Generator[Event, None, Completed | Halt]:
         self._begin()
         halted = yield from self._cycle()
         self.state = TaskState.COMPLETED

@@ -6,9 +6,8 @@ the program. Until then it waits. While it runs the program has the priority of 
 
 from __future__ import annotations
 
-from msgspec import Struct
-
 from vrs_cli.errors import IllegalValue
+from vrs_cli.language.run.effects import Effect
 from vrs_cli.language.words.values import integer_between
 
 HIGHEST = 127  # of a reaction to a signal, and of LOCK (V+ User's Guide p.46)
@@ -16,7 +15,7 @@ OF_ERRORS = 254  # the priority of a REACTE routine (V+ User's Guide p.47)
 DEFAULT = 1
 
 
-class Reaction(Struct, frozen=True):
+class Reaction(Effect, frozen=True):
     """REACT, or REACTI (`immediate`): call `program` when `signal` goes on, or off where it is negative."""
 
     signal: int

@@ -4,10 +4,10 @@ A driver calls `resume` until an event says that the program has ended, and does
 
     a request of engine.commands   give it to the robot            Wait      resume when its condition is true
     Type, Prompt                   the terminal                    Budget    nothing: look up, then resume
-    CycleBegins                    perform its settings            Paused, Failed, Halted, Completed: it has stopped
+    CycleBegins                    perform its settings            Pause, Failed, Halt, Completed: it has stopped
     StartTask and the like         other tasks, and the robot
 
-A task reads no clock and moves nothing, so the same program gives the same events at any speed. After `Paused`, and
+A task reads no clock and moves nothing, so the same program gives the same events at any speed. After `Pause`, and
 after `Failed`, `resume` goes on with the next step (PROCEED); `retry` before it repeats the step (RETRY).
 
 Reactions are the task's own affair: `signal_changed` tells it of the signals, and it calls what is due between two
@@ -28,22 +28,25 @@ from vrs_cli.language.run.arguments import bind_arguments
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
+    Budget,
     CallProgram,
+    Completed,
     CycleBegins,
+    Event,
+    Failed,
     Halt,
     Ignore,
     Lock,
+    LookAround,
     Pause,
+    ProgramFault,
     ReactToErrors,
     Return,
-    ReturnFromError,
-    SignalsSet,
     Stop,
+    TaskState,
     Wait,
-    Yielded,
 )
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.events import Budget, Completed, Event, Failed, Halted, Paused, ProgramFault, TaskState
 from vrs_cli.language.run.executable import Executable
 from vrs_cli.language.run.library import at_once, by_value, overflow
 from vrs_cli.language.run.memory import Context
@@ -57,14 +60,7 @@ from vrs_cli.language.words.values import Value
 STACK_LIMIT = 10_000  # programs that have called one another
 MOST_CYCLES = 32767
 BUDGET = 10_000  # steps between two looks at the rest of the world
-_BUDGET = Budget()
-
-
-class _Between:
-    """Between two steps, where a reaction can be called: the driver need not know."""
-
-
-_BETWEEN = _Between()
+_BUDGET, _LOOK_AROUND = Budget(), LookAround()
 
 
 class Task:
@@ -213,7 +209,7 @@ class Task:
         while True:
             yield last
 
-    def _cycles(self) -> Generator[Event, None, Completed | Halted]:
+    def _cycles(self) -> Generator[Event, None, Completed | Halt]:
         while self.cycles < 0 or self.cycles_done < self.cycles:
             self._begin()
             yield from self._say(CycleBegins(self.cycles_done + 1, CYCLE_SETTINGS))
@@ -225,7 +221,7 @@ class Task:
         self.state = TaskState.COMPLETED
         return Completed(self.cycles_done)
 
-    def _whole_cycle(self) -> Generator[Event, None, Halted | None]:
+    def _whole_cycle(self) -> Generator[Event, None, Halt | None]:
         """To the end of the main program, where the robot comes to rest; what is to be reacted to by then is."""
         while True:
             halted = yield from self._cycle()
@@ -274,7 +270,7 @@ class Task:
 
     # steps
 
-    def _cycle(self) -> Generator[Event, None, Halted | None]:
+    def _cycle(self) -> Generator[Event, None, Halt | None]:
         """Until the main program returns or a STOP; the last event where it was a HALT."""
         while True:
             try:
@@ -290,36 +286,34 @@ class Task:
                 if not self._reacts_to(error):
                     yield from self._say(self._fail(error))
                 continue
-            returns = isinstance(event, Return | ReturnFromError)
+            returns = isinstance(event, Return)
             if isinstance(event, Stop) or (returns and len(self._activations) == 1):
                 return None
             own = _OWN.get(type(event))
-            if returns:
-                yield from self._return(cast("Return | ReturnFromError", event))
+            if isinstance(event, Return):
+                yield from self._return(event)
             elif own is not None:
                 own(self.reactions, event)
             elif isinstance(event, Halt):
                 self.state = TaskState.HALTED
-                return Halted(self.program, self.step)
-            elif isinstance(event, Pause):
-                self.state = TaskState.PAUSED
-                yield from self._say(Paused(self.program, self.step))
-            elif not isinstance(event, _Between):
-                yield from self._say(cast(Event, event))
+                return event
+            else:
+                if isinstance(event, Pause):
+                    self.state = TaskState.PAUSED
+                yield from self._say(event)
 
-    def _return(self, event: Return | ReturnFromError) -> Generator[Event, None, None]:
+    def _return(self, event: Return) -> Generator[Event, None, None]:
         """The program on top returns; after a reaction what it interrupted goes on."""
         interruption = self._activations.pop().interruption
         below = self._activations[-1]
-        skips = isinstance(event, ReturnFromError)
         if interruption is None:
-            if isinstance(event, Return) and event.steps:
+            if event.steps:
                 below.skip(event.steps)
             return
         self.reactions.priority = interruption.priority
         if interruption.failed:
             below.enter(below.op)
-            if skips:
+            if event.mended:
                 below.skip()
             else:
                 yield from self._try_again(below)
@@ -335,12 +329,12 @@ class Task:
             yield from self._say(Wait(at_once, 1))
         self._tried = (activation, activation.op, self._context.robot.time())
 
-    def _reaction(self, reaction: Reaction) -> Brake | _Between:
+    def _reaction(self, reaction: Reaction) -> Event:
         """Call it. Raises UndefinedName for a program that is there no more."""
         self.reactions.take(reaction)
         waiting, self._held = self._held, None
         self._interrupt(reaction.program, reaction.priority, Interruption(self.reactions.priority, waiting))
-        return Brake() if reaction.immediate else _BETWEEN
+        return Brake() if reaction.immediate else _LOOK_AROUND
 
     def _reacts_to(self, error: VrsError) -> bool:
         """Call the routine of REACTE, if there is one that may be called and this error is not the end in any case."""
@@ -359,7 +353,7 @@ class Task:
         self._activations[-1].interruption = interruption
         self.reactions.priority = priority
 
-    def _advance(self) -> Yielded | Budget | _Between:
+    def _advance(self) -> Event:
         """Steps of the program on top until it yields something else than the number of its next operation.
 
         With a reaction due, up to the next step only.
@@ -381,12 +375,12 @@ class Task:
             for event in islice(activation.steps, max(left, 0)):
                 if event.__class__ is not int:
                     activation.between = activation.reached = False
-                    return cast(Yielded, event)
+                    return cast(Event, event)
                 op = event
                 left -= 1
             activation.reached = activation.reached or budget > 0
             activation.between = activation.between or budget > 0
-            return _BUDGET if self._budget == budget else _BETWEEN
+            return _BUDGET if self._budget == budget else _LOOK_AROUND
         except ArithmeticError as error:
             raise overflow(error) from None
         finally:
@@ -434,7 +428,7 @@ class Task:
 
 _OWN: dict[type, Callable[[Reactions, Any], None]] = {
     Reaction: Reactions.set,
-    SignalsSet: lambda _reactions, _event: None,
+    LookAround: lambda _reactions, _event: None,
     Ignore: lambda reactions, event: reactions.ignore(event.signal),
     Lock: lambda reactions, event: reactions.lock(event.priority),
     ReactToErrors: lambda reactions, event: setattr(reactions, "on_error", event.program),

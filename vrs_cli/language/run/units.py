@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from enum import Enum
 
-from msgspec import Struct
-
 from vrs_cli.errors import IllegalValue
+from vrs_cli.language.run.effects import Effect
 from vrs_cli.language.words.values import integer_between, plain, whole
 
 ROBOT = 0
@@ -34,42 +33,46 @@ class Access(Enum):
     APPEND = "FOPENA"
 
 
-class AttachUnit(Struct, frozen=True):
+class UnitEffect(Effect, frozen=True):
+    """What a program wants of a logical unit."""
+
+
+class AttachUnit(UnitEffect, frozen=True):
     """ATTACH of a unit, of any free one of the disk where it is None; answered by its number."""
 
     unit: int | None
 
 
-class DetachUnit(Struct, frozen=True):
+class DetachUnit(UnitEffect, frozen=True):
     unit: int
 
 
-class OpenFile(Struct, frozen=True):
+class OpenFile(UnitEffect, frozen=True):
     unit: int
     name: str
     access: Access
 
 
-class CloseFile(Struct, frozen=True):
+class CloseFile(UnitEffect, frozen=True):
     unit: int
 
 
-class DeleteFile(Struct, frozen=True):
+class DeleteFile(UnitEffect, frozen=True):
     unit: int
     name: str
 
 
-class ReadRecord(Struct, frozen=True):
+class ReadRecord(UnitEffect, frozen=True):
     """READ: answered by the next line, or by None where there is none."""
 
     unit: int
 
 
-class AwaitLine(Struct, frozen=True):
+class AwaitLine(UnitEffect, frozen=True):
     """GETC of the terminal, which has no line: the step is done again when one has come."""
 
 
-class WriteRecord(Struct, frozen=True):
+class WriteRecord(UnitEffect, frozen=True):
     """WRITE; `newline`: the record ends after the text."""
 
     unit: int
@@ -77,16 +80,11 @@ class WriteRecord(Struct, frozen=True):
     newline: bool
 
 
-class RecordRefused(Struct, frozen=True):
+class RecordRefused(UnitEffect, frozen=True):
     """The record that was read is not what the variables of READ want: the status of the unit."""
 
     unit: int
     code: int
-
-
-UnitEffect = (
-    AttachUnit | DetachUnit | OpenFile | CloseFile | DeleteFile | ReadRecord | AwaitLine | WriteRecord | RecordRefused
-)
 
 
 def checked_unit(number: float) -> int:

@@ -26,7 +26,7 @@ from vrs_cli.engine.commands import (
 )
 from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 from vrs_cli.kinematics.transform import IDENTITY, compose, rotation_z, translation
-from vrs_cli.language.run.events import Event
+from vrs_cli.language.run.effects import Event
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from typing import cast
 from vrs_cli.engine.commands import Break
 from vrs_cli.errors import IllegalValue, InvalidNumber, TypeMismatch, UnitNotAttached, VrsError
 from vrs_cli.language.run.cells import Reference
-from vrs_cli.language.run.effects import Answers, AttachRobot, DetachRobot, Prompt, Type, Yielded
+from vrs_cli.language.run.effects import Answers, AttachRobot, DetachRobot, Event, Prompt, Type
 from vrs_cli.language.run.formats import TypeItem, encode
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Handler, Wording
@@ -39,11 +39,11 @@ from vrs_cli.language.words.values import Value, kind_of_value, read_number, sto
 NOWHERE = Span(0, 0, 0)
 
 
-def _type(context: Context, _it: Wording, *items: TypeItem | None) -> Iterable[Yielded]:
+def _type(context: Context, _it: Wording, *items: TypeItem | None) -> Iterable[Event]:
     return (Type(*encode(items, context.environment.units)),)
 
 
-def _type_integer(_context: Context, _it: Wording, number: float) -> Iterable[Yielded]:
+def _type_integer(_context: Context, _it: Wording, number: float) -> Iterable[Event]:
     return (Type(*encode([Format("I", 0, None, NOWHERE), number])),)
 
 
@@ -107,24 +107,24 @@ def _attach_any(asked: Unit, device: str | None) -> Answers:
     asked.assign(float(answer))
 
 
-def _detach(_context: Context, _it: Wording, number: float | None = None) -> Iterable[Yielded]:
+def _detach(_context: Context, _it: Wording, number: float | None = None) -> Iterable[Event]:
     unit = whole(number or 0.0)
     return (Break(), DetachRobot()) if unit == ROBOT else (DetachUnit(checked_unit(unit)),)
 
 
-def _open(access: Access, _context: Context, _it: Wording, unit: float, name: str) -> Iterable[Yielded]:
+def _open(access: Access, _context: Context, _it: Wording, unit: float, name: str) -> Iterable[Event]:
     return (OpenFile(checked_disk(unit, access.value), name, access),)
 
 
-def _close(_context: Context, _it: Wording, unit: float) -> Iterable[Yielded]:
+def _close(_context: Context, _it: Wording, unit: float) -> Iterable[Event]:
     return (CloseFile(checked_disk(unit, "FCLOSE")),)
 
 
-def _delete_file(_context: Context, _it: Wording, unit: float, name: str) -> Iterable[Yielded]:
+def _delete_file(_context: Context, _it: Wording, unit: float, name: str) -> Iterable[Event]:
     return (DeleteFile(checked_disk(unit, "FDELETE"), name),)
 
 
-def _write(context: Context, _it: Wording, unit: float, *items: TypeItem | None) -> Iterable[Yielded]:
+def _write(context: Context, _it: Wording, unit: float, *items: TypeItem | None) -> Iterable[Event]:
     return (WriteRecord(checked_unit(unit), *encode(items, context.environment.units)),)
 
 

@@ -10,7 +10,7 @@ from vrs_cli.engine.parameters import FULL_SPEED, JOINT_SPEED
 from vrs_cli.errors import IllegalJoint, IllegalValue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, translation
-from vrs_cli.language.run.effects import Yielded
+from vrs_cli.language.run.effects import Event
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Handler, Wording, transform
 from vrs_cli.language.run.operations import shift
@@ -29,7 +29,7 @@ def _hand_of(opening: float | None) -> float | None:
 
 def _move(
     straight: bool, _context: Context, it: Wording, place: Transform | Joints, hand: float | None = None
-) -> Iterable[Yielded]:
+) -> Iterable[Event]:
     return (Move(_target(place), straight, hand=_hand_of(hand), stamp=it.stamp, text=it.text),)
 
 
@@ -40,16 +40,16 @@ def _back_off(distance: float) -> Transform:
 
 def _approach(
     straight: bool, _context: Context, it: Wording, place: Transform | Joints, distance: float
-) -> Iterable[Yielded]:
+) -> Iterable[Event]:
     pose = compose(transform(place), _back_off(distance))
     return (Move(PoseTarget(pose), straight, stamp=it.stamp, text=it.text),)
 
 
-def _depart(straight: bool, _context: Context, it: Wording, distance: float) -> Iterable[Yielded]:
+def _depart(straight: bool, _context: Context, it: Wording, distance: float) -> Iterable[Event]:
     return (Move(ToolOffsetTarget(_back_off(distance)), straight, stamp=it.stamp, text=it.text),)
 
 
-def _drive(context: Context, it: Wording, joint: float, change: float, speed: float | None = None) -> Iterable[Yielded]:
+def _drive(context: Context, it: Wording, joint: float, change: float, speed: float | None = None) -> Iterable[Event]:
     if not 0.5 <= joint < context.robot.dof + 0.5:
         raise IllegalJoint(plain(joint), f"joints are 1 to {context.robot.dof}")
     target = JointOffsetTarget(whole(joint), context.environment.units.one_read(whole(joint), change))
@@ -57,20 +57,20 @@ def _drive(context: Context, it: Wording, joint: float, change: float, speed: fl
     return (Move(target, False, speed=fraction, stamp=it.stamp, text=it.text),)
 
 
-def _named(name: str, _context: Context, it: Wording) -> Iterable[Yielded]:
+def _named(name: str, _context: Context, it: Wording) -> Iterable[Event]:
     return (Move(NamedTarget(name), False, stamp=it.stamp, text=it.text),)
 
 
-def _align(_context: Context, it: Wording) -> Iterable[Yielded]:
+def _align(_context: Context, it: Wording) -> Iterable[Event]:
     return (Move(AlignedTarget(), True, stamp=it.stamp, text=it.text),)
 
 
-def _draw(context: Context, it: Wording, *distances: float | None) -> Iterable[Yielded]:
+def _draw(context: Context, it: Wording, *distances: float | None) -> Iterable[Event]:
     target = shift(context.robot.destination(), *distances)
     return (Move(PoseTarget(target), True, stamp=it.stamp, text=it.text),)
 
 
-def _delay(_context: Context, it: Wording, seconds: float) -> Iterable[Yielded]:
+def _delay(_context: Context, it: Wording, seconds: float) -> Iterable[Event]:
     if seconds < 0.0:
         raise IllegalValue(f"a delay of {plain(seconds)} seconds", "it must not be negative")
     return (Delay(seconds, it.text),)

@@ -26,14 +26,14 @@ from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, rotation_z
-from vrs_cli.language.run.effects import Yielded
+from vrs_cli.language.run.effects import Event
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import NOTHING, Handler, Wording, transform
 from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import plain, whole
 
 
-def _speed(_context: Context, it: Wording, speed: float, rotation: float | None = None) -> Iterable[Yielded]:
+def _speed(_context: Context, it: Wording, speed: float, rotation: float | None = None) -> Iterable[Event]:
     if it.unit == "MONITOR":
         return (SetMonitorSpeed(MONITOR_SPEED.checked(speed)),)
     unit = SpeedUnit.PERCENT if it.unit is None else SpeedUnit(it.unit)
@@ -42,7 +42,7 @@ def _speed(_context: Context, it: Wording, speed: float, rotation: float | None 
     return (SetSpeed(PROGRAM_SPEED[unit].checked(speed), rotation, unit, it.always),)
 
 
-def _duration(_context: Context, it: Wording, seconds: float) -> Iterable[Yielded]:
+def _duration(_context: Context, it: Wording, seconds: float) -> Iterable[Event]:
     if seconds < 0.0:
         raise IllegalValue(f"a duration of {plain(seconds)} seconds", "it must not be negative")
     return (SetDuration(seconds, it.always),)
@@ -50,52 +50,52 @@ def _duration(_context: Context, it: Wording, seconds: float) -> Iterable[Yielde
 
 def _acceleration(
     _context: Context, _it: Wording, acceleration: float, deceleration: float | None = None
-) -> Iterable[Yielded]:
+) -> Iterable[Event]:
     if deceleration is not None:
         DECELERATION.checked(deceleration)
     return (SetAcceleration(ACCELERATION.checked(acceleration), deceleration),)
 
 
-def _mode(mode: Mode, on: bool, _context: Context, it: Wording, tolerance: float | None = None) -> Iterable[Yielded]:
+def _mode(mode: Mode, on: bool, _context: Context, it: Wording, tolerance: float | None = None) -> Iterable[Event]:
     if tolerance is not None and not tolerance > 0.0:
         raise IllegalValue(f"a tolerance of {plain(tolerance)}", "it must be greater than 0")
     return (SetMode(mode, on, it.always, tolerance),)
 
 
-def _configuration(flag: Arm | Elbow | Wrist, _context: Context, _it: Wording) -> Iterable[Yielded]:
+def _configuration(flag: Arm | Elbow | Wrist, _context: Context, _it: Wording) -> Iterable[Event]:
     return (SetConfiguration(flag),)
 
 
 def _hand(
     opening: float | None, immediate: bool, _context: Context, it: Wording, *_operands: float | None
-) -> Iterable[Yielded]:
+) -> Iterable[Event]:
     return (OperateHand(opening, immediate, it.text),)
 
 
-def _tool(_context: Context, _it: Wording, tool: Transform | Joints | None = None) -> Iterable[Yielded]:
+def _tool(_context: Context, _it: Wording, tool: Transform | Joints | None = None) -> Iterable[Event]:
     return (SetTool(IDENTITY if tool is None else transform(tool)),)
 
 
-def _base(_context: Context, _it: Wording, *numbers: float | None) -> Iterable[Yielded]:
+def _base(_context: Context, _it: Wording, *numbers: float | None) -> Iterable[Event]:
     *distances, turn = [number or 0.0 for number in (*numbers, *(None,) * 4)[:4]]
     return (SetBase(compose(shift(IDENTITY, *distances), rotation_z(radians(turn)))),)
 
 
-def _select(_context: Context, it: Wording, device: str) -> Iterable[Yielded]:
+def _select(_context: Context, it: Wording, device: str) -> Iterable[Event]:
     if not "ROBOT".startswith(device) or whole(it.value) != 1:
         raise IllegalValue(f"SELECT {device} = {plain(it.value)}", "there is one robot: SELECT ROBOT = 1")
     return NOTHING
 
 
-def _switches(on: bool, _context: Context, _it: Wording, *names: str) -> Iterable[Yielded]:
+def _switches(on: bool, _context: Context, _it: Wording, *names: str) -> Iterable[Event]:
     return tuple(SetSwitch(name, on) for name in names)
 
 
-def _switch(_context: Context, it: Wording, name: str) -> Iterable[Yielded]:
+def _switch(_context: Context, it: Wording, name: str) -> Iterable[Event]:
     return (SetSwitch(name, bool(it.value)),)
 
 
-def _parameter(_context: Context, it: Wording, name: str) -> Iterable[Yielded]:
+def _parameter(_context: Context, it: Wording, name: str) -> Iterable[Event]:
     return (SetParameter(name, it.value),)
 
 

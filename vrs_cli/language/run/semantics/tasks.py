@@ -10,15 +10,14 @@ from vrs_cli.language.run.effects import (
     CallProgram,
     Control,
     ControlTask,
+    Event,
     Halt,
     Pause,
     Return,
-    ReturnFromError,
     SetEvent,
     StartTask,
     Stop,
     WaitEvent,
-    Yielded,
 )
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Handler, Wording
@@ -41,35 +40,35 @@ def _start(
     cycles: float | None = None,
     step: float | None = None,
     task: float | None = None,
-) -> Iterable[Yielded]:
+) -> Iterable[Event]:
     number = None if task is None else checked_task(task)
     context.environment.program(call.name)
     return (StartTask(number, call, *(1 if count is None else whole(count) for count in (cycles, step))),)
 
 
-def _control(control: Control, _context: Context, _it: Wording, task: float | None = None) -> Iterable[Yielded]:
+def _control(control: Control, _context: Context, _it: Wording, task: float | None = None) -> Iterable[Event]:
     return (ControlTask(control, checked_task(task or 0.0)),)
 
 
-def _return(_context: Context, _it: Wording, steps: float | None = None) -> Iterable[Yielded]:
+def _return(_context: Context, _it: Wording, steps: float | None = None) -> Iterable[Event]:
     return (Return(integer_between(steps or 0.0, 0, MOST_STEPS, "a number of steps of")),)
 
 
 def _wait_event(
     _context: Context, _it: Wording, event: float | None = None, seconds: float | None = None
-) -> Iterable[Yielded]:
+) -> Iterable[Event]:
     if seconds is not None and seconds < 0.0:
         raise IllegalValue(f"a wait of {plain(seconds)} seconds", "it must not be negative")
     return (WaitEvent(event is not None or seconds is None, seconds),)
 
 
-def _set_event(_context: Context, _it: Wording, task: float) -> Iterable[Yielded]:
+def _set_event(_context: Context, _it: Wording, task: float) -> Iterable[Event]:
     return (SetEvent(checked_task(task)),)
 
 
 TASKS: Mapping[str, Handler] = {
     "RETURN": _return,
-    "RETURNE": lambda _context, _it: (ReturnFromError(),),
+    "RETURNE": lambda _context, _it: (Return(mended=True),),
     "STOP": lambda _context, _it: (Stop(),),
     "PAUSE": lambda _context, _it: (Pause(),),
     "HALT": lambda _context, _it: (Halt(),),
