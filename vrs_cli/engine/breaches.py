@@ -8,14 +8,14 @@ where its seeds change; `on_lines` goes all the way along.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import islice
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from vrs_cli.engine.following import Follower
+from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.errors import MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import JointKind, Joints
@@ -56,10 +56,15 @@ def breaches(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
 def on_lines(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
     """What is wrong along the straight lines of a timeline: reach, ranges and velocities of joints, jumps."""
     for index, segment in enumerate(timeline):
-        if isinstance(segment.path, CartesianPath) and segment.duration:
-            what = _along(arm, segment, segment.path)
-            if what:
-                yield Breach(index, what)
+        path, frames = segment.path, segment.motion.frames
+        if isinstance(path, CartesianPath) and segment.duration:
+            try:
+                follower = Follower(arm, path.configuration, frames.tool, frames.base)
+                samples = follower.samples(path, segment.duration, path.seeds[0])
+            except MotionError as error:
+                yield Breach(index, str(error))
+            else:
+                yield from _too_fast(arm, index, segment.start, samples)
 
 
 class _Stretch:
@@ -234,19 +239,11 @@ def _seeds_agree(arm: RobotArm, segment: Segment, path: CartesianPath) -> bool:
     return True
 
 
-def _along(arm: RobotArm, segment: Segment, path: CartesianPath) -> str:
-    """What is wrong along a line; nothing: ""."""
-    frames = segment.motion.frames
-    follower = Follower(arm, path.configuration, frames.tool, frames.base)
-    try:
-        samples = follower.samples(path, segment.duration, path.seeds[0])
-    except MotionError as error:
-        return str(error)
+def _too_fast(arm: RobotArm, index: int, start: float, samples: Sequence[Sample]) -> Iterator[Breach]:
+    """The first joint that is too fast along a line, if one is."""
     for sample in samples:
         for joint, (rate, most) in enumerate(zip(sample.velocity, arm.model.max_velocity, strict=True), 1):
             if abs(rate) > most * (1.0 + EXCESS):
-                return (
-                    f"joint {joint} moves with {arm.model.said(joint, abs(rate), 4)}/s, faster than it can, "
-                    f"{segment.start + sample.s:.3f} s"
-                )
-    return ""
+                fast = f"joint {joint} moves with {arm.model.said(joint, abs(rate), 4)}/s, faster than it can"
+                yield Breach(index, f"{fast}, {start + sample.s:.3f} s")
+                return

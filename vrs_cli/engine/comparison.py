@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.history import CommandRecord, Step
@@ -27,7 +27,7 @@ CLOSER = 64  # samples between two others, to find the greatest distance exactly
 CLOSER_ROUNDS = 3
 NOISE = 1e-12  # [m, rad] what rounding makes of one distance
 
-Distance = Callable[[Positions, Positions], "Floats"]
+Places = Callable[[Positions], "Floats"]  # of what is compared, at each time (N, k, d)
 
 
 class Extent(Struct, frozen=True):
@@ -142,37 +142,22 @@ def _apart(arm: RobotArm, a: Timeline, b: Timeline, since: float | None) -> tupl
     if since is None:
         return Apart(0.0, a.start), Apart(0.0, a.start)
     times = np.unique(np.concatenate((_sample_times(a, since), _sample_times(b, since), [since])))
-    return _greatest(arm, a, b, times, _tool_distance), _greatest(arm, a, b, times, _joint_distance)
+    tool = _greatest(arm, a, b, times, lambda here: here.T_world_tool[:, None, :, 3])
+    return structs.replace(tool, joint=0), _greatest(arm, a, b, times, lambda here: here.joints[:, :, None])
 
 
-def _greatest(arm: RobotArm, a: Timeline, b: Timeline, times: Floats, distance: Distance) -> Apart:
+def _greatest(arm: RobotArm, a: Timeline, b: Timeline, times: Floats, places: Places) -> Apart:
     """Find the greatest distance at the sampled times, then around it at times that are closer and closer."""
     import numpy as np
 
     for _ in range(CLOSER_ROUNDS):
-        found = distance(positions_at(arm, a, times), positions_at(arm, b, times))
+        found = np.linalg.norm(places(positions_at(arm, a, times)) - places(positions_at(arm, b, times)), axis=2)
         farthest = found.max(axis=1)
         place = int(np.argmax(farthest >= farthest.max() - NOISE))  # the first time, where it stays so
         best = Apart(float(found[place].max()), float(times[place]), int(np.argmax(found[place])) + 1)
         near = times[max(place - 1, 0) : place + 2]
         times = np.unique(np.concatenate((np.linspace(near[0], near[-1], CLOSER), [times[place]])))
-    return best if distance is _joint_distance else Apart(best.distance, best.time)
-
-
-def _tool_distance(a: Positions, b: Positions) -> Floats:
-    """The distance of the tool at each time (N, 1) [m]."""
-    import numpy as np
-
-    distance: Floats = np.linalg.norm(a.T_world_tool[:, :, 3] - b.T_world_tool[:, :, 3], axis=1)[:, None]
-    return distance
-
-
-def _joint_distance(a: Positions, b: Positions) -> Floats:
-    """The distance of each joint at each time (N, n) [rad]."""
-    import numpy as np
-
-    distance: Floats = np.abs(a.joints - b.joints)
-    return distance
+    return best
 
 
 # --- the commands ----------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ commands costs what its deltas cost.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -138,12 +138,11 @@ def records(timeline: Timeline, steps: Sequence[Step]) -> tuple[CommandRecord, .
     for segment in timeline:
         begins.setdefault(segment.motion.number, segment.start)
         ends[segment.motion.number] = segment.finish
-    return tuple(_record(step.delta, begins, ends) for step in steps)
-
-
-def _record(delta: TimelineDelta, begins: Mapping[int, float], ends: Mapping[int, float]) -> CommandRecord:
-    number = delta.motion.number
-    begin, end = begins.get(number, delta.executed), ends.get(number)
-    text, issued = delta.motion.text, shown(delta.issued)
-    asked = shown(delta.executed) if delta.motion.start is Start.AT else None
-    return CommandRecord(number, text, issued, shown(begin), None if end is None else shown(end), asked)
+    found = []
+    for delta in (step.delta for step in steps):
+        motion, executed = delta.motion, shown(delta.executed)
+        begin, end = begins.get(motion.number), ends.get(motion.number)
+        times = executed if begin is None else shown(begin), None if end is None else shown(end)
+        asked = executed if motion.start is Start.AT else None
+        found.append(CommandRecord(motion.number, motion.text, shown(delta.issued), *times, asked))
+    return tuple(found)

@@ -13,8 +13,9 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.motion import Motion
-from vrs_cli.trajectory.segment import JointPath, Segment
+from vrs_cli.trajectory.segment import STILL, JointPath, Segment
 from vrs_cli.trajectory.state import JointState, ToolState
+from vrs_cli.trajectory.vector import added
 
 SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER STRETCH says otherwise
 
@@ -34,7 +35,7 @@ class Here(Struct, frozen=True):
         joints = JointState(self.joints.joints, (0.0,) * len(self.joints.joints))
         if self.tool is None:
             return Here(joints)
-        return Here(joints, ToolState(self.tool.pose, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), self.T_flange_tool)
+        return Here(joints, ToolState(self.tool.pose, STILL, STILL), self.T_flange_tool)
 
     def tool_state(self, arm: RobotArm, T_flange_tool: Transform) -> ToolState:
         """The state of the tip of a tool; by the Jacobian when it is not known."""
@@ -43,14 +44,12 @@ class Here(Struct, frozen=True):
         q, qd = self.joints.joints, self.joints.velocity
         pose = compose(arm.forward(q), T_flange_tool)
         if self.joints.at_rest:
-            return ToolState(pose, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-        vx, vy, vz, wx, wy, wz = arm.twist(q, qd, T_flange_tool)
+            return ToolState(pose, STILL, STILL)
+        twist = arm.twist(q, qd, T_flange_tool)
         if not self.joints.acceleration:
-            return ToolState(pose, (vx, vy, vz), (wx, wy, wz))
-        bias = arm.acceleration_bias(q, qd, T_flange_tool)
-        rates = arm.twist(q, self.joints.acceleration, T_flange_tool)
-        ax, ay, az, bx, by, bz = (a + b for a, b in zip(rates, bias, strict=True))
-        return ToolState(pose, (vx, vy, vz), (wx, wy, wz), (ax, ay, az), (bx, by, bz))
+            return ToolState(pose, twist[:3], twist[3:])
+        rates, bias = arm.twist(q, self.joints.acceleration, T_flange_tool), arm.acceleration_bias(q, qd, T_flange_tool)
+        return ToolState(pose, twist[:3], twist[3:], added(rates[:3], bias[:3]), added(rates[3:], bias[3:]))
 
 
 def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
@@ -85,13 +84,10 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     (pose, twist), frame = path.state(s), segment.motion.frames.tool
     rates = path.twist_rate(s) if smoothly else (0.0,) * 6
     tool = ToolState(pose, twist[:3], twist[3:], rates[:3], rates[3:])
-    still = (0.0,) * len(joints)
     if tool.at_rest:
-        return Here(JointState(joints, still), tool, frame)
+        return Here(JointState(joints, (0.0,) * len(joints)), tool, frame)
     velocity = arm.joint_velocity(joints, twist, frame)
-    if not smoothly:
-        return Here(JointState(joints, velocity), tool, frame)
-    acceleration = joint_acceleration(arm, path, s, joints, velocity, frame)
+    acceleration = joint_acceleration(arm, path, s, joints, velocity, frame) if smoothly else ()
     return Here(JointState(joints, velocity, acceleration), tool, frame)
 
 

@@ -53,7 +53,10 @@ def joint_acceleration_and_jerk(
     turn = _free_turn(arm, path, s, q, qd)
     qdd = arm.joint_acceleration(q, qd, _asked_acceleration(turn, rate), T_flange_tool)
     spin_rate = added(arm.twist(q, qdd)[3:], arm.acceleration_bias(q, qd)[3:])
-    return qdd, arm.joint_jerk(q, qd, qdd, _asked_jerk(turn, rate, spin_rate, change), T_flange_tool)
+    extra_rate = dot(subtracted(spin_rate, rate[3:]), turn.axis)
+    again = added(cross(rate[3:], turn.axis), cross(turn.spin, turn.axis_rate))
+    more = added(scaled(again, turn.extra), scaled(turn.axis_rate, 2.0 * extra_rate))
+    return qdd, arm.joint_jerk(q, qd, qdd, (*change[:3], *added(change[3:], more)), T_flange_tool)
 
 
 def _free_turn(arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints) -> _FreeTurn:
@@ -64,11 +67,3 @@ def _free_turn(arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Join
 
 def _asked_acceleration(turn: _FreeTurn, rate: Twist) -> Twist:
     return (*rate[:3], *added(rate[3:], scaled(turn.axis_rate, turn.extra)))
-
-
-def _asked_jerk(turn: _FreeTurn, rate: Twist, spin_rate: Vector, change: Twist) -> Twist:
-    """From the `rate` of the path's twist, the `change` of that, and the angular acceleration that the arm has."""
-    extra_rate = dot(subtracted(spin_rate, rate[3:]), turn.axis)
-    again = added(cross(rate[3:], turn.axis), cross(turn.spin, turn.axis_rate))
-    more = added(scaled(again, turn.extra), scaled(turn.axis_rate, 2.0 * extra_rate))
-    return (*change[:3], *added(change[3:], more))
