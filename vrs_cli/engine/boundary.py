@@ -51,15 +51,15 @@ class Survey(Struct, frozen=True):
     beyond: float | None = None
     endless: float | None = None
 
-    @property
-    def trouble(self) -> bool:
-        """Whether no line can follow the path."""
-        return self.beyond is not None or self.endless is not None
-
 
 def survey(follower: Follower, path: CartesianPath, lasting: float) -> Survey:
-    """Search all of a path, from 0 to `lasting`."""
-    return _survey(follower.arm, follower.tool, replace(path, seeds=()), lasting)
+    """Search all of a path, from 0 to `lasting`. Raises MotionError where no line can follow it."""
+    found = _survey(follower.arm, follower.tool, replace(path, seeds=()), lasting)
+    if found.beyond is not None:
+        raise follower.refuse_beyond(path, found.beyond, path.seeds[0])
+    if found.endless is not None:
+        raise follower.refuse(path.pose(found.endless), "the line goes on along it")
+    return found
 
 
 @lru_cache(REMEMBERED)

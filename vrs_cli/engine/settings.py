@@ -136,7 +136,32 @@ class Settings(Struct, frozen=True):
         """The settings after an instruction. Raises IllegalValue for a value out of range, UsageError for an unknown
         name.
         """
-        return _after(self, change)
+        match change:
+            case SetSpeed():
+                PROGRAM_SPEED[change.unit].checked(change.value)
+                if change.rotation is not None:
+                    ROTATION_SPEED.checked(change.rotation)
+                return replace(self, speed=self.speed.put(change, change.always))
+            case SetMonitorSpeed():
+                return replace(self, monitor_speed=MONITOR_SPEED.checked(change.percent))
+            case SetDuration():
+                return replace(self, duration=self.duration.put(DURATION.checked(change.seconds), change.always))
+            case SetAcceleration():
+                percent = ACCELERATION.checked(change.acceleration)
+                if change.deceleration is not None:  # the smaller one serves both
+                    percent = min(percent, DECELERATION.checked(change.deceleration))
+                return replace(self, acceleration=percent / FULL_SPEED)
+            case SetConfiguration():
+                return replace(self, configuration=self.configuration.with_flag(change.flag))
+            case SetMode():
+                mode = self.modes[change.mode].put(change.on, change.always)
+                return replace(self, modes={**self.modes, change.mode: mode})
+            case SetParameter():
+                row = row_of(PARAMETERS, change.name, "parameter")
+                return replace(self, parameters={**self.parameters, row.name: row.checked(change.value)})
+            case SetSwitch():
+                name = row_of(SWITCHES, change.name, "switch").name
+                return replace(self, switches={**self.switches, name: change.on})
 
     def after_motion(self, target: Target) -> Settings:
         """The settings once a motion has taken what was for it alone; one to joints ends the configuration words."""
@@ -152,32 +177,3 @@ class Settings(Struct, frozen=True):
             configuration=said,
             hand=None,
         )
-
-
-def _after(settings: Settings, change: SettingChange) -> Settings:
-    match change:
-        case SetSpeed():
-            PROGRAM_SPEED[change.unit].checked(change.value)
-            if change.rotation is not None:
-                ROTATION_SPEED.checked(change.rotation)
-            return replace(settings, speed=settings.speed.put(change, change.always))
-        case SetMonitorSpeed():
-            return replace(settings, monitor_speed=MONITOR_SPEED.checked(change.percent))
-        case SetDuration():
-            return replace(settings, duration=settings.duration.put(DURATION.checked(change.seconds), change.always))
-        case SetAcceleration():
-            percent = ACCELERATION.checked(change.acceleration)
-            if change.deceleration is not None:  # the smaller one serves both
-                percent = min(percent, DECELERATION.checked(change.deceleration))
-            return replace(settings, acceleration=percent / FULL_SPEED)
-        case SetConfiguration():
-            return replace(settings, configuration=settings.configuration.with_flag(change.flag))
-        case SetMode():
-            mode = settings.modes[change.mode].put(change.on, change.always)
-            return replace(settings, modes={**settings.modes, change.mode: mode})
-        case SetParameter():
-            row = row_of(PARAMETERS, change.name, "parameter")
-            return replace(settings, parameters={**settings.parameters, row.name: row.checked(change.value)})
-        case SetSwitch():
-            name = row_of(SWITCHES, change.name, "switch").name
-            return replace(settings, switches={**settings.switches, name: change.on})

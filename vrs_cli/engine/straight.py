@@ -14,7 +14,7 @@ from math import dist, sqrt
 
 from msgspec import structs
 
-from vrs_cli.engine.boundary import Survey, survey
+from vrs_cli.engine.boundary import survey
 from vrs_cli.engine.following import Follower, Sample, seeds_of
 from vrs_cli.engine.kinks import Kinks, Stop, straighten_wrist
 from vrs_cli.engine.load import ROUNDING, Load, StretchLoad
@@ -122,7 +122,12 @@ class _Line:
         slowed = 1.0
         for _ in range(ATTEMPTS):
             stretches = self._stretches(self.limits)
-            seeds, loads = self._follow(stretches, self._survey_in_motion(stretches))
+            try:
+                marks = [self._marks_in_motion(stretch, last=stretch is stretches[-1]) for stretch in stretches]
+            except MotionError:
+                self._follow(stretches)  # which may be refused sooner
+                raise
+            seeds, loads = self._follow(stretches, marks)
             load = _worst(loads)
             if load.slowing <= 1.0 + ROUNDING:
                 return self._segments(stretches, seeds)
@@ -150,19 +155,16 @@ class _Line:
         if self.problem.latest <= self.problem.begin + sum(stretch.duration for stretch in stretches):
             raise NotInTime  # the joints can only make it longer
         way = self._way()
-        found = survey(self.follower, way, 1.0)
-        if found.trouble:
+        try:
+            found = survey(self.follower, way, 1.0)
+            kinks = Kinks(self.follower, way, found.touches) if found.touches else None
+            stops = kinks.stops(self.joints.joints) if kinks else []
+        except MotionError:
             self._follow(stretches)  # which may be refused sooner
-            raise self._refusal(way, found)
-        if found.touches:
-            kinks = Kinks(self.follower, way, found.touches)
-            try:
-                stops = kinks.stops(self.joints.joints)
-            except StraightLineSingular:
-                self._follow(stretches)  # which may be refused sooner
-                raise
-            if stops:
-                return self._in_parts(stops)
+            raise
+        if stops:
+            return self._in_parts(stops)
+        if kinks:
             self.goal = kinks.end_on_boundary()
             stretches = self._stretches(self.limits)
         seeds, loads = self._follow(stretches, self._instants(stretches, found.marks))
@@ -202,30 +204,15 @@ class _Line:
             done, joints, pose = stop.part, path.seeds[-1], stop.pose
         return tuple(segments)
 
-    def _survey_in_motion(self, stretches: list[ToolStretch]) -> list[Marks]:
-        """The instants of each stretch that need a sample. Raises MotionError where the line leaves the reach, or
-        touches a boundary in motion.
-        """
-        marks = []
-        for stretch in stretches:
-            path, lasting = self._path(stretch, (self.joints.joints,)), stretch.duration
-            found = survey(self.follower, path, lasting)
-            kinks = [touch for touch in found.touches if touch[:2] != (0.0, lasting)]  # else all is on the boundary
-            if stretch is stretches[-1]:  # how a wrist comes to rest is seen in samples
-                kinks = [touch for touch in kinks if touch[1:] != (lasting, WRIST)]
-            if found.trouble or kinks:
-                self._follow(stretches)  # which may be refused sooner
-                if found.trouble:
-                    raise self._refusal(path, found)
-                raise self.follower.refuse_kink(path, kinks[0].begin, kinks[0].end, self.joints.joints)
-            marks.append(found.marks)
-        return marks
-
-    def _refusal(self, path: CartesianPath, found: Survey) -> MotionError:
-        if found.beyond is not None:
-            return self.follower.refuse_beyond(path, found.beyond, self.joints.joints)
-        assert found.endless is not None
-        return self.follower.refuse(path.pose(found.endless), "the line goes on along it")
+    def _marks_in_motion(self, stretch: ToolStretch, *, last: bool) -> Marks:
+        """The instants that need a sample. Raises MotionError for what leaves the reach, or touches a boundary."""
+        path, lasting = self._path(stretch, (self.joints.joints,)), stretch.duration
+        found = survey(self.follower, path, lasting)
+        for touch in found.touches:
+            rests = last and touch[1:] == (lasting, WRIST)  # which is seen in samples
+            if touch[:2] != (0.0, lasting) and not rests:  # else all of the stretch is on the boundary
+                raise self.follower.refuse_kink(path, touch.begin, touch.end, self.joints.joints)
+        return found.marks
 
     def _instants(self, stretches: list[ToolStretch], parts: Marks) -> list[Marks]:
         """The instants of each stretch at which so much of the line is done."""
@@ -266,20 +253,18 @@ class _Line:
 
     def _follow(self, stretches: list[ToolStretch], marks: Iterable[Marks] = ()) -> tuple[list[Seeds], list[Load]]:
         """The joints of each stretch, and the greatest load on a joint in each. `marks`: instants that get a sample."""
-        seeds, loads, followed, near = [], [], [], self.joints.joints
-        started: Joints | None = None
+        seeds, loads, followed, started = [], [], [], Joints()
         before: Sample | None = None
         for stretch, instants in zip(stretches, chain(marks, repeat(())), strict=False):
+            near = self.joints.joints if before is None else before.joints
             path = self._path(stretch, (near,))
             samples = self.follower.samples(path, stretch.duration, near, self.law.samples, before, instants)
             followed.append((path, stretch.duration, samples))
-            if started is None:
-                started = self._starting_rates(samples[0])
+            started = started or self._starting_rates(samples[0])
             asked = StretchLoad(self.follower, path, samples, closely=bool(instants))
             loads.append(asked.smooth(started) if self.law.smooth else asked.parabolic(started))
             seeds.append(seeds_of(samples, self.arm.seed_step))
             before = samples[-1]
-            near = before.joints
         if self.arm.continuation is not None:  # else there is a closed form, or nothing is known
             from vrs_cli.engine.continuation import check_continuous
 
