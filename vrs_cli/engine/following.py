@@ -125,45 +125,35 @@ class Follower:
                 sample = self.sample(path, pending[-1], last.joints)
             except (LocationOutOfRange, JointOutOfRange) as refusal:
                 raise self._earliest(path, last, pending[-1], refusal) from None
-            if self._close(last, sample):
-                samples.append(sample)
-                pending.pop()
-            elif sample.s - last.s > finest:
-                pending.append(0.5 * (last.s + sample.s))
-            else:
+            if not self._close(last, sample):
+                if sample.s - last.s > finest:
+                    pending.append(0.5 * (last.s + sample.s))
+                    continue
                 self._check_no_jump(last, sample, path)
-                samples.append(sample)
-                pending.pop()
+            samples.append(sample)
+            pending.pop()
 
     def _earliest(self, path: CartesianPath, good: Sample, until: float, refusal: MotionError) -> MotionError:
         """The refusal where the line first leaves the reach or a range, after a good sample."""
         low, high = good.s, until
         for _ in range(EDGE_STEPS):
             middle = 0.5 * (low + high)
-            if self._possible(path, middle, good.joints):
-                low = middle
-            else:
-                high = middle
+            joints = self.arm.branch_joints(self.flange(path.pose(middle)), self.configuration, good.joints)
+            possible = joints is not None and self.arm.limits_ok(joints)
+            low, high = (middle, high) if possible else (low, middle)
         try:
             self.sample(path, high, good.joints)
         except (LocationOutOfRange, JointOutOfRange) as earliest:
             return earliest
         return refusal
 
-    def _possible(self, path: CartesianPath, s: float, near: Joints) -> bool:
-        """Whether the arm reaches the path at time s, every joint in its range."""
-        joints = self.arm.branch_joints(self.flange(path.pose(s)), self.configuration, near)
-        return joints is not None and self.arm.limits_ok(joints)
-
     def _close(self, a: Sample, b: Sample) -> bool:
         half = 0.5 * (b.s - a.s)
         for p, q, v, w, step in zip(a.joints, b.joints, a.velocity, b.velocity, self.rate_steps, strict=True):
             change = q - p
-            if not (
-                -JOINT_STEP <= change <= JOINT_STEP
-                and -step <= w - v <= step
-                and -JUMP <= change - half * (v + w) <= JUMP
-            ):
+            if not (-JOINT_STEP <= change <= JOINT_STEP and -step <= w - v <= step):
+                return False
+            if not -JUMP <= change - half * (v + w) <= JUMP:
                 return False
         return True
 
