@@ -8,6 +8,7 @@
     ```toml FILE.toml   the same for a robot
     ```xml FILE.urdf    the same for a robot of URDF
     ```python FILE.py   the same for Python, which `$ python3 FILE.py` runs
+    ```pycon            what is typed after Python's `>>> ` and `... `, and its answers; one session a page
     ```sh               commands that .ci/run takes from the page
     ```text             formulas and other things that nothing prints
 
@@ -25,11 +26,13 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from codeop import compile_command
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from difflib import ndiff
 from pathlib import Path
+from traceback import format_exception_only
 
 from tests.engine.wall import ManualWall
 from vrs_cli.__main__ import main
@@ -150,6 +153,7 @@ class Reader:
         self.printed = io.StringIO()
         self.wall = ManualWall()
         self.conversation = self._new_session()
+        self.names: dict[str, object] = {"__name__": "__main__"}  # of Python
         for part in COPIED:
             shutil.copytree(ROOT / part, folder / part)
 
@@ -261,6 +265,36 @@ class Reader:
         Path(block.argument).write_text(block.text, encoding="utf-8")
         yield from ()
 
+    # --- Python ---
+
+    def python_session(self, block: Block) -> Iterator[str]:
+        """As at Python's own prompt; of an error the last line is compared, after `Traceback` and `  ...`."""
+        lines = list(block.lines)
+        while lines:
+            if not lines[0].startswith(">>> "):
+                raise PageFault(f"{block.where}: {lines[0]!r} comes before anything is typed")
+            typed = [lines.pop(0)[4:]]
+            while lines and lines[0].startswith("...") and compile_command("\n".join(typed)) is None:
+                typed.append(lines.pop(0)[4:])
+            shown = next((number for number, line in enumerate(lines) if line.startswith(">>>")), len(lines))
+            exchange = Exchange(">>> ", "\n".join(typed), tuple(lines[:shown]))
+            lines = lines[shown:]
+            yield from _difference(block, exchange, self._evaluated(exchange.typed).splitlines())
+
+    def _evaluated(self, typed: str) -> str:
+        printed = io.StringIO()
+        with redirect_stdout(printed):
+            try:
+                exec(compile(f"{typed}\n", "<page>", "single"), self.names)
+            except Exception as error:
+                print(
+                    "Traceback (most recent call last):",
+                    "  ...",
+                    *map(str.rstrip, format_exception_only(error)),
+                    sep="\n",
+                )
+        return printed.getvalue()
+
     def nothing_to_run(self, _block: Block) -> Iterator[str]:
         return iter(())
 
@@ -272,6 +306,7 @@ LANGUAGES: Mapping[str, Callable[[Reader, Block], Iterator[str]]] = {
     "toml": Reader.robot_file,
     "xml": Reader.described_robot,
     "python": Reader.python_file,
+    "pycon": Reader.python_session,
     "sh": Reader.nothing_to_run,
     "text": Reader.nothing_to_run,
 }

@@ -29,7 +29,7 @@ class Replies(tuple[Reply, ...]):
         return not any(map(is_error, self))
 
     def __repr__(self) -> str:
-        return self.text.rstrip("\n")
+        return self.text.rstrip("\n") or "<no replies>"
 
     def _repr_html_(self) -> str:
         return html(self)
