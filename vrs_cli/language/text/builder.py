@@ -103,8 +103,13 @@ def _items(children: Sequence[Any]) -> Items:
             items.append(None)
         else:
             items[-1] = child
+    return trim(items)
+
+
+def trim(items: Items) -> Items:
+    """Without what is left out at the end."""
     while items and items[-1] is None:
-        items.pop()
+        items = items[:-1]
     return items
 
 
@@ -277,9 +282,7 @@ class _Given:
         if self._led:
             plain = sum(not argument.lead for argument in row.arguments)
             led = [self._led.get(argument.lead) for argument in row.arguments if argument.lead]
-            while led[-1] is None:
-                led.pop()
-            items = [*items, *[None] * (plain - len(items)), *led]
+            items = [*items, *[None] * (plain - len(items)), *trim(led)]
         if self._task is not None:
             items = [*items, *[None] * (len(row.arguments) - 1 - len(items)), self._task]
         elif row.tasked and len(items) >= len(row.arguments):

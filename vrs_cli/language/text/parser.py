@@ -28,6 +28,7 @@ from vrs_cli.language.text.table import END, Rule, table_of
 from vrs_cli.language.words.monitor import COMMANDS
 
 GRAMMAR = "val2.lark"
+REMEMBERED = 50_000  # steps: a text that is being changed is read again and again
 STARTS = ("step", "prompt", "header", "entry")
 
 
@@ -37,13 +38,6 @@ def parse_file(text: str) -> tuple[ast.File, tuple[Diagnostic, ...]]:
     A bad line of a program is kept as BadLine. Line ends may be LF, CR LF or CR.
     """
     return FileReader(_parser()).read(text)
-
-
-def parse_part(text: str) -> tuple[ast.File, tuple[Diagnostic, ...]]:
-    """As `parse_file`, for the versions of a text that is being changed: lines that were read before at the same place
-    are not read again.
-    """
-    return FileReader(_remembering()).read(text)
 
 
 def parse_step(text: str, line: int = 1) -> Step:
@@ -91,8 +85,9 @@ class LineParser:
         self._table = table_of(grammar, STARTS)
         self._reductions = [_reduction(rule, Builder()) for rule in self._table.rules]
         self._patterns = patterns_of(self._table.terminals)
+        self.step = lru_cache(maxsize=REMEMBERED)(self._step)
 
-    def step(self, text: str, line: int) -> Step:
+    def _step(self, text: str, line: int) -> Step:
         """Raises LineRefused."""
         tokens = Lexer(self._patterns, text, line).step()
         label = tokens.pop(0) if tokens and tokens[0].type == "LABEL" else None
@@ -193,33 +188,6 @@ def _text(comment: Token | None) -> str | None:
     return None if comment is None else comment.value[1:]
 
 
-class _Remembering:
-    """A parser that remembers the steps it has read, and what was wrong with them."""
-
-    def __init__(self, parser: LineParser) -> None:
-        self.header, self.entry = parser.header, parser.entry
-        self._read = lru_cache(maxsize=50_000)(partial(_step_or_refusal, parser))
-
-    def step(self, text: str, line: int) -> Step:
-        """Raises LineRefused."""
-        read = self._read(text, line)
-        if isinstance(read, LineRefused):
-            raise read
-        return read
-
-
-def _step_or_refusal(parser: LineParser, text: str, line: int) -> Step | LineRefused:
-    try:
-        return parser.step(text, line)
-    except LineRefused as refused:
-        return LineRefused(refused.diagnostic)
-
-
 @cache
 def _parser() -> LineParser:
     return LineParser()
-
-
-@cache
-def _remembering() -> _Remembering:
-    return _Remembering(_parser())

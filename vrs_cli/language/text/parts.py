@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
-from itertools import pairwise
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -15,8 +14,8 @@ from msgspec.structs import replace
 from vrs_cli.errors import ProgramExists
 from vrs_cli.language.text.ast import File, Program, Section, Span
 from vrs_cli.language.text.diagnostics import Diagnostic, error
-from vrs_cli.language.text.parser import parse_part, parse_prompt
-from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, SourceLine, lines_of
+from vrs_cli.language.text.parser import parse_file, parse_prompt
+from vrs_cli.language.text.source import cut, end_of, lines_of
 
 
 class Part(Struct, frozen=True, eq=False, dict=True):
@@ -30,7 +29,7 @@ class Part(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _read(self) -> tuple[File, tuple[Diagnostic, ...]]:
-        return parse_part("\n".join(self.lines))
+        return parse_file("\n".join(self.lines))
 
     @property
     def file(self) -> File:
@@ -67,22 +66,13 @@ Known = Mapping[tuple[str, ...], Part]
 
 def parts_of(text: str, known: Known) -> tuple[Placed, ...]:
     """Cut a file into its parts. Parts that are `known` by their lines are taken from there."""
-    lines = lines_of(text)
-    begins = [0, *(i for i, line in enumerate(lines) if i and _is_heading(line)), len(lines)]
-    return tuple(_place_part(lines[begin:end], begin, known) for begin, end in pairwise(begins))
-
-
-def _is_heading(line: SourceLine) -> bool:
-    return line.directive == PROGRAM or line.directive in SECTIONS
-
-
-def _place_part(lines: list[SourceLine], above: int, known: Known) -> Placed:
-    texts = tuple(line.text for line in lines)
-    part = known.get(texts)
-    if part is None:
-        ends = (i for i, line in enumerate(lines, 1) if line.directive == END)
-        part = Part(texts, next(ends, len(lines)))
-    return Placed(part, above)
+    placed, above = list[Placed](), 0
+    for lines in cut(lines_of(text)):
+        texts, end = tuple(line.text for line in lines), end_of(lines)
+        part = known.get(texts) or Part(texts, len(lines) if end is None else end + 1)
+        placed.append(Placed(part, above))
+        above += len(lines)
+    return tuple(placed)
 
 
 def programs_of(parts: Iterable[Placed]) -> Iterator[tuple[Placed, Program]]:

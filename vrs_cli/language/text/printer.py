@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import groupby
+from itertools import chain, groupby
+from operator import itemgetter
 from typing import Any
 
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, File, Program, Section, Statement, Step
-from vrs_cli.language.text.builder import begins_with_variable
+from vrs_cli.language.text.builder import begins_with_variable, trim
 from vrs_cli.language.text.precedence import ORDER
 from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RELATIONS_OF_VAL
@@ -55,15 +56,10 @@ def _program_lines(program: Program) -> Iterator[str]:
 
 
 def _section_lines(section: Section) -> Iterator[str]:
-    yield section.name.upper()
-    remarks = list(section.remarks)
-    for number, entry in enumerate(section.entries):
-        while remarks and remarks[0][0] <= number:
-            yield _comment(remarks.pop(0)[1])
-        yield _with_comment(_entry_text(entry), entry.comment)
-    for _, text in remarks:
-        yield _comment(text)
-    yield ".END"
+    remarks = ((number, 0, _comment(text)) for number, text in section.remarks)
+    entries = ((i, 1, _with_comment(_entry_text(entry), entry.comment)) for i, entry in enumerate(section.entries))
+    lines = sorted((*remarks, *entries), key=itemgetter(0, 1))
+    return chain((section.name.upper(),), (text for _, _, text in lines), (".END",))
 
 
 def _entry_text(entry: ast.Entry) -> str:
@@ -167,9 +163,7 @@ def _if_goto(statement: ast.IfGoto) -> str:
     condition = statement.condition
     if not statement.then or not isinstance(condition, ast.Binary):
         return f"IF {expression_text(condition)} GOTO {statement.label}"
-    rank = ORDER.infix[condition.operator]
-    left, right = _operand(condition.left, rank, left=True), _operand(condition.right, rank, left=False)
-    return f"IF {left} {_WORDS_OF_VAL[condition.operator]} {right} THEN {statement.label}"
+    return f"IF {_operation(condition, f' {_WORDS_OF_VAL[condition.operator]} ')} THEN {statement.label}"
 
 
 _WORDS_OF_VAL = {sign: word for word, sign in RELATIONS_OF_VAL.items()}
@@ -193,22 +187,12 @@ def _instruction(statement: ast.Instruction) -> str:
 
 
 def _row_of(statement: ast.Instruction) -> Word:
-    """The row that its arguments were read by: of a refused instruction they are one piece of text."""
-    row = INSTRUCTIONS.get(statement.word)
-    if row is None or (
-        row.state is not State.SUPPORTED
-        and statement.word in COMMANDS
-        and not all(isinstance(argument, ast.Word) for argument in statement.arguments)
-    ):
-        return COMMANDS[statement.word]
-    command = COMMANDS.get(statement.word)
-    first = statement.arguments[0] if statement.arguments else None
-    if command is not None and command.raw and command.state is State.SUPPORTED and isinstance(first, ast.Word):
-        return command  # FDELETE file, beside FDELETE (lun) $file of programs
-    if row.state is State.SUPPORTED and command is not None and command.state is not State.SUPPORTED:
-        unread = statement.arguments and all(isinstance(argument, ast.Word) for argument in statement.arguments)
-        return command if unread and _shape_at(row, 0) is Shape.REAL else row
-    return row
+    """The row that its arguments were read by: that of the command in FDELETE file, beside FDELETE (lun) $file."""
+    row, command = INSTRUCTIONS.get(statement.word), COMMANDS.get(statement.word)
+    raw = command is not None and command.raw and isinstance(next(iter(statement.arguments), None), ast.Word)
+    found = command if raw or row is None else row
+    assert found is not None
+    return found
 
 
 def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
@@ -220,7 +204,7 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
         arguments.pop(0)
     if row.tasked and len(arguments) == len(row.arguments):
         yield _list_text([arguments.pop()])
-        arguments = _trim(arguments)
+        arguments = trim(arguments)
     arguments = [_capital(given, _shape_at(row, place)) for place, given in enumerate(arguments)]
     plain = sum(argument.lead in ("", *COMMAS) for argument in row.arguments)
     own = arguments if row.value is None or not row.value.repeated else arguments[:plain]
@@ -233,7 +217,7 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
 
 def _operand_parts(own: list[Expression | None], row: Word, plain: int) -> Iterator[str]:
     """The arguments before `=`: those in parentheses, `plain` ones between commas, those with a word before them."""
-    grouped = _trim(own[: row.grouped])
+    grouped = trim(own[: row.grouped])
     if row.comma:
         yield _list_text(own[:1])
         yield f"{row.comma} {_list_text(own[1:])}" if len(own) > 1 else ""
@@ -241,7 +225,7 @@ def _operand_parts(own: list[Expression | None], row: Word, plain: int) -> Itera
         yield _list_text(own)  # what is too much keeps its comma: without it, it would be the group
     else:
         yield f"({_list_text(grouped)})" if grouped else ""
-        yield _list_text(_trim(own[row.grouped : plain]) if row.leads else own[row.grouped :])
+        yield _list_text(trim(own[row.grouped : plain]) if row.leads else own[row.grouped :])
         for argument, given in zip(row.arguments[plain:], own[plain:], strict=False):
             if given is not None:
                 yield f"{argument.lead} {expression_text(given)}"
@@ -264,20 +248,11 @@ _CAPITAL = frozenset({Shape.SWITCH, Shape.PARAMETER_NAME, Shape.SETTING})
 
 
 def _modifier_parts(modifiers: ast.Modifiers) -> Iterator[str]:
-    if modifiers.unit is not None:
-        yield modifiers.unit
-    if modifiers.always:
-        yield "ALWAYS"
-    if modifiers.at is not None:
-        yield f"AT {expression_text(modifiers.at)}"
-    if modifiers.within is not None:
-        yield f"IN {expression_text(modifiers.within)}"
-
-
-def _trim(items: list[Expression | None]) -> list[Expression | None]:
-    while items and items[-1] is None:
-        items = items[:-1]
-    return items
+    yield modifiers.unit or ""
+    yield "ALWAYS" * modifiers.always
+    for word, time in (("AT", modifiers.at), ("IN", modifiers.within)):
+        if time is not None:
+            yield f"{word} {expression_text(time)}"
 
 
 def _list_text(items: Sequence[Expression | None]) -> str:
@@ -322,46 +297,43 @@ def _variable(variable: ast.Variable) -> str:
 
 
 def _unary(unary: ast.Unary) -> str:
-    rank = ORDER.prefix[unary.operator]
-    operand = unary.operand
-    inner = expression_text(operand)
-    if isinstance(operand, ast.Binary) and not operand.grouped and ORDER.infix[operand.operator] <= rank:
-        inner = f"({inner})"
-    text = f"{unary.operator} {inner}" if unary.operator.isalpha() else f"{unary.operator}{inner}"
+    blank = " " * unary.operator.isalpha()
+    text = f"{unary.operator}{blank}{_right(unary.operand, ORDER.prefix[unary.operator])}"
     return f"({text})" if unary.grouped else text
 
 
 def _binary(binary: ast.Binary) -> str:
-    rank = ORDER.infix[binary.operator]
-    left = _operand(binary.left, rank, left=True)
-    right = _operand(binary.right, rank, left=False)
-    sign = f" {binary.operator} " if rank <= ORDER.infix["=="] or binary.operator.isalpha() else binary.operator
-    text = f"{left}{sign}{right}"
+    spaced = ORDER.infix[binary.operator] <= ORDER.infix["=="] or binary.operator.isalpha()
+    text = _operation(binary, f" {binary.operator} " if spaced else binary.operator)
     return f"({text})" if binary.grouped else text
 
 
-def _operand(operand: Expression, rank: int, left: bool) -> str:
-    """An operand of an operator of that rank, in parentheses where the tree would come out otherwise."""
+def _operation(binary: ast.Binary, sign: str) -> str:
+    """Both operands with a sign between them, in parentheses where the tree would come out otherwise."""
+    rank, left = ORDER.infix[binary.operator], expression_text(binary.left)
+    shown = f"({left})" if _open_rank(binary.left) < rank else left
+    return f"{shown}{sign}{_right(binary.right, rank)}"
+
+
+def _right(operand: Expression, rank: int) -> str:
+    """The operand behind an operator of that rank."""
     text = expression_text(operand)
-    if _open_rank(operand, left) < rank or (not left and _infix_rank(operand) == rank):
-        return f"({text})"
-    return text
+    return f"({text})" if _rank(operand) <= rank else text
 
 
-def _infix_rank(expression: Expression) -> int:
+def _rank(expression: Expression) -> int:
     if isinstance(expression, ast.Binary) and not expression.grouped:
         return ORDER.infix[expression.operator]
     return ATOM
 
 
-def _open_rank(expression: Expression, left: bool) -> int:
-    """How loosely an expression binds what follows it (on the left of an operator) or what it is part of."""
+def _open_rank(expression: Expression) -> int:
+    """How loosely an expression binds what follows it."""
     if isinstance(expression, ast.Unary) and not expression.grouped:
-        return min(ORDER.prefix[expression.operator], _open_rank(expression.operand, left)) if left else ATOM
-    if not isinstance(expression, ast.Binary) or expression.grouped:
-        return ATOM
-    own = ORDER.infix[expression.operator]
-    return min(own, _open_rank(expression.right, left)) if left else own
+        return min(ORDER.prefix[expression.operator], _open_rank(expression.operand))
+    if isinstance(expression, ast.Binary) and not expression.grouped:
+        return min(_rank(expression), _open_rank(expression.right))
+    return ATOM
 
 
 def _call(call: ast.Call) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple, Protocol
 
 from vrs_cli.errors import (
@@ -71,6 +72,17 @@ def lines_of(text: str) -> list[SourceLine]:
     return [SourceLine(number, line, _directive(line)) for number, line in enumerate(texts, 1)]
 
 
+def cut(lines: Sequence[SourceLine]) -> Iterator[Sequence[SourceLine]]:
+    """Cut a file before each heading of a program or a section: the lines above the first, then part by part."""
+    headings = (i for i, line in enumerate(lines) if i and (line.directive == PROGRAM or line.directive in SECTIONS))
+    return (lines[begin:end] for begin, end in pairwise((0, *headings, len(lines))))
+
+
+def end_of(lines: Iterable[SourceLine]) -> int | None:
+    """The index of the first `.END`."""
+    return next((i for i, line in enumerate(lines) if line.directive == END), None)
+
+
 def _directive(text: str) -> str:
     match = _DIRECTIVE.match(text) if "." in text else None
     return match[1].upper() if match is not None else ""
@@ -82,13 +94,10 @@ class FileReader:
     def __init__(self, parser: Parser) -> None:
         self._parser = parser
         self._diagnostics: list[Diagnostic] = []
-        self._lines: Sequence[SourceLine] = ()
-        self._at = 0
         self._programs: set[str] = set()
 
     def read(self, text: str) -> tuple[File, tuple[Diagnostic, ...]]:
         """The file and everything that is wrong with its lines."""
-        self._lines = lines_of(text)
         damaged = _BINARY.search(text.rstrip(_DISK_END))
         if damaged is not None:
             line = text.count("\n", 0, damaged.start()) + 1
@@ -96,64 +105,48 @@ class FileReader:
             detail = f"character {ord(damaged[0])} in a text"
             found = error(FileDamaged, Span(line, column, column + 1), detail, "a program file is VAL-II text")
             return File(()), (found,)
-        file = File(tuple(self._parts()))
+        file = File(tuple(part for lines in cut(lines_of(text)) if lines for part in self._parts(lines)))
         return file, tuple(sorted(self._diagnostics, key=lambda one: (one.span.line, one.span.column)))
 
     # --- parts ---
 
-    def _parts(self) -> Iterator[Program | Section | Comment | BadLine]:
-        while self._at < len(self._lines):
-            line = self._lines[self._at]
-            self._at += 1
-            if line.directive == PROGRAM:
-                yield self._program(line)
-            elif line.directive in SECTIONS:
-                yield self._section(line)
-            elif line.directive == END:
-                self._note(ControlStructure, line, ".END without .PROGRAM or a section before it")
-                yield BadLine(line.text.strip(), line.span)
+    def _parts(self, lines: Sequence[SourceLine]) -> Iterator[Program | Section | Comment | BadLine]:
+        """A program or a section, if the lines begin with the heading of one, and what stands outside."""
+        head, end = lines[0], -1
+        if head.directive == PROGRAM or head.directive in SECTIONS:
+            found = end_of(lines)
+            if found is None:
+                self._diagnostics.append(warning(ControlStructure, head.span, f"{head.directive} has no .END"))
+            end = len(lines) if found is None else found
+            yield (self._program if head.directive == PROGRAM else self._section)(head, lines[1:end])
+        stray = False
+        for line in lines[end + 1 :]:
+            text = line.text.strip()
+            if not text or text.startswith(";"):
+                yield Comment(text[1:].rstrip() if text else None, line.span)
             else:
-                yield self._outside(line)
+                self._refuse_outside(line, stray)
+                yield BadLine(text, line.span)
+            stray = bool(text) and not text.startswith((";", "."))
 
-    def _outside(self, line: SourceLine) -> Comment | BadLine:
-        text = line.text.strip()
-        if not text or text.startswith(";"):
-            return Comment(text[1:].rstrip() if text else None, line.span)
-        hint = "a program begins with .PROGRAM name"
-        if line.directive:
-            hint = did_you_mean(line.directive, (PROGRAM, END, *SECTIONS)) or hint
-        if line.directive or not self._in_stray_lines():
-            self._note(CannotInterpret, line, "this stands outside of programs", hint)
-        return BadLine(text, line.span)
-
-    def _in_stray_lines(self) -> bool:
-        """Whether the line before is one outside of programs too: a run of them is told once."""
-        if self._at < 2:
-            return False
-        text = self._lines[self._at - 2].text.strip()
-        return bool(text) and not text.startswith((";", "."))
-
-    def _inside(self) -> Iterator[SourceLine]:
-        """The lines up to `.END`, which is read; up to another heading or the end of the file, which is told."""
-        opener = self._lines[self._at - 1]
-        while self._at < len(self._lines):
-            line = self._lines[self._at]
-            if line.directive == PROGRAM or line.directive in SECTIONS:
-                break
-            self._at += 1
-            if line.directive == END:
-                return
-            yield line
-        self._diagnostics.append(warning(ControlStructure, opener.span, f"{opener.directive} has no .END"))
+    def _refuse_outside(self, line: SourceLine, stray: bool) -> None:
+        """Tell of a line outside of programs; of a run of them (`stray`: so was the line before) once."""
+        if line.directive == END:
+            self._note(ControlStructure, line, ".END without .PROGRAM or a section before it")
+        elif line.directive or not stray:
+            hint = did_you_mean(line.directive, (PROGRAM, END, *SECTIONS)) if line.directive else ""
+            self._note(
+                CannotInterpret, line, "this stands outside of programs", hint or "a program begins with .PROGRAM name"
+            )
 
     # --- programs ---
 
-    def _program(self, line: SourceLine) -> Program | BadLine:
+    def _program(self, line: SourceLine, body: Sequence[SourceLine]) -> Program | BadLine:
         """A program; where its heading cannot be read, its steps are only checked."""
         header = self._header(line)
-        body = list(self._inside())
         numbered = step_numbers(body)
-        steps = tuple(self._step(inner, numbered) for inner in _without_trailing_blanks(body))
+        written = next((i for i in range(len(body), 0, -1) if body[i - 1].text.strip()), 0)
+        steps = tuple(self._step(inner, numbered) for inner in body[:written])
         if header is None:
             return BadLine(line.text.strip(), line.span)
         return resolve_program(Program(header.name, header.parameters, steps, header.comment, line.span))
@@ -187,10 +180,10 @@ class FileReader:
 
     # --- sections of variables ---
 
-    def _section(self, line: SourceLine) -> Section:
+    def _section(self, line: SourceLine, body: Sequence[SourceLine]) -> Section:
         entries: list[Entry] = []
         remarks: list[tuple[int, str | None]] = []
-        for inner in self._inside():
+        for inner in body:
             try:
                 entry = self._parser.entry(inner.text, inner.number)
             except LineRefused as refused:
@@ -224,14 +217,8 @@ class FileReader:
 
 def _is_location(entry: Entry) -> bool:
     if entry.variable.sigil == "#":
-        return 1 <= len(entry.numbers) <= 12
+        return 1 <= len(entry.numbers) <= JOINTS_HIGH
     return not entry.variable.sigil and len(entry.numbers) == 6
-
-
-def _without_trailing_blanks(lines: list[SourceLine]) -> list[SourceLine]:
-    while lines and not lines[-1].text.strip():
-        lines.pop()
-    return lines
 
 
 def step_numbers(lines: Sequence[SourceLine]) -> bool:
