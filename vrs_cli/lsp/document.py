@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -24,19 +25,18 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section, Span, Statement
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.text.lexer import LABEL_HIGH
-from vrs_cli.language.text.meaning import DEFINING, FUNCTION_NAMES
+from vrs_cli.language.text.meaning import FUNCTION_NAMES, definitions
 from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.text.source import PROGRAM, SECTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED, why_reserved
-from vrs_cli.language.words.kind import NAME_LENGTH, Kind
-from vrs_cli.language.words.word import Shape, argument_at
+from vrs_cli.language.words.kind import NAME_LENGTH, SIGIL_KINDS, Kind, key_of
+from vrs_cli.language.words.word import Shape
 from vrs_cli.lsp.occurrences import (
     Occurrence,
     SymbolKind,
     blanked,
     heading_span,
-    key_of_name,
     label_span,
     locals_of,
     occurrences,
@@ -47,7 +47,6 @@ from vrs_cli.repl.complete import Names, Suggestion, suggestions
 _WORD = re.compile(r"[#$]?[A-Za-z][\w.]*|\d+")
 _GOTO = re.compile(r"\bGOTO\s+\d*$", re.IGNORECASE)
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.]*")
-_KINDS = {"#": Kind.PRECISION, "$": Kind.STRING}
 _SECTION_KINDS = {".LOCATIONS": Kind.LOCATION, ".REALS": Kind.REAL, ".STRINGS": Kind.STRING}
 
 
@@ -60,6 +59,15 @@ class Symbol(Struct, frozen=True):
     last: int
     detail: str = ""
     children: tuple[Symbol, ...] = field(default=())
+
+
+class _Given(NamedTuple):
+    """A variable where it is given a value; `owner`: the name of the program or the section."""
+
+    placed: Placed
+    variable: ast.Variable
+    kind: Kind
+    owner: str
 
 
 class Meaning(Struct, frozen=True):
@@ -128,7 +136,7 @@ class Document:
         if placed is None:
             return None
         at = line - placed.above
-        for one in self._occurrences(placed.part):
+        for one in occurrences(placed.part):
             if one.span.line == at and one.span.column <= column <= one.span.end:
                 return replace(one, span=placed.span(one.span))
         return None
@@ -141,8 +149,8 @@ class Document:
         return tuple(
             placed.span(one.span)
             for placed in self._scope(asked, here)
-            for one in self._occurrences(placed.part)
-            if _same(one, asked)
+            for one in occurrences(placed.part)
+            if one.is_same(asked)
         )
 
     def renamed(self, line: int, column: int, name: str) -> tuple[str, tuple[Span, ...]]:
@@ -151,13 +159,12 @@ class Document:
         if asked is None or here is None:
             raise UsageError("there is nothing to rename", "programs, labels and variables have names")
         new = new_name(asked, name)
-        sigil = new[: new[0] in _KINDS]
-        key = sigil + key_of_name(new[len(sigil) :])
-        taken = (one for placed in self._scope(asked, here) for one in self._occurrences(placed.part))
-        if key != asked.key and any((one.kind, one.key) == (asked.kind, key) for one in taken):
+        wanted = replace(asked, key=key_of(new))
+        taken = (one for placed in self._scope(asked, here) for one in occurrences(placed.part))
+        if wanted != asked and any(one.is_same(wanted) for one in taken):
             raise UsageError(f"{new} is there already", "another name")
         spans = self.references(line, column)
-        self._check_renamed(asked, replace(asked, key=key), spans, new)
+        self._check_renamed(asked, wanted, spans, new)
         return new, spans
 
     def _check_renamed(self, asked: Occurrence, wanted: Occurrence, spans: tuple[Span, ...], new: str) -> None:
@@ -175,7 +182,7 @@ class Document:
             wanted_places.add((span.line, begin + 1))
             moved += len(new) - (span.end - span.column)
         parts = parts_of("\n".join(lines), {})
-        found = (placed.span(one.span) for placed in parts for one in occurrences(placed.part) if _same(one, wanted))
+        found = (placed.span(one.span) for placed in parts for one in occurrences(placed.part) if one.is_same(wanted))
         if {(span.line, span.column) for span in found} != wanted_places:
             raise UsageError(f"{new} would be the function in some places, the variable in others", "another name")
 
@@ -186,15 +193,6 @@ class Document:
         if asked.kind is SymbolKind.PROGRAM:
             return self._parts
         return tuple(placed for placed in self._parts if asked.key not in locals_of(placed.part))
-
-    def _occurrences(self, part: Part) -> tuple[Occurrence, ...]:
-        if part not in self._found:
-            self._found[part] = occurrences(part)
-        return self._found[part]
-
-    @cached_property
-    def _found(self) -> dict[Part, tuple[Occurrence, ...]]:
-        return {}
 
     # --- what could come next ---
 
@@ -218,8 +216,8 @@ class Document:
     @cached_property
     def _names(self) -> Names:
         variables: dict[Kind, dict[str, str]] = {kind: {} for kind in Kind}
-        for kind, name, note in self._defined():
-            variables[kind].setdefault(name, note)
+        for one in self._given():
+            variables[one.kind].setdefault(one.variable.sigil + one.variable.name, one.owner)
         return Names(
             programs={program.name: _signature(program) for _, program in self._programs()},
             variables=variables,
@@ -227,16 +225,17 @@ class Document:
             parameters={row.name: row.summary for row in PARAMETERS.values()},
         )
 
-    def _defined(self) -> Iterator[tuple[Kind, str, str]]:
-        """Every name that the file gives a value, with its kind and where."""
-        for _, section in self._sections():
+    def _given(self, first: Placed | None = None) -> Iterator[_Given]:
+        """Every variable that the file gives a value: in sections, then in programs, the `first` before others."""
+        for placed, section in self._sections():
             for entry in section.entries:
-                kind = _KINDS.get(entry.variable.sigil, _SECTION_KINDS[section.name])
-                yield kind, entry.variable.sigil + entry.variable.name, section.name
-        for _, program in self._programs():
-            for variable, statement in _definitions(program):
-                kind = _KINDS.get(variable.sigil) or _bare_kind(statement)
-                yield kind, variable.sigil + variable.name, program.name
+                kind = SIGIL_KINDS.get(entry.variable.sigil, _SECTION_KINDS[section.name])
+                yield _Given(placed, entry.variable, kind, section.name)
+        for placed, program in sorted(self._programs(), key=lambda one: one[0] is not first):
+            for statement in (step.statement for step in program.steps if step.statement is not None):
+                for variable in definitions(statement):
+                    kind = SIGIL_KINDS.get(variable.sigil) or _bare_kind(statement)
+                    yield _Given(placed, variable, kind, program.name)
 
     # --- what a word means, and where it comes from ---
 
@@ -291,12 +290,12 @@ class Document:
         return f"```val2\n.PROGRAM {_signature(program)}\n```{comment}"
 
     def _program_named(self, name: str) -> tuple[Placed, Program] | None:
-        key = key_of_name(name)
+        key = key_of(name)
         return next(((placed, program) for placed, program in self._programs() if program.key == key), None)
 
     def _called(self, name: str) -> Span | None:
         found = self._program_named(name)
-        return None if found is None else found[0].span(heading_span(found[0].part, found[1].name))
+        return None if found is None else found[0].span(heading_span(found[1]))
 
     def _label(self, line: int, column: int) -> Span | None:
         """The step of the label that a GOTO names."""
@@ -309,47 +308,33 @@ class Document:
 
     def _variable(self, name: str, line: int) -> Span | None:
         """A parameter of the program round the place; a section's entry; the first assignment here, then elsewhere."""
-        sigil = name[0] if name[0] in _KINDS else ""
-        key = sigil + key_of_name(name[len(sigil) :])
-        here = self._at(line)
-        if here is not None and isinstance(here.part.node, Program):
-            for parameter in here.part.node.parameters:
+        here, program, key = self._at(line), self._program_at(line), key_of(name)
+        if here is not None and program is not None:
+            for parameter in program.parameters:
                 if parameter.key == key:
                     return here.span(parameter.span)
-        for placed, section in self._sections():
-            for entry in section.entries:
-                if entry.variable.key == key:
-                    return placed.span(entry.variable.span)
-        programs = sorted(self._programs(), key=lambda one: one[0] is not here)
-        return next(
-            (
-                placed.span(variable.span)
-                for placed, program in programs
-                for variable, _ in _definitions(program)
-                if variable.key == key
-            ),
-            None,
-        )
+        given = (one for one in self._given(here) if one.variable.key == key)
+        return next((one.placed.span(one.variable.span) for one in given), None)
 
 
 # --- symbols -------------------------------------------------------------------------------------------------------
 
 
 def _symbol(placed: Placed, node: Program | Section) -> Symbol:
-    part, last = placed.part, placed.above + placed.part.last
+    heading, last = placed.span(heading_span(node)), placed.above + placed.part.last
     if isinstance(node, Section):
-        spans = ((entry, placed.span(entry.span)) for entry in node.entries)
-        entries = tuple(
-            Symbol(_entry_name(entry.variable), SymbolKind.VARIABLE, span, span.line) for entry, span in spans
-        )
-        heading = placed.span(heading_span(part, node.name))
-        return Symbol(node.name, SymbolKind.SECTION, heading, last, "", entries)
-    labelled = ((step, placed.span(label_span(part, step))) for step in node.steps if step.label is not None)
-    labels = tuple(
-        Symbol(str(step.label), SymbolKind.LABEL, span, span.line, _step_text(step)) for step, span in labelled
+        entries = (_line(SymbolKind.VARIABLE, _entry_name(one.variable), placed.span(one.span)) for one in node.entries)
+        return Symbol(node.name, SymbolKind.SECTION, heading, last, "", tuple(entries))
+    labels = (
+        _line(SymbolKind.LABEL, str(step.label), placed.span(label_span(placed.part, step)), _step_text(step))
+        for step in node.steps
+        if step.label is not None
     )
-    heading = placed.span(heading_span(part, node.name))
-    return Symbol(node.name, SymbolKind.PROGRAM, heading, last, _signature(node), labels)
+    return Symbol(node.name, SymbolKind.PROGRAM, heading, last, _signature(node), tuple(labels))
+
+
+def _line(kind: SymbolKind, name: str, span: Span, detail: str = "") -> Symbol:
+    return Symbol(name, kind, span, span.line, detail)
 
 
 def _folds(part: Part) -> Iterator[tuple[int, int]]:
@@ -380,40 +365,11 @@ def _signature(program: Program) -> str:
     return f"{program.name}({parameters})"
 
 
-# --- definitions ---------------------------------------------------------------------------------------------------
-
-
-def _definitions(program: Program) -> Iterator[tuple[ast.Variable, Statement]]:
-    """Every variable that a program gives a value to, in the order of its steps."""
-    for step in program.steps:
-        statement = step.statement
-        if isinstance(statement, ast.Assignment):
-            yield statement.target, statement
-        elif isinstance(statement, ast.For):
-            yield statement.variable, statement
-        elif isinstance(statement, ast.Instruction):
-            yield from ((variable, statement) for variable in _defined_by(statement))
-
-
-def _defined_by(statement: ast.Instruction) -> Iterator[ast.Variable]:
-    row = INSTRUCTIONS.get(statement.word)
-    for place, given in enumerate(statement.arguments):
-        argument = argument_at(row, place) if row is not None else None
-        if argument is not None and argument.shape in DEFINING:
-            last = given.right if isinstance(given, ast.Binary) else given  # HERE a:b defines b
-            if isinstance(last, ast.Variable):
-                yield last
-
-
 def _bare_kind(statement: Statement) -> Kind:
     """What a name without a sigil becomes: a transformation by SET, HERE and their like, else a real."""
     row = INSTRUCTIONS.get(statement.word) if isinstance(statement, ast.Instruction) else None
     shapes = {argument.shape for argument in row.arguments} if row is not None else set()
     return Kind.LOCATION if Shape.LOCATION_VARIABLE in shapes else Kind.REAL
-
-
-def _same(one: Occurrence, other: Occurrence) -> bool:
-    return (one.kind, one.key) == (other.kind, other.key)
 
 
 # --- texts ---------------------------------------------------------------------------------------------------------
@@ -422,10 +378,10 @@ def _same(one: Occurrence, other: Occurrence) -> bool:
 def new_name(asked: Occurrence, name: str) -> str:
     """A name as it can stand in place of another. Raises InvalidName."""
     if asked.kind is SymbolKind.LABEL:
-        if not name.isascii() or not name.isdigit() or int(name) > LABEL_HIGH:
+        if not name.isascii() or not name.isdigit() or float(name) > LABEL_HIGH:
             raise InvalidName(name, f"a label is a number from 0 to {LABEL_HIGH}")
-        return str(int(name))
-    sigil = asked.key[0] if asked.kind is SymbolKind.VARIABLE and asked.key[0] in _KINDS else ""
+        return name.lstrip("0") or "0"
+    sigil = asked.key[0] if asked.kind is SymbolKind.VARIABLE and asked.key[0] in SIGIL_KINDS else ""
     bare = name.removeprefix(sigil)
     if not _NAME.fullmatch(bare) or len(bare) > NAME_LENGTH:
         raise InvalidName(name, f"a letter, then letters, digits, . and _; at most {NAME_LENGTH} characters")

@@ -5,22 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from enum import Enum
+from functools import lru_cache
 
 from msgspec import Struct
 
+from vrs_cli.language.analysis.declarations import own_variables
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section, Span
 from vrs_cli.language.text.parts import Part
-from vrs_cli.language.text.source import PROGRAM
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.kind import NAME_LENGTH
 from vrs_cli.language.words.word import Shape
-
-LOCALS = frozenset({"AUTO", "LOCAL"})  # instructions whose variables are their program's own
 
 _QUOTED_OR_COMMENT = re.compile(r'"[^"]*"?|;.*')
 _GOTO = re.compile(r"\bGOTO\s+(\d+)", re.IGNORECASE)
-_NUMBER = re.compile(r"\d+")
+_DIGITS = re.compile(r"\d*")
 
 
 class SymbolKind(Enum):
@@ -37,7 +35,12 @@ class Occurrence(Struct, frozen=True):
     key: str
     span: Span
 
+    def is_same(self, other: Occurrence) -> bool:
+        """Whether both name the same thing."""
+        return (self.kind, self.key) == (other.kind, other.key)
 
+
+@lru_cache(maxsize=4096)  # parts: most of a file that is being changed stay what they are
 def occurrences(part: Part) -> tuple[Occurrence, ...]:
     """All of a part, in the order of the text."""
     node = part.node
@@ -50,10 +53,7 @@ def locals_of(part: Part) -> frozenset[str]:
     node = part.node
     if not isinstance(node, Program):
         return frozenset()
-    own = {parameter.key for parameter in node.parameters}
-    statements = (step.statement for step in node.steps)
-    declared = (one for one in statements if isinstance(one, ast.Instruction) and one.word in LOCALS)
-    return frozenset(own | {one.key for statement in declared for one in _variables(statement)})
+    return frozenset({parameter.key for parameter in node.parameters} | {own.key for own in own_variables(node)})
 
 
 def blanked(line: str) -> str:
@@ -61,16 +61,11 @@ def blanked(line: str) -> str:
     return _QUOTED_OR_COMMENT.sub(lambda found: " " * len(found[0]), line)
 
 
-def key_of_name(name: str) -> str:
-    """What makes two names the same."""
-    return name.lower()[:NAME_LENGTH]
-
-
 # --- programs ------------------------------------------------------------------------------------------------------
 
 
 def _of_program(part: Part, program: Program) -> Iterator[Occurrence]:
-    yield Occurrence(SymbolKind.PROGRAM, program.key, heading_span(part, program.name))
+    yield Occurrence(SymbolKind.PROGRAM, program.key, heading_span(program))
     for parameter in program.parameters:
         yield _variable(part, parameter)
     for step in program.steps:
@@ -86,34 +81,11 @@ def _of_statement(part: Part, statement: ast.Statement) -> Iterator[Occurrence]:
         if target is not None:
             span = Span(statement.span.line, target.start(1) + 1, target.end(1) + 1)
             yield Occurrence(SymbolKind.LABEL, str(statement.label), span)
-    elif isinstance(statement, ast.Instruction):
-        yield from (_called(part, given) for given in programs_named(statement))
-    yield from (_variable(part, one) for one in _variables(statement))
-
-
-def programs_named(statement: ast.Instruction) -> Iterator[ast.ProgramCall | ast.Word]:
-    """The programs that an instruction names."""
-    row = INSTRUCTIONS.get(statement.word)
-    for argument, given in zip(row.arguments if row is not None else (), statement.arguments, strict=False):
-        if argument.shape is Shape.PROGRAM and isinstance(given, ast.ProgramCall | ast.Word):
-            yield given
-
-
-def _called(part: Part, given: ast.ProgramCall | ast.Word) -> Occurrence:
-    name = given.name if isinstance(given, ast.ProgramCall) else given.text.strip()
-    return Occurrence(SymbolKind.PROGRAM, key_of_name(name), _as_written(part, name, given.span))
-
-
-def _variables(node: object) -> Iterator[ast.Variable]:
-    """All variables in a tree."""
-    if isinstance(node, ast.Variable):
-        yield node
-    if isinstance(node, tuple):
-        for item in node:
-            yield from _variables(item)
-    elif isinstance(node, Struct):
-        for name in node.__struct_fields__:
-            yield from _variables(getattr(node, name))
+    elif isinstance(statement, ast.Instruction) and statement.word in INSTRUCTIONS:
+        for argument, given in zip(INSTRUCTIONS[statement.word].arguments, statement.arguments, strict=False):
+            if argument.shape is Shape.PROGRAM and isinstance(given, ast.ProgramCall):
+                yield Occurrence(SymbolKind.PROGRAM, given.key, _as_written(part, given.name, given.span))
+    yield from (_variable(part, node) for node in ast.nodes(statement) if isinstance(node, ast.Variable))
 
 
 def _of_section(part: Part, section: Section) -> Iterator[Occurrence]:
@@ -130,23 +102,18 @@ def _variable(part: Part, variable: ast.Variable) -> Occurrence:
 
 def _as_written(part: Part, name: str, span: Span) -> Span:
     """The name alone, where the span of its tree holds parentheses or indexes too."""
-    text = part.lines[span.line - 1]
-    at = text.lower().find(name.lower(), span.column - 1)
+    at = part.lines[span.line - 1].lower().find(name.lower(), span.column - 1)
     begin = at + 1 if at >= 0 else span.column
     return Span(span.line, begin, begin + len(name))
 
 
-def heading_span(part: Part, name: str) -> Span:
-    """The name in the heading; the search begins behind the directive unless that is the name."""
-    text = part.lines[0]
-    after = 0 if name.startswith(".") else len(PROGRAM) + text.upper().find(PROGRAM)
-    at = max(text.lower().find(name.lower(), after), 0)
-    return Span(1, at + 1, at + 1 + len(name))
+def heading_span(node: Program | Section) -> Span:
+    """The name in a heading."""
+    return Span(node.span.line, node.span.column, node.span.column + len(node.name))
 
 
 def label_span(part: Part, step: ast.Step) -> Span:
     """The label before a statement."""
-    line = step.span.line
-    spans = [found.span() for found in _NUMBER.finditer(part.lines[line - 1]) if int(found[0]) == step.label]
-    start, end = spans[0] if spans else (0, 1)
-    return Span(line, start + 1, end + 1)
+    line, begin = step.span.line, step.span.column
+    digits = _DIGITS.match(part.lines[line - 1], begin - 1)
+    return Span(line, begin, digits.end() + 1 if digits is not None else begin)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcInvalidParams
@@ -49,6 +49,13 @@ def _is_news(record: logging.LogRecord) -> bool:
     return record.exc_info is None or not isinstance(record.exc_info[1], Refused)
 
 
+class Question(Protocol):
+    """The parameters of whatever asks about a place."""
+
+    text_document: lsp.TextDocumentIdentifier
+    position: lsp.Position
+
+
 class Val2Server(LanguageServer):
     """The open texts, each read once a version."""
 
@@ -70,12 +77,13 @@ class Val2Server(LanguageServer):
 
     # --- places ---
 
-    def place(self, uri: str, position: lsp.Position) -> tuple[int, int]:
-        """Line and column, from 1."""
-        lines = [*self.document(uri).lines, ""]
+    def asked(self, params: Question) -> tuple[str, Document, tuple[int, int]]:
+        """The text of a question as it is now, and the line and column, from 1, that it asks about."""
+        uri = params.text_document.uri
+        document = self.document(uri)
         codec = self.workspace.get_text_document(uri).position_codec
-        found = codec.position_from_client_units(lines, position)
-        return found.line + 1, found.character + 1
+        found = codec.position_from_client_units([*document.lines, ""], params.position)
+        return uri, document, (found.line + 1, found.character + 1)
 
     def range(self, uri: str, span: Span) -> lsp.Range:
         """A span in the editor's units."""
@@ -143,12 +151,8 @@ def server(model: RobotModel) -> Val2Server:
     """A server with all that it can do."""
     made = Val2Server(model)
     logging.getLogger(json_rpc.__name__).addFilter(_is_news)
-    for name, feature in _FEATURES.items():
-        made.feature(name)(feature)
-    triggers = lsp.CompletionOptions(trigger_characters=[" ", ".", "$", "#"])
-    made.feature(lsp.TEXT_DOCUMENT_COMPLETION, triggers)(_completion)
-    made.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))(_rename)
-    made.feature(lsp.TEXT_DOCUMENT_SIGNATURE_HELP, lsp.SignatureHelpOptions([" ", ",", "("]))(_signature)
+    for name, (feature, options) in _FEATURES.items():
+        made.feature(name, options)(feature)
     return made
 
 
@@ -168,13 +172,13 @@ def _closed(server: Val2Server, params: lsp.DidCloseTextDocumentParams) -> None:
 
 
 def _completion(server: Val2Server, params: lsp.CompletionParams) -> lsp.CompletionList:
-    uri = params.text_document.uri
-    line, column = server.place(uri, params.position)
-    found = server.document(uri).completions(line, column)
-    return lsp.CompletionList(False, [_item(server, uri, one, line, column, i) for i, one in enumerate(found)])
+    uri, document, place = server.asked(params)
+    items = [_item(server, uri, one, place, i) for i, one in enumerate(document.completions(*place))]
+    return lsp.CompletionList(False, items)
 
 
-def _item(server: Val2Server, uri: str, one: Suggestion, line: int, column: int, rank: int) -> lsp.CompletionItem:
+def _item(server: Val2Server, uri: str, one: Suggestion, place: tuple[int, int], rank: int) -> lsp.CompletionItem:
+    line, column = place
     replaced = server.range(uri, Span(line, column - one.length, column))
     kind = lsp.CompletionItemKind.Keyword if one.text.isupper() else lsp.CompletionItemKind.Variable
     return lsp.CompletionItem(
@@ -183,16 +187,16 @@ def _item(server: Val2Server, uri: str, one: Suggestion, line: int, column: int,
 
 
 def _hover(server: Val2Server, params: lsp.HoverParams) -> lsp.Hover | None:
-    uri = params.text_document.uri
-    found = server.document(uri).hover(*server.place(uri, params.position))
+    uri, document, place = server.asked(params)
+    found = document.hover(*place)
     if found is None:
         return None
     return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, found.text), server.range(uri, found.span))
 
 
 def _definition(server: Val2Server, params: lsp.DefinitionParams) -> lsp.Location | None:
-    uri = params.text_document.uri
-    span = server.document(uri).definition(*server.place(uri, params.position))
+    uri, document, place = server.asked(params)
+    span = document.definition(*place)
     return None if span is None else lsp.Location(uri, server.range(uri, span))
 
 
@@ -213,9 +217,7 @@ def _symbols(server: Val2Server, params: lsp.DocumentSymbolParams) -> Sequence[l
 
 
 def _references(server: Val2Server, params: lsp.ReferenceParams) -> Sequence[lsp.Location]:
-    uri = params.text_document.uri
-    place = server.place(uri, params.position)
-    document = server.document(uri)
+    uri, document, place = server.asked(params)
     defined = None if params.context.include_declaration else document.definition(*place)
     spans = (span for span in document.references(*place) if defined is None or not _same_place(span, defined))
     return [lsp.Location(uri, server.range(uri, span)) for span in spans]
@@ -226,16 +228,16 @@ def _same_place(span: Span, other: Span) -> bool:
 
 
 def _prepare_rename(server: Val2Server, params: lsp.PrepareRenameParams) -> lsp.Range | None:
-    uri = params.text_document.uri
-    found = server.document(uri).occurrence(*server.place(uri, params.position))
+    uri, document, place = server.asked(params)
+    found = document.occurrence(*place)
     return None if found is None else server.range(uri, found.span)
 
 
 def _rename(server: Val2Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
     """Raises Refused for a name that cannot be taken."""
-    uri = params.text_document.uri
+    uri, document, place = server.asked(params)
     try:
-        name, spans = server.document(uri).renamed(*server.place(uri, params.position), params.new_name)
+        name, spans = document.renamed(*place, params.new_name)
     except VrsError as refused:
         raise Refused(str(refused)) from None
     return lsp.WorkspaceEdit({uri: [lsp.TextEdit(server.range(uri, span), name) for span in spans]})
@@ -247,8 +249,8 @@ def _folding(server: Val2Server, params: lsp.FoldingRangeParams) -> Sequence[lsp
 
 
 def _signature(server: Val2Server, params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
-    uri = params.text_document.uri
-    found = server.document(uri).signature(*server.place(uri, params.position))
+    _, document, place = server.asked(params)
+    found = document.signature(*place)
     if found is None:
         return None
     parameters = [lsp.ParameterInformation(place) for place in found.arguments]
@@ -256,15 +258,18 @@ def _signature(server: Val2Server, params: lsp.SignatureHelpParams) -> lsp.Signa
     return lsp.SignatureHelp([shown], active_signature=0, active_parameter=found.active)
 
 
-_FEATURES: Mapping[str, Callable[[Val2Server, Any], Any]] = {
-    lsp.TEXT_DOCUMENT_DID_OPEN: _opened,
-    lsp.TEXT_DOCUMENT_DID_CHANGE: _changed,
-    lsp.TEXT_DOCUMENT_DID_CLOSE: _closed,
-    lsp.TEXT_DOCUMENT_HOVER: _hover,
-    lsp.TEXT_DOCUMENT_DEFINITION: _definition,
-    lsp.TEXT_DOCUMENT_FORMATTING: _formatting,
-    lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: _symbols,
-    lsp.TEXT_DOCUMENT_REFERENCES: _references,
-    lsp.TEXT_DOCUMENT_PREPARE_RENAME: _prepare_rename,
-    lsp.TEXT_DOCUMENT_FOLDING_RANGE: _folding,
+_FEATURES: Mapping[str, tuple[Callable[[Val2Server, Any], Any], Any]] = {  # each with its options
+    lsp.TEXT_DOCUMENT_DID_OPEN: (_opened, None),
+    lsp.TEXT_DOCUMENT_DID_CHANGE: (_changed, None),
+    lsp.TEXT_DOCUMENT_DID_CLOSE: (_closed, None),
+    lsp.TEXT_DOCUMENT_HOVER: (_hover, None),
+    lsp.TEXT_DOCUMENT_DEFINITION: (_definition, None),
+    lsp.TEXT_DOCUMENT_FORMATTING: (_formatting, None),
+    lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: (_symbols, None),
+    lsp.TEXT_DOCUMENT_REFERENCES: (_references, None),
+    lsp.TEXT_DOCUMENT_PREPARE_RENAME: (_prepare_rename, None),
+    lsp.TEXT_DOCUMENT_RENAME: (_rename, lsp.RenameOptions(prepare_provider=True)),
+    lsp.TEXT_DOCUMENT_FOLDING_RANGE: (_folding, None),
+    lsp.TEXT_DOCUMENT_COMPLETION: (_completion, lsp.CompletionOptions(trigger_characters=[" ", ".", "$", "#"])),
+    lsp.TEXT_DOCUMENT_SIGNATURE_HELP: (_signature, lsp.SignatureHelpOptions([" ", ",", "("])),
 }

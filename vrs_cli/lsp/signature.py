@@ -10,7 +10,8 @@ from msgspec import Struct
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.lsp.occurrences import blanked, key_of_name
+from vrs_cli.language.words.kind import key_of
+from vrs_cli.lsp.occurrences import blanked
 
 _FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Za-z][\w.]*)\s")
 _BEFORE_PARENTHESIS = re.compile(r"([#$]?[A-Za-z][\w.]*)\s*$")
@@ -44,7 +45,7 @@ def _called(name: str, rest: str, programs: Mapping[str, Program]) -> Signature 
     row = FUNCTIONS.get(name.upper())
     if row is not None:
         return _signature(row.form, row.summary, (argument.name for argument in row.arguments), rest)
-    program = programs.get(key_of_name(name))
+    program = programs.get(key_of(name))
     if program is None:
         return None
     names = [parameter.sigil + parameter.name for parameter in program.parameters]

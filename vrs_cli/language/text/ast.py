@@ -313,7 +313,10 @@ class Step(Struct, frozen=True):
 
 
 class Program(Struct, frozen=True):
-    """`.PROGRAM name(parameters) ;comment` to `.END`; steps count from 1 in messages and listings."""
+    """`.PROGRAM name(parameters) ;comment` to `.END`; steps count from 1 in messages and listings.
+
+    `span`: the heading from the name on.
+    """
 
     name: str
     parameters: tuple[Variable, ...]

@@ -7,7 +7,6 @@ The parser reads one line and takes it for the function; here the whole decides.
 from __future__ import annotations
 
 from collections.abc import Collection, Container, Iterable, Iterator
-from functools import cache
 from typing import Any, TypeVar, cast
 
 from msgspec import Struct
@@ -25,7 +24,6 @@ Tree = TypeVar("Tree")
 FUNCTION_NAMES = {name.lower(): name for name, row in FUNCTIONS.items() if row.constant and name not in RESERVED}
 DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE, Shape.UNIT})
 _CALLED = frozenset({Shape.PROGRAM, Shape.PROGRAM_TEXT})
-_NAMING = DEFINING | _CALLED
 
 
 def resolve_program(program: Program) -> Program:
@@ -53,33 +51,32 @@ def variables_named_like_functions(
 
 def variables_given_by(statement: Statement | None) -> Iterator[str]:
     """The keys of the variables that a statement declares or gives a value to, by itself or through a CALL."""
+    yield from (variable.key for variable in definitions(statement))
+    for called in _arguments(statement, _CALLED):
+        if isinstance(called, ast.ProgramCall | ast.Applied):
+            yield from (argument.key for argument in called.arguments if isinstance(argument, ast.Variable))
+
+
+def definitions(statement: Statement | None) -> Iterator[ast.Variable]:
+    """The variables that a statement itself declares or gives a value to."""
     if isinstance(statement, ast.Assignment):
-        yield statement.target.key
-    elif isinstance(statement, ast.Instruction) and _names_variables(statement.word):
-        row = INSTRUCTIONS[statement.word]
-        for place, expression in enumerate(statement.arguments):
-            argument = argument_at(row, place)
-            if argument is not None and expression is not None:
-                yield from _named_at(expression, argument.shape)
+        yield statement.target
     elif isinstance(statement, ast.For):
-        yield statement.variable.key
+        yield statement.variable
+    for given in _arguments(statement, DEFINING):
+        last = given.right if isinstance(given, ast.Binary) else given  # HERE a:b defines b
+        if isinstance(last, ast.Variable):
+            yield last
 
 
-@cache
-def _names_variables(word: str) -> bool:
-    """Whether an instruction gives values to variables, or calls a program that may."""
-    row = INSTRUCTIONS.get(word)
-    return row is not None and any(one.shape in _NAMING for one in row.arguments)
-
-
-def _named_at(expression: Expression, shape: Shape) -> Iterator[str]:
-    if shape in _CALLED and isinstance(expression, ast.ProgramCall | ast.Applied):
-        yield from (argument.key for argument in expression.arguments if isinstance(argument, ast.Variable))
-    elif shape in DEFINING:
-        if isinstance(expression, ast.Binary):
-            expression = expression.right
-        if isinstance(expression, ast.Variable):
-            yield expression.key
+def _arguments(statement: Statement | None, shapes: Container[Shape]) -> Iterator[Expression]:
+    """The arguments of an instruction that have one of these shapes."""
+    row = INSTRUCTIONS.get(statement.word) if isinstance(statement, ast.Instruction) else None
+    if row is not None and isinstance(statement, ast.Instruction):
+        for place, given in enumerate(statement.arguments):
+            argument = argument_at(row, place)
+            if argument is not None and given is not None and argument.shape in shapes:
+                yield given
 
 
 def _replace(tree: Tree, names: Collection[str]) -> Tree:

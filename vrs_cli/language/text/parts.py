@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from vrs_cli.errors import ProgramExists
 from vrs_cli.language.text.ast import File, Program, Section, Span
 from vrs_cli.language.text.diagnostics import Diagnostic, error
-from vrs_cli.language.text.parser import parse_file, parse_prompt
+from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.source import cut, end_of, lines_of
 
 
@@ -85,8 +85,6 @@ def repeated_programs(parts: Iterable[Placed]) -> Iterator[Diagnostic]:
     names: set[str] = set()
     for placed, program in programs_of(parts):
         if program.key in names:
-            header = parse_prompt(placed.part.lines[0])
-            assert header is not None
             detail = f"{program.name} is there twice in this file"
-            yield error(ProgramExists, placed.span(header.span), detail)
+            yield error(ProgramExists, placed.span(program.span), detail)
         names.add(program.key)

@@ -149,7 +149,7 @@ class FileReader:
         steps = tuple(self._step(inner, numbered) for inner in body[:written])
         if header is None:
             return BadLine(line.text.strip(), line.span)
-        return resolve_program(Program(header.name, header.parameters, steps, header.comment, line.span))
+        return resolve_program(Program(header.name, header.parameters, steps, header.comment, header.span))
 
     def _header(self, line: SourceLine) -> ProgramHeader | None:
         at = header_end(line.text)
