@@ -10,18 +10,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.engine.parameters import PARAMETERS
 from vrs_cli.errors import CannotInterpret, IllegalExpression, InvalidName, InvalidNumber, NotAvailable
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Span
-from vrs_cli.language.text.diagnostics import LineRefused, error
-from vrs_cli.language.text.lexer import LABEL_HIGH, Token, label_value
+from vrs_cli.language.text.diagnostics import LineRefused, refusal
+from vrs_cli.language.text.lexer import Token, label_value
 from vrs_cli.language.text.precedence import ORDER, RELATIONS, Grouping
-from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY, Function
+from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.word import Argument, Shape, Word
+from vrs_cli.language.words.word import Argument, Row, Shape, Word
 
 Children = list[Any]  # tokens, nodes and pieces, as the rule has them
 Items = list[Expression | None]  # expressions between commas, None for one that is left out
@@ -75,28 +76,29 @@ def _number(token: Token) -> ast.Number:
     value = number_value(token.text)
     if value is None:
         hint = "write ^HFF, ^B101 (8 digits), ^17 or 'A" if token.text[0] in "^'" else "reals go to about 3E38"
-        raise LineRefused(error(InvalidNumber, token.span, token.text, hint))
+        raise refusal(InvalidNumber, token.span, token.text, hint)
     return ast.Number(value, token.text.upper() if token.text[0] != "'" else token.text, token.span)
 
 
 def _variable(name: Token, indexes: tuple[Expression, ...] | None, span: Span) -> ast.Variable:
     text = name.text
     if text[0] == "%":
-        raise LineRefused(error(NotAvailable, name.span, f"{text} is a belt", "there is no conveyor at this robot"))
+        raise refusal(NotAvailable, name.span, f"{text} is a belt", "there is no conveyor at this robot")
     if text[0] in "#$":
         return ast.Variable(text[1:], text[0], indexes, span)
     return ast.Variable(text, "", indexes, span)
 
 
-def _label(token: Token) -> int:
-    value = label_value(token.text)
-    if value is None:
-        raise LineRefused(error(InvalidNumber, token.span, token.text, f"labels are 0 to {LABEL_HIGH}"))
-    return value
+def _items(children: Sequence[Any], row: Row | None = None, places: int | None = None) -> Items:
+    """The expressions between commas; none after the last.
 
-
-def _items(children: Sequence[Any]) -> Items:
-    """The expressions between commas; none after the last."""
+    Of a `row`, a comma at the end leaves a place out: there must be one (`places`; None: the last repeats, none is left
+    out). Raises LineRefused.
+    """
+    signs = [child for child in children if type(child) is Token]
+    if row is not None and signs and signs[-1] is children[-1] and (places is None or len(signs) >= places):
+        detail = f"{row.name}: nothing stands behind {signs[-1].text}"
+        raise refusal(CannotInterpret, signs[-1].span, detail, f"the form is {row.form}")
     items: Items = [None]
     for child in children:
         if type(child) is Token:
@@ -111,14 +113,6 @@ def trim(items: Items) -> Items:
     while items and items[-1] is None:
         items = items[:-1]
     return items
-
-
-def _refuse_last_comma(children: Sequence[Any], places: int | None, row: Word | Function) -> None:
-    """A comma at the end leaves a place out: there must be one (`places`; None: the last repeats, none is left out)."""
-    last = children[-1]
-    if places is None or sum(type(child) is Token for child in children) >= places:
-        detail = f"{row.name}: nothing stands behind {last.text}"
-        raise LineRefused(error(CannotInterpret, last.span, detail, f"the form is {row.form}"))
 
 
 # --- arguments as the table wants them -----------------------------------------------------------------------------
@@ -173,7 +167,7 @@ _FIT: Mapping[Shape, Callable[[Expression], Expression]] = {
 }
 
 
-def _fit(items: Items, places: tuple[Argument, ...]) -> tuple[Expression | None, ...]:
+def _fit(items: Sequence[Expression | None], places: tuple[Argument, ...]) -> tuple[Expression | None, ...]:
     """The expressions as the shapes of their places want them; the last place is that of all further ones."""
     if not places:
         return tuple(items)
@@ -218,73 +212,65 @@ _FIELDS = {  # of a modifier, by its token: the sort that the table allows, and 
 }
 
 
-class _Given:
+class _Given(Struct):
     """What stands after the word of an instruction, put together piece by piece."""
 
-    def __init__(self, word: Token) -> None:
-        assert word.row is not None
-        self.row = word.row
-        self._arguments: Items = []
-        self._value: Items = []
-        self._led: dict[str, Expression] = {}
-        self._task: Expression | None = None
-        self._modifiers: dict[str, Any] = {}
-        self._sorts: set[str] = set()
+    row: Word
+    arguments: Items = []
+    values: Items = []
+    led: dict[str, Expression] = {}
+    task: Expression | None = None
+    modifiers: dict[str, tuple[str, Any]] = {}  # by sort: the field and its value
 
     def put_arguments(self, *children: Any) -> None:
-        if type(children[-1]) is Token:
-            _refuse_last_comma(children, self.row.plain, self.row)
-        self._arguments += _items(children)
+        self.arguments += _items(children, self.row, self.row.plain)
 
     def put_value(self, sign: Token, given: _Piece) -> None:
-        row = self.row
-        if row.value is None:
+        wanted = self.row.value
+        if wanted is None:
             raise self._refusal(sign)
-        if type(given.children[-1]) is Token:
-            _refuse_last_comma(given.children, None if row.value.repeated else 1, row)
-        self._value = _items(given.children)
-        if not row.value.repeated:
-            self._refuse_beyond(self._value, 1, "values")
+        self.values = _items(given.children, self.row, None if wanted.repeated else 1)
+        if not wanted.repeated:
+            self._refuse_beyond(self.values, 1, "values")
 
     def put_group(self, _open: Token, given: _Piece, _close: Token) -> None:
         """What stands in parentheses: as many places as the table has, so that those after them keep theirs."""
         items, most = _items(given.children), self.row.grouped
         if self.row.tasked:
-            self._task = items[0]
-            return
-        self._refuse_beyond(items, most, "in parentheses")
-        self._arguments += (*items[:most], *(None,) * (most - len(items)))
+            self.task = items[0]
+        else:
+            self._refuse_beyond(items, most, "in parentheses")
+            self.arguments += (*items[:most], *(None,) * (most - len(items)))
 
     def put_lead(self, word: Token, value: Expression) -> None:
-        if word.value in self._led:
+        if word.value in self.led:
             raise self._refusal(word)
-        self._led[word.value] = value
+        self.led[word.value] = value
 
     def put_modifier(self, word: Token, value: Expression | None = None) -> None:
         sort, field = _FIELDS[word.type]
-        if sort not in self.row.modifiers or sort in self._sorts:
+        if sort not in self.row.modifiers or sort in self.modifiers:
             raise self._refusal(word)
-        self._sorts.add(sort)
-        self._modifiers[field] = word.type == "ALWAYS" or value or word.value
+        self.modifiers[sort] = field, word.type == "ALWAYS" or value or word.value
 
     def instruction(self, span: Span) -> ast.Instruction:
         row, value = self.row, None
         arguments = _fit(self._in_order(), row.arguments)
-        if self._value and row.value is not None:
-            given = _fit(self._value, (row.value,))
+        if self.values and row.value is not None:
+            given = _fit(self.values, (row.value,))
             arguments, value = (arguments + given, None) if row.value.repeated else (arguments, given[0])
-        modifiers = ast.Modifiers(**self._modifiers) if self._modifiers else ast.NO_MODIFIERS
+        modifiers = ast.Modifiers(**dict(self.modifiers.values())) if self.modifiers else ast.NO_MODIFIERS
         return ast.Instruction(row.name, arguments, span, value, modifiers)
 
     def _in_order(self) -> Items:
         """The arguments in the order of the table: those between commas, those with a leading word, the task."""
-        row, items = self.row, self._arguments
-        if self._led:
+        row, items = self.row, self.arguments
+        if self.led:
             plain = sum(not argument.lead for argument in row.arguments)
-            led = [self._led.get(argument.lead) for argument in row.arguments if argument.lead]
+            led = [self.led.get(argument.lead) for argument in row.arguments if argument.lead]
             items = [*items, *[None] * (plain - len(items)), *trim(led)]
-        if self._task is not None:
-            items = [*items, *[None] * (len(row.arguments) - 1 - len(items)), self._task]
+        if self.task is not None:
+            items = [*items, *[None] * (len(row.arguments) - 1 - len(items)), self.task]
         elif row.tasked and len(items) >= len(row.arguments):
             items.insert(len(row.arguments) - 1, None)
         first = row.arguments[0] if row.arguments else None
@@ -295,14 +281,14 @@ class _Given:
     def _refuse_beyond(self, items: Items, most: int, what: str) -> None:
         beyond = next((item for item in items[most:] if item is not None), None)
         if beyond is not None:
-            raise LineRefused(error(CannotInterpret, beyond.span, f"{self.row.name}: too many {what}", self._form()))
+            raise refusal(CannotInterpret, beyond.span, f"{self.row.name}: too many {what}", self._form())
 
     def _refusal(self, token: Token) -> LineRefused:
         row, hint = self.row, self._form()
         instruction = INSTRUCTIONS.get(row.name, row)
         if token.type in _FIELDS and _FIELDS[token.type][0] in instruction.modifiers - row.modifiers:
             hint = f"DO {row.name} takes it: {instruction.form}"
-        return LineRefused(error(CannotInterpret, token.span, f"{row.name} takes no {token.value} here", hint))
+        return refusal(CannotInterpret, token.span, f"{row.name} takes no {token.value} here", hint)
 
     def _form(self) -> str:
         return f"the form is {self.row.form}"
@@ -343,7 +329,7 @@ class Builder:
     @_by_name
     def header(self, span: Span, name: Token, *rest: Any) -> ast.ProgramHeader:
         if name.text[0] in "#$%":
-            raise LineRefused(error(InvalidName, name.span, name.text, "a program name begins with a letter"))
+            raise refusal(InvalidName, name.span, name.text, "a program name begins with a letter")
         parameters = tuple(child for child in rest if type(child) is not Token)
         return ast.ProgramHeader(name.text, parameters, None, span)
 
@@ -362,7 +348,7 @@ class Builder:
         code = number_value(number.text)
         if name.value.upper() != "$CHR" or code is None or not 0 <= code <= LAST_CHARACTER or not code.is_integer():
             hint = 'strings here are made of "text" and $CHR(0) to $CHR(255)'
-            raise LineRefused(error(IllegalExpression, span, name.text, hint))
+            raise refusal(IllegalExpression, span, name.text, hint)
         return ast.Text(chr(int(code)), span)
 
     # --- statements ---
@@ -380,18 +366,18 @@ class Builder:
 
     @_by_name
     def goto(self, span: Span, _goto: Token, label: Token) -> ast.Goto:
-        return ast.Goto(_label(label), span)
+        return ast.Goto(label_value(label.text, label.span), span)
 
     @_by_name
     def if_goto(self, span: Span, _if: Token, condition: Expression, _goto: Token, label: Token) -> ast.IfGoto:
-        return ast.IfGoto(condition, _label(label), span)
+        return ast.IfGoto(condition, label_value(label.text, label.span), span)
 
     @_by_name
     def if_then_label(self, span: Span, _if: Token, condition: Expression, _then: Token, label: Token) -> ast.IfGoto:
         if not isinstance(condition, ast.Binary) or condition.grouped or condition.operator not in RELATIONS:
             hint = "write IF condition GOTO label"
-            raise LineRefused(error(IllegalExpression, condition.span, "IF ... THEN label compares two values", hint))
-        return ast.IfGoto(condition, _label(label), span, then=True)
+            raise refusal(IllegalExpression, condition.span, "IF ... THEN label compares two values", hint)
+        return ast.IfGoto(condition, label_value(label.text, label.span), span, then=True)
 
     @_by_name
     def value(self, span: Span, *children: Any) -> ast.Value:
@@ -399,7 +385,8 @@ class Builder:
 
     @_by_name
     def instruction(self, span: Span, word: Token, *pieces: _Piece) -> ast.Instruction:
-        given = _Given(word)
+        assert word.row is not None
+        given = _Given(word.row)
         for piece in pieces:
             piece.put(given, *piece.children)
         return given.instruction(span)
@@ -427,7 +414,7 @@ class Builder:
         width, _, decimals = token.text[2:].partition(".")
         if max(len(width), len(decimals)) > FORMAT_DIGITS:
             detail, hint = token.text, f"the numbers of a format code have up to {FORMAT_DIGITS} digits"
-            raise LineRefused(error(InvalidNumber, token.span, detail, hint))
+            raise refusal(InvalidNumber, token.span, detail, hint)
         return ast.Format(token.text[1].upper(), _digits(width), _digits(decimals), token.span)
 
     def raw(self, children: Children) -> ast.Word:
@@ -452,7 +439,7 @@ class Builder:
         commas = sum(_is(child, "COMMA") for child in inner)
         if max(len(indexes), commas + 1) > INDEXES:
             at = indexes[INDEXES].span if len(indexes) > INDEXES else inner[-1].span
-            raise LineRefused(error(IllegalExpression, at, "too many indexes", f"an array has up to {INDEXES}"))
+            raise refusal(IllegalExpression, at, "too many indexes", f"an array has up to {INDEXES}")
         rest = commas - max(len(indexes) - 1, 0)
         return replace(_variable(name, indexes, span), rest=rest)
 
@@ -465,11 +452,9 @@ class Builder:
         upper, given = name.text.upper(), inner[:-1]
         known = FUNCTIONS.get(upper)
         _check_by(upper, given)
-        arguments = tuple(_items(given))
+        arguments = tuple(_items(given, known, None if known is None or known.repeats else len(known.arguments)))
         if known is not None:
-            if given and _is(given[-1], "COMMA"):
-                _refuse_last_comma(given, None if known.repeats else len(known.arguments), known)
-            arguments = _fit(list(arguments), known.arguments)
+            arguments = _fit(arguments, known.arguments)
         return ast.Call(upper if known else name.text, arguments, span, True)
 
     @_by_name
@@ -493,7 +478,7 @@ def _check_by(name: str, given: Sequence[Any]) -> None:
     for place, sign in enumerate(signs):
         if (sign.type == "BY") != (place == 0 and name in WITH_BY):
             hint = f"the form is {FUNCTIONS[name].form}" if name in FUNCTIONS else ""
-            raise LineRefused(error(IllegalExpression, sign.span, f"{sign.text} does not belong here", hint))
+            raise refusal(IllegalExpression, sign.span, f"{sign.text} does not belong here", hint)
 
 
 def _is(child: Any, type_: str) -> bool:
@@ -507,7 +492,7 @@ def _digits(text: str) -> int | None:
 def _entry_number(token: Token) -> float:
     value = signed_number(token.text)
     if value is None:
-        raise LineRefused(error(InvalidNumber, token.span, token.text))
+        raise refusal(InvalidNumber, token.span, token.text)
     return value
 
 

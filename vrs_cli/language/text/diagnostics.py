@@ -63,6 +63,11 @@ def warning(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") 
     return Diagnostic(Severity.WARNING, kind.code, kind.text, detail, hint, span)
 
 
+def refusal(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") -> LineRefused:
+    """The refusal of a line for an error."""
+    return LineRefused(error(kind, span, detail, hint))
+
+
 def first_error(found: Iterable[Diagnostic]) -> Diagnostic | None:
     """The first error among diagnostics; None where there are warnings at most."""
     return next(errors(found), None)

@@ -22,7 +22,7 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.language.text.ast import Span
-from vrs_cli.language.text.diagnostics import LineRefused, did_you_mean, error
+from vrs_cli.language.text.diagnostics import LineRefused, did_you_mean, refusal
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import (
     INSTRUCTIONS,
@@ -52,10 +52,12 @@ class Token(Struct, eq=False):
     row: Word | None = None
 
 
-def label_value(text: str) -> int | None:
-    """The number of a label, or None."""
+def label_value(text: str, span: Span) -> int:
+    """The number of a label. Raises LineRefused."""
     value = float(text) if text.isdigit() else inf  # a float may have any number of digits
-    return int(value) if value <= LABEL_HIGH else None
+    if value > LABEL_HIGH:
+        raise refusal(InvalidNumber, span, text, f"labels are 0 to {LABEL_HIGH}")
+    return int(value)
 
 
 # Words that link, where an expression has just ended.
@@ -131,9 +133,8 @@ class Lexer:
         """A program line: `[label] [statement] [;comment]`."""
         match = _LABEL.match(self._text)
         if match is not None:
-            if label_value(match[1]) is None:
-                raise self._refusal(InvalidNumber, *match.span(1), match[1], f"labels are 0 to {LABEL_HIGH}")
             self._add("LABEL", match[1], *match.span(1))
+            label_value(match[1], self.tokens[0].span)
         if not self._at_end():
             self._statement()
         return self.tokens
@@ -453,7 +454,7 @@ class Lexer:
         return self._at >= len(self._text)
 
     def _refusal(self, kind: type[VrsError], start: int, end: int, detail: str, hint: str = "") -> LineRefused:
-        return LineRefused(error(kind, Span(self._line, start + 1, end + 1), detail, hint))
+        return refusal(kind, Span(self._line, start + 1, end + 1), detail, hint)
 
     def _unreadable(self) -> LineRefused:
         """What is wrong where no token begins."""

@@ -95,7 +95,7 @@ class LineParser:
         statement: Statement | None = self._parse(tokens, "step") if tokens else None
         spans = [part.span for part in (label, statement, comment) if part is not None]
         span = Span(line, spans[0].column, spans[-1].end) if spans else Span(line, 1, 1)
-        return Step(label_value(label.text) if label else None, statement, _text(comment), span)
+        return Step(label_value(label.text, label.span) if label else None, statement, _text(comment), span)
 
     def prompt(self, text: str, names: Container[str]) -> Statement | None:
         """Raises LineRefused."""
