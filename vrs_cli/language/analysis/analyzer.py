@@ -24,10 +24,10 @@ from vrs_cli.errors import (
     UndefinedValue,
 )
 from vrs_cli.language.analysis.channels import channel
-from vrs_cli.language.analysis.confusions import Confusions, first_assignment
+from vrs_cli.language.analysis.confusions import first_assignment
 from vrs_cli.language.analysis.declarations import Declarations, Own, own_variables
-from vrs_cli.language.analysis.kinds import ExpressionChecker
-from vrs_cli.language.analysis.names import ANY_KIND, BARE, PLACE, REAL, STRING, Findings, Names, with_article
+from vrs_cli.language.analysis.kinds import Expressions, miscounted
+from vrs_cli.language.analysis.names import ANY_KIND, BARE, PLACE, REAL, STRING, with_article
 from vrs_cli.language.analysis.structure import Block, BlockKind, structure_of
 from vrs_cli.language.analysis.surroundings import Candidates, Surroundings
 from vrs_cli.language.text import ast
@@ -87,16 +87,16 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
     The parser has reported the lines that it could not read. They keep the program from running.
     """
     structure = structure_of(program)
-    findings = Findings()
-    steps = _Steps(findings, surroundings.known, program, surroundings)
+    steps = _Steps(surroundings.known, program, surroundings)
     steps.header(program)
     for index, step in enumerate(program.steps):
         if step.statement is not None:
             steps.statement(index + 1, step.statement)
     steps.finish()
-    found = (*structure.diagnostics, *findings.diagnostics)
+    found = (*structure.diagnostics, *steps.diagnostics)
     ordered = sorted(found, key=lambda one: (one.span.line, one.span.column))
-    kinds, needs = steps.names.decided_kinds(), frozenset(one.key for one in steps.names.without_value())
+    kinds = {key: decided.kind for key, decided in steps.kinds.items()}
+    needs = frozenset(one.key for one in steps.without_value())
     called, functions = frozenset(steps.called), frozenset(steps.confusions.functions)
     own = own_variables(program)
     return Analysis(program, kinds, structure.blocks, structure.labels, tuple(ordered), needs, called, functions, own)
@@ -106,35 +106,26 @@ def check_line(
     line: Statement | ProgramHeader, known: Mapping[str, Kind] | None = None, *, in_program: bool = False
 ) -> tuple[Diagnostic, ...]:
     """Check a line of the prompt, or (`in_program`) one step, whose block and labels are out of sight."""
-    findings = Findings()
-    steps = _Steps(findings, {} if known is None else known)
+    steps = _Steps({} if known is None else known)
     if isinstance(line, ProgramHeader):
         steps.header(line)
     elif in_program:
         steps.statement(1, line)
     else:
         steps.command(line)
-    return tuple(findings.diagnostics)
+    return tuple(steps.diagnostics)
 
 
-class _Steps:
+class _Steps(Expressions):
     """One pass over the steps. `program` and `surroundings` are None for a line of the prompt."""
 
     def __init__(
-        self,
-        findings: Findings,
-        known: Mapping[str, Kind],
-        program: Program | None = None,
-        surroundings: Surroundings | None = None,
+        self, known: Mapping[str, Kind], program: Program | None = None, surroundings: Surroundings | None = None
     ) -> None:
         parameters = {variable.key for variable in program.parameters} if program is not None else set()
-        self.names = Names(findings, known, parameters, at_prompt=program is None)
+        super().__init__(known, parameters, at_prompt=program is None)
         self.called: set[str] = set()
-        self._findings = findings
-        self._known = known
-        self.confusions = Confusions()
-        self._expressions = ExpressionChecker(self.names, findings, self.confusions)
-        self._declarations = Declarations(self.names, findings, program)
+        self._declarations = Declarations(self)
         self._program = program
         self._surroundings = surroundings
 
@@ -145,17 +136,15 @@ class _Steps:
         parameters = heading.parameters
         keys = [parameter.key for parameter in parameters]
         for place, parameter in enumerate(parameters):
-            self.names.check(parameter)
+            self.check(parameter)
             if parameter.indexes:
-                self._findings.fault(
-                    CannotInterpret, parameter.span, "a parameter has no index", "write name, or name[]"
-                )
+                self.fault(CannotInterpret, parameter.span, "a parameter has no index", "write name, or name[]")
             if parameter.key in keys[:place]:
-                self._findings.fault(ArgumentMismatch, parameter.span, f"{parameter.name} is there twice")
+                self.fault(ArgumentMismatch, parameter.span, f"{parameter.name} is there twice")
 
     def statement(self, step: int, statement: Statement) -> None:
         """A step of a program."""
-        self.names.step = step
+        self.step = step
         if isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS:
             self._count(statement, INSTRUCTIONS[statement.word])
             self._declarations.check(statement)
@@ -174,29 +163,29 @@ class _Steps:
         elif isinstance(inner, ast.Assignment):
             self._assignment(inner)
             if inner.target.key not in self._known:
-                self._findings.diagnostics += first_assignment(inner.target)
+                self.diagnostics += first_assignment(inner.target)
         elif isinstance(inner, ast.Show):
-            self._expressions.value(inner.expression, ANY_KIND)
+            self.value(inner.expression, ANY_KIND)
         elif inner is not None:
             detail, hint = "this works in programs only", ".PROGRAM name begins one"
-            self._findings.fault(CannotInterpret, statement.span, detail, hint)
+            self.fault(CannotInterpret, statement.span, detail, hint)
 
     def finish(self) -> None:
         """Report what only the whole program shows: names that nothing gives a value."""
-        nowhere = [one for one in self.names.without_value() if not self._given_elsewhere(one)]
-        own = Candidates(self.names.own_keys())
+        nowhere = [one for one in self.without_value() if not self._given_elsewhere(one)]
+        own = Candidates({*self.given, *self.parameters})
         for number, variable in enumerate(nowhere):
             detail = f"{variable.sigil}{variable.name} is given a value nowhere"
             hint = ""
             if self._surroundings is not None and number < MOST_HINTS:
                 hint = self._surroundings.name_meant(variable, own)
-            self._findings.warn(UndefinedValue, variable.span, detail, hint)
+            self.warn(UndefinedValue, variable.span, detail, hint)
         if self._program is not None and self._surroundings is not None:
-            self._findings.diagnostics += self.confusions.found(self._program, self.names, self._surroundings)
+            self.diagnostics += self.confusions.found(self._program, self, self._surroundings)
 
     def _given_elsewhere(self, variable: ast.Variable) -> bool:
         """Whether another program gives the variable a value. None can where AUTO or LOCAL declares it."""
-        if self._surroundings is None or self._program is None or variable.key in self.names.own:
+        if self._surroundings is None or self._program is None or variable.key in self.own:
             return False
         return self._surroundings.given_elsewhere(variable.key, self._program)
 
@@ -204,35 +193,33 @@ class _Steps:
 
     def _assignment(self, statement: ast.Assignment) -> None:
         target, value = statement.target, statement.value
-        self._expressions.reference(target)
+        self.reference(target)
         self.confusions.assign(target)
         name = target.sigil + target.name
         if target.many:
-            self._findings.fault(IllegalAssignment, target.span, f"{name}[] is an array", "assign its elements")
-        if target.sigil == "#" or (not target.sigil and self._expressions.kind_of(value) in PLACE):
-            self._findings.fault(
-                IllegalAssignment, target.span, "a location is assigned by SET", f"SET {name.lower()} = ..."
-            )
-            self._expressions.value(value, PLACE)
-            self.names.given.add(target.key)
+            self.fault(IllegalAssignment, target.span, f"{name}[] is an array", "assign its elements")
+        if target.sigil == "#" or (not target.sigil and self.kind_of(value) in PLACE):
+            self.fault(IllegalAssignment, target.span, "a location is assigned by SET", f"SET {name.lower()} = ...")
+            self.value(value, PLACE)
+            self.given.add(target.key)
             return
         wanted = STRING if target.sigil else REAL
-        self._expressions.value(value, wanted)
-        self.names.define(target, wanted)
+        self.value(value, wanted)
+        self.define(target, wanted)
 
     def _condition(self, statement: ast.If | ast.IfGoto | ast.While | ast.Until) -> None:
-        self._expressions.value(statement.condition, REAL)
+        self.value(statement.condition, REAL)
 
     def _for(self, statement: ast.For) -> None:
-        self._expressions.reference(statement.variable)
+        self.reference(statement.variable)
         for limit in (statement.first, statement.last, statement.step):
             if limit is not None:
-                self._expressions.value(limit, REAL)
-        self.names.define(statement.variable, REAL)
+                self.value(limit, REAL)
+        self.define(statement.variable, REAL)
 
     def _value(self, statement: ast.Value) -> None:
         for test in statement.tests:
-            self._expressions.value(test, REAL)
+            self.value(test, REAL)
 
     def _wait(self, statement: ast.Instruction) -> None:
         """WAIT 3 waits for a signal, as in VAL: as a condition a number would make no sense."""
@@ -240,30 +227,28 @@ class _Steps:
         number = None if asked is None else channel(asked)
         if asked is not None and number is not None:
             hint = "DELAY n lets n seconds pass"
-            self._findings.warn(OldMeaning, asked.span, f"it is taken as WAIT SIG({number})", hint)
+            self.warn(OldMeaning, asked.span, f"it is taken as WAIT SIG({number})", hint)
 
     def _set(self, statement: ast.Instruction) -> None:
         """A precision point takes joints, any other name a transformation."""
         target = statement.arguments[0] if statement.arguments else None
-        kind = self._expressions.kind_of(statement.value) if statement.value is not None else None
+        kind = self.kind_of(statement.value) if statement.value is not None else None
         if not isinstance(target, ast.Variable) or kind not in PLACE or target.sigil == "$":
             return
         wanted = SIGIL_KINDS.get(target.sigil, Kind.LOCATION)
         if kind is not wanted:
             detail = f"{target.sigil}{target.name} cannot hold {with_article({kind})}"
-            self._findings.fault(TypeMismatch, target.span, detail, f"{with_article({wanted})} is wanted")
+            self.fault(TypeMismatch, target.span, detail, f"{with_article({wanted})} is wanted")
 
     # --- instructions and monitor commands ---
 
     def _instruction(self, statement: ast.Instruction, table: Mapping[str, Word]) -> None:
-        row = table.get(statement.word)
-        if row is None:
-            self._findings.fault(CannotInterpret, statement.span, f"{statement.word} is no instruction")
-        elif row.state is State.REFUSED:
-            self._findings.fault(NotAvailable, statement.span, f"{row.name}: {row.summary}", row.note)
+        row = table[statement.word]
+        if row.state is State.REFUSED:
+            self.fault(NotAvailable, statement.span, f"{row.name}: {row.summary}", row.note)
         else:
             self._count(statement, row)
-            self._operands(statement, row)
+            self._check_operands(statement, row)
             if row.name == "WAIT":
                 self._wait(statement)
             elif row.name == "SET":
@@ -272,38 +257,31 @@ class _Steps:
     def _count(self, statement: ast.Instruction, row: Word) -> None:
         """Report a missing argument, and one too many."""
         hint = f"the form is {row.form}"
-        given = statement.arguments
         end = Span(statement.span.line, statement.span.end, statement.span.end + 1)
-        for place, argument in enumerate(row.arguments):
-            if not argument.optional and (place >= len(given) or given[place] is None):
-                self._findings.fault(CannotInterpret, end, f"{row.name}: {argument.name} is missing", hint)
-                break
-        if len(given) > len(row.arguments) and argument_at(row, len(given) - 1) is None:
-            extra = given[len(row.arguments)]
-            span = extra.span if extra is not None else end
-            self._findings.fault(CannotInterpret, span, f"{row.name}: too many arguments", hint)
+        for span, detail in miscounted(row.name, statement.arguments, row, end, end):
+            self.fault(CannotInterpret, span, detail, hint)
         if row.value is not None and not row.value.optional and statement.value is None:
-            self._findings.fault(CannotInterpret, end, f"{row.name}: = {row.value.name} is missing", hint)
+            self.fault(CannotInterpret, end, f"{row.name}: = {row.value.name} is missing", hint)
 
-    def _operands(self, statement: ast.Instruction, row: Word) -> None:
+    def _check_operands(self, statement: ast.Instruction, row: Word) -> None:
         """Check the operands; the value first, since the instruction reads it before it defines a variable."""
         if statement.value is not None and row.value is not None:
-            self._argument(statement.value, row.value)
+            self._check_operand(statement.value, row.value)
         for stamp in (statement.modifiers.at, statement.modifiers.within):
             if stamp is not None:
-                self._expressions.value(stamp, REAL)
+                self.value(stamp, REAL)
         for place, expression in enumerate(statement.arguments):
             argument = argument_at(row, place)
             if expression is not None and argument is not None:
-                self._argument(expression, argument)
+                self._check_operand(expression, argument)
 
-    def _argument(self, expression: Expression, argument: Argument) -> None:
+    def _check_operand(self, expression: Expression, argument: Argument) -> None:
         if argument.shape is Shape.PROGRAM:
             self._program_argument(expression)
         elif argument.shape is Shape.PROGRAM_TEXT:
             self._program_text(expression)
         else:
-            self._expressions.argument(expression, argument.shape)
+            self.argument(expression, argument.shape)
 
     # --- programs as arguments ---
 
@@ -312,7 +290,7 @@ class _Steps:
         if isinstance(expression, ast.Word):
             return
         if not isinstance(expression, ast.ProgramCall):
-            self._findings.fault(InvalidName, expression.span, "a program name is wanted here")
+            self.fault(InvalidName, expression.span, "a program name is wanted here")
             return
         self._pass(expression.arguments)
         self._check_call(expression)
@@ -320,18 +298,18 @@ class _Steps:
     def _program_text(self, expression: Expression) -> None:
         """Check a string that names a program. Nothing is known of that program."""
         text = expression.text if isinstance(expression, ast.Applied) else expression
-        self._expressions.value(text, STRING)
+        self.value(text, STRING)
         if isinstance(expression, ast.Applied):
             self._pass(expression.arguments)
 
     def _pass(self, arguments: Iterable[Expression | None]) -> None:
         for argument in arguments:
             if isinstance(argument, ast.Variable) and not argument.grouped:
-                self._expressions.reference(argument)
-                self.names.given.add(argument.key)
+                self.reference(argument)
+                self.given.add(argument.key)
                 self.confusions.pass_argument(argument)
             elif argument is not None:
-                self._expressions.value(argument, ANY_KIND)
+                self.value(argument, ANY_KIND)
 
     def _check_call(self, call: ast.ProgramCall) -> None:
         """Check the number and the kinds of the arguments, if the program is known."""
@@ -341,23 +319,23 @@ class _Steps:
         target = self._program if call.key == self._program.key else self._surroundings.programs.get(call.key)
         if target is None:
             hint = self._surroundings.program_meant(call.name) if len(self.called) <= MOST_HINTS else ""
-            self._findings.warn(UndefinedName, call.span, f"{call.name} is not in memory", hint)
+            self.warn(UndefinedName, call.span, f"{call.name} is not in memory", hint)
             return
         if len(call.arguments) > len(target.parameters):
             detail = f"{target.name} is given {counted(len(call.arguments), 'argument')}"
             hint = f"it has {counted(len(target.parameters), 'parameter')}"
-            self._findings.fault(ArgumentMismatch, call.span, detail, hint)
+            self.fault(ArgumentMismatch, call.span, detail, hint)
         for argument, parameter in zip(call.arguments, target.parameters, strict=False):
             if argument is not None:
                 self._check_argument(argument, parameter)
 
     def _check_argument(self, argument: Expression, parameter: ast.Variable) -> None:
-        kind = self._expressions.kind_of(argument)
+        kind = self.kind_of(argument)
         wanted = frozenset({SIGIL_KINDS[parameter.sigil]}) if parameter.sigil else BARE
         if kind is not None and kind not in wanted:
             name = parameter.sigil + parameter.name
             detail = f"{with_article({kind})} for the parameter {name}"
-            self._findings.fault(ArgumentMismatch, argument.span, detail)
+            self.fault(ArgumentMismatch, argument.span, detail)
 
 
 _STATEMENTS: Mapping[type, Callable[[_Steps, Any], None]] = {
@@ -368,6 +346,6 @@ _STATEMENTS: Mapping[type, Callable[[_Steps, Any], None]] = {
     ast.While: _Steps._condition,
     ast.Until: _Steps._condition,
     ast.For: _Steps._for,
-    ast.Case: lambda steps, case: steps._expressions.value(case.subject, REAL),
+    ast.Case: lambda steps, case: steps.value(case.subject, REAL),
     ast.Value: _Steps._value,
 }

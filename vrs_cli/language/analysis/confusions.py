@@ -52,7 +52,7 @@ class Confusions:
                 detail = f"{call.name} is the function here, and a variable in another program"
                 yield _warning(call, detail, f"GLOBAL {key} makes it the variable")
         for key, target in self._assigned.items():
-            if not (key in names.first_read or names.is_declared(key) or key in self._passed):
+            if not any(key in met for met in (names.first_read, names.declared, names.parameters, self._passed)):
                 yield from _never_read(target)
 
 

@@ -12,7 +12,7 @@ from functools import cached_property
 from msgspec import Struct
 
 from vrs_cli.errors import ArgumentMismatch, CannotInterpret, InvalidName, MisplacedDeclaration, TypeMismatch
-from vrs_cli.language.analysis.names import Findings, Names
+from vrs_cli.language.analysis.names import Names
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program
 from vrs_cli.language.words.instructions import DECLARATIONS
@@ -57,12 +57,10 @@ def _declarations(program: Program) -> Iterator[ast.Instruction]:
 
 
 class Declarations:
-    """Checks declarations one by one. `parameters`: those of the program, by key."""
+    """Checks declarations one by one."""
 
-    def __init__(self, names: Names, findings: Findings, program: Program | None) -> None:
+    def __init__(self, names: Names) -> None:
         self._names = names
-        self._findings = findings
-        self._parameters = {variable.key for variable in program.parameters} if program is not None else set()
         self._declared: dict[str, str] = {}
         self._over = False
 
@@ -74,23 +72,23 @@ class Declarations:
         """Check one declaration."""
         if self._over:
             detail = f"{statement.word} stands after a step that does something"
-            self._findings.fault(MisplacedDeclaration, statement.span, detail, "declarations begin a program")
+            self._names.fault(MisplacedDeclaration, statement.span, detail, "declarations begin a program")
         for argument in statement.arguments:
             if argument is not None:
                 self._check_name(argument, statement)
 
     def _check_name(self, argument: Expression, statement: ast.Instruction) -> None:
         if not isinstance(argument, ast.Variable):
-            self._findings.fault(InvalidName, argument.span, "a variable is wanted here")
+            self._names.fault(InvalidName, argument.span, "a variable is wanted here")
             return
         name, key = argument.sigil + argument.name, argument.key
-        if key in self._parameters:
-            self._findings.fault(ArgumentMismatch, argument.span, f"{name} is a parameter of the program")
+        if key in self._names.parameters:
+            self._names.fault(ArgumentMismatch, argument.span, f"{name} is a parameter of the program")
         elif key in self._declared:
-            self._findings.fault(InvalidName, argument.span, f"{name} is in {self._declared[key]} too")
+            self._names.fault(InvalidName, argument.span, f"{name} is in {self._declared[key]} too")
         elif not all(isinstance(index, ast.Number) for index in argument.indexes or ()):
             hint = f"{statement.word} {name}[]"
-            self._findings.fault(CannotInterpret, argument.span, "the size of an array is a number, or left out", hint)
+            self._names.fault(CannotInterpret, argument.span, "the size of an array is a number, or left out", hint)
         else:
             self._declare(argument, statement)
         self._declared.setdefault(key, statement.word)
@@ -100,5 +98,5 @@ class Declarations:
         kind = SORTS[sort] if sort is not None else None
         if variable.sigil and kind is not None and not (variable.sigil == "#" and kind is Kind.LOCATION):
             detail = f"{variable.sigil}{variable.name} is a {SIGIL_KINDS[variable.sigil].value}, not {sort}"
-            self._findings.fault(TypeMismatch, variable.span, detail)
+            self._names.fault(TypeMismatch, variable.span, detail)
         self._names.declare(variable, None if variable.sigil else kind, own=statement.word != "GLOBAL")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from itertools import islice
 from typing import Any
 
 from vrs_cli.errors import (
@@ -22,7 +23,6 @@ from vrs_cli.language.analysis.names import (
     PRINTED,
     REAL,
     STRING,
-    Findings,
     Kinds,
     Names,
 )
@@ -32,7 +32,7 @@ from vrs_cli.language.text.diagnostics import did_you_mean
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.word import Argument, Shape, State, usable_names
+from vrs_cli.language.words.word import Row, Shape, State, argument_at, usable_names
 
 FORMAT_CODES = "BCDEFGHIOSUX"
 
@@ -55,13 +55,12 @@ VARIABLES: Mapping[Shape, Kinds] = {
 }
 
 
-class ExpressionChecker:
+class Expressions(Names):
     """Checks expressions, each by itself."""
 
-    def __init__(self, names: Names, findings: Findings, confusions: Confusions) -> None:
-        self._names = names
-        self._confusions = confusions
-        self._findings = findings
+    def __init__(self, known: Mapping[str, Kind], parameters: Collection[str], *, at_prompt: bool) -> None:
+        super().__init__(known, parameters, at_prompt=at_prompt)
+        self.confusions = Confusions()
         self._logical = False  # whether NOT, AND, OR or XOR has been met in the expression
 
     # --- arguments, by their shape ---
@@ -80,7 +79,7 @@ class ExpressionChecker:
             self.value(expression, ANY_KIND)
         elif expression.code not in FORMAT_CODES:
             hint = "the format codes are /" + " /".join(FORMAT_CODES)
-            self._findings.fault(IllegalExpression, expression.span, f"/{expression.code}", hint)
+            self.fault(IllegalExpression, expression.span, f"/{expression.code}", hint)
 
     def _unit(self, expression: Expression) -> None:
         """The number of a unit. ATTACH may choose a unit and put its number in a variable."""
@@ -100,29 +99,29 @@ class ExpressionChecker:
     def _define(self, expression: Expression, wanted: Kinds) -> None:
         if self.is_variable(expression):
             assert isinstance(expression, ast.Variable)
-            self._names.define(expression, wanted)
+            self.define(expression, wanted)
 
     def is_variable(self, expression: Expression) -> bool:
         """Check that an expression is a variable, which can be given a value."""
         if isinstance(expression, ast.Variable):
             self.reference(expression)
             return True
-        self._findings.fault(IllegalAssignment, expression.span, "a variable is wanted here")
+        self.fault(IllegalAssignment, expression.span, "a variable is wanted here")
         return False
 
     def reference(self, variable: ast.Variable) -> None:
         """Check the name and the indexes of a variable."""
-        self._names.check(variable)
+        self.check(variable)
         for index in variable.indexes or ():
             self.value(index, REAL)
 
     def _label(self, expression: Expression) -> None:
         if not isinstance(expression, ast.Number):
-            self._findings.fault(CannotInterpret, expression.span, "a label is a number")
+            self.fault(CannotInterpret, expression.span, "a label is a number")
 
     def _word(self, expression: Expression) -> None:
         if not isinstance(expression, ast.Word):
-            self._findings.fault(CannotInterpret, expression.span, "a name is wanted here")
+            self.fault(CannotInterpret, expression.span, "a name is wanted here")
 
     def _setting(self, expression: Expression) -> None:
         """A bare name may be a word of the parameter (SCURVE)."""
@@ -139,7 +138,7 @@ class ExpressionChecker:
         if self._logical:
             for other in val_grouping(expression):
                 detail = f"it is taken as {other.ours}, VAL-II takes {other.theirs}"
-                self._findings.warn(AmbiguousGrouping, other.span, detail, "add parentheses")
+                self.warn(AmbiguousGrouping, other.span, detail, "add parentheses")
         self._logical = outer
 
     def _kind(self, expression: Expression, wanted: Kinds) -> Kind | None:
@@ -148,27 +147,23 @@ class ExpressionChecker:
         check = _KINDS.get(type(expression))
         kind = _CERTAIN[type(expression)] if check is None else check(self, expression)
         if kind is not None and kind not in wanted:
-            self._names.mismatch(expression, kind, wanted)
+            self.mismatch(expression, kind, wanted)
         return kind
 
     def _variable(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
-        self._names.check(variable)
+        self.check(variable)
         for index in variable.indexes or ():
             self._kind(index, REAL)
         if variable.many:
             detail = f"{variable.name}[] is an array"
-            self._findings.fault(IllegalExpression, variable.span, detail, "give an index")
-        return self._names.read(variable, wanted)
+            self.fault(IllegalExpression, variable.span, detail, "give an index")
+        return self.read(variable, wanted)
 
-    def _format(self, expression: ast.Format) -> None:
-        hint = "format codes are items of TYPE and $ENCODE"
-        self._findings.fault(IllegalExpression, expression.span, f"/{expression.code} is no value", hint)
-
-    def _value_with_arguments(self, expression: ast.Applied) -> None:
-        self._findings.fault(IllegalExpression, expression.span, "a value with arguments", "CALLS $name(a, b) has them")
-
-    def _raw(self, expression: ast.Word) -> None:
-        self._findings.fault(IllegalExpression, expression.span, f"{expression.text} is no value")
+    def _no_value(self, expression: ast.Format | ast.Applied) -> None:
+        detail, hint = "a value with arguments", "CALLS $name(a, b) has them"
+        if isinstance(expression, ast.Format):
+            detail, hint = f"/{expression.code} is no value", "format codes are items of TYPE and $ENCODE"
+        self.fault(IllegalExpression, expression.span, detail, hint)
 
     def _unary(self, expression: ast.Unary) -> Kind:
         self._logical |= expression.operator in LOGICAL
@@ -191,10 +186,10 @@ class ExpressionChecker:
 
     def _operands(self, expression: ast.Binary, wanted: Kinds, result: Kind) -> Kind | None:
         """Check both operands. Return the kind of the result, or None where an operand is of the wrong kind."""
-        found = len(self._findings.diagnostics)
+        found = len(self.diagnostics)
         self._kind(expression.left, wanted)
         self._kind(expression.right, wanted)
-        return result if len(self._findings.diagnostics) == found else None
+        return result if len(self.diagnostics) == found else None
 
     def _of_both(self, expression: ast.Binary) -> Kinds:
         """+ and the relations take two reals or two strings."""
@@ -204,7 +199,7 @@ class ExpressionChecker:
         left = expression.left
         if isinstance(left, ast.Unary) and left.operator == "-" and not left.grouped:
             detail = "the sign binds before **"
-            self._findings.warn(AmbiguousGrouping, expression.span, detail, "add parentheses")
+            self.warn(AmbiguousGrouping, expression.span, detail, "add parentheses")
 
     # --- functions ---
 
@@ -215,10 +210,12 @@ class ExpressionChecker:
             return None
         if function.state is not State.SUPPORTED:
             detail = f"{function.name}: {function.summary}"
-            self._findings.fault(NotAvailable, call.span, detail, function.note)
+            self.fault(NotAvailable, call.span, detail, function.note)
             return function.result
-        self._confusions.function(call)
-        self._count(call, function.arguments, f"the form is {function.form}")
+        self.confusions.function(call)
+        end = Span(call.span.line, call.span.end - 1, call.span.end)
+        for span, detail in miscounted(call.name, call.arguments, function, end, call.span)[:1]:
+            self.fault(IllegalExpression, span, detail, f"the form is {function.form}")
         for place, expression in enumerate(call.arguments):
             if expression is not None and function.arguments:
                 self._argument_of_call(expression, function.arguments[min(place, len(function.arguments) - 1)].shape)
@@ -228,26 +225,13 @@ class ExpressionChecker:
         hint = did_you_mean(call.name, usable_names(FUNCTIONS))
         if not hint and len(call.arguments) == 1:
             hint = f"an element of an array is {call.name}[index]"
-        self._findings.fault(UnknownKeyword, call.span, f"there is no function {call.name}", hint)
-
-    def _count(self, call: ast.Call, arguments: Sequence[Argument], hint: str) -> None:
-        """Report a missing argument, and one too many."""
-        given = call.arguments
-        for place, argument in enumerate(arguments):
-            if not argument.optional and (place >= len(given) or given[place] is None):
-                end = Span(call.span.line, call.span.end - 1, call.span.end)
-                self._findings.fault(IllegalExpression, end, f"{call.name}: {argument.name} is missing", hint)
-                return
-        if len(given) > len(arguments) and not (arguments and arguments[-1].repeated):
-            extra = given[len(arguments)]
-            span = extra.span if extra is not None else call.span
-            self._findings.fault(IllegalExpression, span, f"{call.name}: too many arguments", hint)
+        self.fault(UnknownKeyword, call.span, f"there is no function {call.name}", hint)
 
     def _argument_of_call(self, expression: Expression, shape: Shape) -> None:
         """Check an argument as that of an instruction. DEFINED and LAST only look at a variable of any kind."""
         if shape is Shape.VARIABLE:
             if isinstance(expression, ast.Variable):
-                self._names.given.add(expression.key)
+                self.given.add(expression.key)
             self.is_variable(expression)
         else:
             self.argument(expression, shape)
@@ -257,7 +241,7 @@ class ExpressionChecker:
     def kind_of(self, expression: Expression) -> Kind | None:
         """Return the kind of an expression as far as it is certain. Decide nothing and report nothing."""
         if isinstance(expression, ast.Variable):
-            return self._names.certain_kind(expression)
+            return self.certain_kind(expression)
         if isinstance(expression, ast.Call):
             function = FUNCTIONS.get(expression.name)
             return function.result if function is not None else None
@@ -271,27 +255,39 @@ class ExpressionChecker:
         return Kind.STRING if expression.operator == "+" and self._of_both(expression) is STRING else Kind.REAL
 
 
+def miscounted(
+    name: str, given: Sequence[Expression | None], row: Row, end: Span, whole: Span
+) -> list[tuple[Span, str]]:
+    """The first argument that is missing, to be seen at the `end`, and the first that is too many."""
+    places = enumerate(row.arguments)
+    missing = (one for at, one in places if not one.optional and (at >= len(given) or given[at] is None))
+    found = [(end, f"{name}: {argument.name} is missing") for argument in islice(missing, 1)]
+    if len(given) > len(row.arguments) and argument_at(row, len(given) - 1) is None:
+        extra = given[len(row.arguments)]
+        found.append((whole if extra is None else extra.span, f"{name}: too many arguments"))
+    return found
+
+
 _CERTAIN: Mapping[type, Kind] = {ast.Number: Kind.REAL, ast.Text: Kind.STRING, ast.Unary: Kind.REAL}
 
-_KINDS: Mapping[type, Callable[[ExpressionChecker, Any], Kind | None]] = {
-    ast.Unary: ExpressionChecker._unary,
-    ast.Binary: ExpressionChecker._binary,
-    ast.Call: ExpressionChecker._call,
-    ast.Applied: ExpressionChecker._value_with_arguments,
-    ast.Format: ExpressionChecker._format,
-    ast.Word: ExpressionChecker._raw,
+_KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {
+    ast.Unary: Expressions._unary,
+    ast.Binary: Expressions._binary,
+    ast.Call: Expressions._call,
+    ast.Applied: Expressions._no_value,
+    ast.Format: Expressions._no_value,
 }
 
-_SHAPES: Mapping[Shape, Callable[[ExpressionChecker, Expression], None]] = {
-    Shape.ITEM: ExpressionChecker._item,
-    Shape.UNIT: ExpressionChecker._unit,
-    Shape.LOCATION_VARIABLE: ExpressionChecker._location_variable,
-    Shape.LABEL: ExpressionChecker._label,
-    Shape.FILE: ExpressionChecker._word,
-    Shape.WORD: ExpressionChecker._word,
-    Shape.BRANCH: ExpressionChecker._word,
-    Shape.SWITCH: ExpressionChecker._word,
-    Shape.PARAMETER_NAME: ExpressionChecker._word,
-    Shape.SETTING: ExpressionChecker._setting,
-    Shape.INSTRUCTION: ExpressionChecker._word,
+_SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
+    Shape.ITEM: Expressions._item,
+    Shape.UNIT: Expressions._unit,
+    Shape.LOCATION_VARIABLE: Expressions._location_variable,
+    Shape.LABEL: Expressions._label,
+    Shape.FILE: Expressions._word,
+    Shape.WORD: Expressions._word,
+    Shape.BRANCH: Expressions._word,
+    Shape.SWITCH: Expressions._word,
+    Shape.PARAMETER_NAME: Expressions._word,
+    Shape.SETTING: Expressions._setting,
+    Shape.INSTRUCTION: Expressions._word,
 }

@@ -53,72 +53,60 @@ class Findings:
         self.diagnostics.append(warning(kind, span, detail, hint))
 
 
-class _Decided(NamedTuple):
+class Decided(NamedTuple):
     """The kind of a bare name, and the step that decides it (None: it has a value of that kind)."""
 
     kind: Kind
     step: int | None
 
 
-class Names:
+class Names(Findings):
     """The names met so far. `step` is where we are.
 
     `known`: the kinds of the variables that have a value. At the prompt they decide; a program may run when they have
-    others, so there they only give rise to warnings. `given`: the keys that are given a value; `own`: those that AUTO
-    or LOCAL declares; `first_read`: the first reading of each name.
+    others, so there they only give rise to warnings. `kinds`: of the bare names whose use decides it. `given`: the keys
+    that are given a value; `own`: those that AUTO or LOCAL declares; `first_read`: the first reading of each name.
     """
 
-    def __init__(self, findings: Findings, known: Mapping[str, Kind], parameters: Collection[str], at_prompt: bool):
+    def __init__(self, known: Mapping[str, Kind], parameters: Collection[str], *, at_prompt: bool) -> None:
+        super().__init__()
         self.step = 0
+        self.kinds: dict[str, Decided] = {}
         self.given: set[str] = set()
-        self._findings = findings
-        self._known = known
-        self._parameters = parameters
-        self._at_prompt = at_prompt
-        self._kinds: dict[str, _Decided] = {}
-        self._spellings: dict[str, str] = {}
-        self._declared: dict[str, ast.Variable] = {}
         self.own: set[str] = set()
         self.first_read: dict[str, ast.Variable] = {}
-
-    def decided_kinds(self) -> Mapping[str, Kind]:
-        """REAL or LOCATION by key, of the bare names whose use decides it."""
-        return {key: decided.kind for key, decided in self._kinds.items()}
+        self.parameters = parameters
+        self.declared: dict[str, ast.Variable] = {}
+        self._known = known
+        self._at_prompt = at_prompt
+        self._spellings: dict[str, str] = {}
 
     def without_value(self) -> list[ast.Variable]:
         """The first reading of each name that is given a value nowhere here."""
         return [
             variable
             for key, variable in self.first_read.items()
-            if key not in self.given and (key not in self._known or key in self.own) and key not in self._parameters
+            if key not in self.given and (key not in self._known or key in self.own) and key not in self.parameters
         ]
 
     def declare(self, variable: ast.Variable, kind: Kind | None, *, own: bool) -> None:
         """AUTO, LOCAL (`own`) or GLOBAL; `kind`: of a bare name whose sort is said."""
         if own:
             self.own.add(variable.key)
-        self._declared[variable.key] = variable
+        self.declared[variable.key] = variable
         self.check(variable)
         if kind is not None:
-            self._kinds[variable.key] = _Decided(kind, self.step)
-
-    def is_declared(self, key: str) -> bool:
-        """Whether a name is a parameter, or stands in a declaration."""
-        return key in self._declared or key in self._parameters
+            self.kinds[variable.key] = Decided(kind, self.step)
 
     def met(self) -> set[str]:
         """The keys of all names."""
-        return {*self.given, *self.first_read, *self._declared, *self._parameters}
-
-    def own_keys(self) -> set[str]:
-        """The keys of all names that the program gives a value, or is given."""
-        return {*self.given, *self._parameters}
+        return {*self.given, *self.first_read, *self.declared, *self.parameters}
 
     def check(self, variable: ast.Variable) -> None:
         """Report a name that cannot be used as a name."""
         word = variable.name.upper()
         if word in RESERVED and not variable.sigil:
-            self._findings.fault(InvalidName, variable.span, *why_reserved(word))
+            self.fault(InvalidName, variable.span, *why_reserved(word))
         if len(variable.name) > NAME_LENGTH:
             self._check_length(variable)
         if variable.key in self.own:
@@ -126,20 +114,20 @@ class Names:
 
     def _check_declared(self, variable: ast.Variable) -> None:
         """An array that AUTO or LOCAL declares is used as one, anything else is not."""
-        declared = self._declared[variable.key]
+        declared = self.declared[variable.key]
         if (declared.indexes is None) is not (variable.indexes is None):
             name = variable.sigil + variable.name
             detail, hint = f"{name} is declared as an array", f"give an index: {name}[1]"
             if declared.indexes is None:
                 detail, hint = f"{name} is not declared as an array", f"declare {name}[]"
-            self._findings.fault(IllegalArrayIndex, variable.span, detail, hint)
+            self.fault(IllegalArrayIndex, variable.span, detail, hint)
 
     def _check_length(self, variable: ast.Variable) -> None:
         name = variable.name.lower()
         before = self._spellings.setdefault(variable.key, name)
         if before != name:
             hint = f"the first {NAME_LENGTH} characters count"
-            self._findings.warn(InvalidName, variable.span, f"{variable.name} and {before} are the same name", hint)
+            self.warn(InvalidName, variable.span, f"{variable.name} and {before} are the same name", hint)
             self._spellings[variable.key] = name
 
     def read(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
@@ -163,34 +151,34 @@ class Names:
 
     def _decide(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
         """Return the kind of a bare name. If nothing has decided it yet, this use does where it leaves one choice."""
-        decided = self._kinds.get(variable.key) or self._held(variable.key)
+        decided = self.kinds.get(variable.key) or self._held(variable.key)
         if decided is None:
             choice = wanted & BARE
             if not choice:
                 detail = f"{variable.name} is not {with_article(wanted)}"
-                self._findings.fault(TypeMismatch, variable.span, detail, _with_sigil(variable.name, wanted))
+                self.fault(TypeMismatch, variable.span, detail, _with_sigil(variable.name, wanted))
             if len(choice) != 1:
                 return None
-            decided = self._kinds[variable.key] = _Decided(next(iter(choice)), self.step)
+            decided = self.kinds[variable.key] = Decided(next(iter(choice)), self.step)
             self._compare(variable, decided.kind)
         if decided.kind not in wanted:
             self.mismatch(variable, decided.kind, wanted, decided.step)
         return decided.kind
 
-    def _held(self, key: str) -> _Decided | None:
+    def _held(self, key: str) -> Decided | None:
         """Return what the present value of a variable decides."""
-        return _Decided(self._known[key], None) if self._at_prompt and key in self._known else None
+        return Decided(self._known[key], None) if self._at_prompt and key in self._known else None
 
     def _compare(self, variable: ast.Variable, kind: Kind) -> None:
         """Warn if a variable of that name has a value of the other kind now."""
         now = self._known.get(variable.key, kind)
-        if now is not kind and variable.key not in self._parameters and variable.key not in self.own:
+        if now is not kind and variable.key not in self.parameters and variable.key not in self.own:
             detail = f"{variable.name} is used as {_ARTICLES[kind]}, and has the value of {_ARTICLES[now]} now"
-            self._findings.warn(TypeMismatch, variable.span, detail)
+            self.warn(TypeMismatch, variable.span, detail)
 
     def certain_kind(self, variable: ast.Variable) -> Kind | None:
         """Return the kind of a variable as far as it is certain."""
-        decided = self._kinds.get(variable.key) or self._held(variable.key)
+        decided = self.kinds.get(variable.key) or self._held(variable.key)
         return SIGIL_KINDS.get(variable.sigil) or (decided.kind if decided is not None else None)
 
     def mismatch(self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None) -> None:
@@ -199,7 +187,7 @@ class Names:
         shown = text if len(text) <= LONGEST_SHOWN else "this"
         since = f" since step {step}" if step not in (None, self.step) else ""
         detail = f"{shown} is {_ARTICLES[kind]}{since}"
-        self._findings.fault(TypeMismatch, expression.span, detail, f"{with_article(wanted)} is wanted")
+        self.fault(TypeMismatch, expression.span, detail, f"{with_article(wanted)} is wanted")
 
 
 def _with_sigil(name: str, wanted: Kinds) -> str:

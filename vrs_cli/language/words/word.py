@@ -228,6 +228,11 @@ class Row(Struct, frozen=True, eq=False, dict=True):
     def arguments(self) -> tuple[Argument, ...]:
         return self._read.arguments
 
+    @cached_property
+    def value(self) -> Argument | None:
+        """What follows `=`. One that is repeated (`STORE file = program, ...`) is kept as the last arguments."""
+        return self._read.value
+
     @property
     def repeats(self) -> bool:
         """Whether its last argument may be repeated."""
@@ -244,11 +249,6 @@ class Word(Row, frozen=True, eq=False, dict=True):
     breaks: bool = False
     drastic: bool = False
     role: Role = Role.SUPERVISOR
-
-    @cached_property
-    def value(self) -> Argument | None:
-        """What follows `=`. One that is repeated (`STORE file = program, ...`) is kept as the last arguments."""
-        return self._read.value
 
     @cached_property
     def modifiers(self) -> frozenset[str]:
@@ -353,7 +353,7 @@ def rows_for(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
     return ()
 
 
-def argument_at(row: Word, place: int) -> Argument | None:
+def argument_at(row: Row, place: int) -> Argument | None:
     """The row's argument of that place; those beyond belong to a repeated one, or to a repeated value."""
     if place < len(row.arguments):
         return row.arguments[place]
