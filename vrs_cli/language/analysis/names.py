@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
-from vrs_cli.errors import IllegalArrayIndex, InvalidName, TypeMismatch, VrsError
+from vrs_cli.errors import IllegalArrayIndex, InvalidName, TypeMismatch
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, Span
-from vrs_cli.language.text.diagnostics import Diagnostic, error, warning
+from vrs_cli.language.text.ast import Expression
+from vrs_cli.language.text.diagnostics import Findings
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.instructions import RESERVED, why_reserved
 from vrs_cli.language.words.kind import NAME_LENGTH, SIGIL_KINDS, Kind
@@ -36,21 +36,6 @@ _ARTICLES = {
 def with_article(kinds: Collection[Kind]) -> str:
     """`a transformation or a precision point`."""
     return " or ".join(_ARTICLES[kind] for kind in Kind if kind in kinds)
-
-
-class Findings:
-    """The diagnostics so far."""
-
-    def __init__(self) -> None:
-        self.diagnostics: list[Diagnostic] = []
-
-    def fault(self, kind: type[VrsError], span: Span, detail: str, hint: str = "") -> None:
-        """An error."""
-        self.diagnostics.append(error(kind, span, detail, hint))
-
-    def warn(self, kind: type[VrsError], span: Span, detail: str, hint: str = "") -> None:
-        """A warning."""
-        self.diagnostics.append(warning(kind, span, detail, hint))
 
 
 class Decided(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from enum import Enum
 from functools import partial
 from typing import Any
@@ -11,8 +11,8 @@ from msgspec import Struct, field
 
 from vrs_cli.errors import ControlStructure, DuplicateLabel, UndefinedLabel
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Program, Span, Statement
-from vrs_cli.language.text.diagnostics import Diagnostic, error, warning
+from vrs_cli.language.text.ast import Program, Span, Statement, Step
+from vrs_cli.language.text.diagnostics import Diagnostic, Findings
 from vrs_cli.language.words.instructions import INSTRUCTIONS, LOOP_JUMPS
 
 
@@ -59,38 +59,14 @@ class Structure(Struct, frozen=True):
 def structure_of(program: Program) -> Structure:
     """Pair the steps of the blocks, and find the labels."""
     pairing = _Pairing()
-    labels: dict[int, int] = {}
-    repeated: list[Diagnostic] = []
     for index, step in enumerate(program.steps):
         if step.label is not None:
-            if step.label in labels:
-                detail = f"{step.label} is the label of step {labels[step.label] + 1} too"
-                repeated.append(error(DuplicateLabel, step.span, detail))
-            labels.setdefault(step.label, index)
+            pairing.label(index, step)
         if step.statement is not None:
             pairing.step(index, step.statement)
     pairing.end()
-    missing = _missing_labels(program, labels)
-    return Structure(tuple(pairing.blocks), labels, (*repeated, *pairing.diagnostics, *missing))
-
-
-def _missing_labels(program: Program, labels: Mapping[int, int]) -> tuple[Diagnostic, ...]:
-    unread = set(_first_words(program))
-    known = ", ".join(str(label) for label in sorted(labels)[:8])
-    hint = f"the labels are {known}" if known else "a label is a number before a statement"
-    return tuple(
-        error(UndefinedLabel, step.statement.span, str(label), hint)
-        for step in program.steps
-        if step.statement is not None and (label := label_of(step.statement)) is not None and label not in labels
-        if str(label) not in unread
-    )
-
-
-def _first_words(program: Program) -> Iterator[str]:
-    """Yield the first words of the lines that could not be read: one may be a label."""
-    for step in program.steps:
-        if isinstance(step.statement, ast.BadLine):
-            yield from step.statement.text.split(maxsplit=1)[:1]
+    pairing.missing_labels(program)
+    return Structure(tuple(pairing.blocks), pairing.labels, tuple(pairing.diagnostics))
 
 
 def label_of(statement: Statement) -> int | None:
@@ -121,13 +97,20 @@ class _Open(Struct):
         return f"{self.kind.value} at step {self.opener + 1}"
 
 
-class _Pairing:
+class _Pairing(Findings):
     """The stack of open blocks."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.blocks: list[Block] = []
-        self.diagnostics: list[Diagnostic] = []
+        self.labels: dict[int, int] = {}
         self._open: list[_Open] = []
+
+    def label(self, index: int, step: Step) -> None:
+        assert step.label is not None
+        before = self.labels.setdefault(step.label, index)
+        if before != index:
+            self.fault(DuplicateLabel, step.span, f"{step.label} is the label of step {before + 1} too")
 
     def step(self, index: int, statement: Statement) -> None:
         if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
@@ -136,15 +119,27 @@ class _Pairing:
         if action is not None:
             action(self, index, statement)
         elif self._open and self._open[-1].kind is BlockKind.CASE and not self._open[-1].middles:
-            self._warn_before_first_value(statement)
+            detail = f"between CASE at step {self._open[-1].opener + 1} and its first VALUE nothing is carried out"
+            self.warn(ControlStructure, statement.span, detail)
 
     def end(self) -> None:
         """Report every block that is still open at the end of the program."""
         for block in self._open:
             self._fault(block.span, f"{block.name} has no {block.closing}")
 
+    def missing_labels(self, program: Program) -> None:
+        """Report labels that no step has. The first word of a line that could not be read may be one."""
+        statements = [step.statement for step in program.steps if step.statement is not None]
+        unread = {one.text.split(maxsplit=1)[0] for one in statements if isinstance(one, ast.BadLine)}
+        known = ", ".join(str(label) for label in sorted(self.labels)[:8])
+        hint = f"the labels are {known}" if known else "a label is a number before a statement"
+        for statement in statements:
+            label = label_of(statement)
+            if label is not None and label not in self.labels and str(label) not in unread:
+                self.fault(UndefinedLabel, statement.span, str(label), hint)
+
     def _fault(self, span: Span, detail: str, hint: str = "") -> None:
-        self.diagnostics.append(error(ControlStructure, span, detail, hint))
+        self.fault(ControlStructure, span, detail, hint)
 
     def _leaves(self, statement: ast.Instruction) -> None:
         """Check that EXIT or NEXT stands inside as many loops as it names."""
@@ -155,10 +150,6 @@ class _Pairing:
             loops = "no loop" if not around else "1 loop" if around == 1 else f"{around} loops"
             detail = f"{statement.word} {wanted} with {loops} around it"
             self._fault(statement.span, detail, "the loops are FOR, WHILE and DO")
-
-    def _warn_before_first_value(self, statement: Statement) -> None:
-        detail = f"between CASE at step {self._open[-1].opener + 1} and its first VALUE nothing is carried out"
-        self.diagnostics.append(warning(ControlStructure, statement.span, detail))
 
     def _begin(self, index: int, statement: Statement) -> None:
         self._open.append(_Open(_OPENERS[type(statement)], index, statement.span))

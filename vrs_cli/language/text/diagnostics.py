@@ -63,6 +63,21 @@ def warning(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") 
     return Diagnostic(Severity.WARNING, kind.code, kind.text, detail, hint, span)
 
 
+class Findings:
+    """The diagnostics so far."""
+
+    def __init__(self) -> None:
+        self.diagnostics: list[Diagnostic] = []
+
+    def fault(self, kind: type[VrsError], span: Span, detail: str, hint: str = "") -> None:
+        """An error."""
+        self.diagnostics.append(error(kind, span, detail, hint))
+
+    def warn(self, kind: type[VrsError], span: Span, detail: str, hint: str = "") -> None:
+        """A warning."""
+        self.diagnostics.append(warning(kind, span, detail, hint))
+
+
 def refusal(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") -> LineRefused:
     """The refusal of a line for an error."""
     return LineRefused(error(kind, span, detail, hint))

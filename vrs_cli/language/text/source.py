@@ -13,11 +13,10 @@ from vrs_cli.errors import (
     FileDamaged,
     ProgramExists,
     TypeMismatch,
-    VrsError,
 )
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Span, Step
-from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, did_you_mean, error, warning
+from vrs_cli.language.text.diagnostics import Diagnostic, Findings, LineRefused, did_you_mean, error
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.words.kind import NAME_LENGTH
 
@@ -88,12 +87,12 @@ def _directive(text: str) -> str:
     return match[1].upper() if match is not None else ""
 
 
-class FileReader:
+class FileReader(Findings):
     """Reads a file line by line, and goes on after each mistake."""
 
     def __init__(self, parser: Parser) -> None:
+        super().__init__()
         self._parser = parser
-        self._diagnostics: list[Diagnostic] = []
         self._programs: set[str] = set()
 
     def read(self, text: str) -> tuple[File, tuple[Diagnostic, ...]]:
@@ -106,7 +105,7 @@ class FileReader:
             found = error(FileDamaged, Span(line, column, column + 1), detail, "a program file is VAL-II text")
             return File(()), (found,)
         file = File(tuple(part for lines in cut(lines_of(text)) if lines for part in self._parts(lines)))
-        return file, tuple(sorted(self._diagnostics, key=lambda one: (one.span.line, one.span.column)))
+        return file, tuple(sorted(self.diagnostics, key=lambda one: (one.span.line, one.span.column)))
 
     # --- parts ---
 
@@ -116,7 +115,7 @@ class FileReader:
         if head.directive == PROGRAM or head.directive in SECTIONS:
             found = end_of(lines)
             if found is None:
-                self._diagnostics.append(warning(ControlStructure, head.span, f"{head.directive} has no .END"))
+                self.warn(ControlStructure, head.span, f"{head.directive} has no .END")
             end = len(lines) if found is None else found
             yield (self._program if head.directive == PROGRAM else self._section)(head, lines[1:end])
         stray = False
@@ -132,12 +131,11 @@ class FileReader:
     def _refuse_outside(self, line: SourceLine, stray: bool) -> None:
         """Tell of a line outside of programs; of a run of them (`stray`: so was the line before) once."""
         if line.directive == END:
-            self._note(ControlStructure, line, ".END without .PROGRAM or a section before it")
+            self.fault(ControlStructure, line.span, ".END without .PROGRAM or a section before it")
         elif line.directive or not stray:
-            hint = did_you_mean(line.directive, (PROGRAM, END, *SECTIONS)) if line.directive else ""
-            self._note(
-                CannotInterpret, line, "this stands outside of programs", hint or "a program begins with .PROGRAM name"
-            )
+            near = did_you_mean(line.directive, (PROGRAM, END, *SECTIONS)) if line.directive else ""
+            hint = near or "a program begins with .PROGRAM name"
+            self.fault(CannotInterpret, line.span, "this stands outside of programs", hint)
 
     # --- programs ---
 
@@ -157,12 +155,12 @@ class FileReader:
         try:
             header = self._parser.header(line.text, line.number, at)
         except LineRefused as refused:
-            self._diagnostics.append(refused.diagnostic)
+            self.diagnostics.append(refused.diagnostic)
             return None
         key = header.name.lower()[:NAME_LENGTH]
         if key in self._programs:
             detail = f"{header.name} is there twice in this file"
-            self._diagnostics.append(error(ProgramExists, header.span, detail))
+            self.fault(ProgramExists, header.span, detail)
         self._programs.add(key)
         return header
 
@@ -175,7 +173,7 @@ class FileReader:
         try:
             return self._parser.step(text, line.number)
         except LineRefused as refused:
-            self._diagnostics.append(refused.diagnostic)
+            self.diagnostics.append(refused.diagnostic)
             return Step(None, BadLine(text.strip(), line.span), None, line.span)
 
     # --- sections of variables ---
@@ -187,7 +185,7 @@ class FileReader:
             try:
                 entry = self._parser.entry(inner.text, inner.number)
             except LineRefused as refused:
-                self._diagnostics.append(refused.diagnostic)
+                self.diagnostics.append(refused.diagnostic)
                 continue
             if entry is None or isinstance(entry, str):
                 remarks.append((len(entries), entry))
@@ -208,11 +206,8 @@ class FileReader:
         elif section == ".LOCATIONS" and not _is_location(entry):
             wrong = "a location is written name x y z o a t, a precision point #name and its joints"
         if wrong:
-            self._diagnostics.append(error(TypeMismatch, entry.span, name, wrong))
+            self.fault(TypeMismatch, entry.span, name, wrong)
         return not wrong
-
-    def _note(self, kind: type[VrsError], line: SourceLine, detail: str, hint: str = "") -> None:
-        self._diagnostics.append(error(kind, line.span, detail, hint))
 
 
 def _is_location(entry: Entry) -> bool:
