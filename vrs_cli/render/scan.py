@@ -79,9 +79,9 @@ def _words_of(line: str) -> frozenset[str]:
     if first is None or len(rows) != 1:
         return frozenset()
     rest = line[first.end() :].partition(";")[0]
-    if rows[0].name == "IF" and VAL_IF.search(rest):
+    if rows[0].name == "IF" and re.search(VAL_IF, rest):
         return frozenset(RELATIONS_OF_VAL)
-    sort = SORT.match(rest) if "SORT" in rows[0].modifiers else None
+    sort = re.match(SORT, rest) if "SORT" in rows[0].modifiers else None
     return frozenset({sort[1].upper()}) if sort is not None else frozenset()
 
 

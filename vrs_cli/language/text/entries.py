@@ -7,13 +7,14 @@ both read the same.
 from __future__ import annotations
 
 import re
+from functools import cache
 
 from vrs_cli.language.text.ast import Entry, Expression, Number, Span, Variable
 from vrs_cli.language.text.builder import signed_number
 from vrs_cli.language.words.instructions import OPERATOR_WORDS
 
 _NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?(?![^ \t])"
-_USUAL = re.compile(
+_USUAL = (
     rf"[ \t]*(?P<sigil>#?)(?P<name>[A-Za-z][A-Za-z0-9._]*)(?:\[(?P<index>[0-9]{{1,9}})\])?"
     rf"[ \t]+(?P<numbers>{_NUMBER}(?:[ \t]+{_NUMBER})*)[ \t]*"
 )
@@ -21,7 +22,7 @@ _USUAL = re.compile(
 
 def usual_entry(text: str, line: int) -> Entry | None:
     """Read a usual line. Return None if the grammar has to read it."""
-    match = _USUAL.fullmatch(text)
+    match = _usual().fullmatch(text)
     if match is None or match["name"].upper() in OPERATOR_WORDS:
         return None
     numbers = [signed_number(number) for number in match["numbers"].split()]
@@ -38,3 +39,8 @@ def _index(match: re.Match[str], line: int) -> tuple[Expression, ...] | None:
     if digits is None:
         return None
     return (Number(float(digits), digits, Span(line, match.start("index") + 1, match.end("index") + 1)),)
+
+
+@cache
+def _usual() -> re.Pattern[str]:
+    return re.compile(_USUAL)

@@ -75,34 +75,35 @@ _BEFORE_ARGUMENT = frozenset({"WORD", "COMMA", "RGROUP"})  # RGROUP: of the numb
 
 _WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
 _GLUED = re.compile(r"[\w.^']+")
-VAL_IF = re.compile(rf"\b({'|'.join(RELATIONS_OF_VAL)})\b.*\bTHEN[ \t]+\d+[ \t]*$", re.IGNORECASE)
-_TASK = re.compile(r"\s*(\d+)(?=\s*[A-Za-z])")
+# What few lines have is compiled when one has it: a short program runs in the time that these take.
+VAL_IF = rf"(?i)\b({'|'.join(RELATIONS_OF_VAL)})\b.*\bTHEN[ \t]+\d+[ \t]*$"
+_TASK = r"\s*(\d+)(?=\s*[A-Za-z])"
 _LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
-SORT = re.compile(rf"[ \t]*({'|'.join(SORT_WORDS)})(?=[ \t]+[#$A-Z])", re.IGNORECASE)
+SORT = rf"(?i)[ \t]*({'|'.join(SORT_WORDS)})(?=[ \t]+[#$A-Z])"
 _ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
-_COLON_EQUAL = re.compile(r"[ \t]*(?:\[.*\][ \t]*)?(:=)")
-_VALUE = re.compile(r"[-+]?[ \t]*(?:\.?[0-9]|[\"('^#$]|[A-Za-z])")  # what begins an expression, where no word stands
-_OPERATED = re.compile(r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))")  # a sign after a name that begins no argument
-_NO_ARGUMENT = re.compile(rf"[ \t]*(?:$|;|[-+*/:<>=)]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)", re.IGNORECASE)
-_BEFORE_COMMENT = re.compile(r'(?:"[^"]*"?|[^";])*')
-_ELEMENT = re.compile(r"\(.*\)[ \t]*=(?!=)")
-_RAW = re.compile(r'"[^"]*"|[^\s;,="]+')
-_RELATION = re.compile(r"[=<>]{1,2}")
-_ENTRY_NUMBER = re.compile(r"[ \t]*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?)(?![\w.])")
+_COLON_EQUAL = r"[ \t]*(?:\[.*\][ \t]*)?(:=)"
+_VALUE = r"[-+]?[ \t]*(?:\.?[0-9]|[\"('^#$]|[A-Za-z])"  # what begins an expression, where no word stands
+_OPERATED = r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))"  # a sign after a name that begins no argument
+_NO_ARGUMENT = rf"(?i)[ \t]*(?:$|;|[-+*/:<>=)]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)"
+_BEFORE_COMMENT = r'(?:"[^"]*"?|[^";])*'
+_ELEMENT = r"\(.*\)[ \t]*=(?!=)"
+_RAW = r'"[^"]*"|[^\s;,="]+'
+_RELATION = r"[=<>]{1,2}"
+_ENTRY_NUMBER = r"[ \t]*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?)(?![\w.])"
 
 
 class Patterns(NamedTuple):
-    """`next`: blanks and a token; `format`: a format code."""
+    """`next`: blanks and a token; `format`: a format code, which few programs have."""
 
     next: re.Pattern[str]
-    format: re.Pattern[str]
+    format: str
 
 
 def patterns_of(terminals: Mapping[str, str]) -> Patterns:
     """`terminals`: the pattern of each terminal that has one, by name."""
     names = ("STRING", "NUMBER", "NAME", "INFIX", *_SYMBOLS)
     choices = "|".join(("(?P<COMMENT>;.*)", *(f"(?P<{name}>{terminals[name]})" for name in names)))
-    return Patterns(re.compile(f"[ \t]*(?:{choices})"), re.compile(terminals["FORMAT"]))
+    return Patterns(re.compile(f"[ \t]*(?:{choices})"), terminals["FORMAT"])
 
 
 class Lexer:
@@ -163,7 +164,7 @@ class Lexer:
         """A line of a section of variables: a variable and its value, whose numbers have their signs."""
         self._ends = frozenset()
         while not self._at_end():
-            number = _ENTRY_NUMBER.match(self._text, self._at)
+            number = re.compile(_ENTRY_NUMBER).match(self._text, self._at)
             if number is not None:
                 self._add("NUMBER", number[1], *number.span(1))
             else:
@@ -179,27 +180,33 @@ class Lexer:
         word = _WORD.match(self._text, self._at)
         if word is None:
             label = _LABEL.match(self._text, self._at)
-            return (_NO_ARGUMENT if label else _VALUE).match(self._text, label.end() if label else self._at) is not None
+            return (
+                re.compile(_NO_ARGUMENT if label else _VALUE).match(self._text, label.end() if label else self._at)
+                is not None
+            )
         name, at = word[0].upper(), word.end()
-        if _COLON_EQUAL.match(self._text, at):
+        if re.compile(_COLON_EQUAL).match(self._text, at):
             return False
         if name[0] in "#$" or name in _PREFIXES:
             return True
         defined, function = word[0].lower()[:NAME_LENGTH] in names, FUNCTIONS.get(name)
-        operated, constant = _OPERATED.match(self._text, at) is not None, function is not None and function.constant
+        operated, constant = (
+            re.compile(_OPERATED).match(self._text, at) is not None,
+            function is not None and function.constant,
+        )
         if name in COMMANDS or name in PROGRAM_WORDS:
             return operated and (defined or constant)
         if constant or (function is not None and self._text[at : at + 1] == "("):
             return True
         if defined:
-            return _NO_ARGUMENT.match(self._text, at) is not None
+            return re.compile(_NO_ARGUMENT).match(self._text, at) is not None
         return operated and not rows_for(name, COMMANDS, PROGRAM_WORDS)
 
     def _statement(self, *, at_prompt: bool = False) -> None:
         kind: type[VrsError] = UsageError if at_prompt else CannotInterpret
         hint = "LISTR 5+3 shows a value, HELP the commands" if at_prompt else ""
         word = self._first_word(kind, "a line begins with a word or the variable that is assigned", hint)
-        colon_equal = _COLON_EQUAL.match(self._text, word.end())
+        colon_equal = re.compile(_COLON_EQUAL).match(self._text, word.end()) if ":=" in self._text else None
         if colon_equal:
             hint = f"{word[0]} = 5 assigns, {word[0]} == 5 compares"
             raise self._refusal(CannotInterpret, *colon_equal.span(1), ":= is no sign of VAL-II", hint)
@@ -248,7 +255,7 @@ class Lexer:
             return "a monitor command, typed at the prompt"
         if rest.startswith("=="):
             return "= assigns; == compares, in IF, WHILE and the like"
-        if _ELEMENT.match(rest):
+        if re.match(_ELEMENT, rest):
             return f"an element of an array is {word}[index]"
         near = did_you_mean(word, usable_names(COMMANDS, INSTRUCTIONS) if at_prompt else usable_names(PROGRAM_WORDS))
         if near:
@@ -268,7 +275,7 @@ class Lexer:
                 self._statement()
         elif type(row) is Control:
             self._add(row.name, row.name, *word.span())
-            self._val_if = row.name == "IF" and VAL_IF.search(self._before_comment(self._at)) is not None
+            self._val_if = row.name == "IF" and re.search(VAL_IF, self._before_comment(self._at)) is not None
             self._rest()
             self._mark_colon(row)
         else:
@@ -301,8 +308,8 @@ class Lexer:
     def _raw_words(self, row: Word) -> None:
         """Read words as they stand; where no value follows, a relation is one too (HELP ==)."""
         while not self._at_end():
-            relation = _RELATION.match(self._text, self._at) if row.value is None else None
-            raw = relation or _RAW.match(self._text, self._at)
+            relation = re.compile(_RELATION).match(self._text, self._at) if row.value is None else None
+            raw = relation or re.compile(_RAW).match(self._text, self._at)
             if raw is None:
                 self._token()
             else:
@@ -317,7 +324,7 @@ class Lexer:
         if row.tasked:
             self._task()
         if "SORT" in row.modifiers:
-            match = SORT.match(self._text, self._at)
+            match = re.compile(SORT).match(self._text, self._at)
             if match is not None:
                 self._add("SORT", match[1].upper(), *match.span(1))
 
@@ -336,7 +343,7 @@ class Lexer:
 
     def _task(self) -> None:
         """Read the number in EXECUTE 2 pick: a group without its parentheses."""
-        match = _TASK.match(self._text, self._at)
+        match = re.compile(_TASK).match(self._text, self._at)
         if match is not None:
             start, end = match.span(1)
             self._add("LGROUP", "(", start, start)
@@ -425,7 +432,7 @@ class Lexer:
 
     def _sign(self, text: str, start: int, end: int) -> None:
         wanted = not self._operand  # a value
-        format_code = self._patterns.format.match(self._text, start) if wanted and text == "/" else None
+        format_code = re.compile(self._patterns.format).match(self._text, start) if wanted and text == "/" else None
         if format_code is not None:
             self._add("FORMAT", format_code[0], *format_code.span())
         else:
@@ -443,7 +450,7 @@ class Lexer:
 
     def _before_comment(self, at: int) -> str:
         """What stands from an index up to a `;` outside quotes."""
-        match = _BEFORE_COMMENT.match(self._text, at)
+        match = re.compile(_BEFORE_COMMENT).match(self._text, at)
         return match[0] if match is not None else ""
 
     def _at_end(self) -> bool:

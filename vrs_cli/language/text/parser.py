@@ -59,7 +59,7 @@ def variables_in(lines: Iterable[str]) -> set[str]:
     parameters: list[ast.Variable] = []
     statements: list[Statement | None] = []
     for line in lines:
-        if _NAME_OF_FUNCTION.search(line):
+        if re.search(_NAME_OF_FUNCTION, line):
             with suppress(LineRefused):
                 header = parse_prompt(line) if header_end(line) is not None else None
                 parameters += header.parameters if isinstance(header, ProgramHeader) else ()
@@ -67,7 +67,7 @@ def variables_in(lines: Iterable[str]) -> set[str]:
     return variables_named_like_functions(parameters, statements)
 
 
-_NAME_OF_FUNCTION = re.compile("|".join(map(re.escape, FUNCTION_NAMES)), re.IGNORECASE)
+_NAME_OF_FUNCTION = "(?i)" + "|".join(map(re.escape, FUNCTION_NAMES))
 
 
 def grammar_dir() -> Path:

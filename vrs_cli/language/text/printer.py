@@ -72,12 +72,12 @@ def _entry_text(entry: ast.Entry) -> str:
 
 
 # what ends a string or a line, and what no program file may hold
-_UNQUOTABLE = re.compile(r'(["\x00-\x08\x0a-\x1f])')
+_UNQUOTABLE = r'(["\x00-\x08\x0a-\x1f])'
 
 
 def _quote(text: str) -> str:
     """`"a"+$CHR(34)+"b"` where a character cannot stand in quotes."""
-    pieces = _UNQUOTABLE.split(text)
+    pieces = re.split(_UNQUOTABLE, text)
     shown = (f"$CHR({ord(piece)})" if at % 2 else f'"{piece}"' for at, piece in enumerate(pieces) if piece)
     return "+".join(shown) or '""'
 

@@ -27,9 +27,9 @@ SECTIONS = (".LOCATIONS", ".REALS", ".STRINGS")
 _DIRECTIVE = re.compile(r"[ \t]*(\.[A-Za-z][\w.]*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")
 _BINARY = re.compile(r"[\x00-\x06\x0e-\x19\x1c-\x1f]")
-_LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])[ \t]*")
+_LABEL = r"[ \t]*([0-9]+)(?![\w.])[ \t]*"
 _STEP_NUMBER = re.compile(r"[ \t]*([0-9]+)\.?(?![\w.])(?:[ \t]*\?)?[ \t]*")  # 3  or  3.  or  3.?
-_GOTO = re.compile(r"\b(?:GOTO|THEN|GRASP\b[^;]*,)[ \t]*([0-9]+)", re.IGNORECASE)
+_GOTO = r"(?i)\b(?:GOTO|THEN|GRASP\b[^;]*,)[ \t]*([0-9]+)"
 _DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
 
 
@@ -229,6 +229,6 @@ def step_numbers(lines: Sequence[SourceLine]) -> bool:
             if match is None or int(match[1][:9]) != len(rest) + 1:
                 return False
             rest.append(line.text[match.end() :])
-    labels = {inner[1] for text in rest if (inner := _LABEL.match(text))}
-    targets = {target for text in rest for target in _GOTO.findall(text)}
+    labels = {inner[1] for text in rest if (inner := re.match(_LABEL, text))}
+    targets = {target for text in rest for target in re.findall(_GOTO, text)}
     return len(rest) > 1 and targets <= labels

@@ -83,19 +83,19 @@ def storable(text: str) -> str:
 
 
 _BASES = {"b": 2, "h": 16, "": 8}
-_BASED = re.compile(r"\^(?P<base>[bh]?)(?P<digits>[0-9a-f]+)", re.IGNORECASE)
-_DECIMAL = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE)
+_BASED = r"(?i)\^(?P<base>[bh]?)(?P<digits>[0-9a-f]+)"
+_DECIMAL = r"(?i)[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?"
 
 
 def leading_number(text: str) -> tuple[float, int] | None:
     """The number that a text begins with and its length; None if it begins with none. Forms as in programs."""
-    if based := _BASED.match(text):
+    if based := re.match(_BASED, text):
         digits = based["digits"]
         try:
             return float(int(digits, _BASES[based["base"].lower()])), based.end()
         except ValueError:
             return None
-    if decimal := _DECIMAL.match(text):
+    if decimal := re.match(_DECIMAL, text):
         value = float(decimal[0])
         return (value, decimal.end()) if isfinite(value) and abs(value) <= LIMIT else None
     return None
