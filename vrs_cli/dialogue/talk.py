@@ -1,10 +1,10 @@
-"""How a session talks: a generator of replies and questions, which is sent the answers. `converse` drives one to its
-end at a terminal; a server or a notebook may drive it otherwise.
+"""How a session talks: a generator of replies and questions, which is sent the answers. The robot that it is about
+drives it (`interfaces/actor`); who holds the robot shows, asks and answers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from enum import Enum
 from typing import Protocol, TypeVar, runtime_checkable
 
@@ -70,33 +70,3 @@ class Player(Protocol):
 
     def play(self, arm: RobotArm, timeline: Timeline) -> None:
         """Play it until the user leaves."""
-
-
-def converse(talk: Talk[R], terminal: Terminal, step: Callable[[], float]) -> R:
-    """Show and ask at a terminal until the talk ends; what it returns. `step` lets the next thing happen while a
-    program runs, and tells the robot's clock. What goes wrong is raised in the talk, which may go on.
-    """
-    try:
-        said = next(talk)
-        while True:
-            try:
-                answer = _answer(said, terminal, step)
-            except (Exception, KeyboardInterrupt) as error:
-                said = talk.throw(error)
-            else:
-                said = talk.send(answer)
-    except StopIteration as end:
-        result: R = end.value
-        return result
-    finally:
-        talk.close()
-
-
-def _answer(said: Said, terminal: Terminal, step: Callable[[], float]) -> Answer:
-    if isinstance(said, Question):
-        return terminal.ask(said)
-    if said is Slice.RUNNING:
-        terminal.progress(Running(step()))
-    elif said is not Slice.MORE:
-        terminal.show(said)
-    return None

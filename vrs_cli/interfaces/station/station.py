@@ -8,7 +8,7 @@ from typing import Protocol, TypeVar
 from weakref import finalize
 
 from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply, Tone
-from vrs_cli.dialogue.talk import Talk, Terminal, converse
+from vrs_cli.dialogue.talk import Talk, Terminal
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine, Postponement
@@ -20,6 +20,7 @@ from vrs_cli.errors import (
     TaskNotActive,
 )
 from vrs_cli.files.layout import Layout
+from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.station.sections import define_sections
 from vrs_cli.interfaces.station.unstored import Unstored
 from vrs_cli.interfaces.tasks.debugging import Stepping
@@ -109,6 +110,7 @@ class Station:
         self.robot = Readings(self.engine)
         self.limits = limits
         self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder)
+        self.actor = Actor(self.driver)
         self.tasks, self.debugging = self.driver.tasks, self.driver.debugging
         self.tasks.told = self._tell
         self._closing = finalize(self, self.driver.close)
@@ -231,7 +233,7 @@ class Station:
 
     def converse(self, talk: Talk[R]) -> R:
         """Drive a talk to its end at the terminal."""
-        return converse(talk, self.terminal, self.driver.step)
+        return self.actor.finish(self.actor.submit(talk), self.terminal)
 
     def wait(self, track: Track, limits: Limits | None = None) -> Talk[RunResult]:
         """Until a program that has begun stops."""

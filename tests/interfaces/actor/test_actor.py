@@ -1,0 +1,316 @@
+"""One thing at a time, in the order in which it was asked for; what stops the robot comes first."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from math import inf
+from threading import Event, Thread
+
+import pytest
+
+from tests.engine.paper import Paper
+from tests.engine.wall import ManualWall
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.dialogue.questions import Answer, Confirmation, Question
+from vrs_cli.dialogue.replies import Message, Reply
+from vrs_cli.dialogue.talk import Slice, Talk
+from vrs_cli.engine.clock import WallClock
+from vrs_cli.errors import FileError, RequestRefused, UsageError
+from vrs_cli.interfaces.actor.actor import Actor
+from vrs_cli.interfaces.session.session import Session
+
+SWING = ".PROGRAM swing\nDO\nDRIVE 1, 5\nDRIVE 1, -5\nUNTIL FALSE\n.END"
+
+
+@pytest.fixture
+def actor(session: Session) -> Actor:
+    return session.actor
+
+
+def stepped(actor: Actor) -> None:
+    while actor.peek() < inf:
+        actor.step()
+
+
+def noting(done: list[str], name: str, parts: int = 1) -> Talk[str]:
+    for part in range(parts):
+        done.append(f"{name}{part}")
+        yield Slice.MORE
+    return name
+
+
+def test_requests_are_carried_out_in_the_order_of_their_arrival(actor: Actor) -> None:
+    done: list[str] = []
+    tickets = [actor.submit(noting(done, name, 2)) for name in "abc"]
+    stepped(actor)
+    assert done == ["a0", "a1", "b0", "b1", "c0", "c1"]
+    assert [ticket.result() for ticket in tickets] == ["a", "b", "c"]
+
+
+def test_nothing_is_due_before_somebody_asks(actor: Actor) -> None:
+    assert actor.peek() == inf
+    actor.call(lambda: None)
+    assert actor.peek() == 0.0
+    actor.step()
+    assert actor.peek() == inf
+
+
+def test_what_goes_wrong_is_raised_where_the_result_is_wanted_and_nowhere_else(actor: Actor) -> None:
+    broken, whole = actor.call(lambda: 1 // 0), actor.call(lambda: 7)
+    stepped(actor)
+    assert whole.result() == 7
+    with pytest.raises(ZeroDivisionError):
+        broken.result()
+
+
+def test_what_is_urgent_comes_between_the_parts_of_others_and_those_not_begun_are_refused(actor: Actor) -> None:
+    done: list[str] = []
+    first, second = actor.submit(noting(done, "a", 3)), actor.submit(noting(done, "b"))
+    actor.step()
+    actor.submit(noting(done, "stop"), urgent=True)
+    later = actor.submit(noting(done, "c"))
+    stepped(actor)
+    assert done == ["a0", "stop0", "a1", "a2", "c0"]
+    assert (first.result(), later.result()) == ("a", "c")
+    with pytest.raises(RequestRefused, match="stopped before it began"):
+        second.result()
+
+
+def sure() -> Talk[Answer]:
+    answer = yield Confirmation("Sure (Y/N)?")
+    yield Message(str(answer))
+    return answer
+
+
+def test_who_waits_for_an_answer_lets_others_go_first(actor: Actor) -> None:
+    asking, other = actor.submit(sure()), actor.call(lambda: 7)
+    stepped(actor)
+    assert (asking.done(), other.result()) == (False, 7)
+    assert asking.heard() == [Confirmation("Sure (Y/N)?")]
+    asking.answer(True)
+    stepped(actor)
+    assert (asking.result(), asking.heard()) == (True, [Message("True")])
+    asking.answer(False)  # too late: nobody asks
+    stepped(actor)
+
+
+class Gone(RecordingTerminal):
+    """Whoever read the answers does so no more."""
+
+    def show(self, reply: Reply) -> None:  # noqa: ARG002 (as terminals have it)
+        raise BrokenPipeError
+
+
+def test_what_could_not_be_shown_is_raised_in_the_request(actor: Actor) -> None:
+    left: list[str] = []
+
+    def talk() -> Talk[None]:
+        try:
+            yield Message("one")
+            yield Message("two")
+        finally:
+            left.append("in order")
+
+    with pytest.raises(BrokenPipeError):
+        actor.finish(actor.submit(talk()), Gone())
+    assert left == ["in order"]
+    assert actor.peek() == inf
+
+
+def test_a_request_that_is_withdrawn_leaves_all_in_order(actor: Actor) -> None:
+    left: list[str] = []
+
+    def talk() -> Talk[None]:
+        try:
+            yield Confirmation("?")
+        finally:
+            left.append("in order")
+
+    asking, waiting = actor.submit(talk()), actor.submit(noting(left, "never"))
+    actor.step()
+    for ticket in (asking, waiting):
+        ticket.withdraw()
+    stepped(actor)
+    assert left == ["in order"]
+    for ticket in (asking, waiting):
+        with pytest.raises(RequestRefused):
+            ticket.result()
+
+
+# --- programs -----------------------------------------------------------------------------------------------------
+
+
+def test_lines_of_others_are_carried_out_while_a_program_runs(session: Session) -> None:
+    session.load_text(SWING)
+    actor = session.actor
+    run = actor.submit(session.answers("EXECUTE swing"))
+    for _ in range(50):
+        actor.step()
+    assert session.engine.now > 0.0
+    where, motion = actor.submit(session.answers("WHERE")), actor.submit(session.answers("DRIVE 1, 5"))
+    stop = actor.submit(session.answers("ABORT"), urgent=True)
+    stepped(actor)
+    assert stop.exception() is None
+    assert session.engine.now == session.engine.end
+    assert [str(reply) for reply in run.heard()][-1].count("(ABORTED)")
+    for refused in (where, motion):
+        assert isinstance(refused.exception(), RequestRefused)
+    again = actor.submit(session.answers("WHERE"))
+    stepped(actor)
+    assert again.exception() is None
+
+
+def test_a_motion_while_a_program_runs_is_refused_and_a_look_is_not(session: Session) -> None:
+    session.load_text(SWING)
+    actor = session.actor
+    run = actor.submit(session.answers("EXECUTE swing"))
+    actor.step()
+    motion, where = actor.submit(session.answers("DRIVE 1, 5")), actor.submit(session.answers("WHERE"))
+    for _ in range(20):
+        actor.step()
+    assert isinstance(motion.exception(), UsageError)
+    assert len(where.heard()) == 1
+    run.withdraw()
+    stepped(actor)
+    assert session.engine.now <= session.engine.end
+
+
+def test_a_line_of_the_prompt_is_over_before_the_next_one_begins(session: Session) -> None:
+    actor = session.actor
+    tickets = [actor.submit(session.answers(f"DRIVE {joint}, 5")) for joint in (1, 2, 3)]
+    stepped(actor)
+    assert [ticket.exception() for ticket in tickets] == [None] * 3
+    assert [record.text for record in session.engine.records()] == ["DRIVE 1, 5", "DRIVE 2, 5", "DRIVE 3, 5"]
+
+
+def test_time_goes_on_in_real_time_though_nobody_asks(terminal: RecordingTerminal) -> None:
+    wall = ManualWall()
+    session = Session(terminal, clock=wall.clock())
+    session.load_text('.PROGRAM tell\nTIMER 1 = 0\nWAIT TIMER(1) > 2\nTYPE "now"\n.END')
+    session.perform("PCEXECUTE tell")
+    actor, due = session.actor, session.actor.peek()
+    assert session.engine.now <= due <= 2.0
+    while terminal.typed == "":
+        actor.step()
+    assert wall.seconds == pytest.approx(1002.0, abs=0.1)
+
+
+# --- one thread -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def served(session: Session) -> Iterator[Session]:
+    session.actor.serve()
+    yield session
+    session.actor.close()
+
+
+def test_a_robot_that_is_served_answers_every_thread(served: Session) -> None:
+    found: list[int] = []
+
+    def ask() -> None:
+        tickets = [served.actor.submit(served.answers("DRIVE 1, 1")) for _ in range(5)]
+        found.extend(len(list(ticket)) for ticket in tickets)
+        served.actor.call(lambda: served.engine.timeline.version).result(60.0)
+
+    threads = [Thread(target=ask) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60.0)
+    assert len(found) == 20
+    assert served.engine.timeline.version == served.engine.book.commands == 20
+
+
+def test_one_thread_drives_at_a_time(session: Session) -> None:
+    inside, go_on = Event(), Event()
+
+    def hold() -> None:
+        inside.set()
+        go_on.wait(60.0)
+
+    ticket = session.actor.call(hold)
+    driving = Thread(target=session.actor.step)
+    driving.start()
+    inside.wait(60.0)
+    with pytest.raises(RuntimeError, match="another thread"):
+        session.actor.step()
+    go_on.set()
+    driving.join(60.0)
+    assert ticket.done()
+
+
+def test_what_has_not_ended_when_a_robot_is_closed_is_refused(session: Session) -> None:
+    session.actor.serve()
+    asking = session.actor.submit(sure())
+    assert isinstance(next(iter(asking)), Question)
+    session.actor.close()
+    for ticket in (asking, session.actor.call(lambda: 7)):
+        with pytest.raises(RequestRefused, match="not driven any more"):
+            ticket.result(0.0)
+
+
+def test_a_line_ends_the_wait_for_the_time(terminal: RecordingTerminal) -> None:
+    clock = WallClock(time.monotonic, time.sleep)
+    session = Session(terminal, clock=clock)
+    ticket = session.actor.call(lambda: 7)
+    before = time.monotonic()
+    clock.sleep(1000.0)
+    assert time.monotonic() - before < 500.0
+    session.actor.step()
+    assert ticket.result(0.0) == 7
+
+
+# --- the order of a change ------------------------------------------------------------------------------------------
+
+
+def test_who_commanded_a_change_is_answered_before_others_hear_of_it(session: Session) -> None:
+    order: list[str] = []
+    events = session.engine.events.subscribe()
+    events.taken()
+    ticket = session.actor.call(drive(session))
+    ticket.add_done_callback(lambda _ticket: order.append(f"answered, {len(events.taken())} heard"))
+    stepped(session.actor)
+    assert (order, len(events.taken())) == (["answered, 0 heard"], 1)
+
+
+class Slow(Paper):
+    """What is written goes to the disk when it is settled; `broken`: that fails."""
+
+    settled = 0
+    broken = False
+
+    def record(self, *given: object, **named: object) -> None:
+        super().record(*given, **named)  # type: ignore[arg-type]
+        self.unsettled = True
+
+    def settle(self) -> None:
+        if self.broken:
+            raise FileError("the disk is broken")
+        self.settled, self.unsettled = self.settled + 1, False
+
+
+def test_changes_that_go_to_the_disk_together_are_answered_together(session: Session) -> None:
+    journal = session.engine.book.journal = Slow(session.engine.book)
+    events = session.engine.events.subscribe()
+    answered: list[int] = []
+    for _ in range(5):
+        ticket = session.actor.call(drive(session))
+        ticket.add_done_callback(lambda _ticket: answered.append(journal.settled))
+    stepped(session.actor)
+    assert (journal.settled, answered, len(events.taken())) == (1, [1] * 5, 6)
+
+
+def test_who_is_answered_knows_what_the_disk_has_not_kept(session: Session) -> None:
+    journal = session.engine.book.journal = Slow(session.engine.book)
+    journal.broken = True
+    ticket = session.actor.call(drive(session))
+    stepped(session.actor)
+    assert ["not on the disk" in str(said) for said in ticket.heard()] == [True]
+    assert ticket.done()
+
+
+def drive(session: Session) -> Callable[[], None]:
+    joints = session.engine.model.poses["ready"]
+    return lambda: session.engine.redirect((joints[0] + 0.1, *joints[1:]))

@@ -1,0 +1,359 @@
+"""An actor: one robot that many ask at once. Requests come from any thread, and one thing is done at a time.
+
+A request is a talk: a generator of replies and questions. Requests are begun in the order in which they came; what is
+urgent overtakes them, and then those that have not begun are refused. A request that waits, for an answer or until a
+program stops, lets others go first.
+
+`peek` tells when the next thing is due, `step` does it, and nothing happens between two steps. A shell, a batch run and
+a test let `finish` step until their request is over; for a server `serve` steps in a thread of its own.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from math import inf
+from threading import Lock, Thread
+from typing import Any, TypeVar
+
+from msgspec import Struct
+
+from vrs_cli.dialogue.questions import Question
+from vrs_cli.dialogue.replies import Message, Reply, Tone
+from vrs_cli.dialogue.talk import Running, Said, Slice, Talk, Terminal
+from vrs_cli.engine.book import Journal
+from vrs_cli.engine.clock import WallClock
+from vrs_cli.errors import FileError, RequestRefused, VrsError
+from vrs_cli.interfaces.actor.inbox import Inbox
+from vrs_cli.interfaces.actor.ticket import Reaction, Ticket
+from vrs_cli.interfaces.tasks.driver import Driver
+from vrs_cli.interfaces.tasks.track import PROMPT_LINE
+
+MOST_WAITING = 10_000  # requests
+TOGETHER = 0.02  # [s] for which answers may wait for others, that go to the disk with them
+T = TypeVar("T")
+
+
+class _Request(Struct, eq=False):
+    """What somebody asks for: its talk, and what that is sent when it goes on."""
+
+    ticket: Ticket[Any]
+    talk: Talk[Any]
+    urgent: bool = False
+    reaction: Reaction = None
+
+    def go_on(self) -> Said:
+        """What it says next. Raises StopIteration with its result, and whatever goes wrong in it."""
+        reaction, self.reaction = self.reaction, None
+        return self.talk.throw(reaction) if isinstance(reaction, BaseException) else self.talk.send(reaction)
+
+
+class _Answer(Struct):
+    """What is said to a holder, or how its request has ended."""
+
+    ticket: Ticket[Any]
+    said: Reply | Question | None = None
+    result: object = None
+    error: BaseException | None = None
+
+    def give(self) -> None:
+        if self.said is not None:
+            self.ticket.say(self.said)
+        elif self.error is not None:
+            self.ticket.refuse(self.error)
+        else:
+            self.ticket.end(self.result)
+
+
+class _Reacted(Struct):
+    """A holder gives back something for what was said to it."""
+
+    ticket: Ticket[Any]
+    reaction: Reaction
+
+
+class _Withdrawn(Struct):
+    """A holder has gone."""
+
+    ticket: Ticket[Any]
+
+
+class _Closed(Struct):
+    """Nobody is to drive any more."""
+
+
+class Actor:
+    """What is asked of one robot, and what becomes due on it."""
+
+    def __init__(self, driver: Driver) -> None:
+        self._driver = driver
+        self._inbox: Inbox[_Request | _Reacted | _Withdrawn | _Closed] = Inbox()
+        self._present: list[_Request] = []  # in the middle of what they do: the last goes on first
+        self._waiting: deque[_Request] = deque()  # to begin
+        self._running: list[_Request] = []  # until a program has stopped
+        self._asking: list[_Request] = []
+        self._time_first = False  # time goes on before the next request begins
+        self._answers: list[_Answer] = []  # to be given when the changes that they are of are on the disk
+        self._since = inf  # [s] of real time: when the first of them was made
+        self._stepping = Lock()
+        self._server: Thread | None = None
+        self._closed = False
+        clock = driver.engine.clock
+        if isinstance(clock, WallClock) and clock.sleep is time.sleep:
+            clock.sleep = self._inbox.wait  # to wait for the time is to wait for the inbox
+
+    # --- asking, from any thread ---
+
+    def submit(self, talk: Talk[T], *, urgent: bool = False) -> Ticket[T]:
+        """Ask for what a talk does. The ticket has what is said of it, and how it ends."""
+        ticket: Ticket[T] = Ticket(self._put_reaction, self._put_withdrawal)
+        if self._closed:
+            ticket.refuse(RequestRefused("the robot is not driven any more"))
+        elif not urgent and len(self._inbox) + len(self._waiting) >= MOST_WAITING:
+            ticket.refuse(RequestRefused(f"{MOST_WAITING} requests wait already", "wait for some answers first"))
+        else:
+            self._inbox.put(_Request(ticket, talk, urgent))
+        return ticket
+
+    def call(self, act: Callable[[], T], *, urgent: bool = False) -> Ticket[T]:
+        """Ask for something to be done, while nobody else changes anything."""
+
+        def once() -> Talk[T]:
+            yield from ()
+            return act()
+
+        return self.submit(once(), urgent=urgent)
+
+    def _put_reaction(self, ticket: Ticket[Any], reaction: Reaction) -> None:
+        self._inbox.put(_Reacted(ticket, reaction))
+
+    def _put_withdrawal(self, ticket: Ticket[Any]) -> None:
+        self._inbox.put(_Withdrawn(ticket))
+
+    # --- driving ---
+
+    def peek(self) -> float:
+        """When the next thing is due [s]: now where somebody asks for something, infinity where nothing happens by
+        itself."""
+        clock = self._driver.engine.clock
+        if len(self._inbox) or self._present or self._waiting:
+            return clock.reached
+        due = self._driver.peek()
+        passes = self._running or (clock.realtime and not clock.paused)
+        return due if passes or due <= clock.reached else inf
+
+    def step(self) -> None:
+        """Do the next thing; where none is due, wait for it, or for a request. One thread may step at a time."""
+        if not self._stepping.acquire(blocking=False):
+            raise RuntimeError("another thread drives this robot: wait for the ticket")
+        try:
+            self._driver.engine.events.hold()
+            self._step()
+        finally:
+            self._give_answers()
+            self._stepping.release()
+
+    def finish(self, ticket: Ticket[T], terminal: Terminal) -> T:
+        """Drive until a request is over, with what is said shown and asked at a terminal; what comes of it. Raises what
+        went wrong in it.
+        """
+        try:
+            while not ticket.done():
+                self.step()
+                for said in ticket.heard():
+                    self._put(said, ticket, terminal)
+                if self._running:
+                    self._put(Running(self._driver.engine.now), ticket, terminal)
+        except BaseException:
+            self._withdraw(ticket)
+            raise
+        return ticket.result()
+
+    @staticmethod
+    def _put(said: Reply | Question | Running, ticket: Ticket[Any], terminal: Terminal) -> None:
+        """Show or ask it. What goes wrong with that is raised in the request, which may go on."""
+        try:
+            if isinstance(said, Question):
+                ticket.answer(terminal.ask(said))
+            elif isinstance(said, Running):
+                terminal.progress(said)
+            else:
+                terminal.show(said)
+        except (Exception, KeyboardInterrupt) as error:
+            ticket.throw(error)
+
+    def serve(self) -> None:
+        """Drive in a thread of its own, until `close`."""
+        self._server = Thread(target=self._serve, name="robot", daemon=True)
+        self._server.start()
+
+    def _serve(self) -> None:
+        while not self._closed:
+            self.step()
+
+    def close(self) -> None:
+        """Drive no longer: what has not ended is refused."""
+        self._inbox.put(_Closed())
+        if self._server is not None:
+            self._server.join()
+            self._server = None
+        self._take()
+
+    # --- one step ---
+
+    def _step(self) -> None:
+        came = self._take()
+        if self._present:
+            self._go_on(self._present.pop())
+        elif self._waiting and not self._time_first and not self._line_runs():
+            self._time_first = bool(self._running)
+            self._go_on(self._waiting.popleft())
+        elif self._running:
+            self._time_first = False
+            self._happen()
+        elif self.peek() <= self._driver.engine.clock.reached:
+            self._happen()
+        elif not came:
+            self._wait()
+
+    def _line_runs(self) -> bool:
+        """Whether a line of the prompt is being carried out, which others wait for."""
+        line = self._driver.tasks.get(PROMPT_LINE)
+        return line is not None and line.running
+
+    def _wait(self) -> None:
+        """Until the next thing is due or a message comes."""
+        due = self.peek()
+        if due == inf:
+            self._inbox.wait(None)
+        else:
+            self._driver.engine.clock.wait(due)
+
+    def _happen(self) -> None:
+        """Let time go on to what is due next, and see who has waited for it."""
+        error: BaseException | None = None
+        try:
+            self._driver.step()
+        except (Exception, KeyboardInterrupt) as raised:
+            if not self._running:
+                raise
+            error = raised
+        waited, self._running = self._running, []
+        for request in waited:
+            request.reaction = error
+            self._go_on(request)
+
+    def _go_on(self, request: _Request) -> None:
+        """Let a request do its next part."""
+        ticket = request.ticket
+        try:
+            said = request.go_on()
+        except StopIteration as over:
+            self._answers.append(_Answer(ticket, result=over.value))
+        except BaseException as error:  # it is raised again where somebody waits for the result
+            self._answers.append(_Answer(ticket, error=error))
+        else:
+            self._said(request, said)
+
+    def _said(self, request: _Request, said: Said) -> None:
+        if said is Slice.RUNNING:
+            self._running.append(request)
+            return
+        if isinstance(said, Slice):
+            self._present.append(request)
+            return
+        (self._asking if isinstance(said, Question) else self._present).append(request)
+        self._answers.append(_Answer(request.ticket, said=said))
+
+    def _give_answers(self) -> None:
+        """The changes that were made are on the disk, then who commanded them is answered, then all others hear of it.
+        Where several changes go to the disk together, those that are asked for already are made before.
+        """
+        journal, now = self._driver.engine.book.journal, time.monotonic()
+        self._since = min(self._since, now)
+        if journal is not None and journal.unsettled:
+            if (len(self._inbox) or self._present or self._waiting) and now - self._since < TOGETHER:
+                return
+            self._settle(journal)
+        answers, self._answers, self._since = self._answers, [], inf
+        for answer in answers:
+            answer.give()
+        self._driver.engine.events.release()
+
+    def _settle(self, journal: Journal) -> None:
+        try:
+            journal.settle()
+        except FileError as error:
+            lost = Message(f"{error}; what was done last is not on the disk", Tone.ERROR)
+            tickets = dict.fromkeys(answer.ticket for answer in self._answers)
+            self._answers = [_Answer(ticket, said=lost) for ticket in tickets] + self._answers
+
+    # --- messages ---
+
+    def _take(self) -> bool:
+        """All messages that have come; whether any has."""
+        messages = self._inbox.taken()
+        for message in messages:
+            match message:
+                case _Request(urgent=True):
+                    self._overtake(message)
+                case _Request():
+                    self._waiting.append(message)
+                case _Reacted():
+                    self._react(message)
+                case _Withdrawn():
+                    self._withdraw(message.ticket)
+                case _Closed():
+                    self._closed = True
+        if self._closed:
+            self._end_all()
+        return bool(messages)
+
+    def _overtake(self, request: _Request) -> None:
+        """It comes before all others; those that have not begun are not begun after it."""
+        while self._waiting:
+            self._end(self._waiting.popleft(), RequestRefused("the robot was stopped before it began", "give it again"))
+        self._present.append(request)
+
+    def _react(self, message: _Reacted) -> None:
+        """An answer to a question; or what went wrong with something that was said, which may come late."""
+        found, place = self._found(message.ticket)
+        if found is None or not (place is self._asking or isinstance(message.reaction, BaseException)):
+            return
+        found.reaction = message.reaction
+        if place is self._asking:
+            place.remove(found)
+            self._present.append(found)
+
+    def _withdraw(self, ticket: Ticket[Any]) -> None:
+        found, place = self._found(ticket)
+        if found is not None:
+            place.remove(found)
+            self._end(found, RequestRefused("it was withdrawn"))
+
+    def _end_all(self) -> None:
+        for place in self._places:
+            while place:
+                self._end(place.pop(), RequestRefused("the robot is not driven any more"))
+
+    def _end(self, request: _Request, why: VrsError) -> None:
+        """It goes on no more. What it leaves in order is in its talk."""
+        try:
+            request.talk.close()
+        except Exception as error:
+            request.ticket.refuse(error)
+        else:
+            request.ticket.refuse(why)
+
+    @property
+    def _places(self) -> tuple[list[_Request] | deque[_Request], ...]:
+        return self._present, self._waiting, self._running, self._asking
+
+    def _found(self, ticket: Ticket[Any]) -> tuple[_Request | None, list[_Request] | deque[_Request]]:
+        """The request of a ticket that has not ended, and where it is."""
+        for place in self._places:
+            for request in place:
+                if request.ticket is ticket:
+                    return request, place
+        return None, self._asking

@@ -1,0 +1,64 @@
+"""What a holder has of a request: what is said of it, as it comes, and how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from queue import Empty, SimpleQueue
+from typing import TypeVar
+
+from vrs_cli.dialogue.questions import Answer, Question
+from vrs_cli.dialogue.replies import Reply
+
+T = TypeVar("T")
+
+Reaction = Answer | BaseException
+"""What a holder gives back for what was said: the answer to a question, or what went wrong with it."""
+
+
+class Ticket(Future[T]):
+    """A request on its way, in any thread. `result` waits for its end, and raises what went wrong."""
+
+    def __init__(self, react: Callable[[Ticket[T], Reaction], None], withdraw: Callable[[Ticket[T]], None]) -> None:
+        super().__init__()
+        self._said: SimpleQueue[Reply | Question | None] = SimpleQueue()
+        self._react, self._withdraw = react, withdraw
+
+    def __iter__(self) -> Iterator[Reply | Question]:
+        """Each reply and each question when it comes, until the request has ended."""
+        return iter(self._said.get, None)
+
+    def heard(self) -> list[Reply | Question]:
+        """What has been said and not been taken yet."""
+        there: list[Reply | Question] = []
+        try:
+            while (said := self._said.get_nowait()) is not None:
+                there.append(said)
+        except Empty:
+            pass
+        return there
+
+    def answer(self, answer: Answer) -> None:
+        """To the question that was put last."""
+        self._react(self, answer)
+
+    def throw(self, error: BaseException) -> None:
+        """What was said could not be shown, or asked: it is raised in the request, which may go on."""
+        self._react(self, error)
+
+    def withdraw(self) -> None:
+        """Nobody wants it any more: what is not done yet is left."""
+        self._withdraw(self)
+
+    # --- the robot's side ---
+
+    def say(self, said: Reply | Question) -> None:
+        self._said.put(said)
+
+    def end(self, result: T) -> None:
+        self.set_result(result)
+        self._said.put(None)
+
+    def refuse(self, error: BaseException) -> None:
+        self.set_exception(error)
+        self._said.put(None)
