@@ -160,11 +160,12 @@ class Actor:
         """
         try:
             while not ticket.done():
+                time_goes_on = bool(self._running)
                 self.step()
+                if time_goes_on:
+                    self._put(Running(self._driver.engine.now), ticket, terminal)
                 for said in ticket.heard():
                     self._put(said, ticket, terminal)
-                if self._running:
-                    self._put(Running(self._driver.engine.now), ticket, terminal)
         except BaseException:
             self._withdraw(ticket)
             raise
