@@ -94,8 +94,10 @@ class Actor:
         self._running: list[_Request] = []  # until a program has stopped
         self._asking: list[_Request] = []
         self._time_first = False  # time goes on before the next request begins
+        self._look = False  # what was done may have stopped a program that others wait for
         self._answers: list[_Answer] = []  # to be given when the changes that they are of are on the disk
         self._since = inf  # [s] of real time: when the first of them was made
+        self.mishaps: list[Exception] = []  # errors of the program itself, while it was served
         self._stepping = Lock()
         self._server: Thread | None = None
         self._closed = False
@@ -137,7 +139,7 @@ class Actor:
         """When the next thing is due [s]: now where somebody asks for something, infinity where nothing happens by
         itself."""
         clock = self._driver.engine.clock
-        if len(self._inbox) or self._present or self._waiting:
+        if len(self._inbox) or self._present or self._waiting or (self._running and self._look):
             return clock.reached
         due = self._driver.peek()
         passes = self._running or (clock.realtime and not clock.paused)
@@ -155,9 +157,13 @@ class Actor:
             self._stepping.release()
 
     def finish(self, ticket: Ticket[T], terminal: Terminal) -> T:
-        """Drive until a request is over, with what is said shown and asked at a terminal; what comes of it. Raises what
-        went wrong in it.
+        """Drive until a request is over, or wait where it is served; what is said is shown and asked at a terminal.
+        Return what comes of it. Raises what went wrong in it.
         """
+        if self._server is not None:
+            for said in ticket:
+                self._put(said, ticket, terminal)
+            return ticket.result()
         try:
             while not ticket.done():
                 time_goes_on = bool(self._running)
@@ -191,7 +197,10 @@ class Actor:
 
     def _serve(self) -> None:
         while not self._closed:
-            self.step()
+            try:
+                self.step()
+            except Exception as error:  # of a task that nobody waits for, which has ended with it
+                self.mishaps.append(error)
 
     def close(self) -> None:
         """Drive no longer: what has not ended is refused."""
@@ -206,9 +215,13 @@ class Actor:
     def _step(self) -> None:
         came = self._take()
         if self._present:
+            self._look = True
             self._go_on(self._present.pop())
+        elif self._running and self._look:
+            self._look = False
+            self._go_on_all()
         elif self._waiting and not self._time_first and not self._line_runs():
-            self._time_first = bool(self._running)
+            self._time_first = self._look = bool(self._running)
             self._go_on(self._waiting.popleft())
         elif self._running:
             self._time_first = False
@@ -238,8 +251,13 @@ class Actor:
             self._driver.step()
         except (Exception, KeyboardInterrupt) as raised:
             if not self._running:
+                self._driver.drop()
                 raise
             error = raised
+        self._go_on_all(error)
+
+    def _go_on_all(self, error: BaseException | None = None) -> None:
+        """Let those go on that wait until a program has stopped."""
         waited, self._running = self._running, []
         for request in waited:
             request.reaction = error

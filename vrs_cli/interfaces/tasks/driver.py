@@ -113,7 +113,7 @@ class Driver:
                 if track.running:
                     yield Slice.RUNNING
         except BaseException:
-            self._give_up(track)
+            self.drop(track)
             raise
         finally:
             run = self._over(track)
@@ -174,8 +174,8 @@ class Driver:
         """Who is stopped from outside is stopped now, however late its own steps are."""
         self.engine.clock.advance(self.engine.clock.reached)
 
-    def _give_up(self, foreground: Track) -> None:
-        """Something from outside broke the run off: its task stops here, and so does one that was broken itself."""
+    def drop(self, foreground: Track | None = None) -> None:
+        """Stop the robot, the task that somebody waited for, and those that an error of vrs itself has broken."""
         self._catch_up()
         self.engine.stop()
         for track in self.tasks.running:
@@ -187,7 +187,7 @@ class Driver:
         """The result of a run that `error` broke off in the middle of a step."""
         track = self.tasks.get(ROBOT_PROGRAM)
         assert track is not None
-        self._give_up(track)
+        self.drop(track)
         track.fault, track.outcome = track.task.break_off(error), Outcome.FAILED
         self._transcript.end_line()
         return self._result(_Run(track, USUAL, 0.0, inf, 0))
