@@ -240,19 +240,22 @@ class Expressions(Names):
 
     def kind_of(self, expression: Expression) -> Kind | None:
         """Return the kind of an expression as far as it is certain. Decide nothing and report nothing."""
-        if isinstance(expression, ast.Variable):
-            return self.certain_kind(expression)
-        if isinstance(expression, ast.Call):
-            function = FUNCTIONS.get(expression.name)
-            return function.result if function is not None else None
-        if isinstance(expression, ast.Binary):
-            return self._kind_of_binary(expression)
-        return _CERTAIN.get(type(expression))
+        return kind_of(expression, self.certain_kind)
 
-    def _kind_of_binary(self, expression: ast.Binary) -> Kind:
-        if expression.operator == ":":
-            return Kind.LOCATION
-        return Kind.STRING if expression.operator == "+" and self._of_both(expression) is STRING else Kind.REAL
+
+def kind_of(expression: Expression, of_variable: Callable[[ast.Variable], Kind | None]) -> Kind | None:
+    """Return the kind of an expression, or None where `of_variable` knows none."""
+    if isinstance(expression, ast.Variable):
+        return of_variable(expression)
+    if isinstance(expression, ast.Call):
+        function = FUNCTIONS.get(expression.name)
+        return function.result if function is not None else None
+    if not isinstance(expression, ast.Binary):
+        return _CERTAIN.get(type(expression))
+    if expression.operator == ":":
+        return Kind.LOCATION
+    sides = (kind_of(expression.left, of_variable), kind_of(expression.right, of_variable))
+    return Kind.STRING if expression.operator == "+" and Kind.STRING in sides else Kind.REAL
 
 
 def miscounted(

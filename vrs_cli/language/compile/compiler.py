@@ -109,8 +109,7 @@ class _ProgramCompiler(ExpressionCompiler):
         blocks = [self._block(number, leaders) for number in here]
         loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
         body = self._with_frame(loop) if self._lowered.slots else loop
-        bound = [f"{letter}{number}" for number in range(len(self.parameters)) for letter in "pqk"]
-        names = ["X", *CELLS.values(), "F", "pc", *bound, *self.arrays.values()]
+        names = ["X", *CELLS.values(), "F", "pc", *self.bound(), *self.arrays.values()]
         body = [*body, tree.yield_(tree.constant(None))]  # never come to: a generator, also where nothing is a step
         rest = py.arg("_rest")  # the arrays of later parts
         return tree.made(py.FunctionDef("program", tree.parameters(names, rest=rest), body, [], None), self.namespace)
@@ -161,9 +160,8 @@ class _ProgramCompiler(ExpressionCompiler):
 
     def _jump_if(self, op: JumpIf) -> list[py.stmt]:
         truth = self.truth(op.condition)
-        test = truth if op.when else py.UnaryOp(py.Not(), truth)
         first = [] if op.first is None else self._perform_instruction(op.first)
-        return [*first, py.If(test, self._jumps.to(op.target), [])]
+        return [*first, py.If(truth if op.when else tree.not_(truth), self._jumps.to(op.target), [])]
 
     # loops and cases
 
@@ -177,12 +175,8 @@ class _ProgramCompiler(ExpressionCompiler):
         if _constant_step(statement) is None:
             assert statement.step is not None
             taken.append(tree.assign(step, tree.call("for_step", self.in_range(statement.step))))
-        past = py.UnaryOp(py.Not(), self._another_pass(statement, limit, step))
-        return [
-            *taken,
-            *self._store(statement.variable, tree.name("v")),
-            py.If(past, self._jumps.to(op.target), []),
-        ]
+        past = tree.not_(self._another_pass(statement, limit, step))
+        return [*taken, *self._store(statement.variable, tree.name("v")), py.If(past, self._jumps.to(op.target), [])]
 
     def _for_next(self, op: ForNext) -> list[py.stmt]:
         statement = op.statement
@@ -214,7 +208,7 @@ class _ProgramCompiler(ExpressionCompiler):
         subject = tree.name(f"l{op.slot}")
         tests = [self.comparison(subject, "==", self.value(value), kind) for value in op.values]
         matched = tests[0] if len(tests) == 1 else py.BoolOp(py.Or(), tests)
-        return [py.If(py.UnaryOp(py.Not(), matched), self._jumps.to(op.target), [])]
+        return [py.If(tree.not_(matched), self._jumps.to(op.target), [])]
 
     # statements
 
@@ -238,7 +232,7 @@ class _ProgramCompiler(ExpressionCompiler):
         if not self.may_overflow(value):
             return self._store(target, self.value(value))
         inside = py.Compare(tree.constant(-LIMIT), [py.LtE(), py.LtE()], [tree.name("v"), tree.constant(LIMIT)])
-        check = py.If(py.UnaryOp(py.Not(), inside), [py.Expr(tree.call("within_range", tree.name("v")))], [])
+        check = py.If(tree.not_(inside), [py.Expr(tree.call("within_range", tree.name("v")))], [])
         return [tree.assign("v", self.value(value)), check, *self._store(target, tree.name("v"))]
 
     def _store(self, variable: ast.Variable, value: py.expr) -> list[py.stmt]:
@@ -456,33 +450,16 @@ class CompiledExpression(Struct, frozen=True):
     arrays: tuple[Array, ...]
 
 
-def _with_context(compiler: ExpressionCompiler, value: py.expr) -> CompiledExpression:
-    bound = [f"{letter}{number}" for number in range(len(compiler.parameters)) for letter in "pqk"]
-    names = ["X", *CELLS.values(), *bound, *compiler.arrays.values()]
+def compile_expression(
+    library: Library,
+    make: Callable[[ExpressionCompiler], py.expr],
+    kinds: Mapping[str, Kind],
+    own: Sequence[str] = (),
+) -> CompiledExpression:
+    """What `make` says of an expression at the prompt. `kinds`: those of the bare names that have a value. `own`: the
+    keys of variables for which references are given."""
+    compiler = ExpressionCompiler(library, kinds, {key: number for number, key in enumerate(own)})
+    value = make(compiler)
+    names = ["X", *CELLS.values(), *compiler.bound(), *compiler.arrays.values()]
     definition = py.FunctionDef("value", tree.parameters(names), [py.Return(value)], [], None)
     return CompiledExpression(tree.made(definition, compiler.namespace), tuple(compiler.arrays))
-
-
-def compile_expression(
-    library: Library, expression: ast.Expression, kinds: Mapping[str, Kind], own: Sequence[str] = ()
-) -> CompiledExpression:
-    """One expression at the prompt. `kinds`: those of the bare names that have a value. `own`: the keys of variables
-    for which references are given."""
-    compiler = ExpressionCompiler(library, kinds, {key: number for number, key in enumerate(own)})
-    if isinstance(expression, ast.Variable):
-        return _with_context(compiler, compiler.read(expression))
-    return _with_context(compiler, compiler.in_range(expression))
-
-
-def compile_argument(
-    library: Library, expression: ast.Expression | None, kinds: Mapping[str, Kind]
-) -> CompiledExpression:
-    """One argument of EXECUTE at the prompt, as CALL passes it: a reference, or None."""
-    compiler = ExpressionCompiler(library, kinds)
-    return _with_context(compiler, compiler.argument_of_call(expression))
-
-
-def compile_definable(library: Library, expression: ast.Expression, kinds: Mapping[str, Kind]) -> CompiledExpression:
-    """What HERE, POINT and TEACH define at the prompt: `a`, `#p`, `a:b`, `row[3]`."""
-    compiler = ExpressionCompiler(library, kinds)
-    return _with_context(compiler, compiler.operand(expression, Argument("location", Shape.LOCATION_VARIABLE)))

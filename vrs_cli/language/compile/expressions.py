@@ -13,7 +13,7 @@ from types import MappingProxyType
 from msgspec import Struct
 
 from vrs_cli.errors import ProgramNotExecutable
-from vrs_cli.language.analysis.kinds import VARIABLES
+from vrs_cli.language.analysis.kinds import VARIABLES, kind_of
 from vrs_cli.language.compile import python_tree as tree
 from vrs_cli.language.compile.library import Library
 from vrs_cli.language.text import ast
@@ -85,26 +85,15 @@ class ExpressionCompiler:
         self.namespace[name] = value
         return tree.name(name)
 
+    def bound(self) -> list[str]:
+        """The Python variables with the fields of the reference to each parameter."""
+        return [f"{letter}{number}" for number in range(len(self.parameters)) for letter in "pqk"]
+
     # kinds
 
     def kind_of(self, expression: ast.Expression) -> Kind | None:
         """Return the kind of an expression, or None for an untyped bare name."""
-        if isinstance(expression, ast.Variable):
-            return SIGIL_KINDS.get(expression.sigil) or self.kinds.get(expression.key)
-        if isinstance(expression, ast.Text):
-            return Kind.STRING
-        if isinstance(expression, ast.Call):
-            return FUNCTIONS[expression.name].result
-        if isinstance(expression, ast.Binary):
-            return self._kind_of_binary(expression)
-        return Kind.REAL
-
-    def _kind_of_binary(self, expression: ast.Binary) -> Kind:
-        if expression.operator == ":":
-            return Kind.LOCATION
-        if expression.operator == "+" and self.kind_of(expression.left) is Kind.STRING:
-            return Kind.STRING
-        return Kind.REAL
+        return kind_of(expression, lambda it: SIGIL_KINDS.get(it.sigil) or self.kinds.get(it.key))
 
     # variables
 
@@ -183,7 +172,7 @@ class ExpressionCompiler:
     def truth(self, expression: ast.Expression) -> py.expr:
         """Return an expression that is true to Python if the value is not 0."""
         if isinstance(expression, ast.Unary) and expression.operator == "NOT":
-            return py.UnaryOp(py.Not(), self.truth(expression.operand))
+            return tree.not_(self.truth(expression.operand))
         if isinstance(expression, ast.Binary) and expression.operator in _LOGICAL:
             operator = _LOGICAL[expression.operator]()
             return py.BinOp(self.truth(expression.left), operator, self.truth(expression.right))
@@ -256,11 +245,11 @@ class ExpressionCompiler:
         if argument.shape in WORDS:
             return tree.constant(word_of(expression))
         if argument.shape is Shape.LOCATION_VARIABLE:
-            return self._definable(expression)
+            return self.definable(expression)
         if argument.shape in VARIABLES and isinstance(expression, ast.Variable):
             return self.reference(expression)
         if argument.shape is Shape.ITEM:
-            return self._item_of_list(expression)
+            return self.item(expression)
         if argument.shape is Shape.SETTING:
             return self._word_or_value(expression)
         return self.in_range(expression, _WANTED.get(argument.shape, Kind.REAL))
@@ -279,7 +268,8 @@ class ExpressionCompiler:
             return False
         return self.kind_of(expression) is Kind.REAL
 
-    def _item_of_list(self, expression: ast.Expression) -> py.expr:
+    def item(self, expression: ast.Expression) -> py.expr:
+        """Return what TYPE shows: a value of any kind, or a format."""
         if isinstance(expression, ast.Format):
             return self.global_of("k", expression)
         if isinstance(expression, ast.Variable):
@@ -294,7 +284,7 @@ class ExpressionCompiler:
             return tree.call("setting", tree.constant(expression.name), self.reference(expression))
         return self.in_range(expression)
 
-    def _definable(self, expression: ast.Expression) -> py.expr:
+    def definable(self, expression: ast.Expression) -> py.expr:
         """`a:b:c`: the variable c, and the product a:b."""
         if isinstance(expression, ast.Binary):
             variable, before = expression.right, self.value(expression.left, Kind.LOCATION)

@@ -54,6 +54,10 @@ def compare(left: py.expr, operator: py.cmpop, right: py.expr) -> py.Compare:
     return py.Compare(left, [operator], [right])
 
 
+def not_(truth: py.expr) -> py.UnaryOp:
+    return py.UnaryOp(py.Not(), truth)
+
+
 def assign(identifier: str, value: py.expr) -> py.Assign:
     return py.Assign([py.Name(identifier, py.Store())], value)
 

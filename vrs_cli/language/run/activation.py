@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Event
-from vrs_cli.language.run.executable import Executable, Steps
+from vrs_cli.language.run.environment import Executable, Steps
 from vrs_cli.language.run.memory import Context
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from vrs_cli.errors import ArgumentMismatch
 from vrs_cli.language.run.cells import Reference, new_variable
-from vrs_cli.language.run.executable import Executable
+from vrs_cli.language.run.environment import Executable
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text.ast import Variable
 from vrs_cli.language.text.diagnostics import counted

@@ -6,7 +6,7 @@ undefined, so that reading it says so by itself.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple, NoReturn, cast
 
 from vrs_cli.errors import IllegalArrayIndex, TypeMismatch, UndefinedValue, nearest
@@ -59,10 +59,8 @@ class Cells(dict[str | Index, Value]):
     def __missing__(self, key: str | Index) -> Value:
         if self.omitted is not None:
             raise UndefinedValue(self.omitted, "its argument was left out of the CALL")
-        if self.array is not None and key.__class__ is not str:
-            lowest = min(key) if isinstance(key, tuple) else key
-            if isinstance(lowest, int) and lowest < 0:
-                raise IllegalArrayIndex(self.name(key), "indexes begin at 0")
+        if self.array is not None and not isinstance(key, str):
+            self.rounded(key if isinstance(key, tuple) else (key,))
         if self.others is not None and key in self.others:
             raise self.clash(key)
         raise UndefinedValue(self.name(key), self._hint(key))
@@ -92,10 +90,19 @@ class Cells(dict[str | Index, Value]):
 
     def at(self, *indexes: float) -> Index:
         """The index of an element to be assigned, rounded. Raises IllegalArrayIndex below 0."""
+        rounded = self.rounded(indexes)
+        return rounded if len(rounded) > 1 else rounded[0]
+
+    def rounded(self, indexes: Iterable[float]) -> tuple[int, ...]:
+        """Raises IllegalArrayIndex below 0."""
         rounded = tuple(map(whole, indexes))
         if min(rounded) < 0:
             raise IllegalArrayIndex(self.name(rounded), "indexes begin at 0")
-        return rounded if len(rounded) > 1 else rounded[0]
+        return rounded
+
+    def item(self, key: str | Index) -> Item:
+        """The variable whose value is under a key."""
+        return (str(key), None) if self.array is None else (self.array, cast(Index, key))
 
     def _hint(self, key: str | Index) -> str:
         if self.array is not None or not isinstance(key, str):
@@ -125,7 +132,7 @@ class NotedCells(Cells):
 
     def _note(self, key: str | Index) -> None:
         if self.changed is not None:
-            self.changed.add((str(key), None) if self.array is None else (self.array, cast(Index, key)))
+            self.changed.add(self.item(key))
 
 
 def bare_cells(
@@ -215,15 +222,13 @@ class Reference(NamedTuple):
             raise TypeMismatch(f"{self.name} cannot hold a {kind.value}", f"a {wanted} is wanted")
         if key in other:
             raise mine.clash(key)
-        if not isinstance(key, str) and min(key if isinstance(key, tuple) else (key,)) < 0:
-            raise IllegalArrayIndex(self.name, "indexes begin at 0")
+        if not isinstance(key, str):
+            self.cells.rounded(key if isinstance(key, tuple) else (key,))
         mine[key] = storable(value) if isinstance(value, str) else value
 
     def row(self, *indexes: float) -> Reference:
         """The elements of an array whose indexes begin with these: `a[i,]`. Raises IllegalArrayIndex."""
-        before = tuple(map(whole, indexes))
-        if min(before) < 0:
-            raise IllegalArrayIndex(self.cells.name(before), "indexes begin at 0")
+        before = self.cells.rounded(indexes)
         locations = self.locations if self.locations is NO_CELLS else SubArray(self.locations, before)
         return Reference(SubArray(self.cells, before), locations, None)
 

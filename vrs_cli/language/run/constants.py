@@ -34,11 +34,9 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.analysis.channels import channel, signals_on
 from vrs_cli.language.analysis.kinds import VARIABLES
-from vrs_cli.language.compile.compiler import compile_expression
 from vrs_cli.language.compile.expressions import WORDS, word_of
 from vrs_cli.language.run.effects import CallProgram
-from vrs_cli.language.run.evaluation import evaluator
-from vrs_cli.language.run.library import LIBRARY, for_step
+from vrs_cli.language.run.library import evaluator, for_step
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Wording, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT
@@ -111,7 +109,7 @@ class Constants(Struct, frozen=True):
 
     def _error(self, expression: Expression) -> VrsError | None:
         try:
-            evaluator(compile_expression(LIBRARY, expression, {}))(self.context)
+            self._evaluated(expression)
         except (*NEVER_RIGHT, UsageError) as error:
             return error
         except VrsError:  # what only a run can tell: a unit, a program
@@ -124,9 +122,10 @@ class Constants(Struct, frozen=True):
             return expression.value
         if (number := ast.plain_number(expression)) is not None:
             return number
-        if not _constant(expression):
-            return Gap.REAL
-        value: Value = evaluator(compile_expression(LIBRARY, expression, {}))(self.context)
+        return self._evaluated(expression) if _constant(expression) else Gap.REAL
+
+    def _evaluated(self, expression: Expression) -> Value:
+        value: Value = evaluator(lambda compiler: compiler.item(expression), {})(self.context)
         return value
 
     # --- statements ---

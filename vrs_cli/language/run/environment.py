@@ -2,10 +2,95 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator, Sequence
+from functools import cached_property
+from itertools import chain
+
+from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.kinematics.joints import TURNING, JointUnits
-from vrs_cli.language.run.executable import Executable
-from vrs_cli.language.run.memory import Memory
+from vrs_cli.language.analysis.declarations import Own
+from vrs_cli.language.analysis.lineage import program_beyond_val2
+from vrs_cli.language.compile.compiler import Compiled, compile_program
+from vrs_cli.language.compile.expressions import CELLS
+from vrs_cli.language.run.cells import Reference, new_variable
+from vrs_cli.language.run.effects import Event
+from vrs_cli.language.run.library import LIBRARY, UNSET
+from vrs_cli.language.run.memory import Context, Memory
 from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.text.diagnostics import Diagnostic
+from vrs_cli.language.words.kind import kind_of_name
+
+Steps = Generator[int | Event, str | None, int | None]
+
+
+class Executable:
+    """A stored program in the memory that it runs in, with its variables of LOCAL, which keep their values between
+    calls. It is compiled when somebody first asks.
+    """
+
+    def __init__(self, memory: Memory, stored: StoredProgram) -> None:
+        self._memory = memory
+        self.stored = stored
+        self.program = stored.program
+        self.analysis = stored.analysis
+
+    @property
+    def name(self) -> str:
+        return self.program.name
+
+    @cached_property
+    def compiled(self) -> Compiled:
+        """Raises ProgramNotExecutable for one that has errors."""
+        compiled = compile_program(LIBRARY, self.analysis)
+        for key, name in compiled.spelling.items():
+            self._memory.spell(key, name)
+        return compiled
+
+    def start(self, context: Context, arguments: Sequence[Reference], slots: list[object], op: int = 0) -> Steps:
+        """An activation, from an operation on; one argument for each parameter, and the variables of the program's own.
+
+        `slots`: `fresh_slots()` to begin with; when the activation has ended in any way they hold what it kept.
+        """
+        variant = self.compiled.variant(op)
+        cells = context.environment.cells
+        arrays = (cells(array.kind, array.key) for array in variant.arrays)
+        bound = chain.from_iterable(arguments)
+        return variant.function(context, *map(cells, CELLS), slots, variant.numbers[op], *bound, *arrays)
+
+    def fresh_slots(self) -> list[object]:
+        """The limits of its FOR loops and the subjects of its CASEs, none of them known yet."""
+        return [UNSET] * self.compiled.slots
+
+    def own(self) -> tuple[Reference, ...]:
+        """The variables that an activation has beside its arguments: those of AUTO, new, and those of LOCAL."""
+        kept = iter(self._local)
+        return tuple(self._new(own) if own.automatic else next(kept) for own in self.analysis.own)
+
+    @cached_property
+    def _local(self) -> tuple[Reference, ...]:
+        return tuple(self._new(own) for own in self.analysis.own if not own.automatic)
+
+    def _new(self, own: Own) -> Reference:
+        self._memory.spell(own.key, self.compiled.spelling.get(own.key, own.key))
+        return new_variable(self._memory.spelling, own.key, kind_of_name(own.key), array=own.array)
+
+    def held(self) -> int:
+        """Elements of the arrays and characters of the strings of LOCAL."""
+        made: tuple[Reference, ...] = self.__dict__.get("_local", ())
+        return sum(reference.size() for reference in made)
+
+    @cached_property
+    def _beyond_val2(self) -> tuple[Diagnostic, ...]:
+        return tuple(program_beyond_val2(self.program))
+
+    def refuse_beyond_val2(self) -> None:
+        """Raises ProgramNotExecutable for a program with anything that V+ alone has."""
+        if self._beyond_val2:
+            first = self._beyond_val2[0]
+            lines = [step.span.line for step in self.program.steps]
+            raise ProgramNotExecutable(
+                f"{self.name}, step {lines.index(first.span.line) + 1}: {first.detail}", first.hint
+            )
 
 
 class Environment(Memory):

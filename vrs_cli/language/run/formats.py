@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from math import log10
 
-from msgspec import Struct, field
-
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.text.ast import Format
 from vrs_cli.language.words.values import EXACT, INTEGER_BITS, Value, default_form, integer, numbers_of, whole
@@ -19,59 +17,38 @@ def _fitted(text: str, width: int) -> str:
     return text.rjust(width) if len(text) <= width else "*" * width
 
 
-def _default(value: float, _width: int, _decimals: int | None) -> str:
-    return default_form(value)
+def _fixed(value: float, width: int, decimals: int) -> str:
+    text = f"{value:.{decimals}f}"
+    return _fitted(text[1:] if text.startswith("-") and not text.strip("-0.") else text, width)  # -0.00 is said as 0.00
 
 
-def _fixed(value: float, width: int, decimals: int | None) -> str:
-    text = f"{value:.{3 if decimals is None else decimals}f}"
-    return _fitted(_unsigned_zero(text), width)
-
-
-def _scientific(value: float, width: int, decimals: int | None) -> str:
-    return _fitted(f"{value:.{3 if decimals is None else decimals}E}", width)
-
-
-def _general(value: float, width: int, decimals: int | None) -> str:
+def _general(value: float, width: int, decimals: int) -> str:
     """F where the number fits the width and is not too small to show a digit, otherwise E with what fits of its digits;
     asterisks where not even one does.
     """
-    digits = 3 if decimals is None else decimals
-    fixed = _fixed(value, 0, digits)
-    small = value != 0.0 and log10(abs(value)) < -digits
+    fixed = _fixed(value, 0, decimals)
+    small = value != 0.0 and log10(abs(value)) < -decimals
     if not small and abs(value) < EXACT and (not width or len(fixed) <= width):
         return _fitted(fixed, width)
-    forms = (f"{value:.{fewer}E}" for fewer in range(digits, -1, -1))
+    forms = (f"{value:.{fewer}E}" for fewer in range(decimals, -1, -1))
     return next((form.rjust(width) for form in forms if not width or len(form) <= width), "*" * width)
 
 
-def _integer(value: float, width: int, _decimals: int | None) -> str:
-    return _fitted(str(whole(value)), width)
-
-
-def _in_base(letter: str) -> Callable[[float, int, int | None], str]:
+def _in_base(letter: str) -> Callable[[float, int, int], str]:
     """Negative integers are shown as the 24 bits that they are."""
-
-    def form(value: float, width: int, _decimals: int | None) -> str:
-        return _fitted(format(integer(value) % (1 << INTEGER_BITS), letter), width)
-
-    return form
+    return lambda value, width, _: _fitted(format(integer(value) % (1 << INTEGER_BITS), letter), width)
 
 
-def _unsigned_zero(text: str) -> str:
-    """-0.00 is said as 0.00."""
-    return text[1:] if text.startswith("-") and not text.strip("-0.") else text
-
-
-NUMBER_FORMS: dict[str, Callable[[float, int, int | None], str]] = {
-    "D": _default,
+NUMBER_FORMS: dict[str, Callable[[float, int, int], str]] = {  # of a value, with a width and decimals
+    "D": lambda value, _width, _decimals: default_form(value),
     "F": _fixed,
-    "E": _scientific,
+    "E": lambda value, width, decimals: _fitted(f"{value:.{decimals}E}", width),
     "G": _general,
-    "I": _integer,
+    "I": lambda value, width, _: _fitted(str(whole(value)), width),
     "H": _in_base("X"),
     "O": _in_base("o"),
 }
+DECIMALS = 3  # where a format names none
 
 CONTROLS: dict[str, Callable[[int], str]] = {
     "B": lambda _: "\a",
@@ -83,50 +60,26 @@ CONTROLS: dict[str, Callable[[int], str]] = {
 TypeItem = Value | Format
 
 
-class _Output(Struct):
-    """The text so far, and the number form in force."""
-
-    units: JointUnits = TURNING
-    code: str = "D"
-    width: int = 0
-    decimals: int | None = None
-    parts: list[str] = field(default_factory=list)
-    newline: bool = True
-
-    def add(self, item: TypeItem) -> None:
-        if isinstance(item, Format):
-            self._format(item)
-        elif isinstance(item, str):
-            self.parts.append(item)
-        elif isinstance(item, float):
-            self.parts.append(self._number(item))
-        else:
-            self.parts.extend(map(self._spaced, numbers_of(item, self.units)))
-
-    def _format(self, item: Format) -> None:
-        if item.code == "S":
-            self.newline = False
-        elif item.code in CONTROLS:
-            self.parts.append(CONTROLS[item.code](1 if item.width is None else item.width))
-        else:
-            self.code, self.width, self.decimals = item.code, item.width or 0, item.decimals
-
-    def _number(self, value: float) -> str:
-        return NUMBER_FORMS[self.code](value, self.width, self.decimals)
-
-    def _spaced(self, value: float) -> str:
-        """One of the numbers of a location: with a blank before it in every form."""
-        text = self._number(value)
-        return text if text.startswith(" ") else f" {text}"
-
-
 def encode(items: Iterable[TypeItem | None], units: JointUnits = TURNING) -> tuple[str, bool]:
     """The text of a TYPE list, and whether a newline ends it (`/S` keeps it away).
 
-    A location is shown by its six numbers, a precision point by its joints, each in the form in force.
+    A location is shown by its six numbers, a precision point by its joints, each in the form in force, after a blank.
     """
-    output = _Output(units)
+    parts, newline = list[str](), True
+    form, width, decimals = NUMBER_FORMS["D"], 0, DECIMALS
     for item in items:
-        if item is not None:
-            output.add(item)
-    return "".join(output.parts), output.newline
+        if isinstance(item, str):
+            parts.append(item)
+        elif isinstance(item, float):
+            parts.append(form(item, width, decimals))
+        elif not isinstance(item, Format | None):
+            shown = (form(number, width, decimals) for number in numbers_of(item, units))
+            parts += (text if text.startswith(" ") else f" {text}" for text in shown)
+        elif item is not None and item.code == "S":
+            newline = False
+        elif item is not None and item.code in CONTROLS:
+            parts.append(CONTROLS[item.code](1 if item.width is None else item.width))
+        elif item is not None:
+            form, width = NUMBER_FORMS[item.code], item.width or 0
+            decimals = DECIMALS if item.decimals is None else item.decimals
+    return "".join(parts), newline

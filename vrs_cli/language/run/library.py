@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NoReturn
+import ast as py
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
+from typing import Any, NoReturn
 
 from vrs_cli.engine.commands import Break
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, UndefinedValue
 from vrs_cli.kinematics.transform import compose
+from vrs_cli.language.compile.compiler import compile_expression
+from vrs_cli.language.compile.expressions import CELLS, ExpressionCompiler
 from vrs_cli.language.compile.library import Library
 from vrs_cli.language.run.cells import NO_CELLS, Reference, new_variable
 from vrs_cli.language.run.effects import CallProgram, Return, Wait
@@ -89,31 +93,27 @@ class Unset:
 
 UNSET = Unset()
 
-_NAMES: dict[str, object] = {
-    "compose": compose,
-    "modulo": modulo,
-    "power": power,
-    "complement": complement,
-    "bit_and": bit_and,
-    "bit_or": bit_or,
-    "bit_xor": bit_xor,
-    "for_step": for_step,
-    "setting": setting,
-    "by_value": by_value,
-    "guarded": guarded,
-    "at_once": at_once,
-    "stamp_of": stamp_of,
-    "storable": storable,
-    "whole": whole,
-    "within_range": within_range,
-    "CallProgram": CallProgram,
-    "Definable": Definable,
-    "Reference": Reference,
-    "Wait": Wait,
-    "Wording": Wording,
-    "NO_CELLS": NO_CELLS,
-    "BREAK": Break(),
-    "RETURN": Return(),
-}
+_OPERATORS = (compose, modulo, power, complement, bit_and, bit_or, bit_xor)
+_CHECKS = (for_step, guarded, at_once, stamp_of, storable, whole, within_range)
+_OPERANDS = (setting, by_value, CallProgram, Definable, Reference, Wait, Wording)
+_VALUES = {"NO_CELLS": NO_CELLS, "BREAK": Break(), "RETURN": Return()}
+_NAMES = {**{one.__name__: one for one in (*_OPERATORS, *_CHECKS, *_OPERANDS)}, **_VALUES}
 
 LIBRARY = Library(_NAMES, OF_VALUES, IN_CONTEXT, HANDLERS)
+
+
+def evaluator(
+    make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, Kind], own: Sequence[str] = ()
+) -> Callable[..., Any]:
+    """Compile an expression to a function of the context, and of a reference for each of `own`."""
+    compiled = compile_expression(LIBRARY, make, kinds, own)
+
+    def evaluate(context: Context, *references: Reference) -> Any:
+        cells = context.environment.cells
+        arrays = (cells(array.kind, array.key) for array in compiled.arrays)
+        try:
+            return compiled.function(context, *map(cells, CELLS), *chain.from_iterable(references), *arrays)
+        except ArithmeticError as error:
+            raise overflow(error) from None
+
+    return evaluate

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Mapping
+from operator import methodcaller
 
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.analyzer import analyze
-from vrs_cli.language.compile.compiler import compile_argument, compile_definable, compile_expression
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Completed, Event, Halt, TaskState
-from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.evaluation import evaluator
-from vrs_cli.language.run.executable import Executable
-from vrs_cli.language.run.library import LIBRARY
+from vrs_cli.language.run.environment import Environment, Executable
+from vrs_cli.language.run.library import evaluator
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Definable
 from vrs_cli.language.run.programs import StoredProgram
@@ -64,7 +62,7 @@ class Sight:
         kinds = {key: kind for key in self._keys if (kind := self._kind(key, used.get(key))) is not None}
         sorts = (*used, None, *kinds.items())
         if sorts not in self._compiled:
-            self._compiled[sorts] = evaluator(compile_expression(LIBRARY, self._expression, kinds, tuple(used)))
+            self._compiled[sorts] = evaluator(lambda compiler: compiler.item(self._expression), kinds, tuple(used))
         return self._compiled[sorts](self._context, *used.values())
 
     def _kind(self, key: str, own: Reference | None) -> Kind | None:
@@ -83,11 +81,11 @@ def arguments_of(
 ) -> tuple[Reference | None, ...]:
     """The arguments of EXECUTE at the prompt: variables by reference, as CALL passes them. Raises VrsError."""
     context, kinds = Context(environment, robot), environment.kinds()
-    return tuple(evaluator(compile_argument(LIBRARY, argument, kinds))(context) for argument in arguments)
+    return tuple(evaluator(methodcaller("argument_of_call", argument), kinds)(context) for argument in arguments)
 
 
 def definable(environment: Environment, robot: RobotReadings, expression: ast.Expression) -> Definable:
     """What HERE and POINT at the prompt define: `a`, `#p`, `row[3]`, or the last name of `a:b`. Raises VrsError."""
-    compiled = compile_definable(LIBRARY, expression, environment.kinds())
-    made: Definable = evaluator(compiled)(Context(environment, robot))
+    evaluate = evaluator(lambda compiler: compiler.definable(expression), environment.kinds())
+    made: Definable = evaluate(Context(environment, robot))
     return made

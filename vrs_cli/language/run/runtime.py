@@ -46,8 +46,7 @@ from vrs_cli.language.run.effects import (
     TaskState,
     Wait,
 )
-from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.executable import Executable
+from vrs_cli.language.run.environment import Environment, Executable
 from vrs_cli.language.run.library import at_once, by_value, overflow
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.programs import StoredProgram

@@ -53,9 +53,13 @@ class Variables:
     def note_changes(self, changed: set[Item] | None) -> None:
         """Add every variable that changes from now on to a set; with None, note nothing, which is faster."""
         self._changed = changed
+        for cells in self._all():
+            cells.note_changes(changed)
+
+    def _all(self) -> Iterator[Cells]:
         for kind in Kind:
-            for cells in (self._simple[kind], *self._arrays[kind].values()):
-                cells.note_changes(changed)
+            yield self._simple[kind]
+            yield from self._arrays[kind].values()
 
     def reference(self, name: str, index: Index | None = None, *, array: bool = False) -> Reference:
         """The variable of that name (as typed); an element of an array; or, with `array`, the whole of it."""
@@ -78,11 +82,7 @@ class Variables:
 
     def kind_of(self, name: str) -> Kind | None:
         """The kind of a variable or an array that has a value; None for a name without one."""
-        key = key_of(name)
-        for kind in Kind:
-            if key in self._simple[kind] or self._arrays[kind].get(key):
-                return kind
-        return None
+        return self.kinds().get(key_of(name))
 
     def kinds(self) -> Mapping[str, Kind]:
         """Every name that has a value, by key, and its kind: as they are whenever one looks."""
@@ -119,12 +119,7 @@ class Variables:
 
     def values(self) -> dict[Item, Value]:
         """Every value by its variable."""
-        found: dict[Item, Value] = {}
-        for kind in Kind:
-            found.update(((str(key), None), value) for key, value in self._simple[kind].items())
-            for array, cells in self._arrays[kind].items():
-                found.update(((array, index), value) for index, value in cells.items() if not isinstance(index, str))
-        return found
+        return {cells.item(key): value for cells in self._all() for key, value in cells.items()}
 
     def put_back(self, item: Item, value: Value) -> None:
         """Give a variable a value, whatever its kind is now. The item may have the name as it is typed."""
@@ -141,8 +136,7 @@ class Variables:
 
     def size(self) -> int:
         """Elements of all arrays, and characters of all strings."""
-        arrays = (cells for of_kind in self._arrays.values() for cells in of_kind.values())
-        return self._simple[Kind.STRING].size() + sum(cells.size() for cells in arrays)
+        return sum(cells.size() for cells in self._all())
 
     def delete(self, name: str, index: Index | None = None) -> bool:
         """Forget a variable and the array of that name, or one element. False where there was none."""
@@ -158,10 +152,8 @@ class Variables:
 
     def clear_variables(self) -> None:
         """Forget all variables."""
-        for kind in Kind:
-            self._simple[kind].clear()
-            for cells in self._arrays[kind].values():
-                cells.clear()
+        for cells in self._all():
+            cells.clear()
 
 
 class _Kinds(Mapping[str, Kind]):
@@ -171,26 +163,20 @@ class _Kinds(Mapping[str, Kind]):
         self._simple, self._arrays = simple, arrays
 
     def __getitem__(self, key: str) -> Kind:
-        for kind in _LAST_FIRST:
+        for kind in Kind:
             if key in self._simple[kind] or self._arrays[kind].get(key):
                 return kind
         raise KeyError(key)
 
-    def __contains__(self, key: object) -> bool:
-        return any(key in self._simple[kind] or self._arrays[kind].get(key) for kind in Kind)  # type: ignore[call-overload]
-
     def __iter__(self) -> Iterator[str]:
         known: dict[str, None] = {}
         for kind in Kind:
-            known.update((key, None) for key, cells in self._arrays[kind].items() if cells)
-            known.update((str(key), None) for key in self._simple[kind])
+            known |= dict.fromkeys(key for key, cells in self._arrays[kind].items() if cells)
+            known |= dict.fromkeys(map(str, self._simple[kind]))
         return iter(known)
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
-
-
-_LAST_FIRST = tuple(reversed(Kind))  # a name that is a variable of one kind and an array of another has the latter
 
 
 def item_of(entry: Entry) -> Item:
