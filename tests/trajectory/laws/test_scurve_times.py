@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import inf, sqrt
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from tests.examples import examples
@@ -172,6 +172,7 @@ def test_turning_back_ends_at_rest(v: float, part: float) -> None:
 ramp_times = st.floats(0.05, 0.6)
 
 
+@example(0.967, 0.868, 0.989, Change(0.178, 0.3, 0.09), 0.55)  # what carries it on would make it too fast
 @given(parts, parts, parts, st.builds(Change, ramp_times, st.sampled_from([0.0, 0.3]), ramp_times), st.floats(0.1, 3.0))
 @examples(400)
 def test_the_bounds_of_a_change_are_where_the_limits_are(
