@@ -26,6 +26,7 @@ from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
     angle_between,
+    at_position,
     from_oat,
     position,
     rotation_z,
@@ -302,3 +303,16 @@ def test_a_smooth_line_has_more_stretches_and_fewer_samples_of_each(
     motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=goal, profile=profile)
     plan_motion(Problem(arm, Here(JointState(start, (0.0,) * 6)), motion, 0.0))
     assert asked == {steps}
+
+
+@pytest.mark.parametrize("aside", [0.0, 3e-10, -3e-10])
+def test_a_line_to_a_boundary_ends_on_it_exactly(aside: float) -> None:
+    """The wrist's centre goes along a tangent of the cylinder round joint 1 to where it touches that."""
+    engine = Engine(MODEL)
+    nest = engine.arm.forward(MODEL.poses["nest"])
+    _, y, z = position(nest)
+    engine.perform(Move(PoseTarget(at_position(nest, 0.04, y, z)), straight=False))
+    engine.perform(Move(PoseTarget(at_position(nest, 0.0, y + aside, z)), straight=True))
+    end = engine.position(engine.end)
+    assert end.T_world_tool.py == pytest.approx(y, abs=1e-13)
+    assert engine.arm.clearance(end.T_world_tool, engine.arm.configuration(end.joints)).shoulder == 0.0
