@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import RoleWanted
 from vrs_cli.interfaces.rights import check_role
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.ast import ProgramHeader
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.instructions import INSTRUCTIONS
@@ -54,6 +56,19 @@ def test_a_supervisor_does_all_of_it() -> None:
     assert (Role.OBSERVER | Role.DESIGNER) != Role.SUPERVISOR
     for line in ("WHERE", "MOVE part", "ABORT"):
         check(line, Role.SUPERVISOR)
+
+
+def test_a_session_refuses_what_is_not_for_the_role() -> None:
+    session = Session(RecordingTerminal())
+    session.converse(session.answers("WHERE", Role.OBSERVER))
+    with pytest.raises(RoleWanted, match="READY is for a designer"):
+        session.converse(session.answers("READY", Role.OBSERVER))
+    session.converse(session.answers("READY", Role.DESIGNER))
+    session.perform("EDIT a")
+    with pytest.raises(RoleWanted, match="SPEED is for a supervisor"):
+        session.converse(session.answers("SPEED 50", Role.DESIGNER))
+    assert session.editor is not None
+    assert session.engine.settings.monitor_speed == 1.0
 
 
 def test_every_motion_is_a_designers() -> None:

@@ -27,7 +27,7 @@ from vrs_cli.interfaces.monitor.state import STATE
 from vrs_cli.interfaces.monitor.stepping import STEPPING
 from vrs_cli.interfaces.monitor.timeline import TIMELINE
 from vrs_cli.interfaces.monitor.variables import VARIABLES, shown_value
-from vrs_cli.interfaces.rights import check_beside
+from vrs_cli.interfaces.rights import check_beside, check_role
 from vrs_cli.interfaces.session.command_file import carry_out_file
 from vrs_cli.interfaces.station.operands import path_of
 from vrs_cli.interfaces.station.schedule import Schedule
@@ -43,6 +43,7 @@ from vrs_cli.language.text.ast import (
 )
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, first_error
 from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.language.words.word import Role
 
 
 class _Either(Struct, frozen=True):
@@ -81,14 +82,16 @@ class Session(Station):
         """
         self.converse(self.answers(line))
 
-    def answers(self, line: str) -> Talk[None]:
-        """What `perform` shows and asks, as it comes. Raises LineRefused, VrsError."""
+    def answers(self, line: str, role: Role = Role.SUPERVISOR) -> Talk[None]:
+        """What `perform` shows and asks, as it comes. Raises LineRefused, VrsError; RoleWanted for what is not for
+        those of the `role`.
+        """
         self.settle()
         yield from self._attend()
-        if self.editor is not None:
+        if self.editor is not None and role is Role.SUPERVISOR:
             yield from self._edited(self.editor, line)
         else:
-            yield from self._answered(line)
+            yield from self._answered(line, role)
         yield from self._attend()
 
     def _attend(self) -> Talk[None]:
@@ -97,7 +100,7 @@ class Session(Station):
             yield from self.driver.ask()
             self.settle()
 
-    def _answered(self, line: str) -> Talk[None]:
+    def _answered(self, line: str, role: Role) -> Talk[None]:
         read, self._read = self._read if self._read and self._read.line == line else self._reading(line), None
         statement = read.statement
         if statement is None:
@@ -106,6 +109,7 @@ class Session(Station):
             raise UsageError(
                 ".PROGRAM opens a program of several lines", "type it at the prompt of vrs, or LOAD a file"
             )
+        check_role(statement, role)
         yield from self._check(statement, read)
         if self.running:
             check_beside(statement)
