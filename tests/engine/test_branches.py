@@ -303,3 +303,21 @@ def test_what_is_written_down_is_main_whatever_is_tried(sequence: list[Move | st
         assert told == branches.book(MAIN).deltas
         if what != "MERGE" and not branches.on_main:
             assert branches.book(MAIN).timeline == main
+
+
+def test_a_branch_is_seen_by_who_made_it(branches: Branches) -> None:
+    branches.who = "ann"
+    branches.make("trial")
+    branches.change_over(MAIN)
+    branches.who = "bob"
+    assert branches.names == (MAIN,)
+    assert "trial" not in branches
+    for act in (branches.change_over, branches.merge, branches.drop, branches.book):
+        with pytest.raises(UsageError, match="there is no branch trial"):
+            act("trial")
+    branches.make("trial")
+    branches.engine.perform(go(0, -90, 90, 0, 0, 0))
+    branches.merge("trial")
+    branches.who = "ann"
+    assert branches.names == (MAIN, "trial")
+    assert len(branches.book("trial").history.done) < len(branches.book(MAIN).history.done)

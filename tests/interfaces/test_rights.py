@@ -68,7 +68,7 @@ def test_a_session_refuses_what_is_not_for_the_role() -> None:
     with pytest.raises(RoleWanted, match="SPEED is for a supervisor"):
         session.converse(session.answers("SPEED 50", Role.DESIGNER))
     assert session.editor is not None
-    assert session.engine.settings.monitor_speed == 1.0
+    assert session.engine.settings.monitor_speed == 100.0
 
 
 def test_every_motion_is_a_designers() -> None:

@@ -43,19 +43,23 @@ class _Branch(Struct):
 
 
 class Branches:
-    """The branches of one engine by name; the engine works on the `present` one. Names differ by more than case."""
+    """The branches of one engine by name; the engine works on the `present` one. Names differ by more than case.
+
+    Main is everybody's; every other branch is seen only by who made it. `who`: whoever is served now.
+    """
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
-        self._all = {MAIN: _Branch(MAIN, None)}
-        self._present = self._all[MAIN]
+        self.who = ""
+        self._main = self._present = _Branch(MAIN, None)
+        self._made: dict[tuple[str, str], _Branch] = {}  # by who made them, and their names
 
     # --- reading ---
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names, main first."""
-        return tuple(branch.name for branch in self._all.values())
+        """All names that are seen, main first."""
+        return (MAIN, *(branch.name for (who, _), branch in self._made.items() if who == self.who))
 
     @property
     def present(self) -> str:
@@ -66,7 +70,7 @@ class Branches:
         return self._present.fork is None
 
     def __contains__(self, name: str) -> bool:
-        return name.lower() in self._all
+        return self._found(name) is not None
 
     def spelled(self, name: str) -> str:
         """The name of a branch in the letters in which it was given first. Raises UsageError for an unknown name."""
@@ -83,8 +87,14 @@ class Branches:
     def _left(self, branch: _Branch) -> Bookmark:
         return self.engine.bookmark() if branch.left is None else branch.left
 
+    def _found(self, name: str) -> _Branch | None:
+        return self._main if name.lower() == MAIN else self._made.get(self._key(name))
+
+    def _key(self, name: str) -> tuple[str, str]:
+        return self.who, name.lower()
+
     def _named(self, name: str) -> _Branch:
-        found = self._all.get(name.lower())
+        found = self._found(name)
         if found is None:
             raise UsageError(f"there is no branch {name}", f"there are {', '.join(self.names)}")
         return found
@@ -108,7 +118,7 @@ class Branches:
             raise UsageError("in real time there is one course of events", "without --realtime others can be tried")
         if branch.name in self:
             raise UsageError(f"there is a branch {branch.name} already", "take another name")
-        self._all[branch.name.lower()] = branch
+        self._made[self._key(branch.name)] = branch
 
     def change_over(self, name: str) -> None:
         """Make another branch the present one; the engine is as it was when that was left."""
@@ -124,7 +134,7 @@ class Branches:
         """Forget a branch; where it is the present one, change over to main. Raises UsageError as `droppable` does."""
         if self.droppable(name) == self.present:
             self.change_over(MAIN)
-        del self._all[name.lower()]
+        del self._made[self._key(name)]
 
     def droppable(self, name: str) -> str:
         """The name, spelled, of a branch that may be dropped. Raises UsageError for main and for an unknown name."""
@@ -153,7 +163,7 @@ class Branches:
         if branch.fork is None:
             raise UsageError(f"{MAIN} cannot be merged into itself", "MERGE branch")
         self._check_time()
-        left, main = self._left(branch), self._left(self._all[MAIN])
+        left, main = self._left(branch), self._left(self._main)
         steps: Sequence[Step] = ()
         if _begins_as(left.book, main.book):
             main.book.follow(left.book)
@@ -164,7 +174,7 @@ class Branches:
             merged = structs.replace(main, clock=clock)
         self.change_over(MAIN)
         self.engine.take_up(merged)
-        del self._all[branch.name.lower()]
+        del self._made[self._key(name)]
         return len(steps)
 
     def _planned_again(self, name: str, fork: Fork, main: Bookmark, left: Bookmark) -> tuple[list[Step], float]:
