@@ -41,10 +41,8 @@ def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float |
     if rounding <= SAME_PLACE:
         return last.finish
     corner = _tip(arm, last, last.duration)
-    for segment in slowing:
-        if distance(_tip(arm, segment, segment.duration), corner) <= rounding:
-            return _arrival(arm, segment, corner, rounding)
-    return last.finish
+    ends_near = (one for one in slowing if distance(_tip(arm, one, one.duration), corner) <= rounding)
+    return _arrival(arm, next(ends_near), corner, rounding)
 
 
 def _arrival(arm: RobotArm, segment: Segment, corner: Transform, near: float) -> float:

@@ -123,8 +123,8 @@ class Follower:
             last = samples[-1]
             try:
                 sample = self.sample(path, pending[-1], last.joints)
-            except (LocationOutOfRange, JointOutOfRange) as refusal:
-                raise self._earliest(path, last, pending[-1], refusal) from None
+            except (LocationOutOfRange, JointOutOfRange):
+                raise self._earliest(path, last, pending[-1]) from None
             if not self._close(last, sample):
                 if sample.s - last.s > finest:
                     pending.append(0.5 * (last.s + sample.s))
@@ -133,19 +133,15 @@ class Follower:
             samples.append(sample)
             pending.pop()
 
-    def _earliest(self, path: CartesianPath, good: Sample, until: float, refusal: MotionError) -> MotionError:
+    def _earliest(self, path: CartesianPath, good: Sample, until: float) -> MotionError:
         """The refusal where the line first leaves the reach or a range, after a good sample."""
         low, high = good.s, until
         for _ in range(EDGE_STEPS):
             middle = 0.5 * (low + high)
-            joints = self.arm.branch_joints(self.flange(path.pose(middle)), self.configuration, good.joints)
+            joints = self.joints(path.pose(middle), good.joints)
             possible = joints is not None and self.arm.limits_ok(joints)
             low, high = (middle, high) if possible else (low, middle)
-        try:
-            self.sample(path, high, good.joints)
-        except (LocationOutOfRange, JointOutOfRange) as earliest:
-            return earliest
-        return refusal
+        return self._refusal(path.pose(high), good.joints)
 
     def _close(self, a: Sample, b: Sample) -> bool:
         half = 0.5 * (b.s - a.s)
@@ -208,17 +204,15 @@ class Follower:
 
     def _changes(self, path: CartesianPath, before: float, after: float, near: Joints) -> list[float]:
         """How far each joint is from one time to another."""
-        a, b = (self.arm.branch_joints(self.flange(path.pose(s)), self.configuration, near) for s in (before, after))
+        a, b = (self.joints(path.pose(s), near) for s in (before, after))
         return [abs(y - x) for x, y in zip(a or near, b or near, strict=True)]
 
     def refuse_beyond(self, path: CartesianPath, s: float, near: Joints) -> MotionError:
         """The refusal of a path that is beyond the reach at a time that no sample need have seen."""
-        try:
-            good = self.sample(path, 0.0, near)
-            self.sample(path, s, near)
-        except (LocationOutOfRange, JointOutOfRange) as refusal:
-            return refusal
-        return self._earliest(path, good, s, self._out_of_reach(path.pose(s), near))
+        begin = self.joints(path.pose(0.0), near)
+        if begin is None or not self.arm.limits_ok(begin):
+            return self._refusal(path.pose(0.0), near)
+        return self._out_of_reach(path.pose(s), near)
 
     def refuse(self, pose: Transform, what: str, joint: int = 0) -> StraightLineSingular:
         """The refusal of a path that the joints cannot follow near T_robot_tool."""
@@ -254,8 +248,7 @@ class Follower:
 
     def singularity(self, pose: Transform) -> str:
         """Which singularity T_robot_tool is close to, if one is: shoulder, elbow or wrist."""
-        middle = tuple(0.5 * (low + high) for low, high in zip(self.lower, self.upper, strict=True))
-        joints = self.arm.branch_joints(self.flange(pose), self.configuration, middle)
+        joints = self.joints(pose, tuple(0.5 * (low + high) for low, high in zip(self.lower, self.upper, strict=True)))
         if joints is None:
             return ""
         measures = self.arm.singularity(joints)
@@ -264,15 +257,22 @@ class Follower:
 
     def sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
         pose, twist = path.state(s)
-        joints = self.arm.branch_joints(self.flange(pose), self.configuration, near)
-        if joints is None:
-            raise self._out_of_reach(pose, near)
-        if not self.arm.limits_ok(joints):
-            raise self._outside(joints, pose)
+        joints = self.joints(pose, near)
+        if joints is None or not self.arm.limits_ok(joints):
+            raise self._refusal(pose, near)
         vx, vy, vz, wx, wy, wz = twist
         if vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz < STILL * STILL:
             return Sample(s, joints, (0.0,) * len(joints))
         return _new(Sample, (s, joints, self.arm.joint_velocity(joints, twist, self.tool)))
+
+    def joints(self, pose: Transform, near: Joints) -> Joints | None:
+        """The joints at T_robot_tool; None where it is out of reach."""
+        return self.arm.branch_joints(self.flange(pose), self.configuration, near)
+
+    def _refusal(self, pose: Transform, near: Joints) -> MotionError:
+        """The refusal of a path that leaves the reach, or the range of a joint, at T_robot_tool."""
+        joints = self.joints(pose, near)
+        return self._out_of_reach(pose, near) if joints is None else self._outside(joints, pose)
 
     def _out_of_reach(self, pose: Transform, near: Joints) -> LocationOutOfRange:
         """The refusal of a line that leaves the reach: outward, next to the robot, or for how the tool is turned."""
@@ -293,9 +293,8 @@ class Follower:
     def _outside(self, joints: Joints, pose: Transform) -> JointOutOfRange:
         model = self.arm.model
         joint = joints_outside(joints, model.lower, model.upper)[0]
-        near, hint = self.place(pose)
-        if joint not in DRIVEN_ROUND.get(self.singularity(pose), ()):
-            near, hint = self.shown(pose), ""
+        driven = joint in DRIVEN_ROUND.get(self.singularity(pose), ())
+        near, hint = self.place(pose) if driven else (self.shown(pose), "")
         return JointOutOfRange(
             f"the straight line leaves its range, {model.range_of(joint, 0)}, near {near}",
             hint or "use MOVE, or another configuration",
