@@ -34,13 +34,12 @@ from vrs_cli.engine.history import CommandRecord, Step
 from vrs_cli.engine.line_check import Standpoint
 from vrs_cli.engine.motions import After, fraction_of_full, program_speed
 from vrs_cli.engine.parameters import DELAY, TIME, TIME_FROM_NOW
-from vrs_cli.engine.planner import plan
+from vrs_cli.engine.planner import plan, plan_steering
 from vrs_cli.engine.position import Position, destination_at, joints_at, position_at, world_pose
 from vrs_cli.engine.problem import NoRoomToStop
 from vrs_cli.engine.reach import Reach, reach_of
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Replaced, Snapshot
-from vrs_cli.engine.steered import plan_steering
 from vrs_cli.engine.targets import Situation, check_flag, check_joint_limits, check_near, resolve, select
 from vrs_cli.errors import IllegalValue, PowerOff, TooLate
 from vrs_cli.kinematics.arm import RobotArm

@@ -9,23 +9,27 @@ whose position and velocity are what they were, segments are only shifted in tim
 from __future__ import annotations
 
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, partial
 
 from msgspec import Struct, structs
 
 from vrs_cli.engine.corners import plan_corner, rounding_begins, slowing_down
-from vrs_cli.engine.one_motion import plan_motion
+from vrs_cli.engine.one_motion import hardest_limits, joint_limits, plan_motion, plan_stop
 from vrs_cli.engine.problem import SLOWEST, Here, NoRoomToStop, Problem, rest_after, state_at
 from vrs_cli.engine.targets import retarget
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
+from vrs_cli.trajectory.laws.law import Pieces
+from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.motion import Motion, Start
-from vrs_cli.trajectory.segment import Phase, Segment
+from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.trajectory.state import JointState, Target
 from vrs_cli.trajectory.timeline import Timeline
 
 SAME_PLACE = 1e-9  # [rad, m] two places that are one
+CUBIC = 3  # degree of a path of constant jerk
 
 
 def plan(
@@ -49,19 +53,41 @@ def plan(
     edit = _Edit(arm, slowest, cut, segments, tail)
     while edit.changes_the_next:
         edit = edit.with_the_next_planned_again()
-    begin = segments[0].start
-    return TimelineDelta(
-        version=timeline.version,
-        cause=Cause.COMMAND,
-        motion=motion,
-        issued=issued,
-        executed=begin if motion.start is Start.BLEND else executed,
-        cut=begin,
-        keep=cut.keep,
-        drop=edit.tail.index - cut.keep,
-        shift=edit.shift,
-        segments=edit.segments,
-    )
+    return edit.delta(motion, issued, segments[0].start if motion.start is Start.BLEND else executed)
+
+
+def plan_steering(
+    arm: RobotArm, timeline: Timeline, motion: Motion, executed: float, target: Target, tick: float
+) -> TimelineDelta:
+    """f for a target that moves: the joints chase it from `executed` on, for a tick [s]; all that was scheduled after
+    that is dropped. Raises NoRoomToStop where what is under way has to go on.
+    """
+    place = place_at(arm, timeline, executed)
+    steer, coming = LAWS[motion.profile].steer, partial(_coming, timeline, place.keep, executed)
+    here, limits = place.here.joints, joint_limits(arm, motion)
+    segments = steer(here, target, limits, hardest_limits(arm), tick, executed, motion, coming)
+    segments = segments or plan_stop(Problem(arm, place.here, motion, executed))
+    edit = _Edit(arm, SLOWEST, place, segments, _Tail.of(timeline, len(timeline)))
+    return edit.delta(motion, executed, executed)
+
+
+def _coming(timeline: Timeline, keep: int, t: float) -> list[Pieces] | None:
+    """What each joint was to do from t [s] on until the robot rests; None where that is not jerk-limited, or not in
+    joint space.
+    """
+    rows: list[Pieces] = []
+    for index in range(keep - 1, len(timeline)):
+        segment = timeline[index]
+        begin, path = max(segment.start, t), segment.path
+        if begin >= segment.finish:
+            continue
+        if not (LAWS[segment.motion.profile].smooth and isinstance(path, JointPath) and path.degree <= CUBIC):
+            return None
+        lasting, end = segment.finish - begin, segment.duration
+        rows.append(tuple((lasting, 6.0 * a[3] if len(a) > 3 else 0.0) for a in path.coefficients))
+        if JointState(path.joints(end), path.velocity(end), path.acceleration(end)).at_rest:
+            break
+    return list(zip(*rows, strict=True))
 
 
 class Place(Struct, frozen=True):
@@ -172,6 +198,21 @@ class _Edit(Struct, frozen=True, dict=True):
         if first.motion.start is Start.AT or not (self.cut.interrupted or self.tail.index > self.cut.keep):
             return max(first.start, end)
         return end + first.start - self.tail.before.finish
+
+    def delta(self, motion: Motion, issued: float, executed: float) -> TimelineDelta:
+        """The change as a whole, caused by a motion."""
+        return TimelineDelta(
+            version=self.tail.old.version,
+            cause=Cause.COMMAND,
+            motion=motion,
+            issued=issued,
+            executed=executed,
+            cut=self.segments[0].start,
+            keep=self.cut.keep,
+            drop=self.tail.index - self.cut.keep,
+            shift=self.shift,
+            segments=self.segments,
+        )
 
     def with_the_next_planned_again(self) -> _Edit:
         """The change with the next motion too, from its new place to its own target. Raises MotionError."""
