@@ -35,7 +35,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
 )
 INNER_FLOORS = {  # the same inside a folder; a file beside these floors may import each of them
     "language": ("words", "text", "analysis", "compile", "run"),
-    "interfaces": ("tasks", "actor", "station", "editor", "jog", "monitor", "session", "roles"),
+    "interfaces": ("tasks", "actor", "station", "editor", "jog", "monitor", "session", "holders", "roles"),
 }
 LIVES_IN = {
     "lark": {"language/text/table.py"},

@@ -47,10 +47,10 @@ def test_what_is_typed_is_noted_line_by_line_until_it_is_stored() -> None:
     noted: list[str] = []
     with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
         pipe.send_text(f"move part{ENTER}ready{ENTER}{SAVE}{QUIT}")
-        ScreenEditor(ScreenDraft(session, named_program("p"), 1), lambda: noted.append(session.drafted)).run()
+        ScreenEditor(ScreenDraft(session, named_program("p"), 1), lambda: noted.append(session.desk.drafted)).run()
     assert ".PROGRAM p()\n    MOVE part\n    \n.END\n" in noted
     assert ".PROGRAM p()\n    MOVE part\n    READY\n    \n.END\n" in noted
-    assert (noted[-1], session.drafted) == ("", "")
+    assert (noted[-1], session.desk.drafted) == ("", "")
 
 
 def test_lines_become_canonical_and_blocks_indented_while_they_are_typed() -> None:
@@ -69,7 +69,7 @@ def test_lines_become_canonical_and_blocks_indented_while_they_are_typed() -> No
     ]
     assert session.environment.program("p").analysis.executable
     assert editor.message == "Program p: 7 steps"
-    assert session.last_edited == "p"
+    assert session.desk.last_edited == "p"
 
 
 def test_leaving_a_line_by_an_arrow_makes_it_canonical() -> None:

@@ -38,10 +38,10 @@ class Conversation:
 
     def take(self, text: str) -> None:
         """One line, or several that were pasted together; Ctrl-C in one of them forgets those after it."""
-        self.session.interrupted = False
+        self.session.desk.interrupted = False
         for line in text.splitlines() or [""]:
             self._guarded(self._line(line), line)
-            if self.session.interrupted:
+            if self.session.desk.interrupted:
                 break
         if self._refused and self.session.terminal.attended:
             self.entry, self._refused = None, False  # somebody is there, and knows that it was refused
@@ -59,7 +59,7 @@ class Conversation:
         except VrsError as error:
             terminal.show(refusal(error, line))
         except KeyboardInterrupt:
-            self.session.interrupted = True
+            self.session.desk.interrupted = True
             terminal.show(Message("interrupted", Tone.ERROR))
         except BrokenPipeError:
             raise  # whoever read us has gone
@@ -69,9 +69,9 @@ class Conversation:
     def _line(self, line: str) -> Talk[None]:
         if self.entry is not None:
             yield from self._step(self.entry, line)
-        elif self.session.editor is None and opens_entry(line):
+        elif self.session.desk.editor is None and opens_entry(line):
             yield from self._open(line)
-        elif self.session.editor is not None or line.strip():
+        elif self.session.desk.editor is not None or line.strip():
             yield from self.session.answers(line)
 
     def mistake(self, text: str) -> Diagnostic | None:
@@ -79,8 +79,8 @@ class Conversation:
         session, entry = self.session, self.entry
         if not text.strip() or "\n" in text:
             return None
-        if session.editor is not None:
-            return session.editor.mistake(text)
+        if session.desk.editor is not None:
+            return session.desk.editor.mistake(text)
         if entry is not None:
             return mistake_in_entry(entry, text, session.environment.kinds())
         return None if opens_entry(text) and not Entry(text).program else session.mistake(text)
@@ -129,7 +129,7 @@ class Conversation:
         loses = self._typed and self.session.terminal.attended
         if loses and not (yield Parting(f"{name} is not stored. Leave (Y/N)?")):
             return
-        self.entry = self.session.editor = None
+        self.entry = self.session.desk.editor = None
         yield Message(f"{why}{name} is not stored ({how})", Tone.ERROR if why else Tone.NOTE)
 
     def leave(self) -> None:
@@ -138,8 +138,8 @@ class Conversation:
 
     def _being_typed(self) -> tuple[str, str]:
         """The name of the program that is typed or edited, and how it would be stored; empty where there is none."""
-        if self.session.editor is not None:
-            return self.session.editor.name, "E would have stored it"
+        if self.session.desk.editor is not None:
+            return self.session.desk.editor.name, "E would have stored it"
         if self.entry is not None:
             return _named(self.entry.header) or "the program", ".END would have ended it"
         return "", ""
@@ -147,29 +147,29 @@ class Conversation:
     @property
     def _typed(self) -> bool:
         """Whether anything of it was typed."""
-        editor = self.session.editor
+        editor = self.session.desk.editor
         return editor.changed if editor is not None else self.entry is not None and bool(self.entry.lines)
 
     @property
     def in_program(self) -> bool:
         """Whether the next line is one of a program."""
-        return self.entry is not None or self.session.editor is not None
+        return self.entry is not None or self.session.desk.editor is not None
 
     @property
     def unfinished(self) -> str:
         """The program that is being typed or edited, as a file would hold it."""
 
-        if self.session.editor is not None:
-            return self.session.editor.text
-        if self.session.drafted:
-            return self.session.drafted
+        if self.session.desk.editor is not None:
+            return self.session.desk.editor.text
+        if self.session.desk.drafted:
+            return self.session.desk.drafted
         return self.entry.text if self.entry is not None and not self._refused else ""
 
     @property
     def prompt(self) -> str:
         """What stands before the next line where it is one of a program, "" where it is not."""
-        if self.session.editor is not None:
-            return self.session.editor.prompt
+        if self.session.desk.editor is not None:
+            return self.session.desk.editor.prompt
         return self.entry.prompt if self.entry is not None else ""
 
     # --- files ---

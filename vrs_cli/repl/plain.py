@@ -42,10 +42,10 @@ def run(
         with stoppable(session.interrupt):
             conversation.take(line.rstrip("\r\n"))
         sink.flush()
-        if terminal.leaving or session.interrupted:
+        if terminal.leaving or session.desk.interrupted:
             break
     conversation.leave_entry("the input ended: ")
-    return FAILED if terminal.failed or session.interrupted else OK
+    return FAILED if terminal.failed or session.desk.interrupted else OK
 
 
 def _unmarked(source: Iterable[str]) -> Iterator[str]:

@@ -75,7 +75,7 @@ class ScreenDraft:
 
     def note(self, text: str, *, stored: bool) -> None:
         """What a file would hold of the text, where it is not stored."""
-        self._station.drafted = "" if stored else f"{text}\n.END\n"
+        self._station.desk.drafted = "" if stored else f"{text}\n.END\n"
 
     def save(self, text: str) -> str:
         """Store the program; what is said of it. Raises LineRefused, ProgramExists for the name of another program."""
@@ -85,7 +85,7 @@ class ScreenDraft:
         if program.key != key_of(self.name) and program.key in self._station.programs:
             raise ProgramExists(program.name, "give this one another name")
         self.said = stored(self._station, program)
-        self.name = self._station.last_edited = program.name
+        self.name = self._station.desk.last_edited = program.name
         return next((reply.text for reply in reversed(self.said) if isinstance(reply, Message)), "")
 
 

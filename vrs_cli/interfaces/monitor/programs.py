@@ -130,8 +130,8 @@ def _zero(station: Station, _it: Instruction) -> Talk[None]:
 def _edit(station: Station, it: Instruction) -> Talk[None]:
     program, step = _to_edit(station, it)
     refuse_running(station, program.name)
-    editor = station.editor = Editor(station, opened(station, program, step))
-    station.last_edited = program.name
+    editor = station.desk.editor = Editor(station, opened(station, program, step))
+    station.desk.last_edited = program.name
     yield from editor.draft.screen()
 
 
@@ -141,14 +141,14 @@ def _see(station: Station, it: Instruction) -> Talk[None]:
     if not isinstance(terminal, ScreenTerminal):
         raise UsageError("SEE fills a terminal, and there is none", f"EDIT {program.name} edits line by line")
     refuse_running(station, program.name)
-    station.last_edited = program.name
+    station.desk.last_edited = program.name
     yield from terminal.see(ScreenDraft(station, program, step))
 
 
 def _to_edit(station: Station, it: Instruction) -> tuple[Program, int]:
     """The program that is asked for, or the last one, and the step. Raises NoProgramSpecified, IllegalValue."""
     asked = operand(it, 0)
-    last = station.last_edited or station.last_program
+    last = station.desk.last_edited or station.last_program
     if asked is None and last is None:
         raise NoProgramSpecified("none was edited before", f"{it.word} name")
     step = whole(real_or(station, it, 1, 1.0))

@@ -90,7 +90,7 @@ def process_control(act: Callable[[Station, int], Talk[None]]) -> Handler:
 
 def run(station: Station, track: Track) -> Talk[None]:
     """Wait for a program, and tell how it ended; where the prompt lives, that is told when it does."""
-    if station.lives and not station.command_files:
+    if station.lives and not station.desk.command_files:
         station.let_run(track, lambda result: station.terminal.show(ending(station, result)))
     else:
         yield ending(station, (yield from station.wait(track)))

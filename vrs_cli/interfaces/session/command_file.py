@@ -57,13 +57,13 @@ def carry_out_file(station: Station, answers: Answers, named: Path) -> Talk[None
     """
     path = find_program_file(named)
     lines = command_lines(read_program_file(path))
-    if any(path.samefile(running) for running in station.command_files):
+    if any(path.samefile(running) for running in station.desk.command_files):
         raise UsageError(f"{path} is being carried out", "a command file cannot call itself")
-    station.command_files.append(path)
+    station.desk.command_files.append(path)
     try:
         yield from _answers(station, answers, path, lines)
     finally:
-        station.command_files.pop()
+        station.desk.command_files.pop()
 
 
 def _answers(station: Station, answers: Answers, path: Path, lines: tuple[CommandLine, ...]) -> Talk[None]:
@@ -80,9 +80,9 @@ def _answers(station: Station, answers: Answers, path: Path, lines: tuple[Comman
             failed = True
             yield refusal(error, line.text)
         if failed:
-            station.editor = None
+            station.desk.editor = None
             yield Message(f"{path} stopped at line {line.number}: {line.text}", Tone.ERROR)
-        if failed or leaving or station.interrupted:
+        if failed or leaving or station.desk.interrupted:
             return
 
 

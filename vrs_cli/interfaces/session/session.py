@@ -29,9 +29,10 @@ from vrs_cli.interfaces.monitor.timeline import TIMELINE
 from vrs_cli.interfaces.monitor.variables import VARIABLES, shown_value
 from vrs_cli.interfaces.rights import check_beside, check_role
 from vrs_cli.interfaces.session.command_file import carry_out_file
+from vrs_cli.interfaces.station.desk import LineEditor
 from vrs_cli.interfaces.station.operands import path_of
 from vrs_cli.interfaces.station.schedule import Schedule
-from vrs_cli.interfaces.station.station import LineEditor, Station
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.analysis.lineage import beyond_val2
 from vrs_cli.language.text.ast import (
@@ -88,8 +89,8 @@ class Session(Station):
         """
         self.settle()
         yield from self._attend()
-        if self.editor is not None and role is Role.SUPERVISOR:
-            yield from self._edited(self.editor, line)
+        if self.desk.editor is not None and role is Role.SUPERVISOR:
+            yield from self._edited(self.desk.editor, line)
         else:
             yield from self._answered(line, role)
         yield from self._attend()
@@ -139,9 +140,9 @@ class Session(Station):
 
     def _edited(self, editor: LineEditor, line: str) -> Iterator[Reply]:
         replies = editor.take(line)
-        self.last_edited = editor.name
+        self.desk.last_edited = editor.name
         if editor.done:
-            self.editor = None
+            self.desk.editor = None
         yield from replies
 
     def mistake(self, line: str) -> Diagnostic | None:
@@ -179,9 +180,9 @@ class Session(Station):
             yield from shown_value(self, statement.expression)
             return
         if isinstance(statement, DoInstruction):
-            if statement.statement is None and self.last_statement is None:
+            if statement.statement is None and self.desk.last_statement is None:
                 raise UsageError("there is no instruction to repeat", "DO instruction")
-            statement = statement.statement or self.last_statement or statement
+            statement = statement.statement or self.desk.last_statement or statement
         yield from self.do(statement)
 
     def _carry_out_file(self, it: Instruction) -> Talk[None]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Protocol, TypeVar
-from weakref import finalize
+from typing import TypeVar
+from weakref import WeakSet, finalize
 
-from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply, Tone
+from vrs_cli.dialogue.questions import Answer
+from vrs_cli.dialogue.replies import Message, ProgramStopped, Tone
 from vrs_cli.dialogue.talk import Talk, Terminal
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
@@ -17,10 +18,12 @@ from vrs_cli.errors import (
     NoProgramSpecified,
     ProgramInterlocked,
     ProgramNotExecutable,
+    RequestRefused,
     TaskNotActive,
 )
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.actor.actor import Actor
+from vrs_cli.interfaces.station.desk import Desk
 from vrs_cli.interfaces.station.sections import define_sections
 from vrs_cli.interfaces.station.unstored import Unstored
 from vrs_cli.interfaces.tasks.debugging import Stepping
@@ -55,37 +58,16 @@ from vrs_cli.language.words.values import Value
 R = TypeVar("R")
 
 
-class LineEditor(Protocol):
-    """An editor that is open: lines go to it, and it puts a program in memory."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def prompt(self) -> str: ...
-    @property
-    def done(self) -> bool: ...
-    @property
-    def changed(self) -> bool:
-        """Whether something would be lost if it were left now."""
-
-    @property
-    def text(self) -> str:
-        """The program as a file would hold it."""
-
-    def take(self, line: str) -> Iterable[Reply]:
-        """Do what a line says. Raises LineRefused, VrsError."""
-
-    def mistake(self, line: str) -> Diagnostic | None:
-        """What is wrong with a line that is not sent yet."""
+class LineStopped(KeyboardInterrupt):
+    """A line of the prompt was stopped, by Ctrl-C or ABORT, before it was done."""
 
 
 class Station:
     """One robot, its programs and variables, one clock.
 
     `terminal` is where what it says by itself goes. `driver` runs its tasks. `task` is the robot program that runs or
-    ran last, `last_program` its name, `last_statement` what a bare DO repeats. `editor`: EDIT is open, and lines go to
-    it; `last_edited` is its program, or that of the one before. `folder`: where programs have their files; `close` sees
-    to it that all of what they wrote is in these.
+    ran last, `last_program` its name. `desk` is that of whoever is served now. `folder`: where programs have their
+    files; `close` sees to it that all of what they wrote is in these.
     """
 
     def __init__(
@@ -116,15 +98,11 @@ class Station:
         self._closing = finalize(self, self.driver.close)
         self.engine.postponed.append(self._postponed)
         self.last_program: str | None = None
-        self.last_statement: Statement | None = None
-        self.editor: LineEditor | None = None
-        self.drafted = ""  # the program in SEE while it is changed and not stored, as a file would hold it
-        self.last_edited: str | None = None
+        self.desk = Desk()  # of whoever types now
+        self._desks: WeakSet[Desk] = WeakSet((self.desk,))
         self.layout = Layout()
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
-        self.command_files: list[Path] = []  # those that are carried out, the innermost last
         self.lives = False  # the prompt, while a program runs: nobody waits for its end
-        self.interrupted = False  # by Ctrl-C: what was to come after the present line does not
 
     @property
     def task(self) -> Task | None:
@@ -334,22 +312,53 @@ class Station:
         reads that has to be stopped. Safe in a signal handler.
         """
         if self.driver.waited:
-            self.interrupted = True
+            self.desk.interrupted = True
             self.driver.interrupt()
         return self.driver.waited and not self.driver.asks
 
     def abort(self) -> None:
-        """Stop the program, brake now and drop what is scheduled."""
-        self.driver.abort(ROBOT_PROGRAM)
+        """Stop the program, and a line of the prompt; brake now and drop what is scheduled."""
+        for desk in self._desks:
+            desk.interrupted = desk.interrupted or desk is not self.desk
+        self._abort((PROMPT_LINE, ROBOT_PROGRAM))
+
+    def stop(self) -> None:
+        """The emergency stop: as `abort`, and every task."""
+        self._abort([track.number for track in self.tasks.running])
+
+    def _abort(self, tasks: Iterable[int]) -> None:
+        for number in tasks:
+            self.driver.abort(number)
         self.engine.stop()
         if not self.engine.realtime:
             self.settle(self.engine.end)
+
+    def at(self, desk: Desk, talk: Talk[R]) -> Talk[R]:
+        """A talk with somebody else, at whose desk it is done."""
+        self._desks.add(desk)
+        desk.interrupted = False
+        reaction: Answer | BaseException = None
+        while True:
+            own, self.desk = self.desk, desk
+            try:
+                said = talk.throw(reaction) if isinstance(reaction, BaseException) else talk.send(reaction)
+            except StopIteration as over:
+                result: R = over.value
+                return result
+            except LineStopped:
+                raise RequestRefused("it was stopped before it was done") from None
+            finally:
+                self.desk = own
+            try:
+                reaction = yield said
+            except BaseException as error:  # for the talk, which puts in order what it leaves
+                reaction = error
 
     def do(self, statement: Statement) -> Talk[None]:
         """One instruction now, as a program of one step. Raises VrsError where it cannot be done, KeyboardInterrupt
         where it was stopped.
         """
-        self.last_statement = statement
+        self.desk.last_statement = statement
         task = statement_task(self.environment, self.robot, statement)
         track = self.tasks.start(PROMPT_LINE, task)
         beside = self.unstored.of_program
@@ -363,7 +372,7 @@ class Station:
                 self._changes_by_program(True)
         self.settle()
         if result.outcome is Outcome.ABORTED:
-            raise KeyboardInterrupt
+            raise LineStopped
         if track.error is not None:
             raise track.error
 

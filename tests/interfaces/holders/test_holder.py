@@ -1,0 +1,88 @@
+"""Each holder has a desk of its own at one robot."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.interfaces.actor.test_actor import SWING, stepped
+from vrs_cli.errors import RequestRefused, VrsError
+from vrs_cli.interfaces.holders.holder import Holder
+from vrs_cli.interfaces.session.session import Session
+
+
+def done(session: Session, holder: Holder, line: str) -> list[str]:
+    ticket = holder.ask(line)
+    stepped(session.actor)
+    assert ticket.exception(0.0) is None
+    return [str(said) for said in ticket.heard()]
+
+
+def test_an_editor_is_open_at_one_desk(session: Session) -> None:
+    a, b = Holder(session), Holder(session)
+    done(session, a, "EDIT mine")
+    done(session, b, "x = 7")
+    done(session, a, "TYPE 1")
+    done(session, a, "ABORT")  # a step of the program
+    done(session, a, "E")
+    assert [step.statement.word for step in session.programs["mine"].program.steps] == ["TYPE", "ABORT"]  # type: ignore[union-attr]
+    assert session.desk.editor is None
+
+
+def test_a_bare_do_repeats_what_its_holder_did(session: Session) -> None:
+    a, b = Holder(session), Holder(session)
+    done(session, a, "DO DRIVE 1, 1")
+    done(session, b, "DO DRIVE 2, 1")
+    done(session, a, "DO")
+    assert [record.text for record in session.engine.records()][-1] == "DRIVE 1, 1"
+
+
+def test_abort_of_one_ends_what_others_have_begun_and_refuses_what_waits(session: Session) -> None:
+    session.load_text(SWING)
+    a, b, c = Holder(session), Holder(session), Holder(session)
+    line = a.ask("CALL swing")
+    for _ in range(30):
+        session.actor.step()
+    waits = b.ask("DRIVE 1, 5")
+    stop = c.ask("abo")
+    stepped(session.actor)
+    assert stop.exception() is None
+    for ticket in (line, waits):
+        with pytest.raises(RequestRefused):
+            ticket.result(0.0)
+    assert session.engine.now == session.engine.end
+
+
+def test_the_emergency_stop_ends_every_task(session: Session) -> None:
+    session.load_text(SWING)
+    a, b = Holder(session), Holder(session)
+    done(session, a, "PCEXECUTE swing")
+    run = a.ask("EXECUTE swing")
+    for _ in range(30):
+        session.actor.step()
+    ticket = b.stop()
+    stepped(session.actor)
+    assert ticket.exception() is None
+    assert (list(session.tasks.running), run.done()) == ([], True)
+
+
+def test_what_a_holder_has_asked_for_is_left_when_it_leaves(session: Session) -> None:
+    session.load_text(SWING)
+    a, b = Holder(session), Holder(session)
+    run, later = a.ask("EXECUTE swing"), a.ask("DRIVE 1, 5")
+    for _ in range(30):
+        session.actor.step()
+    a.leave()
+    done(session, b, "WHERE")
+    assert isinstance(run.exception(0.0), VrsError)
+    assert later.done()
+    assert session.engine.now <= session.engine.end
+
+
+def test_readers_never_wait(session: Session) -> None:
+    a = Holder(session)
+    a.ask("DRIVE 1, 5")
+    before = a.timeline
+    assert (a.now, before.version) == (0.0, 0)
+    stepped(session.actor)
+    assert (a.timeline.version, before.version, a.now) == (1, 0, a.timeline.end)
+    assert a.arm is session.engine.arm

@@ -1,0 +1,96 @@
+"""One of many who hold a robot at once, each in a thread, or behind a connection, of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from vrs_cli.dialogue.talk import Talk
+from vrs_cli.engine.engine import Event
+from vrs_cli.engine.feed import MOST, Subscription
+from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.rights import check_role
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.desk import Desk
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.language.text.ast import Instruction
+from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.language.words.word import Role
+from vrs_cli.trajectory.timeline import Timeline
+
+STOPPING = ("ABORT",)  # commands that overtake all others
+T = TypeVar("T")
+
+
+class Holder:
+    """Asks one session for things, in a `role`; what it asks is done at its own `desk`. Every method may be called by
+    any thread.
+    """
+
+    def __init__(self, session: Session, role: Role = Role.SUPERVISOR) -> None:
+        self.role, self.desk = role, Desk()
+        self._session, self._actor = session, session.actor
+        self._tickets: list[Ticket[Any]] = []
+
+    # --- reading: nothing of it waits ---
+
+    @property
+    def arm(self) -> RobotArm:
+        return self._session.engine.arm
+
+    @property
+    def timeline(self) -> Timeline:
+        """All that has been and will be, as far as is known."""
+        return self._session.engine.timeline
+
+    @property
+    def now(self) -> float:
+        """How far time has come [s]."""
+        return self._session.engine.clock.reached
+
+    # --- asking ---
+
+    def ask(self, line: str) -> Ticket[None]:
+        """A line of VAL-II. ABORT overtakes all that waits, which is refused."""
+        return self.submit(self._session.answers(line, self.role), urgent=self._stops(line))
+
+    def call(self, act: Callable[[Session], T], *, urgent: bool = False) -> Ticket[T]:
+        """Something to be done while nobody else changes anything."""
+
+        def once() -> Talk[T]:
+            yield from ()
+            return act(self._session)
+
+        return self.submit(once(), urgent=urgent)
+
+    def submit(self, talk: Talk[T], *, urgent: bool = False) -> Ticket[T]:
+        """What a talk does."""
+        ticket = self._actor.submit(self._session.at(self.desk, talk), urgent=urgent)
+        self._tickets = [one for one in self._tickets if not one.done()] + [ticket]
+        return ticket
+
+    def stop(self) -> Ticket[None]:
+        """The emergency stop: brake, stop every task, refuse what waits."""
+        return self.call(Session.stop, urgent=True)
+
+    def subscribe(self, most: int = MOST) -> Ticket[Subscription[Event]]:
+        """The timeline, and every change of it from then on."""
+        return self.call(lambda session: session.engine.events.subscribe(most))
+
+    def leave(self) -> None:
+        """It holds the robot no longer: what it has asked for and is not done is left."""
+        for ticket in self._tickets:
+            ticket.withdraw()
+
+    def _stops(self, line: str) -> bool:
+        if self.desk.editor is not None or line.lstrip()[:2].upper() not in {word[:2] for word in STOPPING}:
+            return False
+        try:
+            statement = parse_prompt(line, ())
+            if not isinstance(statement, Instruction) or statement.word not in STOPPING:
+                return False
+            check_role(statement, self.role)
+        except VrsError:
+            return False
+        return True

@@ -1,0 +1,52 @@
+"""What belongs to one who types: a robot has many desks, and one set of programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from vrs_cli.dialogue.replies import Reply
+from vrs_cli.language.text.ast import Statement
+from vrs_cli.language.text.diagnostics import Diagnostic
+
+
+class LineEditor(Protocol):
+    """An editor that is open: lines go to it, and it puts a program in memory."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def prompt(self) -> str: ...
+    @property
+    def done(self) -> bool: ...
+    @property
+    def changed(self) -> bool:
+        """Whether something would be lost if it were left now."""
+
+    @property
+    def text(self) -> str:
+        """The program as a file would hold it."""
+
+    def take(self, line: str) -> Iterable[Reply]:
+        """Do what a line says. Raises LineRefused, VrsError."""
+
+    def mistake(self, line: str) -> Diagnostic | None:
+        """What is wrong with a line that is not sent yet."""
+
+
+@dataclass(eq=False)
+class Desk:
+    """`editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before. `drafted`:
+    the program in SEE while it is changed and not stored, as a file would hold it. `last_statement` is what a bare DO
+    repeats, `command_files` are those that are carried out, the innermost last. `interrupted`, by Ctrl-C or ABORT: what
+    was to come after the present line does not.
+    """
+
+    editor: LineEditor | None = None
+    last_edited: str | None = None
+    drafted: str = ""
+    last_statement: Statement | None = None
+    command_files: list[Path] = field(default_factory=list)
+    interrupted: bool = False
