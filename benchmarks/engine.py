@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from math import radians
 from statistics import fmean
@@ -187,7 +186,7 @@ def straight(profile: Profile) -> Figure:
     engine.perform(Move(PoseTarget(pose._replace(py=pose.py + 0.2)), straight=True))
     before, at = engine.timeline, engine.end
     engine.perform(Move(PoseTarget(pose), straight=True))
-    motion = replace(engine.deltas[-1].motion, profile=profile)
+    motion = engine.deltas[-1].motion._replace(profile=profile)
     planned = each(lambda _: plan(engine.arm, before, motion, at, at), range(20))
     if profile is Profile.LSPB:
         return Figure("f, MOVES of 200 mm, verified", planned, "600")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 from math import hypot, pi, radians
 from random import Random
@@ -268,6 +267,6 @@ def test_a_path_that_comes_again_is_not_looked_at_again() -> None:
     path = CartesianPath(((x, 0.1), (y,), (z,)), pose, (), engine.arm.configuration(joints), (), 1.0)
     follower = Follower(engine.arm, path.configuration, IDENTITY)
     first = survey(follower, path, 1.0)
-    assert survey(follower, replace(path, seeds=(joints,)), 1.0) is first
+    assert survey(follower, path._replace(seeds=(joints,)), 1.0) is first
     assert survey(follower, path, 0.5) is not first
     assert survey(Follower(engine.arm, path.configuration, translation(0.0, 0.0, 0.1)), path, 1.0) is not first

@@ -74,7 +74,7 @@ def test_the_robot_stands_in_gaps_and_rests() -> None:
 
 
 def test_a_stream_of_targets_may_break_off() -> None:
-    steered = Segment(0.0, 0.5, still_but(1, (0.0, 0.0, 0.1, 0.0)), Phase.BLEND, replace(MOVE, kind=Kind.STEERED))
+    steered = Segment(0.0, 0.5, still_but(1, (0.0, 0.0, 0.1, 0.0)), Phase.BLEND, MOVE._replace(kind=Kind.STEERED))
     assert not list(breaches(ARM, Timeline([initial(), steered])))
 
 
@@ -86,7 +86,7 @@ def with_line(**changes: object) -> Timeline:
     timeline = planned(6, seed=1)[0]
     segments = list(timeline)
     at = next(i for i, s in enumerate(segments) if isinstance(s.path, CartesianPath) and s.duration > 0.1)
-    segments[at] = replace(segments[at], path=replace(segments[at].path, **changes))
+    segments[at] = replace(segments[at], path=segments[at].path._replace(**changes))
     return Timeline(segments)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 import re
-from dataclasses import replace
 from functools import cache
 from math import pi, radians
 from pathlib import Path
@@ -134,7 +133,7 @@ motions = st.builds(
     relative=st.none() | relatives,
     profile=st.sampled_from(Profile),
     rounding=st.none() | st.floats(0.0, LARGEST),
-).map(lambda motion: replace(motion, goal=None, pose=None) if motion.kind is Kind.REST else motion)
+).map(lambda motion: motion._replace(goal=None, pose=None) if motion.kind is Kind.REST else motion)
 joint_paths = st.integers(1, 4).flatmap(lambda n: st.tuples(*[st.tuples(*[floats] * n)] * JOINTS)).map(JointPath)
 lines = st.builds(
     CartesianPath,

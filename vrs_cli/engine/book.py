@@ -7,7 +7,6 @@ The timeline changes here alone, in one order: what is planned is written into t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from typing import Protocol
 
 from vrs_cli.engine.history import CommandRecord, History, Step, records
@@ -108,8 +107,8 @@ class Book:
         self._change([delta], goes_on=True)
         before = self.deltas[-2]
         kept = before.segments[: delta.keep - before.keep]
-        shorter = replace(delta, drop=delta.drop - len(before.segments) + len(kept))
-        self.deltas[-2:] = [replace(before, segments=kept), shorter]
+        shorter = delta._replace(drop=delta.drop - len(before.segments) + len(kept))
+        self.deltas[-2:] = [before._replace(segments=kept), shorter]
         self._tell([delta])
 
     def end_stream(self) -> None:

@@ -9,7 +9,6 @@ Source: the branch-and-bound search of Moore, Kearfott and Cloud, "Introduction 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import lru_cache
 from math import hypot, inf
 from typing import NamedTuple
@@ -54,7 +53,7 @@ class Survey(Struct, frozen=True):
 
 def survey(follower: Follower, path: CartesianPath, lasting: float) -> Survey:
     """Search all of a path, from 0 to `lasting`. Raises MotionError where no line can follow it."""
-    found = _survey(follower.arm, follower.tool, replace(path, seeds=()), lasting)
+    found = _survey(follower.arm, follower.tool, path._replace(seeds=()), lasting)
     if found.beyond is not None:
         raise follower.refuse_beyond(path, found.beyond, path.seeds[0])
     if found.endless is not None:

@@ -8,7 +8,6 @@ only, as deltas like any others.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from msgspec import Struct, structs
 
@@ -183,7 +182,7 @@ class Branches:
         arm, slowest = self.engine.arm, main.settings.slowest
         stood, planned = left.clock >= left.book.timeline.end, list[Step]()
         for number, step in enumerate(_own_steps(name, fork, left.book), main.book.number + 1):
-            motion = replace(step.delta.motion, number=number)
+            motion = step.delta.motion._replace(number=number)
             when = _when(step.delta, old, timeline)
             try:
                 before = destination_at(arm, timeline, when if motion.start is Start.AT else timeline.end)
@@ -193,7 +192,7 @@ class Branches:
                 what = f"when {motion.text or 'a motion'} of {name} is planned again on main"
                 raise error.reworded(f"{what}: {error.detail}") from None
             planned.append(Step.of(timeline, delta, clock, step.insert))
-            timeline, old = timeline.apply(delta), old.apply(replace(step.delta, version=old.version))
+            timeline, old = timeline.apply(delta), old.apply(step.delta._replace(version=old.version))
             if motion.start is not Start.AT:
                 clock = max(clock, timeline.end)
             elif stood:  # as after motions in real time, each AT its instant: the clock goes on over them

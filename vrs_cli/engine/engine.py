@@ -357,8 +357,8 @@ class Engine:
         check_joint_limits(self.model, target.joints)
         if not self.settings.moves:
             return
-        motion, stream = replace(self._motion_from_now(target.joints, speed, text), kind=Kind.STEERED), self.book.stream
-        if stream is not None and replace(motion, number=stream.number, goal=stream.goal) == stream:
+        motion, stream = self._motion_from_now(target.joints, speed, text)._replace(kind=Kind.STEERED), self.book.stream
+        if stream is not None and motion._replace(number=stream.number, goal=stream.goal) == stream:
             motion = stream  # this is one more of its targets
         executed, lasting = on_grid(self.now), up_to_grid(tick * LONGER)
         try:

@@ -7,7 +7,6 @@ commands costs what its deltas cost.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import TypeVar
 
 from msgspec import Struct, structs
@@ -63,17 +62,17 @@ class Step(Struct, frozen=True):
         segments = tuple(timeline[index] for index in range(self.delta.keep, len(timeline)))
         more, back = len(segments) - len(self.delta.segments), self.back
         if isinstance(back, TimelineDelta):
-            back = replace(back, drop=back.drop + more)
-        return structs.replace(self, delta=replace(self.delta, segments=segments), back=back)
+            back = back._replace(drop=back.drop + more)
+        return structs.replace(self, delta=self.delta._replace(segments=segments), back=back)
 
     def taking_back(self, version: int) -> TimelineDelta:
         """The delta that undoes it, for the timeline of that version."""
         back = self.back.inverse(self.delta) if isinstance(self.back, Timeline) else self.back
-        return replace(back, version=version)
+        return back._replace(version=version)
 
     def doing_again(self, version: int) -> TimelineDelta:
         """The delta that redoes it, for the timeline of that version."""
-        return replace(self.delta, version=version, cause=Cause.REDO)
+        return self.delta._replace(version=version, cause=Cause.REDO)
 
 
 class Undone(Struct, frozen=True):

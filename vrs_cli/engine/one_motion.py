@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import replace
 
 from msgspec import structs
 
@@ -79,8 +78,8 @@ def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
     """Joint velocities and accelerations at the motion's fractions of them; jerks as the robot has them."""
     hardest = hardest_limits(arm)
     velocity = tuple(v * motion.speed for v in hardest.velocity)
-    return replace(
-        hardest, velocity=velocity, acceleration=tuple(a * motion.acceleration for a in hardest.acceleration)
+    return hardest._replace(
+        velocity=velocity, acceleration=tuple(a * motion.acceleration for a in hardest.acceleration)
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import inf
 
 from msgspec import Struct, structs
@@ -44,8 +43,8 @@ class Snapshot(Struct, frozen=True):
         if keep < 1:
             return None
         if keep > count:
-            return timeline.apply(replace(delta, keep=count, drop=0, segments=()))
-        return timeline.apply(replace(delta, keep=keep, drop=min(delta.drop, count - keep)))
+            return timeline.apply(delta._replace(keep=count, drop=0, segments=()))
+        return timeline.apply(delta._replace(keep=keep, drop=min(delta.drop, count - keep)))
 
 
 class Replaced(Struct, frozen=True):

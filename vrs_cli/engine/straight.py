@@ -113,7 +113,7 @@ class _Line:
         self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base)
         goal = state.pose if stops or motion.pose is None else motion.pose
         if not arm.model.task.turns:  # the tool turns as the joints have it, and no line asks for a turn
-            self.state, goal = replace(state, spin=STILL, spin_rate=STILL), at_position(state.pose, *position(goal))
+            self.state, goal = state._replace(spin=STILL, spin_rate=STILL), at_position(state.pose, *position(goal))
         self.goal = straighten_wrist(self.follower, goal)
 
     def segments(self) -> tuple[Segment, ...]:
@@ -195,7 +195,7 @@ class _Line:
         still = (0.0,) * len(joints)
         segments: list[Segment] = []
         for stop in (*stops, Stop(1.0, self.goal)):
-            motion = replace(self.motion, pose=stop.pose, duration=self.motion.duration * (stop.part - done))
+            motion = self.motion._replace(pose=stop.pose, duration=self.motion.duration * (stop.part - done))
             problem = Problem(self.arm, Here(JointState(joints, still)), motion, start, self.problem.slowest)
             part = _Line(problem, ToolState(pose, STILL, STILL), self.configuration)
             segments += [replace(segment, motion=self.motion) for segment in part.segments()]
@@ -306,7 +306,7 @@ def line_stop(problem: Problem) -> tuple[Segment, ...]:
     arm, motion = problem.arm, problem.motion
     problem = structs.replace(problem, slowest=SLOWEST)
     stop = _Line(problem, problem.tool, arm.configuration(problem.here.joints.joints), stops=True)
-    stop.limits = tool_limits(arm, replace(motion, speed=1.0, acceleration=1.0, tip_speed=None, rotation=None))
+    stop.limits = tool_limits(arm, motion._replace(speed=1.0, acceleration=1.0, tip_speed=None, rotation=None))
     return stop.segments()
 
 

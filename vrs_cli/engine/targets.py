@@ -124,12 +124,12 @@ def retarget(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
         joints = _drive(destination, target)
         check_joint_limits(arm.model, joints)
         if motion.kind is Kind.JOINT:
-            return replace(motion, goal=joints)
-        return replace(motion, pose=compose(arm.forward(joints), motion.frames.tool))
+            return motion._replace(goal=joints)
+        return motion._replace(pose=compose(arm.forward(joints), motion.frames.tool))
     pose = _relative_pose(arm, target, destination, motion.frames)
     if motion.kind is Kind.STRAIGHT:
-        return replace(motion, pose=pose)
-    return replace(motion, goal=arm.select(compose(pose, inverse(motion.frames.tool)), destination))
+        return motion._replace(pose=pose)
+    return motion._replace(goal=arm.select(compose(pose, inverse(motion.frames.tool)), destination))
 
 
 def _relative_pose(

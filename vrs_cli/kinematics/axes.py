@@ -7,7 +7,6 @@ closed form is written once, for one arrangement of links, and any robot whose a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import atan2, cos, hypot, sin, sqrt
 from typing import NamedTuple
 
@@ -38,8 +37,7 @@ class Link(NamedTuple):
     kind: JointKind = JointKind.REVOLUTE
 
 
-@dataclass(frozen=True, slots=True)
-class Chain:
+class Chain(NamedTuple):
     """T_base_flange(q) = base . links(signs * q) . flange: signs are +1.0 or -1.0, one a joint."""
 
     base: Transform

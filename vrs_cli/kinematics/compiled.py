@@ -7,10 +7,9 @@ functions, which work on floats and, with the sine and cosine of numpy, on array
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import cache
 from math import cos, sin
-from typing import Any
+from typing import Any, NamedTuple
 
 from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.joints import JointKind
@@ -22,8 +21,7 @@ Column = tuple[Entry, Entry, Entry]
 NOTHING = 1e-15  # an entry so small is the rounding of a right angle
 
 
-@dataclass(frozen=True)
-class Formulas:
+class Formulas(NamedTuple):
     """`forward(q)`: the twelve entries of T_base_flange, row by row. `jacobian(q, tx, ty, tz)`: its six rows of n, for
     the point of a tool at (tx, ty, tz) of the flange. Entries that do not depend on q are plain numbers.
     """

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics.arm import RobotArm
@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import SerialBatch
 
 
-@dataclass(frozen=True)
-class Canonical:
+class Canonical(NamedTuple):
     """A robot's chain with the links of a closed form, and the model that it solves, limits included.
 
     All of a pose counts for it, whatever counts for the robot.

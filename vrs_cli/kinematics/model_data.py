@@ -7,7 +7,7 @@ keys, in millimetres and degrees.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import radians
 from reprlib import repr as brief
 from typing import Any, NamedTuple
@@ -103,8 +103,7 @@ def from_dict(data: object, where: str = "robot model") -> RobotModel:
     return ModelReader(where, human=False).model(data)
 
 
-@dataclass(frozen=True)
-class ModelReader:
+class ModelReader(NamedTuple):
     """Checks plain data and makes the model; `human` data is in millimetres and degrees."""
 
     file: str

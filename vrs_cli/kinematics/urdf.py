@@ -7,8 +7,8 @@ left aside, nothing is fetched. Metres, radians, seconds, as URDF has them. Form
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import pi, sqrt
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 from vrs_cli.errors import FileDamaged
@@ -41,8 +41,7 @@ _CHAIN = "an arm is a chain without loops"
 _FIXED = "fixed"
 
 
-@dataclass(frozen=True, slots=True)
-class UrdfJoint:
+class UrdfJoint(NamedTuple):
     """A joint that moves; limits [rad, m], velocity [rad/s, m/s]."""
 
     name: str
@@ -52,8 +51,7 @@ class UrdfJoint:
     velocity: float
 
 
-@dataclass(frozen=True, slots=True)
-class UrdfArm:
+class UrdfArm(NamedTuple):
     """The moving joints from base to tip, and the links that have their axes: T_base_tip = base . links . flange."""
 
     name: str

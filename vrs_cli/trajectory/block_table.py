@@ -6,9 +6,8 @@ a timeline that have a part of them, so after an edit only what is new in it has
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import chain
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.trajectory.motion import Frames
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
@@ -22,8 +21,7 @@ if TYPE_CHECKING:
     Rows = NDArray[np.intp]
 
 
-@dataclass(frozen=True, slots=True)
-class BlockTable:
+class BlockTable(NamedTuple):
     """m segments of n joints: `starts`, `durations`, `hand` (m,); `coefficients` (k, m, n) by ascending power.
 
     `straight` and `resting` (m,) say what each segment is; a straight one has coefficients of zero. `frame_number` (m,)

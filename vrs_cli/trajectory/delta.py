@@ -6,8 +6,8 @@ what undo takes back.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment
@@ -19,8 +19,7 @@ class Cause(Enum):
     REDO = "redo"
 
 
-@dataclass(frozen=True, slots=True)
-class TimelineDelta:
+class TimelineDelta(NamedTuple):
     """Turns timeline `version` into `version + 1`.
 
     The first `keep` segments stay; if the last of them ends after `cut` [s] it is truncated there. The next `drop`

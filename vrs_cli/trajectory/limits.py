@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from math import inf
+from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
 
@@ -12,8 +12,7 @@ from vrs_cli.kinematics.joints import Joints
 CORNER = 2.0
 
 
-@dataclass(frozen=True, slots=True)
-class JointLimits:
+class JointLimits(NamedTuple):
     """What each joint may do in a motion [rad/s, rad/s2, rad/s3], and its range [rad]. `peak`: the velocity that it may
     never exceed.
     """
@@ -26,8 +25,7 @@ class JointLimits:
     upper: Joints = ()
 
 
-@dataclass(frozen=True, slots=True)
-class ToolLimits:
+class ToolLimits(NamedTuple):
     """What the tool tip may do in a motion [m/s, m/s2, rad/s, rad/s2, m/s3, rad/s3].
 
     `blending`, `blending_jerk`: how many times these accelerations and jerks a blend out of a motion may have.
@@ -60,8 +58,7 @@ class ToolLimits:
 
     def slowed(self, velocity: float, acceleration: float, jerk: float = 1.0) -> ToolLimits:
         """Velocities divided by the first factor, accelerations by the second, jerks by the third."""
-        return replace(
-            self,
+        return self._replace(
             speed=self.speed / velocity,
             acceleration=self.acceleration / acceleration,
             spin=self.spin / velocity,
@@ -72,4 +69,4 @@ class ToolLimits:
 
     def blended(self, acceleration: float, jerk: float) -> ToolLimits:
         """The acceleration of a blend divided by the first factor, its jerk by the second."""
-        return replace(self, blending=self.blending / acceleration, blending_jerk=self.blending_jerk / jerk)
+        return self._replace(blending=self.blending / acceleration, blending_jerk=self.blending_jerk / jerk)

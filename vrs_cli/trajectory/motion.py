@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.profile import Profile
@@ -42,15 +43,13 @@ class Frames:
     tool: Transform = IDENTITY
 
 
-@dataclass(frozen=True, slots=True)
-class ToolOffsetTarget:
+class ToolOffsetTarget(NamedTuple):
     """DEPART: from where the motion before ends, a pose in that tool frame, T_destination_target."""
 
     T_destination_target: Transform
 
 
-@dataclass(frozen=True, slots=True)
-class JointOffsetTarget:
+class JointOffsetTarget(NamedTuple):
     """DRIVE: one joint (counted from 1) changed by so many radians (metres) from where the motion before ends."""
 
     joint: int
@@ -65,8 +64,7 @@ class AlignedTarget:
 RelativeTarget = ToolOffsetTarget | JointOffsetTarget | AlignedTarget
 
 
-@dataclass(frozen=True, slots=True)
-class Motion:
+class Motion(NamedTuple):
     """`number` counts the motions of a timeline from 1; 0 is the initial pose.
 
     `goal`: the joints to reach [rad] (JOINT), or the first target (STEERED). `pose`: T_robot_tool to reach (STRAIGHT).

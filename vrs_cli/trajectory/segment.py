@@ -43,7 +43,7 @@ class Phase(Enum):
     DECELERATE = "decelerate"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True)  # read more often than made: an attribute of a named tuple takes twice as long
 class JointPath:
     """One polynomial a joint [rad, m], all of one degree; `s` below is t - t_s [s]."""
 
@@ -97,8 +97,7 @@ class Turn(NamedTuple):
     angle: Polynomial
 
 
-@dataclass(frozen=True, slots=True)
-class CartesianPath:
+class CartesianPath(NamedTuple):
     """Tool tip along polynomials; the joints follow by inverse kinematics in one constant configuration.
 
     `seeds` are the joints at t_s, t_s + seed_interval, ...: they choose the turn of joints that can turn more than

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
@@ -13,8 +12,7 @@ NEGLIGIBLE = 1e-12  # a displacement or velocity that is none [rad, m, rad/s, m/
 STEADY = 1e-9  # an acceleration that is none [rad/s2, m/s2]
 
 
-@dataclass(frozen=True, slots=True)
-class JointState:
+class JointState(NamedTuple):
     """Joints, their velocities and accelerations [rad, rad/s, rad/s2].
 
     `acceleration` empty: none, or one that may jump (LSPB).
@@ -39,8 +37,7 @@ class JointState:
         return self.acceleration if self.accelerating else (0.0,) * len(self.joints)
 
 
-@dataclass(frozen=True, slots=True)
-class ToolState:
+class ToolState(NamedTuple):
     """T_robot_tool with the velocity of the tool tip [m/s] and its angular velocity in the robot's frame [rad/s].
 
     `acceleration` [m/s2] and `spin_rate` [rad/s2] of both: zero where they may jump (LSPB).

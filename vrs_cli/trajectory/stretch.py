@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.trajectory.motion import Motion
@@ -11,8 +11,7 @@ from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import Path, Phase, Segment
 
 
-@dataclass(frozen=True, slots=True)
-class ToolStretch:
+class ToolStretch(NamedTuple):
     """A stretch of a straight-line motion before its joints are known."""
 
     duration: float

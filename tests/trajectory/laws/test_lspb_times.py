@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import dist, hypot, inf
 
 import pytest
@@ -113,7 +112,7 @@ def test_a_blend_that_ends_on_the_target_too_fast_is_impossible() -> None:
 def test_a_tool_that_is_there_when_its_velocity_has_gone() -> None:
     part = VectorPart((0.1, 0.0, 0.0), (0.4, 0.0, 0.0), 1.0, 2.0, 2.0)  # 0.4 m/s gone in 0.5 s leads 0.1 m on
     assert vector_demands(part, 0.5) == (0.0, inf, 0.0)
-    low, high, _ = vector_demands(replace(part, blend_acceleration=0.5), 0.5)
+    low, high, _ = vector_demands(part._replace(blend_acceleration=0.5), 0.5)
     assert low > high
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 
@@ -156,8 +156,7 @@ class SphericalWristBatch(SerialBatch):
         return q4, np.arctan2(s5, Z), np.arctan2(c4 * nY - s4 * nX, c4 * sY - s4 * sX), singular
 
 
-@dataclass(frozen=True, slots=True)
-class Shoulder:
+class Shoulder(NamedTuple):
     """What both elbows share; names as in `inverse`. The rows hold n, s, a: (3, N)."""
 
     q1: Floats

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
@@ -21,8 +21,7 @@ class NoTimes(ValueError):
     """No times within the limits bring the motion to its target from the state that it starts in."""
 
 
-@dataclass(frozen=True, slots=True)
-class Law:
+class Law(NamedTuple):
     """How motions of a profile gain and lose velocity.
 
     `smooth`: the acceleration does not jump, and the jerk is limited. `samples`: in how many places each stretch of a

@@ -7,7 +7,6 @@ tool tip start and stop together (`lspb_times`).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, rotation_about
@@ -95,7 +94,7 @@ def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
     """The tool to rest as soon as it can, on the line that it moves on."""
     line = _ToolMotion(state, state.pose, limits)
     blend = up_to_grid(max(length(state.velocity) / limits.acceleration, line.spin / limits.spin_acceleration))
-    return [replace(stretch, phase=Phase.DECELERATE) for stretch in line.stretches(Times(blend, 0.0, 0.0))]
+    return [stretch._replace(phase=Phase.DECELERATE) for stretch in line.stretches(Times(blend, 0.0, 0.0))]
 
 
 class _ToolMotion:

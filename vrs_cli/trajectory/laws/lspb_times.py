@@ -13,7 +13,6 @@ Robotics, 7.3 "Linear function with parabolic blends", extended to a moving star
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import inf, sqrt
 from typing import NamedTuple
 
@@ -45,8 +44,7 @@ class Times(NamedTuple):
         return self.blend + self.cruise + self.slow
 
 
-@dataclass(frozen=True, slots=True)
-class Component:
+class Component(NamedTuple):
     """A scalar part of a motion: displacement to go, velocity now, the limits of velocity and acceleration."""
 
     displacement: float
@@ -135,8 +133,7 @@ def scalar_demands(components: Sequence[Component]) -> Demands:
     return demands
 
 
-@dataclass(frozen=True, slots=True)
-class VectorPart:
+class VectorPart(NamedTuple):
     """A part of a motion whose limits hold for the length of a vector (the position of the tool tip).
 
     `blend_acceleration` is the one that a blend may have, `max_acceleration` that of slowing down.

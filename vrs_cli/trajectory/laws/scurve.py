@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, rotation_about
@@ -157,7 +156,7 @@ def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
     """The tool to rest about as soon as it can, on the line that it moves on. Raises NoTimes."""
     line = _ToolMotion(state, state.pose, limits)
     stretches = line.stretches(Course(line.stop(), 0.0, NONE))
-    return [replace(stretch, phase=Phase.DECELERATE) for stretch in stretches]
+    return [stretch._replace(phase=Phase.DECELERATE) for stretch in stretches]
 
 
 class _ToolMotion:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from itertools import accumulate, pairwise
 from math import sqrt
 
@@ -90,7 +89,7 @@ def joint_stops(state: JointState, limits: JointLimits, start: float, motion: Mo
     """The ways to rest: at limited jerk; at constant acceleration, which needs less room, where it jumps anyway."""
     yield joint_stop(state, limits, start, motion)
     if not state.acceleration:
-        yield from lspb_stops.joint_stops(state, limits, start, replace(motion, profile=Profile.LSPB))
+        yield from lspb_stops.joint_stops(state, limits, start, motion._replace(profile=Profile.LSPB))
 
 
 def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:

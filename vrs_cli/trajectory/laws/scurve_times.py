@@ -20,7 +20,6 @@ the change; those times are searched. (Biagiotti and Melchiorri, Trajectory Plan
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import cbrt, inf, sqrt
 from typing import NamedTuple
 
@@ -142,8 +141,7 @@ Demands = Callable[[Change], Bounds]
 IMPOSSIBLE = Bounds(1.0, 0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
+class Part(NamedTuple):
     """A scalar part of a motion: what is to go, the state now, and its limits.
 
     `peak`: the velocity never to exceed; the acceleration at the start may carry the part above `max_velocity`.
@@ -326,8 +324,7 @@ def _turned_before(a: float, room: float, rise: float) -> float:
     return a - a * abs(a) * rise / (2.0 * room)
 
 
-@dataclass(frozen=True, slots=True)
-class VectorPart:
+class VectorPart(NamedTuple):
     """A part of a motion whose limits hold for the length of a vector (the position of the tool tip).
 
     The blending limits are those of the change, the others those of slowing down.
