@@ -164,6 +164,53 @@ def test_in_real_time_tasks_go_on_at_the_prompt() -> None:
     assert real(shell, "x") == 5.0
 
 
+LOOP = lines(".PROGRAM loop", "DO", "DRIVE 1, 10", "DRIVE 1, -10", "UNTIL FALSE", ".END")
+
+
+def test_execute_gives_a_living_prompt_back_and_ctrl_c_on_an_empty_line_stops_the_program(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    wall = ManualWall(each_look=lambda: 0.01)
+    shell = run(
+        LOOP,
+        lines("EXECUTE loop", "a = 1"),
+        "b = 1",
+        CTRL_C,
+        lines("a = a+1"),
+        CTRL_C,
+        lines("EXIT"),
+        clock=wall.clock(),
+    )
+    assert (real(shell, "a"), real(shell, "b")) == (2.0, None)
+    wall.seconds += 3.0
+    shell.backstage.wait().keep_up()
+    assert not session(shell).running
+    assert "(ABORTED)\nProgram stopped at loop, step" in capsys.readouterr().out
+
+
+def test_a_line_with_text_is_cleared_and_the_program_runs_on() -> None:
+    wall = ManualWall(each_look=lambda: 0.01)
+    shell = run(LOOP, lines("EXECUTE loop"), "b = 1", CTRL_C, lines("EXIT"), clock=wall.clock())
+    wall.seconds += 3.0
+    shell.backstage.wait().keep_up()
+    assert session(shell).running
+
+
+def test_a_question_of_a_program_comes_in_the_place_of_an_empty_line(capsys: pytest.CaptureFixture[str]) -> None:
+    asks = lines(".PROGRAM ask", 'PROMPT "How many? ", n', 'TYPE "got", n', ".END")
+    shell = run(asks, lines("EXECUTE ask", "five", "5", "a = n", "EXIT"), clock=ManualWall().clock())
+    assert real(shell, "a") == 5.0
+    out = capsys.readouterr().out
+    assert out.index("*Invalid number format* five") < out.index("got 5") < out.index("Program completed")
+
+
+def test_ctrl_c_at_a_question_stops_the_program_that_asks(capsys: pytest.CaptureFixture[str]) -> None:
+    asks = lines(".PROGRAM ask", 'PROMPT "How many? ", n', ".END")
+    shell = run(asks, lines("EXECUTE ask"), CTRL_C, lines("a = 1", "EXIT"), clock=ManualWall().clock())
+    assert (real(shell, "n"), real(shell, "a"), session(shell).running) == (None, 1.0, False)
+    assert "(ABORTED)\nProgram stopped at ask, step 1" in capsys.readouterr().out
+
+
 def test_what_goes_wrong_behind_the_prompt_is_noted() -> None:
     shell = run(lines("a = 1", "EXIT"), clock=ManualWall().clock())
     work = shell.backstage.wait()
@@ -425,7 +472,7 @@ def looks_and_pictures(seconds: float, monkeypatch: pytest.MonkeyPatch, *typed: 
     monkeypatch.setattr("asyncio.sleep", sleep)
     monkeypatch.setattr(interactive, "monotonic", lambda: wall.seconds)
     monkeypatch.setattr(shell, "_redraw", lambda: drawn.append(wall.seconds))
-    coroutine = shell._keep_up()
+    coroutine = shell._keep_up(shell.prompts)
     with pytest.raises(Over):
         coroutine.send(None)
     return len(looks), len(drawn)

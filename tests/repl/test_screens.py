@@ -38,6 +38,86 @@ def test_values_and_mistakes_are_shown(tmp_path: Path, columns: int, rows: int) 
         shell.wait(lambda after: not any("form is" in row for row in after))
 
 
+CELL = """\
+.PROGRAM pick
+    TYPE "waiting for a part"
+    WAIT SIG(1001)
+    TYPE "part is there"
+    DRIVE 1, 90, 30
+    BREAK
+    TYPE "never reached"
+.END
+.PROGRAM count
+    PROMPT "How many? ", n
+    TYPE n, " parts"
+.END
+.PROGRAM swing
+    k = 0
+    DO
+        k = k+1
+        TYPE "swing", k
+        WAIT.EVENT , 0.3
+    UNTIL FALSE
+.END
+"""
+
+
+def begun(tmp_path: Path) -> tuple[str, ...]:
+    (tmp_path / "cell.v2").write_text(CELL)
+    return "shell", "--realtime", "1", "cell.v2"
+
+
+def test_a_program_is_ruled_from_the_living_prompt(tmp_path: Path) -> None:
+    """It waits for SIGNAL, is slowed by SPEED, and stopped by ABORT."""
+    with screen(tmp_path, *begun(tmp_path)) as shell:
+        typed(shell, "EXECUTE pick")
+        shell.wait_for("waiting for a part")
+        typed(shell, "STATUS")
+        shell.wait_for("pick running, step 2")
+        typed(shell, "DRIVE 2, 10")
+        shell.wait_for("DRIVE has to wait until the program stops")
+        shell.type("SPEED 10", "Enter")
+        shell.wait_for("10 % / 100 %")
+        shell.type("SIGNAL 1001", "Enter")
+        shell.wait_for("part is there")
+        rows = shell.wait_for("moves until")
+        assert rows[-1].startswith(" t ")
+        shell.type("ABORT", "Enter")
+        rows = shell.wait_for("Program stopped at pick, step 5")
+        shown = [row.rstrip() for row in rows]
+        at = shown.index("*ABORT")
+        assert shown[at : at + 4] == ["*ABORT", "(ABORTED)", "Program stopped at pick, step 5", "."]
+        assert not any("never reached" in row for row in rows)
+
+
+def test_what_programs_type_and_ask_does_not_tear_the_line(tmp_path: Path) -> None:
+    with screen(tmp_path, *begun(tmp_path)) as shell:
+        typed(shell, "PCEXECUTE swing")
+        shell.wait_for("swing 1")
+        shell.type("EXECUTE count", "Enter")
+        rows = shell.wait(lambda rows: rows[-1].startswith("How many?") or any(row == "How many?" for row in rows))
+        last = max(int(row.split()[1]) for row in rows if row.startswith("swing "))
+        shell.wait_for(f"swing {last + 2}")  # it goes on while the question waits
+        shell.type("12")
+        shell.wait_for("How many? 12")
+        shell.wait_for(f"swing {last + 4}")
+        shell.type("Enter")
+        shell.wait_for("12 parts")
+        shell.wait_for("Program completed")
+        shell.type("LISTR 6*")
+        shell.wait_for(".LISTR 6*")
+        shell.wait_for(f"swing {last + 8}")
+        shell.type("7", "Enter")
+        rows = shell.wait_for("6*7              42")
+        assert any(row.rstrip() == ".LISTR 6*7" for row in rows)
+        shell.type("EXECUTE pick", "Enter")
+        shell.wait_for("waiting for a part")
+        shell.type("LISTR", "C-c")  # clears the line
+        shell.wait(lambda rows: any(row.rstrip() == "*" for row in rows))
+        shell.type("C-c")  # stops the program
+        shell.wait_for("Program stopped at pick, step 2")
+
+
 @pytest.mark.parametrize(("columns", "rows"), SIZES)
 def test_what_was_typed_comes_back(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:

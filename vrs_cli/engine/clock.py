@@ -7,6 +7,7 @@ late by the time its own planning takes: the instant at which it is done lasts u
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from typing import Protocol
 
 from vrs_cli.errors import ClockPaused
@@ -95,6 +96,10 @@ class WallClock:
 
     def _time(self, wall: float) -> float:
         return self._at if self._paused else self._at + self._rate * max(wall - self._since, 0.0)
+
+    def until(self, to: float) -> float:
+        """How long it takes on the wall until `to` [s]; without end while the clock stands."""
+        return inf if self._paused else (to - self._time(self._wall())) / self._rate
 
     def change(self, *, rate: float | None = None, paused: bool | None = None) -> None:
         """Change the rate, begin a pause or end it, from this instant on."""

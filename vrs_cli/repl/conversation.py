@@ -74,6 +74,14 @@ class Conversation:
         elif self.session.desk.editor is not None or line.strip():
             yield from self.session.answers(line)
 
+    def answer(self) -> None:
+        """Put the questions that tasks have, which go on then."""
+        self._guarded(self._answer(), "")
+
+    def _answer(self) -> Talk[None]:
+        yield from self.session.driver.ask()
+        self.session.settle()
+
     def mistake(self, text: str) -> Diagnostic | None:
         """The first mistake in a line that is not sent yet. Several lines (pasted) are not looked at."""
         session, entry = self.session, self.entry

@@ -45,7 +45,9 @@ if TYPE_CHECKING:
 BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
 IDLE, RUNNING = ".", "*"
 MENU_ROWS = 6
-KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: while something goes on, and at rest
+KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: while the arm moves, and at rest
+SHORTEST = 0.01  # [s] however soon the next thing is due
+QUESTION = "\0"  # comes in place of a line when a program asks for one
 
 
 class Workplace:
@@ -75,6 +77,7 @@ class Workplace:
 
         self.terminal: ShellTerminal = ShellTerminal(read, draw)
         session = Session(self.terminal, model, clock=clock)
+        session.lives = self.terminal.whole_lines = clock is not None
         self.conversation: Conversation = Conversation(session)
         self.keeper = Keeper(self.conversation, recovery_folder(os.environ))
         self.conversation.after = self.terminal.line_left = self.keeper.keep
@@ -88,11 +91,26 @@ class Workplace:
         self.terminal.echoed = True
         return self.conversation.session.interrupt()
 
+    def stop_program(self) -> None:
+        """Ctrl-C on an empty line: the end of the program is told when the arm stands."""
+        from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
+
+        self.conversation.session.driver.abort(ROBOT_PROGRAM)
+
     @property
-    def at_rest(self) -> bool:
-        """Whether nothing goes on by itself."""
+    def asked(self) -> str:
+        """What the program asks that has waited longest for a line; empty where none does."""
+        waiting = self.conversation.session.driver.unasked()
+        return f"{waiting[0][0].task.program} asks: {waiting[0][1].question.text}" if waiting else ""
+
+    def rest(self) -> float:
+        """How long nothing happens that somebody would see [s]: until a task goes on, or the arm is elsewhere."""
+        from vrs_cli.engine.clock import WallClock
+
         session = self.conversation.session
-        return session.engine.now >= session.engine.end and not any(session.tasks.running)
+        clock, seen = session.engine.clock, RESTING if session.engine.now >= session.engine.end else KEEPING_UP
+        due = clock.until(session.driver.peek()) if isinstance(clock, WallClock) else seen
+        return min(max(due, SHORTEST), seen)
 
     def keep_up(self) -> None:
         """Let the robot do what has become due while nobody was looking."""
@@ -244,40 +262,66 @@ class Shell:
         except Ended:
             raise
         except KeyboardInterrupt:
-            if not self.prompts.default_buffer.text.strip():
-                self._leave_entry()
+            if not self.prompts.default_buffer.text.strip() and not self._leave_entry():
+                self._stop_program()
             return True
         except EOFError:
             return self._leave_entry() or not self._leave()
         work = self.backstage.wait()
         work.noted = ""
         with stoppable(work.interrupt), unechoed():
-            work.conversation.take(line)
+            if line == QUESTION:
+                work.conversation.answer()
+            else:
+                work.conversation.take(line)
             work.terminal.end_progress()
         return not work.terminal.leaving
 
     def _read(self) -> str:
+        """One line, or QUESTION."""
+        work = self.backstage.ready
+        if self._clock is not None and work is not None and work.asked:
+            return QUESTION
+        return self._prompt(self.prompts, self._message, default=self._indent())
+
+    def _prompt(self, prompts: PromptSession[str], message: Callable[[], str] | str, default: str = "") -> str:
         """One line. In real time the robot goes on meanwhile, and what its programs type stands above the prompt."""
         if self._clock is None:
-            return self.prompts.prompt(default=self._indent())
+            return prompts.prompt(message, default=default)
+
+        def keep_up() -> None:
+            prompts.app.create_background_task(self._keep_up(prompts))
+
+        prompts.app.erase_when_done = False
         with patch_stdout(raw=True):
-            return self.prompts.prompt(default=self._indent(), pre_run=self._begin_keeping_up)
+            return prompts.prompt(message, default=default, pre_run=keep_up)
 
-    def _begin_keeping_up(self) -> None:
-        self.prompts.app.create_background_task(self._keep_up())
-
-    async def _keep_up(self) -> None:
+    async def _keep_up(self, prompts: PromptSession[str]) -> None:
         """Show what changes as it does; at rest that is the time, once in a while."""
         shown, drawn = "", -inf
         while True:
             work = self.backstage.ready
-            await asyncio.sleep(RESTING if work is not None and work.at_rest else KEEPING_UP)
+            await asyncio.sleep(KEEPING_UP if work is None else work.rest())
             if work is not None:
                 work.keep_up()
+                self._turn_to_question(work, prompts)
             state, now = self._toolbar().partition(GAP)[2], monotonic()
             if state != shown or now - drawn >= RESTING:
                 shown, drawn = state, now
                 self._redraw()
+
+    def _turn_to_question(self, work: Workplace, prompts: PromptSession[str]) -> None:
+        """Leave an empty prompt for a question of a program, and a question that waits for no answer any more."""
+        idle = prompts is self.prompts and bool(work.asked) and not prompts.default_buffer.text
+        withdrawn = prompts is not self.prompts and work.conversation.session.driver.withdrawn
+        if (idle or withdrawn) and not prompts.app.is_done:
+            prompts.app.erase_when_done = True
+            prompts.app.exit(result=QUESTION if idle else "")
+
+    def _stop_program(self) -> None:
+        work = self.backstage.ready
+        if work is not None and self._clock is not None:
+            work.stop_program()
 
     def _leave_entry(self) -> bool:
         """Ctrl-C or Ctrl-D while a program is typed: back to the prompt, or on with it. False where none was."""
@@ -329,7 +373,7 @@ class Shell:
         if work is None:
             return toolbar(None, "", width)
         note = f"\n{fill(work.noted, width, initial_indent=' ', break_on_hyphens=False)}" if work.noted else ""
-        return toolbar(work.conversation.session, work.terminal.last, width) + note
+        return toolbar(work.conversation.session, work.asked or work.terminal.last, width) + note
 
     def _redraw(self) -> None:
         self.prompts.app.invalidate()
@@ -338,7 +382,7 @@ class Shell:
         """A line for PROMPT and `Change?`, with a history of its own."""
         if self._answers is None:
             self._answers = PromptSession(history=InMemoryHistory(), style=STYLE, color_depth=colour_depth())
-        return self._answers.prompt(question)
+        return self._prompt(self._answers, question)
 
 
 def unfold_mistakes(layout: Layout) -> None:

@@ -138,6 +138,8 @@ class ShellTerminal:
         self.interrupt: Callable[[], bool] = lambda: False
         self.line_left: Callable[[], None] = lambda: None  # a line of a program in SEE has been typed
         self.leaving = False
+        self.whole_lines = False  # a prompt may stand below: a line that is typed is shown when it is complete
+        self._begun = ""
         self.last = ""  # the latest message, for the toolbar
         self._since: float | None = None
         self._refreshed = 0.0
@@ -164,8 +166,12 @@ class ShellTerminal:
 
     def type(self, text: str, newline: bool) -> None:
         self._clear_progress()
-        self.stream.write(visible(text) + ("\n" if newline else ""))
+        self._begun += visible(text) + ("\n" if newline else "")
+        if self.whole_lines and not self._begun.endswith("\n"):
+            return
+        self.stream.write(self._begun)
         self.stream.flush()
+        self._begun = ""
 
     def ask(self, question: Question) -> Answer:
         """Asked until the answer is one: a line of a paste is none. Ctrl-C is no, and stops the program that asks."""

@@ -10,6 +10,7 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.monitor.people import Person
 from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.dialogue.questions import LineWanted
 from vrs_cli.dialogue.replies import Message, ProgramStopped
 from vrs_cli.errors import TaskActive, UsageError
 from vrs_cli.interfaces.session.session import Session
@@ -110,6 +111,20 @@ def test_a_question_of_a_program_waits_while_another_task_goes_on(
     session.driver.answer(again.number, "5")
     later(session, wall, 1.0)
     assert (value(session, "n"), value(session, "t"), value(session, "k")) == (5.0, 3.25, 9.0)
+
+
+def test_a_question_whose_program_is_stopped_needs_no_answer(session: Session, wall: ManualWall) -> None:
+    load(session, 'PROMPT "How many? ", n')
+    session.perform("EXECUTE main")
+    talk = session.driver.ask()
+    assert next(talk) == LineWanted("How many? ")
+    assert not session.driver.withdrawn
+    session.perform("ABORT")
+    later(session, wall, 1.0)
+    assert session.driver.withdrawn
+    with pytest.raises(StopIteration):
+        talk.send("5")
+    assert not session.running
 
 
 def test_the_limits_of_a_program_hold_though_nobody_waits_for_it(terminal: RecordingTerminal, wall: ManualWall) -> None:

@@ -249,6 +249,11 @@ class Driver:
         """Questions that nobody has before him."""
         return [one for one in self.questions() if one[1].number not in self._put]
 
+    @property
+    def withdrawn(self) -> bool:
+        """Whether somebody has a question before him whose task waits for its answer no longer."""
+        return not self._put <= {asked.number for _, asked in self.questions()}
+
     # --- limits ---
 
     def _go_on(self, run: _Run) -> None:
