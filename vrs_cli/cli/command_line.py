@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Sequence
+from functools import partial
 from math import isfinite
 from typing import NoReturn
 
@@ -11,6 +12,7 @@ from vrs_cli.errors import UsageError
 from vrs_cli.errors import did_you_mean as suggestion
 
 STANDARD_STREAM = "-"
+WIDTH = 80  # for which argparse tries each option when it is added
 
 
 class CommandLineError(UsageError):
@@ -29,13 +31,18 @@ class Parser(argparse.ArgumentParser):
             description=description,
             epilog=epilog,
             allow_abbrev=False,
-            formatter_class=argparse.RawDescriptionHelpFormatter,
+            formatter_class=partial(argparse.RawDescriptionHelpFormatter, width=WIDTH),
         )
 
     def add_robot(self, default: str | None = "puma560") -> None:
         """The option `--robot`."""
         told = "a robot's name (vrs robots), or its TOML or URDF file"
         self.add_argument("--robot", metavar="NAME|FILE", default=default, help=told)
+
+    def format_help(self) -> str:
+        """Return the help, as wide as the terminal: `shutil`, which knows how wide, loads compressors too."""
+        self.formatter_class = argparse.RawDescriptionHelpFormatter
+        return super().format_help()
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """The values of all arguments. Raises CommandLineError; `--help` raises SystemExit."""
