@@ -4,6 +4,7 @@ import json
 import math
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -18,6 +19,7 @@ import pytest
 from tests.cli.conftest import Vrs
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.cli.batch import BatchTerminal
+from vrs_cli.cli.fence import Alone
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.session.session import Session
 
@@ -506,3 +508,54 @@ def test_the_memory_of_programs_is_linear_in_their_number() -> None:
         sizes.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert sizes[1] < 5.0 * sizes[0]
+
+
+# --- a program of somebody else ------------------------------------------------------------------------------
+
+
+def test_the_files_of_a_sandbox_are_in_its_folder(vrs: Vrs, tmp_path: Path) -> None:
+    steps = ("ATTACH (5)", 'FOPENW (5) "mine.txt"', 'WRITE (5) "inside"', "FCLOSE (5)", "TYPE IOSTAT(5)")
+    (tmp_path / "p.v2").write_text("\n".join((".PROGRAM p()", *steps, ".END", "")))
+    before = {path.name for path in tmp_path.iterdir()}
+    ended = vrs("run", "p.v2", "--sandbox", "box", "--save", "p.vrst")
+    assert (ended.status, ended.out.split()[0]) == (0, "1")
+    assert (tmp_path / "box" / "mine.txt").read_text() == "inside\n"
+    assert {path.name for path in tmp_path.iterdir()} == {*before, "box", "p.vrst"}
+
+
+@pytest.mark.parametrize("name", ["../p.v2", "/etc/hostname", "link.txt", "up/p.v2", "nul"])
+@pytest.mark.parametrize("word", ["FOPENR", "FOPENW", "FOPENA", "FDELETE"])
+def test_no_program_leaves_its_sandbox(vrs: Vrs, tmp_path: Path, word: str, name: str) -> None:
+    text = f'.PROGRAM p()\n  ATTACH (5)\n  {word} (5) "{name}"\n.END\n'
+    (tmp_path / "p.v2").write_text(text)
+    (tmp_path / "box").mkdir()
+    (tmp_path / "box" / "link.txt").symlink_to(tmp_path / "p.v2")
+    (tmp_path / "box" / "up").symlink_to(tmp_path)
+    before = {path.name for path in tmp_path.iterdir()}
+    ended = vrs("run", "p.v2", "--sandbox", "box", "--json")
+    (error,) = json.loads(ended.out)["errors"]
+    assert (ended.status, error["code"], error["step"]) == (1, -517, 2)
+    assert (tmp_path / "p.v2").read_text() == text
+    assert {path.name for path in tmp_path.iterdir()} == before
+
+
+def test_a_sandbox_has_limits_and_they_can_be_raised(vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "p.v2").write_text('.PROGRAM p()\n  FOR i = 1 TO 60\n    TYPE "0123456789"\n  END\n.END\n')
+    monkeypatch.setattr("vrs_cli.cli.run.SANDBOX", {"max_output": 500})
+    assert "(give it more with --max-output)" in vrs("run", "p.v2", "--sandbox", "box").err
+    assert vrs("run", "p.v2", "--sandbox", "box", "--max-output", "1K").status == 0
+
+
+def test_what_is_no_folder_is_no_sandbox(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "p.v2").write_text(".PROGRAM p()\n.END\n")
+    ended = vrs("run", "p.v2", "--sandbox", "p.v2")
+    assert (ended.status, ended.out) == (2, "")
+    assert "--sandbox p.v2: File exists (name a folder)" in ended.err
+
+
+def test_nobody_is_called_from_a_sandbox() -> None:
+    with Alone():
+        for act in (lambda: socket.create_connection(("127.0.0.1", 9)), lambda: subprocess.run(["true"], check=True)):
+            with pytest.raises(PermissionError, match="not for this run"):
+                act()
+    socket.socket().close()

@@ -20,6 +20,7 @@ from vrs_cli.errors import (
     UnitNotAttached,
 )
 from vrs_cli.files.atomic import Beside, create_beside
+from vrs_cli.files.bounds import Folder
 from vrs_cli.files.disk import Disk
 from vrs_cli.language.run.units import DISKS, SUCCESS, Access
 
@@ -29,7 +30,7 @@ UNIT = 5
 
 @pytest.fixture
 def disk(tmp_path: Path) -> Disk:
-    disk = Disk(tmp_path)
+    disk = Disk(Folder(tmp_path))
     disk.attach(MAIN, UNIT)
     return disk
 
@@ -179,8 +180,8 @@ def test_units_are_given_out_in_order(disk: Disk) -> None:
 def test_nothing_is_left_of_a_file_that_the_disk_has_no_room_for(
     disk: Disk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def without_room(target: Path) -> Beside:
-        beside = create_beside(target)
+    def without_room(target: Path, within: Folder) -> Beside:
+        beside = create_beside(target, within=within)
         beside.stream.close()
         beside.stream = Path("/dev/full").open("wb")  # noqa: SIM115 (beside closes it)
         return beside
@@ -207,7 +208,7 @@ def test_nothing_is_left_of_a_file_that_the_disk_has_no_room_for(
 def test_names_cannot_leave_the_folder(tmp_path: Path, name: str, access: Access) -> None:
     inside = tmp_path / "inside"
     inside.mkdir()
-    disk = Disk(inside)
+    disk = Disk(Folder(inside))
     disk.attach(MAIN, UNIT)
     with pytest.raises(FileOutside):
         disk.open(MAIN, UNIT, name, access)
@@ -223,7 +224,7 @@ def test_links_cannot_leave_the_folder(tmp_path: Path) -> None:
     (inside / "link.txt").symlink_to(secret)
     (inside / "up").symlink_to(tmp_path)
     (inside / "own.txt").symlink_to(inside / "real.txt")
-    disk = Disk(inside)
+    disk = Disk(Folder(inside))
     disk.attach(MAIN, UNIT)
     for name in ("link.txt", "up/secret.txt", "up/new.txt"):
         for access in Access:
@@ -240,7 +241,7 @@ def test_links_cannot_leave_the_folder(tmp_path: Path) -> None:
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with a path")
 def test_a_pipe_is_no_file(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
-    disk = Disk(tmp_path)
+    disk = Disk(Folder(tmp_path))
     disk.attach(MAIN, UNIT)
     assert opened(disk, "pipe", Access.READ) == FileError.code
 
@@ -252,7 +253,7 @@ LINES = st.lists(st.text(st.characters(codec="utf-8", exclude_characters="\n\r\u
 
 @given(LINES)
 def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, lines: list[str]) -> None:
-    disk = Disk(tmp_path_factory.mktemp("disk"))
+    disk = Disk(Folder(tmp_path_factory.mktemp("disk")))
     disk.attach(MAIN, UNIT)
     opened(disk, "a.txt", Access.WRITE)
     for line in lines:
@@ -267,7 +268,7 @@ def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, lines
 def test_any_bytes_can_be_read(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     folder = tmp_path_factory.mktemp("disk")
     (folder / "a.bin").write_bytes(content)
-    disk = Disk(folder)
+    disk = Disk(Folder(folder))
     disk.attach(MAIN, UNIT)
     opened(disk, "a.bin", Access.READ)
     while disk.character(MAIN, UNIT) >= 0:

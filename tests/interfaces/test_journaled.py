@@ -10,6 +10,7 @@ from tests.engine.paper import Paper
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import FileError, FileOpened
+from vrs_cli.files.bounds import Folder
 from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.journal import take_up
 from vrs_cli.files.trajectory_file import read_trajectory
@@ -150,7 +151,7 @@ def test_no_command_touches_a_file_that_is_being_written(
 
 
 def test_no_program_touches_its_own_journal(tmp_path: Path) -> None:
-    session = Session(RecordingTerminal(), folder=tmp_path)
+    session = Session(RecordingTerminal(), folder=Folder(tmp_path))
     journal = keep_journal(take_up(tmp_path / "day.vrst"), session.engine)
     (tmp_path / "link.vrst").symlink_to("day.vrst")
     session.load_text(MEDDLE)

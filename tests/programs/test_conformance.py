@@ -18,6 +18,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import keeps_limits
+from vrs_cli.files.bounds import Folder
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.runs import Limits, Outcome
@@ -50,7 +51,7 @@ def test_program(path: Path, tmp_path: Path) -> None:
     text = path.read_text()
     for name, content in files(header(text, "file")).items():
         (tmp_path / name).write_text(content)
-    session = Session(RecordingTerminal(header(text, "answer")), limits=Limits(max_time=100.0), folder=tmp_path)
+    session = Session(RecordingTerminal(header(text, "answer")), limits=Limits(max_time=100.0), folder=Folder(tmp_path))
     diagnostics = session.load_text(text)
     assert not [one for one in diagnostics if one.severity.name == "ERROR"], diagnostics
     session.driver.inputs = parse_signals("\n".join(header(text, "signals")))

@@ -8,6 +8,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.position import position_at
+from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.runs import Outcome
 from vrs_cli.kinematics.model import RobotModel
@@ -39,7 +40,7 @@ def test_sample(path: Path, tmp_path: Path) -> None:
     expected = expectations(text)
     assert expected, f"{path.name} says nothing of what it does"
     terminal = RecordingTerminal()
-    session = Session(terminal, robot_for(text), folder=tmp_path)
+    session = Session(terminal, robot_for(text), folder=Folder(tmp_path))
     assert session.load_text(text) == ()
     first = next(iter(session.environment.programs.values())).name
     result = session.execute(first)
@@ -54,7 +55,7 @@ def test_the_same_input_gives_the_same_timeline(path: Path, tmp_path: Path) -> N
     timelines = []
     for _ in range(2):
         text = path.read_text()
-        session = Session(RecordingTerminal(), robot_for(text), folder=tmp_path)
+        session = Session(RecordingTerminal(), robot_for(text), folder=Folder(tmp_path))
         session.load_text(text)
         session.execute(next(iter(session.environment.programs.values())).name)
         timelines.append(session.engine.timeline)

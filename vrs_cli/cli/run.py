@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from msgspec import Struct
 
 from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
 from vrs_cli.cli.command_line import CommandLineError, Parser, positive, size, whole
-from vrs_cli.cli.fence import Enough, memory, wall
+from vrs_cli.cli.fence import Alone, Enough, memory, wall
 from vrs_cli.cli.journal import journal
 from vrs_cli.cli.outputs import Outputs, add_output_options
 from vrs_cli.cli.sources import Source, has_errors, read_source
@@ -30,6 +34,13 @@ if TYPE_CHECKING:
 
 OK, FAILED = 0, 1
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options and limits
+SANDBOX: Mapping[str, float] = {  # its limits, where no others are given; the last two where the system has such
+    "max_steps": 100_000_000,
+    "max_output": 10_000_000,
+    "max_disk": 100_000_000,
+    "max_wall": 60.0,
+    "max_memory": 1_000_000_000,
+}
 MOST_TOLD = 20  # diagnostics of a file that is not executed
 
 EPILOG = """\
@@ -42,12 +53,15 @@ standard error. Time is the robot's and passes as fast as it computes, unless --
   vrs run cell.v2 --signals cell.csv --max-time 60
   vrs run pick.v2 --csv pick.csv --rate 50 --plot pick.svg
   vrs run pick.v2 --json | jq .duration_s
+  vrs run theirs.v2 --sandbox box
 """
 
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Load, check and execute; returns 1 when the file has errors or the program stopped with one."""
     options = _parser(prog).parse(list(with_rate(arguments)))
+    if options.sandbox is not None:
+        _fence_in(options)
     return _Batch(options, Outputs.of(options), read_source(options.file)).run()
 
 
@@ -58,6 +72,9 @@ def _parser(prog: str) -> Parser:
     parser.add_argument("--cycles", metavar="N", type=_cycles, default=1, help="how often; negative: without end")
     parser.add_robot()
     _add_limits(parser)
+    parser.add_argument(
+        "--sandbox", metavar="FOLDER", help="for a program of somebody else: its files are in this folder alone"
+    )
     parser.add_argument("--signals", metavar="FILE", help="when input signals change: lines of time, signal, state")
     add_realtime_option(parser)
     parser.add_argument("--save", metavar="T.vrst", help="save the trajectory, motion by motion")
@@ -87,6 +104,18 @@ def _add_limits(parser: Parser) -> None:
         group.add_argument(name, metavar=metavar, type=kind, help=what)
 
 
+def _fence_in(options: argparse.Namespace) -> None:
+    """The folder, and the limits that are not given. Raises CommandLineError."""
+    missing = {"max_wall": not hasattr(signal, "setitimer"), "max_memory": find_spec("resource") is None}
+    for name, most in SANDBOX.items():
+        if getattr(options, name) is None and not missing.get(name):
+            setattr(options, name, most)
+    try:
+        os.makedirs(options.sandbox, exist_ok=True)
+    except OSError as error:
+        raise CommandLineError(f"--sandbox {options.sandbox}: {error.strerror}", "name a folder") from None
+
+
 def _cycles(text: str) -> int:
     """How often a program is executed."""
     from vrs_cli.language.run.runtime import MOST_CYCLES
@@ -112,7 +141,9 @@ class _Batch(Struct, frozen=True):
         from vrs_cli.repl.interrupt import Stoppable
 
         options = self.options
-        with memory(options.max_memory) as enough, RunProgress(self.source.path, options.max_time) as progress:
+        alone = Alone() if options.sandbox is not None else nullcontext()
+        running = RunProgress(self.source.path, options.max_time)
+        with memory(options.max_memory) as enough, running as progress, alone:
             terminal = BatchTerminal(self._typed_to(), progress, options.quiet)
             station = self._station(terminal)
             try:
@@ -152,11 +183,14 @@ class _Batch(Struct, frozen=True):
         return sys.stderr if self.options.json or self.outputs.takes_standard_output else sys.stdout
 
     def _station(self, terminal: BatchTerminal) -> Station:
+        from vrs_cli.files.bounds import FREE, Folder
         from vrs_cli.interfaces.station.station import Station
         from vrs_cli.kinematics.robot_file import load_robot
 
         model = load_robot(self.options.robot)
-        station = Station(terminal, model, clock=clock_of(self.options.realtime), limits=self._limits())
+        box, clock = self.options.sandbox, clock_of(self.options.realtime)
+        folder = FREE if box is None else Folder(Path(box), closed=True)
+        station = Station(terminal, model, clock=clock, limits=self._limits(), folder=folder)
         station.tasks.told = partial(self._tell_beside, terminal)
         if self.options.signals is not None:
             from vrs_cli.files.signal_file import read_signals

@@ -18,31 +18,32 @@ from pathlib import Path
 from typing import BinaryIO
 
 from vrs_cli.errors import FileError
+from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.lock import WINDOWS, Hold, hold, is_special
 from vrs_cli.files.naming import wrong_name
 from vrs_cli.files.opening import open_to_write, reason
 
-AUXILIARY = (".lock", ".part")  # what hidden files end in that are beside one that is being written
 NEW_FILE_MODE = 0o666  # before the user's umask
 PAUSES = (0.01, 0.03, 0.1, 0.3, None)  # [s] on Windows a reader, or a scanner of viruses, has a file for a moment
 NO_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP})  # a device or a pipe holds nothing back
 
 
-def write_atomically(path: str | Path, text: str) -> None:
+def write_atomically(path: str | Path, text: str, within: Folder = FREE) -> None:
     """Put `text` (UTF-8) in the file, whole or not at all. Raises FileError."""
-    with atomically(path) as stream:
+    with atomically(path, within) as stream:
         stream.write(text.encode("utf-8"))
 
 
 @contextmanager
-def atomically(path: str | Path) -> Iterator[BinaryIO]:
+def atomically(path: str | Path, within: Folder = FREE) -> Iterator[BinaryIO]:
     """A stream whose bytes become the file when the block ends well, and nothing when it does not.
 
-    A device or a pipe is written directly; a link keeps pointing where it does. Raises FileError.
+    A device or a pipe is written directly; a link keeps pointing where it does; `within` a closed folder there are
+    none. Raises FileError.
     """
     target = Path(path)
     with writing(target):
-        beside = create_beside(target)
+        beside = create_beside(target, within=within)
         try:
             yield beside.stream
             beside.commit()
@@ -56,9 +57,11 @@ class Beside:
     Without a name the stream is that of the target itself: there is nothing, or nothing more, to replace.
     """
 
-    def __init__(self, target: Path, name: str | None, stream: BinaryIO, held: Hold | None) -> None:
+    def __init__(
+        self, target: Path, name: str | None, stream: BinaryIO, held: Hold | None, within: Folder = FREE
+    ) -> None:
         self.target, self.name, self.stream = target, name, stream
-        self._held = held
+        self._held, self._within = held, within
 
     def commit(self) -> None:
         """Sync the stream and put the file in the target's place; the stream is at its end then, for more."""
@@ -71,6 +74,7 @@ class Beside:
         self.name = None
         sync_folder(self.target.parent)
         self.stream = self.target.open("ab")
+        self._within.check_open(self.target, self.stream.fileno())
 
     def close(self) -> None:
         """Close the stream, and remove the file if it has not taken its place; others may write the target."""
@@ -83,7 +87,7 @@ class Beside:
             self._held.release()
 
 
-def create_beside(target: Path, held: Hold | None = None) -> Beside:
+def create_beside(target: Path, held: Hold | None = None, within: Folder = FREE) -> Beside:
     """An open, empty, hidden file in the folder of the target (of what a link points at), which is locked; `held`: by
     the caller, for longer.
 
@@ -91,6 +95,7 @@ def create_beside(target: Path, held: Hold | None = None) -> Beside:
     """
     from tempfile import mkstemp
 
+    within.check(target)
     if is_special(target):
         return Beside(target, None, open_to_write(target), None)
     if target.is_dir():
@@ -99,12 +104,18 @@ def create_beside(target: Path, held: Hold | None = None) -> Beside:
         raise OSError(errno.EINVAL, wrong)
     with ExitStack() as failed:
         lock = failed.enter_context(hold(target)) if held is None else held
-        target = Path(os.path.realpath(target))
+        target = target if within.closed else Path(os.path.realpath(target))
         if lock.firm:
             _clear_left(target)
         handle, name = mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+        beside = Beside(target, name, os.fdopen(handle, "wb"), lock if held is None else None, within)
         failed.pop_all()
-    return Beside(target, name, os.fdopen(handle, "wb"), lock if held is None else None)
+    try:
+        within.check_open(target.with_name(os.path.basename(name)), handle)
+    except BaseException:
+        beside.close()
+        raise
+    return beside
 
 
 def _clear_left(target: Path) -> None:

@@ -7,7 +7,6 @@ is closed, or when its task stops: a reader meets all of it or none.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import StringIO
@@ -21,15 +20,14 @@ from vrs_cli.errors import (
     FileExists,
     FileNotOpened,
     FileOpened,
-    FileOutside,
     NonexistentFile,
     UnitNotAttached,
     VrsError,
 )
-from vrs_cli.files.atomic import AUXILIARY, Beside, create_beside
-from vrs_cli.files.lock import hold
-from vrs_cli.files.naming import wrong_name
-from vrs_cli.files.opening import open_to_read, text_of
+from vrs_cli.files.atomic import Beside, create_beside
+from vrs_cli.files.bounds import Folder
+from vrs_cli.files.folder import delete
+from vrs_cli.files.opening import text_of
 from vrs_cli.language.run.units import DISKS, SUCCESS, Access
 
 
@@ -93,7 +91,7 @@ class Disk(Struct, eq=False):
     `spend` hears how many bytes are about to be written, and raises what is to stop them.
     """
 
-    folder: Path
+    folder: Folder
     spend: Callable[[int], None] = lambda _size: None
     _units: dict[tuple[int, int], _Unit] = field(default_factory=dict)
 
@@ -134,14 +132,14 @@ class Disk(Struct, eq=False):
 
     def open(self, task: int, unit: int, name: str, access: Access) -> None:
         """Raises UnitNotAttached, FileOutside; what else goes wrong is the status."""
-        one, path = self._unit(task, unit), self._inside(name)
+        one, path = self._unit(task, unit), self.folder.inside(name)
         if access is Access.APPEND and path.is_file():
             self.spend(path.stat().st_size)  # what is there is copied first
         with one.attempt():
             if one.path is not None:
                 raise FileOpened(one.path.name, "FCLOSE closes it")
             self._check_shared(path, access)
-            one.file = _opened(path, access)
+            one.file = _opened(path, access, self.folder)
             one.path = path
 
     def close(self, task: int, unit: int) -> None:
@@ -153,14 +151,13 @@ class Disk(Struct, eq=False):
 
     def delete(self, task: int, unit: int, name: str) -> None:
         """Raises UnitNotAttached, FileOutside."""
-        one, path = self._unit(task, unit), self._inside(name)
+        one, path = self._unit(task, unit), self.folder.inside(name)
         with one.attempt():
             if any(other.path == path for other in self._units.values()):
                 raise FileOpened(path.name, "FCLOSE closes it")
             if not path.is_file():
                 raise NonexistentFile(path.name)
-            with hold(path):
-                path.unlink()
+            delete(path, self.folder)
 
     # --- records ---
 
@@ -224,21 +221,6 @@ class Disk(Struct, eq=False):
     def _of(self, task: int) -> Iterator[_Unit]:
         return (one for (owner, _), one in list(self._units.items()) if owner == task)
 
-    def _inside(self, name: str) -> Path:
-        """The path of a name. Raises FileOutside for one that is not in the folder."""
-        folder = Path(os.path.realpath(self.folder))
-        if not name.strip():
-            raise FileOutside(repr(name), "give a name: data/log.txt")
-        for part in name.strip().split("/"):
-            if part not in ("", ".", "..") and (wrong := wrong_name(part)):
-                raise FileOutside(repr(name), f"{wrong}: data/log.txt is good everywhere")
-        path = Path(os.path.realpath(folder / name.strip()))
-        if Path(name).is_absolute() or folder not in path.parents:
-            raise FileOutside(name, "programs have the files of the folder they run in, and those below it")
-        if path.name.startswith(".") and path.suffix in AUXILIARY:
-            raise FileOutside(name, "it belongs to a file that is being written")
-        return path
-
     def _check_shared(self, path: Path, access: Access) -> None:
         """Many may read a file, or one may write it. Raises FileOpened."""
         others = [one for one in self._units.values() if one.path == path]
@@ -246,21 +228,21 @@ class Disk(Struct, eq=False):
             raise FileOpened(path.name, "it is open on another unit")
 
 
-def _opened(path: Path, access: Access) -> StringIO | Beside:
+def _opened(path: Path, access: Access, within: Folder) -> StringIO | Beside:
     """Raises FileError, FileExists, OSError."""
     import shutil
 
     if path.exists() and not path.is_file():
         raise FileError(f"{path.name} is no file", "name a file")
     if access is Access.READ:
-        with open_to_read(path) as stream:
+        with within.open_to_read(path) as stream:
             return StringIO(text_of(stream.read()))
     if access is Access.WRITE and path.exists():
         raise FileExists(path.name, "FDELETE deletes it, FOPENA adds to it")
-    beside = create_beside(path)
+    beside = create_beside(path, within=within)
     try:
         if path.exists():
-            with open_to_read(path) as old:
+            with within.open_to_read(path) as old:
                 shutil.copyfileobj(old, beside.stream)
     except BaseException:
         beside.close()

@@ -11,12 +11,13 @@ from pathlib import Path
 from vrs_cli.dialogue.replies import FileRow
 from vrs_cli.errors import FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
+from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.lock import hold
-from vrs_cli.files.opening import open_to_read, reason, unreadable
+from vrs_cli.files.opening import reason, unreadable
 from vrs_cli.language.text.diagnostics import did_you_mean
 
 
-def entries(asked: Path) -> tuple[FileRow, ...]:
+def entries(asked: Path, within: Folder = FREE) -> tuple[FileRow, ...]:
     """What is in a folder, folders first; of a path that is none, what its last part matches (`*.v2`).
 
     Hidden files are left out. Raises NonexistentFile, FileError.
@@ -25,14 +26,18 @@ def entries(asked: Path) -> tuple[FileRow, ...]:
     if not folder.is_dir():
         raise NonexistentFile(str(folder), "name a folder, or files as *.v2")
     try:
-        shown = [entry for entry in folder.iterdir() if not entry.name.startswith(".")]
-        rows = [FileRow(entry.name, None if entry.is_dir() else entry.lstat().st_size) for entry in shown]
+        with within.parent(folder / pattern) as there, os.scandir(folder if there is None else there) as all_of_them:
+            rows = [_row(entry) for entry in all_of_them if not entry.name.startswith(".")]
     except OSError as error:
         raise unreadable(folder, error) from error
     found = [row for row in rows if fnmatchcase(row.name.lower(), pattern.lower())]
     if not found and not set(pattern) & set("*?["):
         raise NonexistentFile(str(asked), _near(asked))
     return tuple(sorted(found, key=lambda row: (row.size is not None, row.name)))
+
+
+def _row(entry: os.DirEntry[str]) -> FileRow:
+    return FileRow(entry.name, None if entry.is_dir() else entry.stat(follow_symlinks=False).st_size)
 
 
 def existing(path: Path) -> Path:
@@ -53,27 +58,34 @@ def target(old: Path, new: Path) -> Path:
     return place
 
 
-def delete(path: Path) -> None:
+def delete(path: Path, within: Folder = FREE) -> None:
     """Raises FileError."""
-    with _telling(f"{path} cannot be deleted"), hold(path):
-        path.unlink()
+    with _telling(f"{path} cannot be deleted"), hold(path), within.parent(path) as there:
+        os.unlink(_in(there, path), dir_fd=there)
 
 
-def rename(old: Path, new: Path) -> None:
+def rename(old: Path, new: Path, within: Folder = FREE) -> None:
     """In the place of a file of that name, if there is one. Raises FileError."""
-    with _telling(f"{old} cannot be renamed to {new}"), hold(old), hold(new):
-        os.replace(old, new)
+    within.check(new)
+    folders = within.parent(old), within.parent(new)
+    with _telling(f"{old} cannot be renamed to {new}"), hold(old), hold(new), folders[0] as here, folders[1] as there:
+        os.replace(_in(here, old), _in(there, new), src_dir_fd=here, dst_dir_fd=there)
 
 
-def copy(old: Path, new: Path) -> None:
+def _in(folder: int | None, path: Path) -> str | Path:
+    """What a file is called in a folder that is open."""
+    return path if folder is None else path.name
+
+
+def copy(old: Path, new: Path, within: Folder = FREE) -> None:
     """Whole or not at all. Raises FileError."""
     import shutil
 
     try:
-        source = open_to_read(old)
+        source = within.open_to_read(old)
     except OSError as error:
         raise unreadable(old, error) from error
-    with source, atomically(new) as stream:
+    with source, atomically(new, within) as stream:
         shutil.copyfileobj(source, stream)
 
 

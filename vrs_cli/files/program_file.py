@@ -6,14 +6,15 @@ import codecs
 from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
-from vrs_cli.files.opening import open_to_read, text_of, unreadable
+from vrs_cli.files.bounds import FREE, Folder
+from vrs_cli.files.opening import text_of, unreadable
 
 EXTENSION = ".v2"
 DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
 LARGEST = 64 * 2**20  # bytes; a text this long is no program
 
 
-def read_program_file(path: str | Path) -> str:
+def read_program_file(path: str | Path, within: Folder = FREE) -> str:
     """The text of a program file, with `.v2` added when only that file exists; line ends become newlines.
 
     UTF-8, or UTF-16 with its mark, or else Latin-1, which reads any byte. Raises NonexistentFile, FileError
@@ -21,7 +22,8 @@ def read_program_file(path: str | Path) -> str:
     """
     found = find_program_file(path)
     try:
-        data = _bytes(found)
+        with within.open_to_read(found) as stream:
+            data = stream.read(LARGEST + 1)
     except OSError as error:
         raise unreadable(found, error) from error
     return decode_program(str(found), data)
@@ -47,11 +49,6 @@ def find_program_file(path: str | Path) -> Path:
     if named.is_dir():
         raise FileError(f"{named} is a folder", "name a program file")
     raise NonexistentFile(str(named), _near(named))
-
-
-def _bytes(path: Path) -> bytes:
-    with open_to_read(path) as stream:
-        return stream.read(LARGEST + 1)
 
 
 def _decoded(name: str, data: bytes) -> str:

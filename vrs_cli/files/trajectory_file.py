@@ -17,8 +17,9 @@ from msgspec import Struct
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
+from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.fault import Fault
-from vrs_cli.files.opening import open_to_read, unreadable
+from vrs_cli.files.opening import unreadable
 from vrs_cli.files.rebuild import apply, check_order
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
@@ -41,11 +42,15 @@ LONGEST_HEADER = 1 << 24  # bytes; a robot takes two thousand
 
 
 def write_trajectory(
-    path: str | Path, model: RobotModel, initial: Iterable[Segment], deltas: Iterable[TimelineDelta]
+    path: str | Path,
+    model: RobotModel,
+    initial: Iterable[Segment],
+    deltas: Iterable[TimelineDelta],
+    within: Folder = FREE,
 ) -> None:
     """Save a trajectory: the whole file or, when that fails, what was there before. Raises FileError."""
     lines = LineEncoder()
-    with atomically(path) as stream:
+    with atomically(path, within) as stream:
         stream.write(lines.header(model, initial))
         for delta in deltas:
             stream.write(lines.delta(delta))
@@ -74,7 +79,11 @@ class Recording(Struct, frozen=True):
 
 @pause_collector()
 def read_trajectory(
-    path: str | Path, progress: Callable[[float], None] | None = None, *, lenient: bool = False
+    path: str | Path,
+    progress: Callable[[float], None] | None = None,
+    *,
+    lenient: bool = False,
+    within: Folder = FREE,
 ) -> Recording:
     """Read a trajectory file. Raises NonexistentFile, FileError, or FileDamaged, which names the line.
 
@@ -83,7 +92,7 @@ def read_trajectory(
     been read, from 0 to 1.
     """
     file = Path(path)
-    with _reading(file) as stream:
+    with _reading(file, within) as stream:
         lines = _Lines(stream, progress)
         reader = _Reader(file, lines.first(file), lenient)
         for number, line in enumerate(lines, 2):
@@ -160,9 +169,9 @@ class _Reader:
 
 
 @contextmanager
-def _reading(path: Path) -> Iterator[BinaryIO]:
+def _reading(path: Path, within: Folder) -> Iterator[BinaryIO]:
     try:
-        with open_to_read(path) as stream:
+        with within.open_to_read(path) as stream:
             yield stream
     except FileNotFoundError:
         raise NonexistentFile(str(path), GUIDE) from None

@@ -12,6 +12,7 @@ from tests.programs.test_samples import robot_for
 from vrs_cli.dialogue.replies import ClockReport, Message, Whereabouts
 from vrs_cli.engine.commands import SetParameter
 from vrs_cli.errors import ClockPaused, TooLate, UsageError, VrsError
+from vrs_cli.files.bounds import Folder
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.runs import Outcome
@@ -82,7 +83,7 @@ def test_a_program_gives_the_timeline_of_batch_to_the_bit(path: Path, tmp_path: 
     for clock in (None, ManualWall(each_look=lambda: 1e-3).clock(), ManualWall(each_look=lambda: 0.7).clock(30.0)):
         folder = tmp_path / str(len(timelines))
         folder.mkdir()
-        session = Session(RecordingTerminal(), robot_for(text), clock=clock, folder=folder)
+        session = Session(RecordingTerminal(), robot_for(text), clock=clock, folder=Folder(folder))
         session.load_text(text)
         session.engine.perform(SetParameter("CAUSALITY", "POSTPONE"))
         result = session.execute(next(iter(session.environment.programs)))

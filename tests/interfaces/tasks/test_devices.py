@@ -8,6 +8,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import EndOfInput, FileOutside, IllegalValue, UnitNotAttached
+from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.session.session import Session
 
 
@@ -18,7 +19,7 @@ def terminal() -> RecordingTerminal:
 
 @pytest.fixture
 def session(terminal: RecordingTerminal, tmp_path: Path) -> Session:
-    return Session(terminal, folder=tmp_path)
+    return Session(terminal, folder=Folder(tmp_path))
 
 
 def load(session: Session, *lines: str, name: str = "main") -> None:

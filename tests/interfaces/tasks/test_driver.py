@@ -9,6 +9,7 @@ import pytest
 from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import FileDamaged, IllegalSignal, LimitReached
+from vrs_cli.files.bounds import Folder
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.performing import WAIT_TICK
@@ -229,7 +230,7 @@ def test_what_a_program_holds_types_and_writes_has_limits(
     """They end it at the same step, and REACTE does not mend that."""
     ended: list[tuple[object, int]] = []
     for name in ("one.txt", "two.txt"):
-        session = Session(terminal, folder=tmp_path)
+        session = Session(terminal, folder=Folder(tmp_path))
         opened = ("ATTACH (17)", f'FOPENW (17) "{name}"', "n = 0")
         load(session, "REACTE again", *opened, "WHILE TRUE DO", "n = n+1", step, "END")
         load(session, "n = 1", name="again")

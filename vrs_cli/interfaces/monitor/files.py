@@ -38,7 +38,7 @@ TORN = "its last line was not written to the end, and was left out"
 
 
 def _load(station: Station, it: Instruction) -> Talk[None]:
-    return load(station, path_of(it))
+    return load(station, path_of(station, it))
 
 
 def load(station: Station, named: Path) -> Talk[None]:
@@ -51,7 +51,7 @@ def load(station: Station, named: Path) -> Talk[None]:
     if path.suffix.lower() == EXTENSION:
         yield from _load_trajectory(station, path)
         return
-    text = read_program_file(path)
+    text = read_program_file(path, station.folder)
     programs = station.programs
     before, layout = dict(programs), station.layout
     file, diagnostics = parse_file(text)
@@ -124,7 +124,11 @@ def _load_trajectory(station: Station, path: Path) -> Talk[None]:
 
 def _recording(station: Station, path: Path) -> Recording:
     """Read a trajectory file, with progress where somebody watches."""
-    return read_trajectory(path, lambda share: station.terminal.progress(Reading(str(path), share)))
+
+    def progress(share: float) -> None:
+        station.terminal.progress(Reading(str(path), share))
+
+    return read_trajectory(path, progress, within=station.folder)
 
 
 def _warnings(recording: Recording) -> Iterator[Reply]:
@@ -141,7 +145,7 @@ def _store(extension: str, *parts: str) -> Handler:
     """Parts by the names of `files.store.Part`."""
 
     def store(station: Station, it: Instruction) -> Talk[None]:
-        path = _with_extension(path_of(it), extension)
+        path = _with_extension(path_of(station, it), extension)
         what: list[Part] = [files.Part[name] for name in parts]
         programs = [word(argument) for argument in it.arguments[1:]]
         chosen = files.chosen(station.environment, what, programs)
@@ -151,7 +155,7 @@ def _store(extension: str, *parts: str) -> Handler:
             yield Message("There is nothing to store", Tone.WARNING)
             return
         yield from may_write(station, path)
-        write_atomically(path, text)
+        write_atomically(path, text, station.folder)
         station.unstored.stored(chosen)
         yield Message(f"{path} stored")
 
@@ -164,14 +168,14 @@ def _with_extension(path: Path, extension: str) -> Path:
 
 def _save(station: Station, it: Instruction) -> Talk[None]:
     engine = station.engine
-    path = _with_extension(path_of(it), EXTENSION)
+    path = _with_extension(path_of(station, it), EXTENSION)
     yield from may_write(station, path)
-    write_trajectory(path, engine.model, engine.initial, engine.deltas)
+    write_trajectory(path, engine.model, engine.initial, engine.deltas, station.folder)
     yield Message(f"{path} saved: {count(engine.book.commands, 'command')}, {engine.end:.3f} s")
 
 
 def _replay(station: Station, it: Instruction) -> Talk[None]:
-    path = path_of(it)
+    path = path_of(station, it)
     path = path if path.exists() else _with_extension(path, EXTENSION)
     recording = _recording(station, path)
     yield from _warnings(recording)
@@ -207,39 +211,40 @@ def _last_of_motions(timeline: Timeline) -> Iterator[Segment]:
             yield segment
 
 
-def _flist(_station: Station, it: Instruction) -> Talk[None]:
-    yield FileText(tuple(read_program_file(path_of(it)).splitlines()))
+def _flist(station: Station, it: Instruction) -> Talk[None]:
+    yield FileText(tuple(read_program_file(path_of(station, it), station.folder).splitlines()))
 
 
-def _fdirectory(_station: Station, it: Instruction) -> Talk[None]:
-    asked = Path(".") if operand(it, 0) is None else path_of(it)
-    yield FileTable(str(asked), entries(asked))
+def _fdirectory(station: Station, it: Instruction) -> Talk[None]:
+    given, folder = operand(it, 0), station.folder
+    asked = folder.root if given is None else folder.path(word(given), pattern=True)
+    yield FileTable(str(asked), entries(asked, folder))
 
 
 def _fdelete(station: Station, it: Instruction) -> Talk[None]:
-    path = existing(path_of(it))
+    path = existing(path_of(station, it))
     if not (yield from agreed(station, f"The file {path} will be deleted.")):
         return
-    delete(path)
+    delete(path, station.folder)
     yield Message(f"{path} deleted")
 
 
 def _fcopy(station: Station, it: Instruction) -> Talk[None]:
     old, new = yield from _two_files(station, it)
-    copy(old, new)
+    copy(old, new, station.folder)
     yield Message(f"{old} copied to {new}")
 
 
 def _frename(station: Station, it: Instruction) -> Talk[None]:
     old, new = yield from _two_files(station, it)
-    rename(old, new)
+    rename(old, new, station.folder)
     yield Message(f"{old} renamed to {new}")
 
 
 def _two_files(station: Station, it: Instruction) -> Talk[tuple[Path, Path]]:
     """`new = old`: the old file, and the new one, which may be written. Raises FileError and what is under it."""
-    old = existing(Path(word(it.value)).expanduser())
-    new = target(old, path_of(it))
+    old = existing(station.folder.path(word(it.value)))
+    new = target(old, path_of(station, it))
     yield from may_write(station, new)
     return old, new
 

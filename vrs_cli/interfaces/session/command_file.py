@@ -56,7 +56,7 @@ def carry_out_file(station: Station, answers: Answers, named: Path) -> Talk[None
     Raises NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError.
     """
     path = find_program_file(named)
-    lines = command_lines(read_program_file(path))
+    lines = command_lines(read_program_file(path, station.folder))
     if any(path.samefile(running) for running in station.desk.command_files):
         raise UsageError(f"{path} is being carried out", "a command file cannot call itself")
     station.desk.command_files.append(path)

@@ -186,7 +186,7 @@ class Session(Station):
         yield from self.do(statement)
 
     def _carry_out_file(self, it: Instruction) -> Talk[None]:
-        return carry_out_file(self, self.answers, path_of(it))
+        return carry_out_file(self, self.answers, path_of(self, it))
 
 
 HANDLERS: Mapping[str, Callable[[Session, Instruction], Talk[None]]] = {

@@ -59,8 +59,9 @@ def word(expression: Expression | None) -> str:
     raise NoProgramSpecified()
 
 
-def path_of(it: Instruction) -> Path:
-    return Path(word(operand(it, 0))).expanduser()
+def path_of(station: Station, it: Instruction) -> Path:
+    """Raises FileError, FileOutside."""
+    return station.folder.path(word(operand(it, 0)))
 
 
 def shown(expression: Expression) -> str:

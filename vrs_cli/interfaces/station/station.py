@@ -21,6 +21,7 @@ from vrs_cli.errors import (
     RequestRefused,
     TaskNotActive,
 )
+from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.station.desk import Desk
@@ -66,8 +67,8 @@ class Station:
     """One robot, its programs and variables, one clock.
 
     `terminal` is where what it says by itself goes. `driver` runs its tasks. `task` is the robot program that runs or
-    ran last, `last_program` its name. `desk` is that of whoever is served now. `folder`: where programs have their
-    files; `close` sees to it that all of what they wrote is in these.
+    ran last, `last_program` its name. `desk` is that of whoever is served now. `folder`: where its files are; `close`
+    sees to it that all of what programs wrote is in these.
     """
 
     def __init__(
@@ -78,7 +79,7 @@ class Station:
         start: Joints | None = None,
         clock: Clock | None = None,
         limits: Limits = USUAL,
-        folder: Path = Path(),
+        folder: Folder = FREE,
     ) -> None:
         self.terminal = terminal
         self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
@@ -90,7 +91,7 @@ class Station:
         if terminal.attended:  # elsewhere nobody asks what is not stored
             self.unstored.watch()
         self.robot = Readings(self.engine)
-        self.limits = limits
+        self.limits, self.folder = limits, folder
         self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder)
         self.actor = Actor(self.driver)
         self.tasks, self.debugging = self.driver.tasks, self.driver.debugging

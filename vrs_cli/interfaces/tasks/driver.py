@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from math import inf
-from pathlib import Path
 from typing import TypeVar, cast
 
 from msgspec import Struct
@@ -20,6 +19,7 @@ from msgspec import Struct
 from vrs_cli.dialogue.talk import Slice, Talk, Terminal
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, LimitReached, VrsError
+from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.tasks.debugging import Debugging
 from vrs_cli.interfaces.tasks.devices import Devices
@@ -64,7 +64,7 @@ class Driver:
     """
 
     def __init__(
-        self, engine: Engine, terminal: Terminal, environment: Environment, robot: RobotReadings, folder: Path = Path()
+        self, engine: Engine, terminal: Terminal, environment: Environment, robot: RobotReadings, folder: Folder = FREE
     ) -> None:
         self.engine, self.terminal, self.environment = engine, terminal, environment
         self.inputs: Inputs = NO_INPUTS
