@@ -12,6 +12,7 @@ from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.kind import key_of
 from vrs_cli.lsp.occurrences import blanked
+from vrs_cli.repl.complete import top_level
 
 _FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Za-z][\w.]*)\s")
 _BEFORE_PARENTHESIS = re.compile(r"([#$]?[A-Za-z][\w.]*)\s*$")
@@ -57,7 +58,7 @@ def _signature(form: str, summary: str, names: Iterable[str], rest: str) -> Sign
     arguments = tuple(_places(form, names))
     if not arguments:
         return None
-    return Signature(form, summary, arguments, min(_commas(rest), len(arguments) - 1))
+    return Signature(form, summary, arguments, min(top_level(rest).count(","), len(arguments) - 1))
 
 
 def _places(form: str, names: Iterable[str]) -> Iterator[tuple[int, int]]:
@@ -79,12 +80,3 @@ def _open_parenthesis(text: str) -> int | None:
         if depth < 0:
             return at
     return None
-
-
-def _commas(text: str) -> int:
-    """Those outside of parentheses."""
-    depth = count = 0
-    for c in text:
-        depth += (c in "([") - (c in ")]")
-        count += c == "," and depth == 0
-    return count

@@ -68,11 +68,11 @@ class Place(Struct, frozen=True):
     @property
     def index(self) -> int:
         """The argument, from 0: how many commas outside parentheses stand before."""
-        return self.first + _top_level(self.before).count(",")
+        return self.first + top_level(self.before).count(",")
 
     @property
     def after_equals(self) -> bool:
-        return re.search(r"(?<![=<>])=(?![=<>])", _top_level(self.before)) is not None
+        return re.search(r"(?<![=<>])=(?![=<>])", top_level(self.before)) is not None
 
     @property
     def operand_ended(self) -> bool:
@@ -112,7 +112,7 @@ class Place(Struct, frozen=True):
         return None
 
 
-def _top_level(text: str) -> str:
+def top_level(text: str) -> str:
     """The text with all that is inside parentheses or brackets left out."""
     kept, depth = [], 0
     for character in text:

@@ -180,27 +180,24 @@ class Lexer:
         word = _WORD.match(self._text, self._at)
         if word is None:
             label = _LABEL.match(self._text, self._at)
-            return (
-                re.compile(_NO_ARGUMENT if label else _VALUE).match(self._text, label.end() if label else self._at)
-                is not None
-            )
+            return self._follows(_NO_ARGUMENT if label else _VALUE, label.end() if label else self._at)
         name, at = word[0].upper(), word.end()
-        if re.compile(_COLON_EQUAL).match(self._text, at):
+        if self._follows(_COLON_EQUAL, at):
             return False
         if name[0] in "#$" or name in _PREFIXES:
             return True
         defined, function = word[0].lower()[:NAME_LENGTH] in names, FUNCTIONS.get(name)
-        operated, constant = (
-            re.compile(_OPERATED).match(self._text, at) is not None,
-            function is not None and function.constant,
-        )
+        operated, constant = self._follows(_OPERATED, at), function is not None and function.constant
         if name in COMMANDS or name in PROGRAM_WORDS:
             return operated and (defined or constant)
         if constant or (function is not None and self._text[at : at + 1] == "("):
             return True
         if defined:
-            return re.compile(_NO_ARGUMENT).match(self._text, at) is not None
+            return self._follows(_NO_ARGUMENT, at)
         return operated and not rows_for(name, COMMANDS, PROGRAM_WORDS)
+
+    def _follows(self, pattern: str, at: int) -> bool:
+        return re.compile(pattern).match(self._text, at) is not None
 
     def _statement(self, *, at_prompt: bool = False) -> None:
         kind: type[VrsError] = UsageError if at_prompt else CannotInterpret
@@ -225,18 +222,13 @@ class Lexer:
         if match is None:
             if kind is not UsageError and self._patterns.next.match(self._text, self._at) is None:
                 raise self._unreadable()
-            glued = _GLUED.match(self._text, self._at)
-            raise self._refusal(kind, self._at, glued.end() if glued else self._at + 1, detail, hint)
-        self._refuse_other_letters(match)
-        return match
-
-    def _refuse_other_letters(self, word: re.Match[str]) -> None:
-        """A letter of another alphabet does not end a word: it is a mistake in it."""
-        if self._text[word.end() : word.end() + 1].isalnum():
-            glued = _GLUED.match(self._text, word.end())
-            end = glued.end() if glued else word.end() + 1
+            raise self._refusal(kind, self._at, max(self._glued(self._at), self._at + 1), detail, hint)
+        if self._text[match.end() : match.end() + 1].isalnum():
+            # a letter of another alphabet does not end a word: it is a mistake in it
+            end = max(self._glued(match.end()), match.end() + 1)
             hint = "letters a to z, digits, . and _"
-            raise self._refusal(InvalidName, word.start(), end, self._text[word.start() : end], hint)
+            raise self._refusal(InvalidName, match.start(), end, self._text[match.start() : end], hint)
+        return match
 
     def _row_of(self, word: re.Match[str], at_prompt: bool) -> Word:
         found = rows_for(word[0], *((COMMANDS, PROGRAM_WORDS) if at_prompt else (PROGRAM_WORDS,)))
@@ -277,32 +269,24 @@ class Lexer:
             self._add(row.name, row.name, *word.span())
             self._val_if = row.name == "IF" and re.search(VAL_IF, self._before_comment(self._at)) is not None
             self._rest()
-            self._mark_colon(row)
+            last = self.tokens[-2 if self.tokens[-1].type == "COMMENT" else -1]
+            if row.name in ("VALUE", "ANY") and last.text == ":":
+                last.type = "COLON"  # the colon that ends VALUE 1, 2: is no operator
         else:
             self._add("WORD", row.name, *word.span(), row)
             self._arguments(row)
 
-    def _mark_colon(self, row: Word) -> None:
-        """The colon that ends VALUE 1, 2: is no operator."""
-        last = self.tokens[-2 if self.tokens[-1].type == "COMMENT" else -1]
-        if row.name in ("VALUE", "ANY") and last.text == ":":
-            last.type = "COLON"
-
     def _arguments(self, row: Word) -> None:
         if row.state is not State.SUPPORTED:
-            self._unread_rest()
+            self._skip_blanks()
+            rest = self._before_comment(self._at).rstrip()
+            if rest:
+                self._add("REST", rest, self._at, self._at + len(rest))
         elif row.raw:
             self._raw_words(row)
         else:
             self._row = row
             self._before_arguments(row)
-            self._rest()
-
-    def _unread_rest(self) -> None:
-        self._skip_blanks()
-        rest = self._before_comment(self._at).rstrip()
-        if rest:
-            self._add("REST", rest, self._at, self._at + len(rest))
         self._rest()
 
     def _raw_words(self, row: Word) -> None:
@@ -425,9 +409,9 @@ class Lexer:
         return None if depth else commas
 
     def _number(self, text: str, start: int, end: int) -> None:
-        glued = _GLUED.match(self._text, end)
-        if glued is not None:
-            raise self._refusal(InvalidNumber, start, glued.end(), self._text[start : glued.end()])
+        glued = self._glued(end)
+        if glued > end:
+            raise self._refusal(InvalidNumber, start, glued, self._text[start:glued])
         self._add("NUMBER", text, start, end)
 
     def _sign(self, text: str, start: int, end: int) -> None:
@@ -444,6 +428,11 @@ class Lexer:
         """Keep what stands there as a token, and go on behind it."""
         self._at = end
         self.tokens.append(Token(type, value, self._text[start:end], Span(self._line, start + 1, end + 1), row))
+
+    def _glued(self, at: int) -> int:
+        """Where a run of characters of names and numbers ends."""
+        match = _GLUED.match(self._text, at)
+        return at if match is None else match.end()
 
     def _skip_blanks(self) -> None:
         self._at = len(self._text) - len(self._text[self._at :].lstrip(" \t"))
@@ -467,14 +456,14 @@ class Lexer:
         """What is wrong where no token begins."""
         self._skip_blanks()
         at, character = self._at, self._text[self._at]
-        glued = _GLUED.match(self._text, at)
+        glued = self._glued(at)
         if character == '"':
             return self._refusal(MissingQuote, at, len(self._text), "the text is not closed", 'a text ends in "')
-        if character in "^'" and glued is not None:
+        if character in "^'" and glued > at:
             hint = "write ^HFF, ^B101, ^17 or 'A"
-            return self._refusal(InvalidNumber, at, glued.end(), glued[0], hint)
+            return self._refusal(InvalidNumber, at, glued, self._text[at:glued], hint)
         if character in "_#$%" or character.isalpha():
-            end = glued.end() if glued else at + 1
+            end = max(glued, at + 1)
             return self._refusal(InvalidName, at, end, self._text[at:end], "a name begins with a letter a to z")
         shown = character if character.isprintable() else f"character {ord(character)}"
         return self._refusal(CannotInterpret, at, at + 1, f"{shown} has no meaning here")
