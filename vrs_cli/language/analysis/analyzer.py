@@ -207,19 +207,15 @@ class _Steps(Expressions):
         self.value(value, wanted)
         self.define(target, wanted)
 
-    def _condition(self, statement: ast.If | ast.IfGoto | ast.While | ast.Until) -> None:
-        self.value(statement.condition, REAL)
+    def _reals(self, *expressions: Expression | None) -> None:
+        for expression in expressions:
+            if expression is not None:
+                self.value(expression, REAL)
 
     def _for(self, statement: ast.For) -> None:
         self.reference(statement.variable)
-        for limit in (statement.first, statement.last, statement.step):
-            if limit is not None:
-                self.value(limit, REAL)
+        self._reals(statement.first, statement.last, statement.step)
         self.define(statement.variable, REAL)
-
-    def _value(self, statement: ast.Value) -> None:
-        for test in statement.tests:
-            self.value(test, REAL)
 
     def _wait(self, statement: ast.Instruction) -> None:
         """WAIT 3 waits for a signal, as in VAL: as a condition a number would make no sense."""
@@ -267,9 +263,7 @@ class _Steps(Expressions):
         """Check the operands; the value first, since the instruction reads it before it defines a variable."""
         if statement.value is not None and row.value is not None:
             self._check_operand(statement.value, row.value)
-        for stamp in (statement.modifiers.at, statement.modifiers.within):
-            if stamp is not None:
-                self.value(stamp, REAL)
+        self._reals(statement.modifiers.at, statement.modifiers.within)
         for place, expression in enumerate(statement.arguments):
             argument = argument_at(row, place)
             if expression is not None and argument is not None:
@@ -341,11 +335,10 @@ class _Steps(Expressions):
 _STATEMENTS: Mapping[type, Callable[[_Steps, Any], None]] = {
     ast.Assignment: _Steps._assignment,
     ast.Instruction: partial(_Steps._instruction, table=INSTRUCTIONS),
-    ast.If: _Steps._condition,
-    ast.IfGoto: _Steps._condition,
-    ast.While: _Steps._condition,
-    ast.Until: _Steps._condition,
+    **dict.fromkeys(
+        (ast.If, ast.IfGoto, ast.While, ast.Until), lambda steps, statement: steps._reals(statement.condition)
+    ),
     ast.For: _Steps._for,
-    ast.Case: lambda steps, case: steps.value(case.subject, REAL),
-    ast.Value: _Steps._value,
+    ast.Case: lambda steps, case: steps._reals(case.subject),
+    ast.Value: lambda steps, value: steps._reals(*value.tests),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from itertools import islice
 from typing import Any
 
@@ -36,16 +37,6 @@ from vrs_cli.language.words.word import Row, Shape, State, argument_at, usable_n
 
 FORMAT_CODES = "BCDEFGHIOSUX"
 
-# The arguments that are simply values.
-VALUES: Mapping[Shape, Kinds] = {
-    Shape.REAL: REAL,
-    Shape.SIGNALS: REAL,
-    Shape.GROUP: REAL,
-    Shape.TASK: REAL,
-    Shape.STRING: STRING,
-    Shape.LOCATION: LOCATION,
-    Shape.PLACE: PLACE,
-}
 
 # The arguments that are variables to be given a value.
 VARIABLES: Mapping[Shape, Kinds] = {
@@ -67,12 +58,7 @@ class Expressions(Names):
 
     def argument(self, expression: Expression, shape: Shape) -> None:
         """Check the expression that stands where the table wants an argument of this shape."""
-        if shape in VALUES:
-            self.value(expression, VALUES[shape])
-        elif shape in VARIABLES:
-            self._define(expression, VARIABLES[shape])
-        else:
-            _SHAPES[shape](self, expression)
+        _SHAPES[shape](self, expression)
 
     def _item(self, expression: Expression) -> None:
         if not isinstance(expression, ast.Format):
@@ -282,15 +268,16 @@ _KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {
 }
 
 _SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
+    **dict.fromkeys((Shape.REAL, Shape.SIGNALS, Shape.GROUP, Shape.TASK), partial(Expressions.value, wanted=REAL)),
+    Shape.STRING: partial(Expressions.value, wanted=STRING),
+    Shape.LOCATION: partial(Expressions.value, wanted=LOCATION),
+    Shape.PLACE: partial(Expressions.value, wanted=PLACE),
+    **{shape: partial(Expressions._define, wanted=kinds) for shape, kinds in VARIABLES.items()},
     Shape.ITEM: Expressions._item,
     Shape.UNIT: Expressions._unit,
     Shape.LOCATION_VARIABLE: Expressions._location_variable,
     Shape.LABEL: Expressions._label,
-    Shape.FILE: Expressions._word,
-    Shape.WORD: Expressions._word,
-    Shape.BRANCH: Expressions._word,
-    Shape.SWITCH: Expressions._word,
-    Shape.PARAMETER_NAME: Expressions._word,
     Shape.SETTING: Expressions._setting,
-    Shape.INSTRUCTION: Expressions._word,
+    **dict.fromkeys((Shape.FILE, Shape.WORD, Shape.BRANCH, Shape.SWITCH), Expressions._word),
+    **dict.fromkeys((Shape.PARAMETER_NAME, Shape.INSTRUCTION), Expressions._word),
 }

@@ -6,7 +6,7 @@ The tables say by their column `where` which rows are of V+ alone; `IN_VAL2` say
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from vrs_cli.errors import NotAvailable
 from vrs_cli.language.text import ast
@@ -81,9 +81,9 @@ def beyond_val2(statement: Statement, *, at_prompt: bool = False) -> Iterator[Di
     inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
     table = COMMANDS if at_prompt and inner is statement else INSTRUCTIONS
     for node in ast.nodes(inner):
-        found = _LOOKS.get(type(node))
-        if found is not None:
-            yield from (_refused(one) for one in found(node, table))
+        look = _LOOKS.get(type(node))
+        if look is not None:
+            yield from look(node, table)
 
 
 def program_beyond_val2(program: Program) -> Iterator[Diagnostic]:
@@ -93,48 +93,42 @@ def program_beyond_val2(program: Program) -> Iterator[Diagnostic]:
             yield from beyond_val2(step.statement)
 
 
-class _Found(NamedTuple):
-    what: str
-    instead: str
-    span: Span
+def _refused(what: str, instead: str, span: Span) -> Diagnostic:
+    return error(NotAvailable, span, f"{what} of V+, and VPLUS is off", f"in VAL-II: {instead}")
 
 
-def _refused(found: _Found) -> Diagnostic:
-    return error(NotAvailable, found.span, f"{found.what} of V+, and VPLUS is off", f"in VAL-II: {found.instead}")
-
-
-def _named(name: str, where: str, span: Span) -> Iterator[_Found]:
+def _named(name: str, where: str, span: Span) -> Iterator[Diagnostic]:
     if where.strip() == V_PLUS:
-        yield _Found(f"{name} is", IN_VAL2.get(name, NOTHING_LIKE_IT), span)
+        yield _refused(f"{name} is", IN_VAL2.get(name, NOTHING_LIKE_IT), span)
 
 
-def _instruction(node: ast.Instruction, table: Mapping[str, Word]) -> Iterator[_Found]:
+def _instruction(node: ast.Instruction, table: Mapping[str, Word]) -> Iterator[Diagnostic]:
     row = table.get(node.word) or INSTRUCTIONS[node.word]
     yield from _named(row.name, row.where, node.span)
     if node.modifiers.unit is not None:
         yield from _named(node.modifiers.unit, LINKS[node.modifiers.unit].where, node.span)
     task = node.arguments[-1] if row.tasked and len(node.arguments) == len(row.arguments) else None
     if task is not None and row.where.strip() != V_PLUS:
-        yield _Found("the number of a task is", IN_VAL2["EXECUTE"], task.span)
+        yield _refused("the number of a task is", IN_VAL2["EXECUTE"], task.span)
 
 
-def _call(node: ast.Call, _table: Mapping[str, Word]) -> Iterator[_Found]:
+def _call(node: ast.Call, _table: Mapping[str, Word]) -> Iterator[Diagnostic]:
     row = FUNCTIONS.get(node.name)
     if row is not None:
         yield from _named(row.name, row.where, node.span)
 
 
-def _binary(node: ast.Binary, _table: Mapping[str, Word]) -> Iterator[_Found]:
+def _binary(node: ast.Binary, _table: Mapping[str, Word]) -> Iterator[Diagnostic]:
     yield from _named(node.operator, OPERATORS[node.operator].where, node.span)
 
 
-def _variable(node: ast.Variable, _table: Mapping[str, Word]) -> Iterator[_Found]:
+def _variable(node: ast.Variable, _table: Mapping[str, Word]) -> Iterator[Diagnostic]:
     if len(node.indexes or ()) > 1 or node.rest:
         hint = f"one index: {node.sigil}{node.name}[10*i+j]"
-        yield _Found("an array with several indexes is", hint, node.span)
+        yield _refused("an array with several indexes is", hint, node.span)
 
 
-_LOOKS: Mapping[type, Callable[[Any, Mapping[str, Word]], Iterator[_Found]]] = {
+_LOOKS: Mapping[type, Callable[[Any, Mapping[str, Word]], Iterator[Diagnostic]]] = {
     ast.Instruction: _instruction,
     ast.Call: _call,
     ast.Binary: _binary,

@@ -118,21 +118,20 @@ class Names(Findings):
     def read(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
         """Note that a variable is read as one of the kinds. Return its kind if that is decided."""
         self.first_read.setdefault(variable.key, variable)
+        return self._meet(variable, wanted)
+
+    def define(self, variable: ast.Variable, wanted: Kinds) -> None:
+        """Note that a variable is given a value of one of the kinds."""
+        self.given.add(variable.key)
+        self._meet(variable, wanted)
+
+    def _meet(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
         kind = SIGIL_KINDS.get(variable.sigil)
         if kind is None:
             return self._decide(variable, wanted)
         if kind not in wanted:
             self.mismatch(variable, kind, wanted)
         return kind
-
-    def define(self, variable: ast.Variable, wanted: Kinds) -> None:
-        """Note that a variable is given a value of one of the kinds."""
-        self.given.add(variable.key)
-        kind = SIGIL_KINDS.get(variable.sigil)
-        if kind is None:
-            self._decide(variable, wanted)
-        elif kind not in wanted:
-            self.mismatch(variable, kind, wanted)
 
     def _decide(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
         """Return the kind of a bare name. If nothing has decided it yet, this use does where it leaves one choice."""
