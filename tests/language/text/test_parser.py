@@ -146,6 +146,21 @@ def test_an_expression_may_stand_where_a_parenthesis_is_left_out() -> None:
     assert statement_text(statement("ATTACH a-1")) == "ATTACH (a-1)"
 
 
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("FOR i", "= is missing"),
+        ("FOR i TO 5", "= is missing"),
+        ("FOR i = 1", "TO is missing"),
+        ("x = a[,)", "\\) closes nothing"),
+        ("IF x", "THEN or GOTO is missing"),
+    ],
+)
+def test_a_refusal_says_what_the_parser_would_have_taken(line: str, message: str) -> None:
+    with pytest.raises(LineRefused, match=message):
+        parse_step(line)
+
+
 def test_constants_can_be_named_where_something_is_defined() -> None:
     """So that the analyzer can say that they are reserved."""
     assert statement("PI = 3").target == Variable("pi", "", None, Span(1, 1, 3))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from vrs_cli.errors import (
     CannotInterpret,
@@ -13,30 +13,33 @@ from vrs_cli.errors import (
 from vrs_cli.language.text.ast import Span
 from vrs_cli.language.text.diagnostics import Diagnostic, did_you_mean, error
 from vrs_cli.language.text.lexer import Token
+from vrs_cli.language.text.table import END
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
 from vrs_cli.language.words.word import MODIFIERS
 
 _PAIRS = {"RPAR": "LPAR", "RGROUP": "LGROUP", "RSQB": "LSQB"}
 _OPENING = {"LPAR": ")", "LGROUP": ")", "LSQB": "]"}
 _VALUES = frozenset({"NAME", "PROGRAM", "NUMBER", "STRING", "FORMAT", "RAW"})
+_BEGINS_VALUE = _VALUES | {"PREFIX", "LPAR", "LGROUP", "LSQB"}
 _ENDS_VALUE = _VALUES | {"RPAR", "RGROUP", "RSQB"}
-_WANTS_VALUE = frozenset({"INFIX", "PREFIX", "EQUAL", "LEAD", "TO", "STEP", "AT", "IN", "BY", "LPAR", "LSQB", "COMMA"})
-_LINKS: Mapping[str, tuple[str, ...]] = {name: row.links_wanted for name, row in CONTROL.items() if row.links}
 _CONDITIONS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
 
 
-def complaint(tokens: Sequence[Token], token: Token | None, start: str) -> Diagnostic:
-    """The diagnostic for the token that does not fit; None is the end of the line."""
+def complaint(tokens: Sequence[Token], token: Token | None, accepted: frozenset[str], start: str) -> Diagnostic:
+    """The diagnostic for the token that does not fit; None is the end of the line. `accepted`: the terminals that would
+    fit in its place.
+    """
     before = tokens[: tokens.index(token)] if token is not None else list(tokens)
-    return _Complaint(before, token, start).diagnostic()
+    return _Complaint(before, token, accepted, start).diagnostic()
 
 
 class _Complaint:
     """`before`: the tokens that did fit, `token`: the first that did not."""
 
-    def __init__(self, before: Sequence[Token], token: Token | None, start: str) -> None:
+    def __init__(self, before: Sequence[Token], token: Token | None, accepted: frozenset[str], start: str) -> None:
         self._before = before
         self._token = token
+        self._accepted = accepted
         self._start = start
         self._head = next((one for one in before if one.type != "DO_COMMAND"), None)
 
@@ -76,11 +79,13 @@ class _Complaint:
     def _no_operand(self) -> Diagnostic | None:
         """An operator, a comma or a linking word with nothing after it."""
         last = self._last
-        if last is None or self._type in _VALUES or self._type in _OPENING or self._type == "PREFIX":
+        if last is None or self._type in _BEGINS_VALUE or "NAME" not in self._accepted or last.type in _ENDS_VALUE:
             return None
-        if last.type in _LINKS or last.type in ("UNTIL", "VALUE"):
+        if last.type in CONTROL:
             return self._say(CannotInterpret, f"a value is missing after {last.text.upper()}", CONTROL[last.type].form)
-        if last.type not in _WANTS_VALUE or (last.type == "COMMA" and self._type == ""):
+        if last.type != "COMMA" and END in self._accepted:
+            return None  # nothing need follow
+        if last.type == "LGROUP" or (last.type == "COMMA" and self._token is None):
             return None
         if self._type == "EQUAL" and last.text in "<>=":
             return self._say(IllegalExpression, f"{last.text}=", "the relations are == <> < > <= >=", last)
@@ -122,16 +127,17 @@ class _Complaint:
 
     def _missing_link(self) -> Diagnostic | None:
         """IF without THEN, and its like."""
-        head = self._head
-        if head is None or head.type not in _LINKS or head is self._last:
+        head, last = self._head, self._last
+        if head is None or last is None or head is last or head.type not in CONTROL:
             return None
-        links = _LINKS[head.type]
+        links = CONTROL[head.type].links_wanted
         relation = RELATIONS_OF_VAL.get(self._token_text().upper())
         if relation is not None:
             return self._say(IllegalExpression, self._token_or_end(), f"write {relation}")
-        if any(one.type in links for one in self._before) or self._type in _VALUES:
+        if "EQUAL" in self._accepted and head.type == "FOR":
+            return self._say(CannotInterpret, "= is missing", f"the form is {CONTROL['FOR'].form}")
+        if self._type in _VALUES or self._accepted.isdisjoint(links):
             return None
-        last = self._before[-1]
         detail = f"{' or '.join(links)} is missing"
         if len(self._before) > 1 and self._before[-2] is head and last.text.upper() in links:
             detail = f"a value is missing between {head.type} and {last.text.upper()}"
@@ -146,8 +152,6 @@ class _Complaint:
             return self._say(CannotInterpret, self._token_or_end(), 'a name with blanks stands in quotes: "my file.v2"')
         if last.text.upper() in ("AT", "IN") and self._before[-2:-1] and self._before[-2].type == "WORD":
             return self._say(CannotInterpret, f"{self._before[-2].value} takes no {last.text.upper()}", "", last)
-        if self._head is not None and self._head.type == "FOR" and not any(one.type == "EQUAL" for one in self._before):
-            return self._say(CannotInterpret, "= is missing", f"the form is {CONTROL['FOR'].form}")
         relation = RELATIONS_OF_VAL.get(self._token_text().upper())
         hint = f"write {relation}" if relation else self._nearest_modifier()
         hint = hint or f"an operator or a comma is missing before {self._token_text()}"

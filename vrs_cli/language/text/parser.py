@@ -136,7 +136,7 @@ class LineParser:
         states, reductions, done = self._table.states, self._reductions, self._table.ends[start]
         at, values = [self._table.starts[start]], list[Any]()
         for token in (*tokens, None):
-            terminal = END if token is None else token.type
+            terminal, stand = END if token is None else token.type, at.copy()
             while (to := states[at[-1]].get(terminal)) is not None and to < 0:
                 origin, size, build = reductions[~to]
                 children = values[len(values) - size :]
@@ -146,10 +146,24 @@ class LineParser:
                 if token is None and at[-1] == done:
                     return values[-1]
             if to is None:
-                raise LineRefused(complaint(tokens, token, start))
+                raise LineRefused(complaint(tokens, token, self._accepted(stand, start), start))
             at.append(to)
             values.append(token)
         raise AssertionError("the end of a line is never shifted")
+
+    def _accepted(self, at: list[int], start: str) -> frozenset[str]:
+        """The terminals that may follow. A state names some of which only a reduction shows that they may not."""
+        return frozenset(symbol for symbol in self._table.states[at[-1]] if self._fits(at.copy(), symbol, start))
+
+    def _fits(self, at: list[int], symbol: str, start: str) -> bool:
+        states = self._table.states
+        while (to := states[at[-1]].get(symbol)) is not None and to < 0:
+            origin, size, _ = self._reductions[~to]
+            del at[len(at) - size :]
+            at.append(states[at[-1]][origin])
+            if at[-1] == self._table.ends[start]:
+                return symbol == END
+        return to is not None
 
 
 class _Reduction(NamedTuple):
