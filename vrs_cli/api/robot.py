@@ -26,7 +26,7 @@ from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, Clock, VirtualClock
 from vrs_cli.engine.commands import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.engine.comparison import compare
 from vrs_cli.engine.history import CommandRecord
-from vrs_cli.errors import UsageError
+from vrs_cli.errors import JointOutOfRange, UsageError
 from vrs_cli.files.continuing import bookmark_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
@@ -105,7 +105,12 @@ class Robot:
 
     def _go(self, word: str, to: tuple[ArrayLike | Location, ...], at: float | None, speed: float | None) -> Robot:
         target, shown = self._target(to)
-        return self._command(target, f"{word} {shown}", at, speed, straight=word == "MOVES")
+        try:
+            return self._command(target, f"{word} {shown}", at, speed, straight=word == "MOVES")
+        except JointOutOfRange as error:
+            if error.hint or isinstance(target, PoseTarget):
+                raise
+            raise error.reworded(hint="these are joints; trans(x, y, z, o, a, t) makes a location") from None
 
     def _command(
         self, target: Target, text: str, at: float | None, speed: float | None, *, straight: bool = False
