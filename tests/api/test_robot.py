@@ -101,8 +101,9 @@ def test_speed_is_for_one_motion() -> None:
 
 
 def test_real_time_takes_its_time() -> None:
-    r = vrs.Robot(realtime=1000.0).move(*DOWN)
+    r = vrs.Robot(realtime=1000.0).move(*DOWN, at=1e6)
     assert r.now < r.end
+    r = vrs.Robot(realtime=1000.0).move(*DOWN)
     assert r.wait().now >= r.end
 
 
@@ -312,6 +313,27 @@ def test_subscribe() -> None:
     assert repr(heard[1]).startswith("<Change to version 1: MOVE #PPOINT(0, -45, 180, 0, 45, 0), to ")
 
 
+def test_reads_in_real_time_follow_the_clock() -> None:
+    r = vrs.Robot(realtime=50.0).move(*DOWN)
+    before = r.now
+    while r.now == before:
+        pass
+    assert r.where().t > before
+
+
+def test_abort_overtakes_a_program_in_real_time() -> None:
+    r, runs = vrs.Robot(realtime=True), list[vrs.Run]()
+    r.define(".PROGRAM endless\nDO\n DELAY 1\n BREAK\nUNTIL FALSE\n.END")
+    thread = Thread(target=lambda: runs.append(r.execute("endless", check=False)))
+    thread.start()
+    while not r.commands:
+        pass
+    r.abort()
+    thread.join(timeout=20.0)
+    assert [run.outcome.value for run in runs] == ["(ABORTED)"]
+    assert r.where(r.end).t < 20.0
+
+
 def test_many_threads() -> None:
     r = vrs.Robot()
     threads = [Thread(target=lambda: [r.move(*DOWN).ready() for _ in range(5)]) for _ in range(4)]
@@ -367,7 +389,7 @@ WRONG: tuple[tuple[Callable[[vrs.Robot], object], type[Exception], str], ...] = 
     (
         lambda r: r.moves(300, 450, -200, 90, 90, 0),
         vrs.MotionError,
-        r"\Joint 1 out of .* joints; trans",
+        r"Joint 1 out of .* joints; trans",
     ),
     (lambda r: r.move(vrs.trans(5000, 0, 0)), vrs.MotionError, r"\*Location too far\*"),
     (lambda r: r.where("x"), TypeError, "t: numbers are wanted, not 'x'"),

@@ -67,7 +67,7 @@ def test_a_session_refuses_what_is_not_for_the_role() -> None:
     session.perform("EDIT a")
     with pytest.raises(RoleWanted, match="SPEED is for a supervisor"):
         session.converse(session.answers("SPEED 50", Role.DESIGNER))
-    assert session.editor is not None
+    assert session.desk.editor is not None
     assert session.engine.settings.monitor_speed == 100.0
 
 

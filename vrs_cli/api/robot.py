@@ -7,8 +7,6 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from copy import copy
 from pathlib import Path
-from threading import RLock
-from typing import TypeVar
 
 import numpy as np
 from msgspec import structs
@@ -41,8 +39,6 @@ from vrs_cli.language.words.values import Value, numbers_of, plain
 from vrs_cli.repl.conversation import Conversation
 from vrs_cli.trajectory.timeline import Timeline
 
-T = TypeVar("T")
-
 MOST_SAMPLES = 50_000_000
 
 
@@ -70,14 +66,8 @@ class Robot:
     def _open(self, model: RobotModel, units: Units, start: ArrayLike | None, clock: Clock) -> None:
         self.units, self._model = units, model
         joints = None if start is None else self._joints(start, "start")
-        notes, lock = Notes(), RLock()
-        session = Session(notes, model, start=joints, clock=clock)
-
-        def alone(work: Callable[[Session], T]) -> T:
-            with lock:
-                return work(session)
-
-        self._robot = Supervisor(session, notes, alone)
+        notes = Notes()
+        self._robot = Supervisor(Session(notes, model, start=joints, clock=clock), notes)
 
     def in_units(self, units: str | Units) -> Robot:
         """The same robot, spoken to in other units: "VAL" or "SI"."""
@@ -353,7 +343,7 @@ class Robot:
 
         The first Change is the timeline as it is. Each has `version` and `timeline`, and a `delta` where it is one.
         """
-        return hear(self._robot.alone(lambda session: session.engine.events.subscribe()), callback)
+        return hear(self._robot.subscribe(), callback)
 
     def plot(self, *what: str | int) -> Picture:
         """Curves over the whole time: joints (by number), "velocity", "acceleration", "X", "tool", "speed", "hand".

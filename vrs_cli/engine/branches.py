@@ -7,7 +7,7 @@ only, as deltas like any others.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 
 from msgspec import Struct, structs
 
@@ -49,9 +49,9 @@ class Branches:
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
-        self.who = ""
+        self.who: Hashable = None
         self._main = self._present = _Branch(MAIN, None)
-        self._made: dict[tuple[str, str], _Branch] = {}  # by who made them, and their names
+        self._made: dict[tuple[Hashable, str], _Branch] = {}  # by who made them, and their names
 
     # --- reading ---
 
@@ -89,7 +89,7 @@ class Branches:
     def _found(self, name: str) -> _Branch | None:
         return self._main if name.lower() == MAIN else self._made.get(self._key(name))
 
-    def _key(self, name: str) -> tuple[str, str]:
+    def _key(self, name: str) -> tuple[Hashable, str]:
         return self.who, name.lower()
 
     def _named(self, name: str) -> _Branch:

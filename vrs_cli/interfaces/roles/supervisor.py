@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol, TypeVar
+from threading import Lock
+from typing import TypeVar
 
 from vrs_cli.dialogue.questions import Answer, Confirmation, LineWanted, Parting, Question
 from vrs_cli.dialogue.replies import Message, Reply
-from vrs_cli.dialogue.talk import Reading, Running
+from vrs_cli.dialogue.talk import Reading, Running, Talk
+from vrs_cli.engine.clock import SLICE, WallClock
 from vrs_cli.engine.commands import Break, Request
+from vrs_cli.engine.engine import Event
+from vrs_cli.engine.feed import Subscription
 from vrs_cli.errors import EndOfInput, ProgramNotExecutable, UsageError
 from vrs_cli.files.program_file import find_program_file, read_program_file
+from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.roles.designer import Designer
 from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.interfaces.session.session import Session
@@ -22,20 +29,14 @@ from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.values import Value
 
+PATIENCE = 0.005  # [s] between two looks whether another thread, which drives the robot, has done what was asked for
 T = TypeVar("T")
-
 
 Answers = Callable[[Question], str | None]  # what is typed after a question; None where nobody answers
 
 
 def no_answer(_question: Question) -> None:
     """Nobody is there to be asked."""
-
-
-class Lends(Protocol):
-    """Lets one piece of work at a time have the session of a robot, and gives back what comes of it."""
-
-    def __call__(self, work: Callable[[Session], T], /) -> T: ...
 
 
 class Notes:
@@ -73,12 +74,44 @@ class Notes:
 
 
 class Supervisor(Observer, Designer):
-    """Metres, radians, seconds. What the robot refuses is raised as VrsError."""
+    """Holds a robot. Metres, radians, seconds. What the robot refuses is raised as VrsError.
 
-    def __init__(self, session: Session, notes: Notes, lends: Lends) -> None:
-        Observer.__init__(self, session.engine)
+    Any thread may call any method: one thing is done at a time, in the order in which it was asked for. Who waits for
+    the end of something drives the robot meanwhile, unless another thread does already.
+    """
+
+    def __init__(self, session: Session, notes: Notes) -> None:
+        holder = Holder(session)
+        holder.desk = session.desk
+        Observer.__init__(self, holder)
         Designer.__init__(self, self._perform)
-        self.alone, self._notes = lends, notes
+        self._holder, self._session, self._notes = holder, session, notes
+        self._driving = Lock()
+        self._talking = Lock()  # what is typed has one place
+
+    def alone(self, work: Callable[[Session], T]) -> T:
+        """Do something with the session while nobody else changes anything; what comes of it."""
+        return self._end(self._holder.call(work))
+
+    def _end(self, ticket: Ticket[T]) -> T:
+        """Wait until a request is over; what comes of it."""
+        while not ticket.done():
+            if self._driving.acquire(timeout=PATIENCE):
+                try:
+                    return self._session.actor.finish(ticket, self._notes)
+                finally:
+                    self._driving.release()
+            self._hear(ticket)
+        self._hear(ticket)
+        return ticket.result()
+
+    def _hear(self, ticket: Ticket[T]) -> None:
+        """What was said while another thread drove."""
+        for said in ticket.heard():
+            if isinstance(said, Question):
+                ticket.answer(self._notes.ask(said))
+            else:
+                self._notes.show(said)
 
     def _perform(self, request: Request, issued: float | None) -> None:
         def work(session: Session) -> None:
@@ -88,26 +121,32 @@ class Supervisor(Observer, Designer):
         self.alone(work)
 
     def wait(self) -> None:
-        """Wait until the robot stands: in real time as long as that takes."""
+        """Wait until the robot stands: in real time as long as that takes. Others may ask for something meanwhile.
+
+        Raises ClockPaused where the clock stands.
+        """
+        clock = self._session.engine.clock
+        while isinstance(clock, WallClock) and not clock.paused and (left := self.timeline.end - clock.reached) > 0.0:
+            time.sleep(min(left / clock.rate, SLICE))
         self.perform(Break(), None)
 
     def abort(self) -> None:
-        """Stop the program and the motion now."""
-        self.alone(Session.abort)
+        """Stop the program and the motion now, before all else that was asked for."""
+        self._end(self._holder.call(Session.abort, urgent=True))
 
     def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
         """A line of the prompt; what is answered, and typed. `answer`: to what it asks. Raises LineRefused."""
-        return self.talk(lambda session: session.perform(line), answer)
-
-    def talk(self, work: Callable[[Session], object], answer: Answers) -> tuple[Reply, ...]:
-        """Do something with the session; all that is answered and typed meanwhile."""
-
-        def noted(session: Session) -> tuple[Reply, ...]:
+        with self._talking:
             self._notes.begin(answer)
-            work(session)
+            self._end(self._holder.ask(line))
             return tuple(self._notes.said)
 
-        return self.alone(noted)
+    def talk(self, work: Callable[[Session], object], answer: Answers) -> tuple[Reply, ...]:
+        """Drive the session from outside, as a prompt does; all that is answered and typed meanwhile."""
+        with self._talking, self._driving:
+            self._notes.begin(answer)
+            work(self._session)
+            return tuple(self._notes.said)
 
     def define(self, text: str) -> tuple[str, ...]:
         """Put the programs and variables of a text in memory; the names of its programs.
@@ -131,11 +170,16 @@ class Supervisor(Observer, Designer):
         Raises UndefinedName, ProgramNotExecutable, ArgumentMismatch.
         """
 
-        def work(session: Session) -> RunResult:
-            self._notes.begin(answer)
-            return session.execute(program, cycles=cycles)
+        def until_its_end(session: Session) -> Talk[RunResult]:
+            return (yield from session.wait(session.begin(program, cycles=cycles)))
 
-        return self.alone(work)
+        with self._talking:
+            self._notes.begin(answer)
+            return self._end(self._holder.submit(until_its_end(self._session)))
+
+    def subscribe(self) -> Subscription[Event]:
+        """The timeline, and every change of it from then on."""
+        return self._end(self._holder.subscribe())
 
     def value(self, expression: str) -> Value:
         """What an expression is now. Raises LineRefused, ProgramError."""

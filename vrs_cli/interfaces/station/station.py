@@ -100,6 +100,7 @@ class Station:
         self.engine.postponed.append(self._postponed)
         self.last_program: str | None = None
         self.desk = Desk()  # of whoever types now
+        self.branches.who = self.desk
         self._desks: WeakSet[Desk] = WeakSet((self.desk,))
         self.layout = Layout()
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
@@ -341,6 +342,7 @@ class Station:
         reaction: Answer | BaseException = None
         while True:
             own, self.desk = self.desk, desk
+            self.branches.who = desk
             try:
                 said = talk.throw(reaction) if isinstance(reaction, BaseException) else talk.send(reaction)
             except StopIteration as over:
@@ -349,7 +351,7 @@ class Station:
             except LineStopped:
                 raise RequestRefused("it was stopped before it was done") from None
             finally:
-                self.desk = own
+                self.desk = self.branches.who = own
             try:
                 reaction = yield said
             except BaseException as error:  # for the talk, which puts in order what it leaves
