@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from vrs_cli.version import __version__
 
 VERSION_OPTIONS = ("--version", "-V")
-COLLECT_AFTER = 50_000  # new values: what a command loads at its start lives as long as the process, and is no garbage
+COLLECT_AFTER = 100_000  # new values: what a command loads at its start lives as long as the process, and is no garbage
 
 
 def process() -> None:
