@@ -85,7 +85,6 @@ DEFERRED = (
         ("files/atomic.py", "files/disk.py", "files/folder.py"), ("tempfile", "shutil"), "most runs write nothing"
     ),
     Deferred(("cli/check.py", "cli/run.py"), ("json",), "only --json needs it"),
-    Deferred(("language/run/operations.py",), ("datetime",), "only $TIME needs it"),
     Deferred(("language/text/table.py",), ("lark",), "the table that lark makes is kept between runs"),
     Deferred(
         (

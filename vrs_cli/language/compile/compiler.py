@@ -35,8 +35,7 @@ from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.analyzer import Analysis
 from vrs_cli.language.analysis.channels import channel, signals_on
 from vrs_cli.language.compile import python_tree as tree
-from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Place
-from vrs_cli.language.compile.library import Library
+from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library, Place
 from vrs_cli.language.compile.lowering import (
     CaseBegin,
     CaseTest,

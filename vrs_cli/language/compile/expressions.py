@@ -7,15 +7,15 @@ Python's own as long as it is only tested; it becomes -1 or 0 where it is used a
 from __future__ import annotations
 
 import ast as py
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
+from typing import Any
 
 from msgspec import Struct
 
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.kinds import VARIABLES, kind_of
 from vrs_cli.language.compile import python_tree as tree
-from vrs_cli.language.compile.library import Library
 from vrs_cli.language.text import ast
 from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.kind import SIGIL_KINDS, Kind
@@ -44,7 +44,15 @@ NO_PARAMETERS: Mapping[str, int] = MappingProxyType({})
 CELLS = {Kind.REAL: "R", Kind.LOCATION: "L", Kind.STRING: "S", Kind.PRECISION: "P"}
 
 
-# --- expressions -------------------------------------------------------------------------------------------------
+class Library(Struct, frozen=True):
+    """What compiled programs call: the run floor, above, gives what the names stand for. `names`: the globals of every
+    program. Functions of the language by name: those `of_values`, and those that take
+    the context of the program as first argument. `handlers`: who carries out an instruction, by its word."""
+
+    names: Mapping[str, object]
+    of_values: Mapping[str, Callable[..., Any]]
+    in_context: Mapping[str, Callable[..., Any]]
+    handlers: Mapping[str, Callable[..., Any]]
 
 
 class Place(Struct, frozen=True):

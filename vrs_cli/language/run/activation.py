@@ -49,9 +49,7 @@ class Activation:
     @property
     def automatic(self) -> tuple[Reference, ...]:
         """Its variables of AUTO."""
-        analysis = self.program.analysis
-        own = zip(analysis.own, self._arguments[len(analysis.program.parameters) :], strict=True)
-        return tuple(reference for declared, reference in own if declared.automatic)
+        return tuple(self.own[declared.key] for declared in self.program.analysis.own if declared.automatic)
 
     @property
     def own(self) -> Mapping[str, Reference]:

@@ -7,7 +7,8 @@ texts are those of the runtime, and no rule is written twice.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from enum import Enum
 from typing import get_args
 
@@ -68,13 +69,6 @@ class Gap(Enum):
 Given = Value | CallProgram | Gap | None
 
 
-class Wrong(Struct, frozen=True):
-    """A place, and what the runtime says of it."""
-
-    place: Span
-    error: VrsError
-
-
 class Constants(Struct, frozen=True):
     """Tries out constants. Nobody else uses `context`, nor the robot behind `perform`, which raises VrsError."""
 
@@ -85,27 +79,22 @@ class Constants(Struct, frozen=True):
         """Yield a warning for each constant that no run could take. It is no error: no run may come to that step."""
         for step in program.steps:
             if step.statement is not None:
-                for wrong in self._statement(step.statement):
-                    yield warning(type(wrong.error), wrong.place, wrong.error.detail, wrong.error.hint)
-
-    def _statement(self, statement: Statement) -> list[Wrong]:
-        try:
-            in_expressions = [one for expression in _expressions(statement) for one in self._expression(expression)]
-            return in_expressions or list(self._whole(statement))
-        except RecursionError:  # so deep an expression is what the compiler refuses
-            return []
+                with suppress(RecursionError):  # so deep an expression is what the compiler refuses
+                    yield from self._in_expressions(_expressions(step.statement)) or self._whole(step.statement)
 
     # --- expressions ---
 
-    def _expression(self, expression: Expression) -> Iterator[Wrong]:
-        """Yield the smallest parts of an expression that have no value."""
-        if not _evaluable(expression):
-            yield from self._parts(expression)
-        elif (error := self._error(expression)) is not None:
-            yield from list(self._parts(expression)) or [Wrong(_named(expression).span, error)]
+    def _in_expressions(self, expressions: Iterable[Expression]) -> list[Diagnostic]:
+        """Return what is wrong with the smallest parts of expressions that have no value."""
+        return [found for expression in expressions for found in self._expression(expression)]
 
-    def _parts(self, expression: Expression) -> Iterator[Wrong]:
-        return (wrong for part in _children(expression) for wrong in self._expression(part))
+    def _expression(self, expression: Expression) -> list[Diagnostic]:
+        if not _evaluable(expression):
+            return self._in_expressions(_children(expression))
+        error = self._error(expression)
+        if error is None:
+            return []
+        return self._in_expressions(_children(expression)) or [_wrong(_named(expression).span, error)]
 
     def _error(self, expression: Expression) -> VrsError | None:
         try:
@@ -130,7 +119,7 @@ class Constants(Struct, frozen=True):
 
     # --- statements ---
 
-    def _whole(self, statement: Statement) -> Iterator[Wrong]:
+    def _whole(self, statement: Statement) -> Iterator[Diagnostic]:
         """Yield what is wrong with a statement whose expressions all have values."""
         if isinstance(statement, ast.For):
             yield from self._refused(statement.step, for_step)
@@ -139,15 +128,15 @@ class Constants(Struct, frozen=True):
             yield from self._refused(statement.modifiers.within, lambda seconds: stamp_of(None, seconds))
             yield from self._instruction(statement)
 
-    def _refused(self, expression: Expression | None, check: Callable[[float], object]) -> Iterator[Wrong]:
+    def _refused(self, expression: Expression | None, check: Callable[[float], object]) -> Iterator[Diagnostic]:
         value = None if expression is None else self._value(expression)
         if expression is not None and isinstance(value, float):
             try:
                 check(value)
             except NEVER_RIGHT as error:
-                yield Wrong(expression.span, error)
+                yield _wrong(expression.span, error)
 
-    def _instruction(self, statement: ast.Instruction) -> Iterator[Wrong]:
+    def _instruction(self, statement: ast.Instruction) -> Iterator[Diagnostic]:
         if statement.word not in HANDLERS:
             return
         row = INSTRUCTIONS[statement.word]
@@ -155,7 +144,7 @@ class Constants(Struct, frozen=True):
         rows = [*(argument_at(row, place) for place in range(len(statement.arguments))), row.value]
         given = [self._operand(expression, argument) for expression, argument in zip(places, rows, strict=True)]
         if Gap.OTHER not in given and (error := self._refusal(statement, given)) is not None:
-            yield Wrong(self._culprit(statement, given, error), error)
+            yield _wrong(self._culprit(statement, given, error), error)
 
     def _operand(self, expression: Expression | None, argument: Argument | None) -> Given:
         if expression is None:
@@ -210,15 +199,9 @@ class Constants(Struct, frozen=True):
 
 
 def _expressions(statement: Statement) -> Iterator[Expression]:
-    if isinstance(statement, ast.Instruction) and statement.word in TAKE_CHANNELS:
-        yield from (signals_on((one,), one.span) for one in statement.arguments if one is not None and _plain(one))
-        yield from (one for one in statement.arguments if one is not None and not _plain(one))
-    else:
-        yield from _children(statement)
-
-
-def _plain(expression: Expression) -> bool:
-    return channel(expression) is not None
+    signals = isinstance(statement, ast.Instruction) and statement.word in TAKE_CHANNELS
+    for one in _children(statement):
+        yield one if not signals or channel(one) is None else signals_on((one,), one.span)
 
 
 def _children(tree: object) -> Iterator[Expression]:
@@ -258,6 +241,10 @@ def _evaluable(expression: Expression) -> bool:
     if function is None or function.result is Kind.LOCATION or not function.arguments:
         return False
     return _by_value(function) and all(isinstance(one, ast.Word) or _constant(one) for one in _children(expression))
+
+
+def _wrong(place: Span, error: VrsError) -> Diagnostic:
+    return warning(type(error), place, error.detail, error.hint)
 
 
 def _by_value(function: Function) -> bool:

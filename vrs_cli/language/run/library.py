@@ -11,8 +11,7 @@ from vrs_cli.engine.commands import Break
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, UndefinedValue
 from vrs_cli.kinematics.transform import compose
 from vrs_cli.language.compile.compiler import compile_expression
-from vrs_cli.language.compile.expressions import CELLS, ExpressionCompiler
-from vrs_cli.language.compile.library import Library
+from vrs_cli.language.compile.expressions import CELLS, ExpressionCompiler, Library
 from vrs_cli.language.run.cells import NO_CELLS, Reference, new_variable
 from vrs_cli.language.run.effects import CallProgram, Return, Wait
 from vrs_cli.language.run.memory import Context

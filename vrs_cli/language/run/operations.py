@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable, Mapping
+from datetime import datetime, timedelta
 from functools import reduce
 from math import cos, radians, sin, sqrt
 from operator import or_
@@ -48,6 +49,7 @@ from vrs_cli.language.words.values import (
     quadrant,
     whole,
 )
+from vrs_cli.trajectory.vector import cross, scaled, subtracted
 from vrs_cli.version import __version__
 
 # --- arithmetic --------------------------------------------------------------------------------------------------
@@ -156,21 +158,7 @@ def precision_point(context: Context, *joints: float | None) -> Joints:
 
 
 def shift(T: Transform, dx: float | None = None, dy: float | None = None, dz: float | None = None) -> Transform:
-    x, y, z = position(T)
-    return at_position(T, x + _or(dx, 0.0) / 1000.0, y + _or(dy, 0.0) / 1000.0, z + _or(dz, 0.0) / 1000.0)
-
-
-def scale(T: Transform, factor: float) -> Transform:
-    x, y, z = position(T)
-    return at_position(T, x * factor, y * factor, z * factor)
-
-
-def _difference(a: Vector, b: Vector) -> Vector:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    return at_position(T, *(x + _or(dx, 0.0) / 1000.0 for x, dx in zip(position(T), (dx, dy, dz), strict=True)))
 
 
 def _direction(v: Vector, problem: str) -> Vector:
@@ -181,10 +169,9 @@ def _direction(v: Vector, problem: str) -> Vector:
 
 
 def frame(a: Transform, b: Transform, c: Transform, d: Transform | None) -> Transform:
-    x = _direction(_difference(position(b), position(a)), "the first two positions are the same")
-    to_c = _difference(position(c), position(a))
-    z = _direction(_cross(x, to_c), "the third position is on the line of the first two")
-    y = _cross(z, x)
+    x = _direction(subtracted(position(b), position(a)), "the first two positions are the same")
+    z = _direction(cross(x, subtracted(position(c), position(a))), "the third position is on the line of the first two")
+    y = cross(z, x)
     origin = position(a if d is None else d)
     return Transform(
         x[0], y[0], z[0], origin[0], x[1], y[1], z[1], origin[1], x[2], y[2], z[2], origin[2]
@@ -334,22 +321,17 @@ def next_character(context: Context, unit: float, mode: float | None) -> float:
     return float(context.environment.system.character(checked_unit(unit), wait))
 
 
-# --- the system-----------------------------------------------------------------------------------------------
-
 # Messages that are no errors (V+ Language Reference, system messages).
 MESSAGES = {1: "Success", 3: "Program completed", 8: "(HALTED)", 9: "(PAUSED)"}
 
 
-def _subclasses(cls: type[VrsError]) -> list[type[VrsError]]:
-    return [cls, *(found for child in cls.__subclasses__() for found in _subclasses(child))]
-
-
 def message(code: int) -> str:
     """The text of a message code, `Unknown error code n` for one that is not used."""
-    if code in MESSAGES:
-        return MESSAGES[code]
-    texts = {cls.code: cls.text for cls in reversed(_subclasses(VrsError))}
-    return texts.get(code, f"Unknown error code {code}")
+    classes: list[type[VrsError]] = [VrsError]
+    for cls in classes:  # which grows: the first of a code is the one that the others are kinds of
+        classes += cls.__subclasses__()
+    texts = {cls.code: cls.text for cls in reversed(classes)}
+    return MESSAGES.get(code) or texts.get(code, f"Unknown error code {code}")
 
 
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
@@ -357,8 +339,6 @@ _FIRST_DAY = 1984  # the robot clock is counted from the first day of VAL-II's y
 
 
 def clock_text(context: Context) -> str:
-    from datetime import datetime, timedelta
-
     moment = datetime(_FIRST_DAY, 1, 1) + timedelta(seconds=math.floor(context.robot.time()))
     return f"{moment.day:02d}-{_MONTHS[moment.month - 1]}-{moment.year % 100:02d} {moment:%H:%M:%S}"
 
@@ -416,7 +396,7 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "RX": lambda angle: rotation_x(radians(angle)),
     "RY": lambda angle: rotation_y(radians(angle)),
     "RZ": lambda angle: rotation_z(radians(angle)),
-    "SCALE": scale,
+    "SCALE": lambda T, factor: at_position(T, *scaled(position(T), factor)),
     "NORMAL": normalised,
     "NULL": lambda: IDENTITY,
     "DEFINED": lambda variable: truth(variable.defined()),

@@ -25,8 +25,9 @@ class StoredProgram(Struct, frozen=True, eq=False):
 
     def source(self, step: int) -> str:
         """The text of a step (counted from 0) as it was read, or in canonical form where it was not."""
-        line = self.program.steps[step].span.line
-        if 1 <= line <= len(self.lines):
-            return self.lines[line - 1].strip()
-        statement = self.program.steps[step].statement
-        return "" if statement is None else statement_text(statement)
+        if not self.program.steps:
+            return ""
+        it = self.program.steps[step]
+        if 1 <= it.span.line <= len(self.lines):
+            return self.lines[it.span.line - 1].strip()
+        return "" if it.statement is None else statement_text(it.statement)

@@ -31,7 +31,7 @@ class Reactions:
         self.priority = 0
         self.on_error: str | None = None
         self._set: dict[int, Reaction] = {}
-        self._waiting: list[Reaction] = []
+        self.waiting: list[Reaction] = []
 
     def set(self, reaction: Reaction) -> None:
         """Set a reaction from now on, in place of another to the same signal."""
@@ -41,29 +41,22 @@ class Reactions:
     def ignore(self, signal: int) -> None:
         """End the reaction to a signal, also one that waits."""
         gone = self._set.pop(abs(signal), None)
-        if gone in self._waiting:
-            self._waiting.remove(gone)
-
-    def lock(self, priority: int) -> None:
-        self.priority = priority
+        if gone in self.waiting:
+            self.waiting.remove(gone)
 
     def changed(self, signal: int, on: bool) -> None:
         """A signal has changed to a state. A reaction that waits already is not called twice."""
         reaction = self._set.get(signal)
-        if reaction is not None and (reaction.signal > 0) is on and reaction not in self._waiting:
-            self._waiting.append(reaction)
+        if reaction is not None and (reaction.signal > 0) is on and reaction not in self.waiting:
+            self.waiting.append(reaction)
 
     @property
     def due(self) -> Reaction | None:
         """The reaction to call next: that of the highest priority; of equal ones the first whose signal changed."""
-        if not self._waiting:
+        if not self.waiting:
             return None
-        first = max(self._waiting, key=lambda reaction: reaction.priority)
+        first = max(self.waiting, key=lambda reaction: reaction.priority)
         return first if first.priority > self.priority else None
-
-    def take(self, reaction: Reaction) -> None:
-        """Take a reaction that is called now off the waiting ones."""
-        self._waiting.remove(reaction)
 
 
 def checked_priority(priority: float, lowest: int) -> int:

@@ -194,12 +194,7 @@ class Task:
     @property
     def source(self) -> str:
         """The text of the present step."""
-        activation = self._activations[-1] if self._activations else None
-        return (
-            activation.program.stored.source(activation.step)
-            if activation is not None and activation.program.program.steps
-            else ""
-        )
+        return self._activations[-1].program.stored.source(self._activations[-1].step) if self._activations else ""
 
     # cycles
 
@@ -330,7 +325,7 @@ class Task:
 
     def _reaction(self, reaction: Reaction) -> Event:
         """Call it. Raises UndefinedName for a program that is there no more."""
-        self.reactions.take(reaction)
+        self.reactions.waiting.remove(reaction)
         waiting, self._held = self._held, None
         self._interrupt(reaction.program, reaction.priority, Interruption(self.reactions.priority, waiting))
         return Brake() if reaction.immediate else _LOOK_AROUND
@@ -429,6 +424,6 @@ _OWN: dict[type, Callable[[Reactions, Any], None]] = {
     Reaction: Reactions.set,
     LookAround: lambda _reactions, _event: None,
     Ignore: lambda reactions, event: reactions.ignore(event.signal),
-    Lock: lambda reactions, event: reactions.lock(event.priority),
+    Lock: lambda reactions, event: setattr(reactions, "priority", event.priority),
     ReactToErrors: lambda reactions, event: setattr(reactions, "on_error", event.program),
 }

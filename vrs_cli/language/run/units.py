@@ -11,7 +11,7 @@ from enum import Enum
 
 from vrs_cli.errors import IllegalValue
 from vrs_cli.language.run.effects import Effect
-from vrs_cli.language.words.values import integer_between, plain, whole
+from vrs_cli.language.words.values import plain, whole
 
 ROBOT = 0
 TERMINAL = 4
@@ -110,8 +110,3 @@ def checked_device(name: str, unit: int | None) -> None:
         raise IllegalValue(f"the device {name}", "there are DISK and TERMINAL")
     if unit not in units and not (unit is None and units is DISKS):
         raise IllegalValue(f"the device {name} with logical unit {unit}", UNITS)
-
-
-def checked_mode(number: float) -> int:
-    """The mode of ATTACH. Raises IllegalValue."""
-    return integer_between(number, 0, MODE_BITS, "ATTACH mode")

@@ -17,6 +17,7 @@ from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Handler, Wording
 from vrs_cli.language.run.units import (
     CHOOSE,
+    MODE_BITS,
     ROBOT,
     Access,
     AttachUnit,
@@ -29,12 +30,11 @@ from vrs_cli.language.run.units import (
     WriteRecord,
     checked_device,
     checked_disk,
-    checked_mode,
     checked_unit,
 )
 from vrs_cli.language.text.ast import Format, Span
 from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import Value, kind_of_value, read_number, storable, whole
+from vrs_cli.language.words.values import Value, integer_between, kind_of_value, read_number, storable, whole
 
 NOWHERE = Span(0, 0, 0)
 
@@ -87,7 +87,7 @@ def _attach(
     _context: Context, _it: Wording, asked: Unit = None, mode: float | None = None, device: str | None = None
 ) -> Answers:
     """The robot where no unit is named. Mode 4: the system chooses one, and tells its number in the variable."""
-    if checked_mode(mode or 0.0) & CHOOSE:
+    if integer_between(mode or 0.0, 0, MODE_BITS, "ATTACH mode") & CHOOSE:
         yield from _attach_any(asked, device)
         return
     given = asked.value() if isinstance(asked, Reference) else asked
