@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import re
+import threading
+import weakref
 from collections.abc import Callable
 from math import nan, pi, radians
 from pathlib import Path
@@ -297,6 +300,27 @@ def test_save_and_load(tmp_path: Path) -> None:
     path.write_text("no trajectory")
     with pytest.raises(FileDamaged):
         vrs.load(path)
+
+
+def test_a_file_that_was_not_written_to_its_end_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "t.vrst"
+    moved().save(path)
+    path.write_bytes(path.read_bytes()[:-20])
+    with pytest.warns(UserWarning, match="t.vrst: its last line was not written to the end"):
+        assert len(vrs.load(path).commands) == 1
+
+
+def test_a_robot_that_nobody_holds_leaves_nothing_behind() -> None:
+    before = set(threading.enumerate())
+    r = vrs.Robot()
+    r.subscribe(lambda _change: None)
+    (thread,) = set(threading.enumerate()) - before
+    left = weakref.ref(r._robot)
+    del r
+    gc.collect()
+    thread.join(timeout=20.0)
+    assert left() is None
+    assert not thread.is_alive()
 
 
 def test_subscribe() -> None:

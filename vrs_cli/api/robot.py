@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from copy import copy
@@ -27,6 +28,7 @@ from vrs_cli.engine.history import CommandRecord
 from vrs_cli.errors import JointOutOfRange, UsageError
 from vrs_cli.files.continuing import bookmark_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
+from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
 from vrs_cli.interfaces.monitor.timeline import timeline_table
 from vrs_cli.interfaces.roles.supervisor import Answers, Notes, Supervisor, no_answer
@@ -39,7 +41,7 @@ from vrs_cli.language.words.values import Value, numbers_of, plain
 from vrs_cli.repl.conversation import Conversation
 from vrs_cli.trajectory.timeline import Timeline
 
-MOST_SAMPLES = 50_000_000
+MOST_SAMPLES = 5_000_000  # of 256 bytes each
 
 
 class Robot:
@@ -401,9 +403,12 @@ class Robot:
 def load(path: str | Path, *, units: str | Units = Units.VAL) -> Robot:
     """The robot of a trajectory file (.vrst), at the end of its timeline: to look at it, or to go on with it.
 
-    Raises NonexistentFile, FileDamaged, FileError.
+    Raises NonexistentFile, FileDamaged, FileError. Warns of what a file of before has in it that a robot cannot do, and
+    of a last line that was not written to its end.
     """
     recording = read_trajectory(path)
+    for warning in (*recording.warnings, *[TORN] * recording.dropped_tail):
+        warnings.warn(f"{path}: {warning}", stacklevel=2)
     robot = Robot.__new__(Robot)
     robot._open(recording.model, Units.of(units), None, VirtualClock())
     robot._robot.alone(lambda session: session.engine.take_up(bookmark_of(path, recording, session.engine)))

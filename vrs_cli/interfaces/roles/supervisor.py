@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from threading import Lock
 from typing import TypeVar
+from weakref import finalize
 
 from vrs_cli.dialogue.questions import Answer, Confirmation, LineWanted, Parting, Question
 from vrs_cli.dialogue.replies import Message, Reply
@@ -178,8 +179,10 @@ class Supervisor(Observer, Designer):
             return self._end(self._holder.submit(until_its_end(self._session)))
 
     def subscribe(self) -> Subscription[Event]:
-        """The timeline, and every change of it from then on."""
-        return self._end(self._holder.subscribe())
+        """The timeline, and every change of it from then on; it ends with the robot."""
+        subscription = self._end(self._holder.subscribe())
+        finalize(self, subscription.end)
+        return subscription
 
     def value(self, expression: str) -> Value:
         """What an expression is now. Raises LineRefused, ProgramError."""
