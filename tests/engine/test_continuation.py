@@ -90,6 +90,16 @@ def test_a_line_may_begin_in_a_singular_pose(x: float, y: float, z: float) -> No
     check_velocities(engine)
 
 
+def test_a_line_may_end_in_a_singular_pose() -> None:
+    engine = Engine(crooked_puma())
+    singular = engine.position()
+    here = singular.T_world_tool
+    engine.perform(Move(PoseTarget(at_position(here, here.px + 0.01, here.py + 0.09, here.pz - 0.12)), straight=True))
+    engine.perform(Move(PoseTarget(here), straight=True))
+    check_velocities(engine)
+    assert engine.position(engine.end).joints == pytest.approx(singular.joints, abs=1e-4)
+
+
 def check_velocities(engine: Engine) -> None:
     """That no joint of the last motion is over its velocity limit at any place."""
     motion = engine.deltas[-1].motion.number

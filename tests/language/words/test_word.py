@@ -105,3 +105,8 @@ def test_two_letters_are_not_short_for_what_deletes_stops_steps_or_takes_back() 
 @pytest.mark.parametrize(("typed", "meant"), [("ABO", "ABORT"), ("ZER", "ZERO"), ("XST", "XSTEP"), ("NEX", "NEXT")])
 def test_three_letters_are(typed: str, meant: str) -> None:
     assert [word.name for word in rows_for(typed, COMMANDS, PROGRAM_WORDS)] == [meant]
+
+
+def test_nothing_changes_a_row() -> None:
+    with pytest.raises(AttributeError):
+        COMMANDS["WHERE"].name = "HERE"  # type: ignore[misc]
