@@ -96,7 +96,8 @@ class _Search:
                 pending.append((middle, seen))
                 continue
             if which is not None:
-                self.add_touch(begin, end, which)
+                goes_on = self.touches and self.touches[-1][1:] == (begin, which)
+                self.touches.append(Touch(self.touches.pop().begin if goes_on else begin, end, which))
             begin, at_begin = pending.pop()
             self.seen.append((begin, at_begin))
             if not pending:
@@ -117,12 +118,6 @@ class _Search:
             if not (low > edge and low >= KEPT * min(x, y)):
                 return which, max(x, y) <= 2.0 * edge and low >= -edge
         return None, False
-
-    def add_touch(self, begin: float, end: float, which: int) -> None:
-        """Add a touch, or prolong the last one where this one goes on from it."""
-        if self.touches and self.touches[-1][1:] == (begin, which):
-            begin = self.touches.pop().begin
-        self.touches.append(Touch(begin, end, which))
 
     def marks(self) -> tuple[float, ...]:
         """Places around where a clearance is least, closer and closer to it."""

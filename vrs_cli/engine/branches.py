@@ -102,7 +102,6 @@ class Branches:
 
     def make(self, name: str) -> None:
         """Make a branch of the present course of events, and change over to it. Raises UsageError for a name in use."""
-        self._check_time()
         here = self.engine.bookmark()
         fork = self._present.fork or Fork(here.book.timeline, tuple(here.book.history.done))
         self._add(_Branch(name, fork, structs.replace(here, book=here.book.copy())))
@@ -113,8 +112,7 @@ class Branches:
         self._add(_Branch(name, Fork(left.book.initial, ()), left))
 
     def _add(self, branch: _Branch) -> None:
-        if self.engine.realtime:
-            raise UsageError("in real time there is one course of events", "without --realtime others can be tried")
+        self._check_time()
         if branch.name in self:
             raise UsageError(f"there is a branch {branch.name} already", "take another name")
         self._made[self._key(branch.name)] = branch

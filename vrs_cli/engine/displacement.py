@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import islice
+from itertools import islice, pairwise
 
 from msgspec import Struct
 
@@ -95,9 +95,7 @@ def _begins(timeline: Timeline, since: float) -> Iterator[tuple[Motion, float]]:
     index = timeline.index_at(since)
     while index and timeline[index].start >= since:
         index -= 1
-    number = timeline[index].motion.number
-    for place in range(index + 1, len(timeline)):
-        segment = timeline[place]
-        if segment.motion.number != number:
-            number = segment.motion.number
+    following = (timeline[place] for place in range(index, len(timeline)))
+    for before, segment in pairwise(following):
+        if segment.motion.number != before.motion.number:
             yield segment.motion, segment.start

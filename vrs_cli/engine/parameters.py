@@ -74,27 +74,15 @@ class ParameterRow(Struct, frozen=True):
     def checked(self, value: float | str) -> float | str:
         """The value as it is kept. Raises IllegalValue for one that the parameter cannot have."""
         if self.words and (isinstance(value, str) or not self.numbers):
-            return self._checked_word(value)
-        if isinstance(value, str) or not self.least <= value <= self.most:
-            raise self._illegal(value)
-        return value
-
-    def _checked_word(self, value: float | str) -> str:
-        """ON and OFF may come as -1 and 0, which is what the language makes of them."""
-        word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")
-        if word not in self.words:
-            raise self._illegal(value)
-        return word
-
-    def _illegal(self, value: float | str) -> IllegalValue:
-        numbers = f"a number from {self.least:g} to {self.most:g} {self.unit}".rstrip()
-        if not self.words:
-            right = numbers
-        elif self.numbers:
-            right = f"{', '.join(self.words)} or {numbers}"
-        else:
-            right = f"one of {', '.join(self.words)}"
-        return IllegalValue(f"PARAMETER {self.name} = {value}", f"it is {right}")
+            word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")  # the language has -1 and 0
+            if word in self.words:
+                return word
+        elif not isinstance(value, str) and self.least <= value <= self.most:
+            return value
+        right, words = f"a number from {self.least:g} to {self.most:g} {self.unit}".rstrip(), ", ".join(self.words)
+        if words:
+            right = f"{words} or {right}" if self.numbers else f"one of {words}"
+        raise IllegalValue(f"PARAMETER {self.name} = {value}", f"it is {right}")
 
 
 def _table(*rows: V) -> Mapping[str, V]:

@@ -54,7 +54,7 @@ def resolve(arm: RobotArm, settings: Settings, move: Move, situation: Situation)
         if move.straight:
             return compose(arm.forward(joints), situation.frames.tool)
     elif move.straight:
-        _check_task(arm, pose, situation.frames)
+        arm.check_task(compose(pose, inverse(situation.frames.tool)), situation.frames.base, situation.frames.tool)
         have = arm.configuration(situation.here)
         missing = settings.configuration.words_beside((have,))
         if missing:
@@ -158,17 +158,11 @@ def align(T: Transform) -> Transform:
 
 def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: Frames, near: Joints) -> Joints:
     """The joints of a pose, in the configuration that was asked for; under SINGLE no joint turns more than once."""
-    _check_task(arm, T_robot_tool, frames)
-    T_robot_flange = compose(T_robot_tool, inverse(frames.tool))
-    asked = settings.configuration
+    T_robot_flange, asked = compose(T_robot_tool, inverse(frames.tool)), settings.configuration
+    arm.check_task(T_robot_flange, frames.base, frames.tool)
     if settings.mode(Mode.SINGLE):
         arm = arm_for(_single_turn(arm.model))
     return arm.select(T_robot_flange, near, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist)
-
-
-def _check_task(arm: RobotArm, T_robot_tool: Transform, frames: Frames) -> None:
-    """Raises LocationOutOfRange for a pose that the arm's task leaves out."""
-    arm.check_task(compose(T_robot_tool, inverse(frames.tool)), frames.base, frames.tool)
 
 
 def _single_turn(model: RobotModel) -> RobotModel:
