@@ -117,7 +117,7 @@ def test_too_close_to_the_shoulder_says_how_close() -> None:
     with pytest.raises(
         LocationTooClose, match=r"0\.5 mm from the shoulder, .* no nearer than 1\.7 mm \(move .* 1\.2 mm"
     ):
-        ARM.select(pointing_down(0.0005, ARM.reach.axis, -0.05625), READY)
+        ARM.select(pointing_down(0.0005, ARM.reach.side, -0.05625), READY)
 
 
 def test_nothing_else_helps_is_said_too() -> None:

@@ -20,10 +20,10 @@ from vrs_cli.errors import (
     StraightLineSingular,
 )
 from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
-from vrs_cli.kinematics.compiled import Formulas, formulas
+from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas
 from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.elimination import solve
-from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, beyond, bias_of, jerk_bias_of
+from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, beyond
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, JointKind, Joints, joints_outside, nearest_turn, turn_within
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
@@ -82,6 +82,10 @@ class RobotArm:
     @cached_property
     def _formulas(self) -> Formulas:
         return formulas(self.model.links, self.model.base, self.model.flange)
+
+    @cached_property
+    def _biases(self) -> Biases:
+        return biases(self.model.links, self.model.base, self.model.flange)
 
     def frames(self, q: Joints) -> tuple[Transform, ...]:
         """T_base_0, T_base_1 ... T_base_flange: n + 1 frames, to draw the links."""
@@ -338,15 +342,15 @@ class RobotArm:
 
     def acceleration_bias(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
         """J' qd [m/s2, rad/s2]: the acceleration of the tool while the joint rates stay the same."""
-        return bias_of(self.jacobian(q, T_flange_tool), qd)
+        return self._biases.acceleration(q, qd, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11])
 
     def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
         """Joint accelerations [rad/s2] at joint rates qd, for the acceleration of a tool [m/s2, rad/s2].
 
         Raises StraightLineSingular.
         """
-        J = self.jacobian(q, T_flange_tool)
-        return self._rates(q, J, beyond(rate, bias_of(J, qd)))
+        bias = self._biases.acceleration(q, qd, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11])
+        return self.joint_velocity(q, beyond(rate, bias), T_flange_tool)
 
     def joint_jerk(
         self, q: Joints, qd: Joints, qdd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY
@@ -355,8 +359,8 @@ class RobotArm:
 
         Raises StraightLineSingular.
         """
-        J = self.jacobian(q, T_flange_tool)
-        return self._rates(q, J, beyond(rate, jerk_bias_of(J, qd, qdd)))
+        bias = self._biases.jerk(q, qd, qdd, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11])
+        return self.joint_velocity(q, beyond(rate, bias), T_flange_tool)
 
     def singularity(self, q: Joints) -> Singularity:  # noqa: ARG002 (others look at q)
         """How far from each singularity, 0 to 1."""

@@ -17,6 +17,7 @@ from __future__ import annotations
 from math import hypot, inf, sqrt
 from typing import NamedTuple
 
+from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
 from vrs_cli.kinematics.transform import Transform, Vector
 
 SINGULAR = 1e-10  # sine, or [m]: below it a joint's angle is noise
@@ -94,6 +95,27 @@ class TwoBars(NamedTuple):
     def fold(self, outer: float, inner: float) -> float:
         """The sine of the angle between the bars."""
         return sqrt(outer * inner) / (2.0 * self.upper * self.fore)
+
+    def refusal(self, clearance: Clearance, end: str, hint: str) -> LocationOutOfRange:
+        """Why a pose of that clearance is out of reach; `end`: what is at the end of the bars."""
+        across = sqrt(max(clearance.shoulder + self.side * self.side, 0.0))
+        if across < self.side:
+            return LocationTooClose(
+                f"the wrist would be {1000 * across:.1f} mm from the axis of joint 1, "
+                f"it cannot come nearer than {1000 * self.side:.1f} mm",
+                hint or f"move the location {1000 * (self.side - across):.1f} mm away from the axis",
+                value=across,
+                lower=self.side,
+            )
+        far, most, least = sqrt(max(self.outer - clearance.outer, 0.0)), self.upper + self.fore, sqrt(self.inner)
+        where = f"{end} would be {1000 * far:.1f} mm from the shoulder, "
+        if far > most:
+            what = where + f"the arm reaches {1000 * most:.1f} mm"
+            right = f"move the location {1000 * (far - most):.1f} mm nearer"
+            return LocationTooFar(what, hint or right, value=far, upper=most)
+        what = where + f"the folded arm comes no nearer than {1000 * least:.1f} mm"
+        right = f"move the location {1000 * (least - far):.1f} mm away"
+        return LocationTooClose(what, hint or right, value=far, lower=least)
 
 
 class Turning(NamedTuple):

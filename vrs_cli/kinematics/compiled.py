@@ -1,17 +1,19 @@
-"""Forward kinematics and Jacobian of any serial arm, written out as Python for that arm alone.
+"""Forward kinematics, Jacobian and its derivatives of any serial arm, written out as Python for that arm alone.
 
-A chain of matrices is mostly zeros and ones. Multiplied out once, symbolically, a few dozen products are left: two
-functions, which work on floats and, with the sine and cosine of numpy, on arrays as they are.
+A chain of matrices is mostly zeros and ones. Multiplied out once, symbolically, a few dozen products are left:
+functions which work on floats and, with the sine and cosine of numpy, on arrays as they are.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from math import cos, sin
 from typing import Any, NamedTuple
 
 from vrs_cli.kinematics.axes import Link
+from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.transform import Transform
 
@@ -42,28 +44,86 @@ def formulas(links: tuple[Link, ...], base: Transform, flange: Transform, *, arr
     return Formulas(names["forward"], names["jacobian"])
 
 
+class Biases(NamedTuple):
+    """`acceleration(q, qd, tx, ty, tz)`: J' qd, what the joint rates alone make of the acceleration of that point.
+    `jerk(q, qd, qdd, tx, ty, tz)`: J'' qd + 2 J' qdd, the same of its jerk. Six entries as of a twist.
+    """
+
+    acceleration: Callable[..., Twist]
+    jerk: Callable[..., Twist]
+
+
+@cache
+def biases(links: tuple[Link, ...], base: Transform, flange: Transform) -> Biases:
+    """The functions of an arm, for floats."""
+    names: dict[str, Any] = {"cos": cos, "sin": sin}
+    for jerk in (False, True):
+        exec(compile(_Writer(links, base, flange).bias_text(jerk=jerk), "<kinematics>", "exec"), names)
+    return Biases(names["acceleration"], names["jerk"])
+
+
 class _Writer:
     """Writes the two functions; `lines` are the assignments so far."""
 
     def __init__(self, links: Sequence[Link], base: Transform, flange: Transform) -> None:
         self.links, self.lines, self.count = links, list[str](), 0
         self.axes: list[tuple[Column, Column]] = []  # direction and point, joint by joint
+        self.steps: list[tuple[tuple[Entry, Column], ...]] = []  # from each frame to the next, and to the flange
         self.columns = self._columns_of(base)
         for i, link in enumerate(links):
             self.axes.append((self.columns[2], self.columns[3]))
             self._joint(i, link)
+        n, s, a, _ = self.columns
+        self.steps.append(((flange.px, n), (flange.py, s), (flange.pz, a)))
         self.columns = self._product(self._columns_of(flange))
 
     def text(self) -> str:
         n, s, a, p = self.columns
         entries = [_text_of(entry) for row in zip(n, s, a, p, strict=True) for entry in row]
-        arguments = "".join(f"q{i}, " for i in range(len(self.links)))
-        head = [f"({arguments.rstrip()}) = q", *self.lines]
+        head = [self._unpacked("q", "q"), *self.lines]
         forward = [*head, f"return new(T, ({', '.join(entries)}))"]
         self.lines = []
         rows = self._rows()
         jacobian = [*head, *self.lines, f"return ({', '.join(f'({r})' for r in rows)})"]
         return _function("forward(q)", forward) + _function("jacobian(q, tx=0.0, ty=0.0, tz=0.0)", jacobian)
+
+    def bias_text(self, *, jerk: bool) -> str:
+        """By the outward half of the recursion of Newton and Euler (Luh, Walker and Paul 1980), one derivative more for
+        the jerk: the angular velocity w of each frame, its derivatives, and those of the steps that turn with it.
+        """
+        entries = ", ".join(map(_text_of, self._bias(jerk)))
+        lines = [self._unpacked("q", "q"), self._unpacked("d", "qd"), *_needed(self.lines, entries)]
+        name, more = ("jerk", [self._unpacked("e", "qdd")]) if jerk else ("acceleration", [])
+        arguments = "q, qd, qdd" if jerk else "q, qd"
+        return _function(f"{name}({arguments}, tx=0.0, ty=0.0, tz=0.0)", [*more, *lines, f"return ({entries})"])
+
+    def _bias(self, jerk: bool) -> tuple[Entry, ...]:
+        still: Column = (0.0, 0.0, 0.0)
+        w = w1 = w2 = moved = still
+        n, s, a, _ = self.columns
+        *steps, last, hand = self.steps
+        steps.append((*last, *hand, ("tx", n), ("ty", s), ("tz", a)))
+        for i, (link, (z, _), step) in enumerate(zip(self.links, self.axes, steps, strict=True)):
+            rate, change = f"d{i}", f"e{i}" if jerk else 0.0
+            z1 = self._cross(w, z)
+            z2 = self._mix((1.0, self._cross(w1, z)), (1.0, self._cross(w, z1)))
+            if link.kind is JointKind.PRISMATIC:
+                twice, thrice = self._sum([(2.0, rate)]), self._sum([(3.0, rate)])
+                slid = ((thrice, z2), (self._sum([(3.0, change)]), z1)) if jerk else ((twice, z1),)
+                moved = self._mix((1.0, moved), *slid)
+            else:
+                w2 = self._mix((1.0, w2), (rate, z2), (self._sum([(2.0, change)]), z1))
+                w1 = self._mix((1.0, w1), (rate, z1), (change, z))
+                w = self._mix((1.0, w), (rate, z))
+            p = self._mix(*step)
+            p1 = self._cross(w, p)
+            p2 = self._mix((1.0, self._cross(w1, p)), (1.0, self._cross(w, p1)))
+            p3 = ((1.0, self._cross(w2, p)), (2.0, self._cross(w1, p1)), (1.0, self._cross(w, p2)))
+            moved = self._mix((1.0, moved), *(p3 if jerk else ((1.0, p2),)))
+        return (*moved, *(w2 if jerk else w1))
+
+    def _unpacked(self, letter: str, name: str) -> str:
+        return f"({' '.join(f'{letter}{i},' for i in range(len(self.links)))}) = {name}"
 
     @staticmethod
     def _columns_of(T: Transform) -> tuple[Column, Column, Column, Column]:
@@ -78,7 +138,8 @@ class _Writer:
         c, z = (self._new(f"cos({angle})"), self._new(f"sin({angle})")) if angle else (cos(link.theta), sin(link.theta))
         n, s = self._mix((c, n), (z, s)), self._mix((c, s), (_minus(z), n))
         d: Entry = link.d if turns else self._sum(((1.0, f"q{i}"), (link.d, 1.0)))
-        p = self._mix((1.0, p), (link.a, n), (d, a))
+        self.steps.append(((link.a, n), (d, a)))
+        p = self._mix((1.0, p), *self.steps[-1])
         ca, sa = _without_rounding(cos(link.alpha)), _without_rounding(sin(link.alpha))
         s, a = self._mix((ca, s), (sa, a)), self._mix((ca, a), (-sa, s))
         self.columns = n, s, a, p
@@ -98,12 +159,7 @@ class _Writer:
                 columns.append((*z, 0.0, 0.0, 0.0))
                 continue
             x = self._mix((1.0, tip), (-1.0, o))
-            moved = (
-                self._sum(((z[1], x[2]), (_minus(z[2]), x[1]))),
-                self._sum(((z[2], x[0]), (_minus(z[0]), x[2]))),
-                self._sum(((z[0], x[1]), (_minus(z[1]), x[0]))),
-            )
-            columns.append((*moved, *z))
+            columns.append((*self._cross(z, x), *z))
         return ["".join(f"{_text_of(entry)}, " for entry in row) for row in zip(*columns, strict=True)]
 
     # --- entries ---
@@ -112,6 +168,13 @@ class _Writer:
         """A sum of columns, each times a factor."""
         x, y, z = (self._sum((factor, column[i]) for factor, column in terms) for i in range(3))
         return x, y, z
+
+    def _cross(self, a: Column, b: Column) -> Column:
+        return (
+            self._sum(((a[1], b[2]), (_minus(a[2]), b[1]))),
+            self._sum(((a[2], b[0]), (_minus(a[0]), b[2]))),
+            self._sum(((a[0], b[1]), (_minus(a[1]), b[0]))),
+        )
 
     def _sum(self, terms: Iterable[tuple[Entry, Entry]]) -> Entry:
         """A sum of products: a number, a name that is there, or a new one."""
@@ -160,6 +223,16 @@ def _without_rounding(x: float) -> float:
         if abs(x - exact) < NOTHING:
             return exact
     return x
+
+
+def _needed(lines: Iterable[str], result: str) -> list[str]:
+    """The assignments that a result asks for."""
+    names, kept = set(re.findall(r"t\d+", result)), list[str]()
+    for line in reversed(list(lines)):
+        if line.partition(" ")[0] in names:
+            names.update(re.findall(r"t\d+", line))
+            kept.append(line)
+    return kept[::-1]
 
 
 def _text_of(entry: Entry) -> str:

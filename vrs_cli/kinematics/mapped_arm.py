@@ -107,17 +107,6 @@ class MappedArm(RobotArm):
         seen, tool = self._inner_twist(twist), compose(self.way.chain.flange, T_flange_tool)
         return self._with_signs(self.inner.joint_velocity(self.way.to(q), seen, tool))
 
-    def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-        seen, tool = self._inner_twist(rate), compose(self.way.chain.flange, T_flange_tool)
-        return self._with_signs(self.inner.joint_acceleration(self.way.to(q), self._with_signs(qd), seen, tool))
-
-    def joint_jerk(
-        self, q: Joints, qd: Joints, qdd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY
-    ) -> Joints:
-        seen, tool = self._inner_twist(rate), compose(self.way.chain.flange, T_flange_tool)
-        rates = self._with_signs(qd), self._with_signs(qdd)
-        return self._with_signs(self.inner.joint_jerk(self.way.to(q), *rates, seen, tool))
-
     def _inner_twist(self, twist: Twist) -> Twist:
         """A twist of the tool, or a rate of it, as the inner arm has it."""
         return (*rotate(self.to_inner, twist[:3]), *rotate(self.to_inner, twist[3:]))

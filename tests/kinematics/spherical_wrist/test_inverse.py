@@ -141,7 +141,7 @@ def test_ready_is_singular_and_still_solved() -> None:
 
 
 def test_the_stretched_arm_is_the_border_of_the_reach() -> None:
-    reach, side = ARM.reach.outer, ARM.reach.axis
+    reach, side = ARM.reach.upper + ARM.reach.fore, ARM.reach.side
     for angle in (0.0, 0.4, 1.2):
         for beyond, solved in ((-1e-6, True), (-1e-12, True), (0.0, True), (1e-12, True), (1e-6, False)):
             r = reach + beyond
@@ -154,7 +154,7 @@ def test_the_stretched_arm_is_the_border_of_the_reach() -> None:
 
 
 def test_the_folded_arm_is_the_inner_border() -> None:
-    inner, side = ARM.reach.inner, ARM.reach.axis
+    inner, side = abs(ARM.reach.upper - ARM.reach.fore), ARM.reach.side
     for beyond, solved in ((1e-6, True), (0.0, True), (-1e-12, True), (-1e-6, False)):
         T = flange_with_wrist_at(inner + beyond, side, 0.0)
         joints = ARM.branches(T)[4]
@@ -164,7 +164,7 @@ def test_the_folded_arm_is_the_inner_border() -> None:
 
 
 def test_the_axis_of_joint_1_cannot_be_reached() -> None:
-    side = ARM.reach.axis
+    side = ARM.reach.side
     for beyond, solved in ((1e-6, True), (0.0, True), (-1e-12, True), (-1e-6, False)):
         T = flange_with_wrist_at(0.0, side + beyond, 0.5)
         assert all((joints is not None) == solved for joints in ARM.branches(T))
@@ -173,7 +173,7 @@ def test_the_axis_of_joint_1_cannot_be_reached() -> None:
 
 
 def test_the_shoulder_alignment_keeps_both_arms() -> None:
-    T = flange_with_wrist_at(0.0, ARM.reach.axis, 0.5)
+    T = flange_with_wrist_at(0.0, ARM.reach.side, 0.5)
     righty, lefty = ARM.branches(T)[0], ARM.branches(T)[4]
     assert righty is not None
     assert lefty is not None

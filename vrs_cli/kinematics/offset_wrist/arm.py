@@ -7,7 +7,7 @@ from functools import cached_property
 from math import acos, atan2, cos, hypot, sin, sqrt
 from typing import TYPE_CHECKING
 
-from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
+from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics.arm import RobotArm, turned_near
 from vrs_cli.kinematics.axes import cross
 from vrs_cli.kinematics.clearance import (
@@ -168,41 +168,7 @@ class OffsetWristArm(RobotArm):
         return Clearance(shoulder, *from_shoulder(self.reach, a, b, speed, bend, h, beside), wrist)
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
-        g = self.offsets
-        x, y = T.px - g.d6 * T.ax, T.py - g.d6 * T.ay
-        across, side = hypot(x, y), abs(g.side)
-        if across < side:
-            return LocationTooClose(
-                f"the wrist would be {1000 * across:.1f} mm from the axis of joint 1, "
-                f"it cannot come nearer than {1000 * side:.1f} mm",
-                hint or f"move the location {1000 * (side - across):.1f} mm away from the axis",
-                value=across,
-                lower=side,
-            )
-        far = self._from_shoulder(T, configuration)
-        where = f"joint 4 would be {1000 * far:.1f} mm from the shoulder, "
-        if far > g.a2 + g.a3:
-            return LocationTooFar(
-                where + f"the arm reaches {1000 * (g.a2 + g.a3):.1f} mm",
-                hint or f"move the location {1000 * (far - g.a2 - g.a3):.1f} mm nearer",
-                value=far,
-                upper=g.a2 + g.a3,
-            )
-        return LocationTooClose(
-            where + f"the folded arm comes no nearer than {1000 * abs(g.a2 - g.a3):.1f} mm",
-            hint or f"move the location {1000 * (abs(g.a2 - g.a3) - far):.1f} mm away",
-            value=far,
-            lower=abs(g.a2 - g.a3),
-        )
-
-    def _from_shoulder(self, T: Transform, configuration: Configuration) -> float:
-        """Where joint 4 would have to be [m]."""
-        arm, _, wrist = configuration.signs
-        shoulder = self._shoulder(T, arm * self.offsets.right, 0.0)
-        assert shoulder is not None  # `_out_of_reach` has looked
-        _, c1, s1 = shoulder
-        *_, outward, up = self._wrist(T, c1, s1, wrist, 0.0)
-        return hypot(outward, up)
+        return self.reach.refusal(self.clearance(T, configuration), "joint 4", hint)
 
     @cached_property
     def _batch(self) -> SerialBatch:

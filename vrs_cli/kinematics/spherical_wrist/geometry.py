@@ -24,7 +24,7 @@ Paul (1981). Signs of the configurations: ARM = -sign(u), ELBOW = -ARM sign(sin 
 
 from __future__ import annotations
 
-from math import atan2, cos, hypot, pi, sin, sqrt
+from math import atan2, cos, hypot, pi, sin
 from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import EXACT
@@ -32,7 +32,7 @@ from vrs_cli.kinematics.clearance import SINGULAR
 from vrs_cli.kinematics.configuration import ALL, Configuration
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.kinematics.transform import IDENTITY
 
 ALPHAS = (-pi / 2, 0.0, pi / 2, -pi / 2, pi / 2, 0.0)
 
@@ -93,12 +93,3 @@ def configuration_of(geometry: Geometry, q: Joints) -> Configuration:
     below = (-sin_psi if lefty else sin_psi) > SINGULAR
     flip = sin(q5) < -SINGULAR
     return ALL[4 * lefty + 2 * below + flip]
-
-
-def wrist_centre(geometry: Geometry, T: Transform, configuration: Configuration) -> tuple[float, float, float]:
-    """From joint 2, outward and down in the arm's plane, and the distance to the axis of joint 1 [m]."""
-    x, y = T.px - geometry.d6 * T.ax, T.py - geometry.d6 * T.ay
-    down = geometry.d1 + geometry.d6 * T.az - T.pz
-    across = hypot(x, y)
-    u = sqrt(max(0.0, across * across - geometry.side * geometry.side))
-    return -configuration.signs[0] * u - geometry.a1, down, across

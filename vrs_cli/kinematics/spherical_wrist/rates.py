@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.clearance import SINGULAR
-from vrs_cli.kinematics.jacobian import AT_REST, Jacobian, Singularity, Twist
+from vrs_cli.kinematics.jacobian import AT_REST, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.spherical_wrist.geometry import Geometry
 from vrs_cli.kinematics.transform import IDENTITY, Transform
@@ -41,9 +41,6 @@ class Terms(NamedTuple):
     fu: float  # forearm: outward
     fv: float  # - and down
     u: float  # wrist centre from the axis of joint 1
-    ax: float  # axis of joint 6, base frame
-    ay: float
-    az: float
     rx: float  # wrist centre to tool, base frame
     ry: float
     rz: float
@@ -73,7 +70,7 @@ def terms_of(geometry: Geometry, q: Joints, T_flange_tool: Transform) -> Terms:
         rx += c1 * e - s1 * y
         ry += s1 * e + c1 * y
         rz += c23 * z - s23 * x
-    shared = (c1, s1, c23, s23, c4, s4, c5, s5, uu, uv, fu, fv, a1 + uu + fu, ax, ay, az, rx, ry, rz)
+    shared = (c1, s1, c23, s23, c4, s4, c5, s5, uu, uv, fu, fv, a1 + uu + fu, rx, ry, rz)
     return _new(Terms, shared)
 
 
@@ -85,49 +82,6 @@ def singularity(geometry: Geometry, q: Joints) -> Singularity:
     return Singularity(abs(arm.u) / (geometry.a1 + a2 + forearm), abs(stretch), abs(arm.s5))
 
 
-def jacobian(geometry: Geometry, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
-    """Six rows (vx, vy, vz, wx, wy, wz) of six joints: twist = J qd."""
-    c1, s1, c23, s23, c4, s4, _, _, _, uv, fu, fv, u, ax, ay, az, rx, ry, rz = terms_of(geometry, q, T_flange_tool)
-    side = geometry.side
-    out = c1 * rx + s1 * ry  # tool from the wrist, outward in the arm's plane
-    zx, zy = c1 * s23, s1 * s23  # axis of joint 4 is (zx, zy, c23)
-    e = -s4 * c23
-    yx, yy, yz = c1 * e - s1 * c4, s1 * e + c1 * c4, s4 * s23  # axis of joint 5
-    lift2, lift3 = rz - uv - fv, rz - fv
-    reach2, reach3 = u - geometry.a1 + out, fu + out
-    return (
-        (
-            -s1 * u - c1 * side - ry,
-            c1 * lift2,
-            c1 * lift3,
-            zy * rz - c23 * ry,
-            yy * rz - yz * ry,
-            ay * rz - az * ry,
-        ),
-        (
-            c1 * u - s1 * side + rx,
-            s1 * lift2,
-            s1 * lift3,
-            c23 * rx - zx * rz,
-            yz * rx - yx * rz,
-            az * rx - ax * rz,
-        ),
-        (0.0, -reach2, -reach3, zx * ry - zy * rx, yx * ry - yy * rx, ax * ry - ay * rx),
-        (0.0, -s1, -s1, zx, yx, ax),
-        (0.0, c1, c1, zy, yy, ay),
-        (1.0, 0.0, 0.0, c23, yz, az),
-    )
-
-
-def twist(geometry: Geometry, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
-    """Velocity of the tool for joint rates qd [rad/s]."""
-    d1, d2, d3, d4, d5, d6 = qd
-    vx, vy, vz, wx, wy, wz = (
-        a * d1 + b * d2 + c * d3 + d * d4 + e * d5 + f * d6 for a, b, c, d, e, f in jacobian(geometry, q, T_flange_tool)
-    )
-    return vx, vy, vz, wx, wy, wz
-
-
 def joint_velocity(geometry: Geometry, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
     """Joint rates [rad/s] that give the tool this twist.
 
@@ -135,28 +89,13 @@ def joint_velocity(geometry: Geometry, q: Joints, twist: Twist, T_flange_tool: T
     still); any other raises StraightLineSingular, which says which singularity it is. Near one the rates are
     large: compare them with the limits.
     """
-    terms = terms_of(geometry, q, T_flange_tool)
-    c1, s1, c23, s23, _, _, _, _, _, _, _, _, _, _, _, _, rx, ry, rz = terms
+    c1, s1, c23, s23, c4, s4, c5, s5, uu, uv, fu, fv, u, rx, ry, rz = terms_of(geometry, q, T_flange_tool)
     vx, vy, vz, wx, wy, wz = twist
-    x = vx - wy * rz + wz * ry
+    x = vx - wy * rz + wz * ry  # of the wrist centre
     y = vy - wz * rx + wx * rz
-    down = wx * ry - wy * rx - vz
+    out, across, down = c1 * x + s1 * y, c1 * y - s1 * x, wx * ry - wy * rx - vz
     turn = c1 * wx + s1 * wy
-    across, turn_across = c1 * y - s1 * x, c1 * wy - s1 * wx
-    return rates(
-        geometry, terms, c1 * x + s1 * y, across, down, c23 * turn - s23 * wz, turn_across, s23 * turn + c23 * wz
-    )
-
-
-def rates(
-    geometry: Geometry, terms: Terms, out: float, across: float, down: float, x: float, y: float, z: float
-) -> Joints:
-    """Joint rates for a velocity of the wrist centre, outward, across and down in the arm's plane, and a turn of the
-    hand about the axes of frame 3. Raises StraightLineSingular.
-
-    Accelerations and jerks follow from the same equations, once what the lower rates make of them is taken away.
-    """
-    _, _, c23, s23, c4, s4, c5, s5, uu, uv, fu, fv, u, _, _, _, _, _, _ = terms
+    x, y, z = c23 * turn - s23 * wz, c1 * wy - s1 * wx, s23 * turn + c23 * wz  # of the hand, about the axes of frame 3
     if u > SINGULAR or u < -SINGULAR:
         qd1 = across / u
     elif -AT_REST < across < AT_REST:
