@@ -191,6 +191,8 @@ def test_do_answers_with_values() -> None:
     assert r.do("SPEED 50") == ()
     assert repr(r.do('TYPE "x is", 3')) == "x is 3"
     assert "JT1" in repr(r.do("WHERE"))
+    assert r.do('TYPE "no end of the line", /S').text == "no end of the line\n"
+    assert r.do('TYPE "next"').text == "next\n"
 
 
 def test_do_answers_questions() -> None:
@@ -356,6 +358,27 @@ def test_abort_overtakes_a_program_in_real_time() -> None:
     thread.join(timeout=20.0)
     assert [run.outcome.value for run in runs] == ["(ABORTED)"]
     assert r.where(r.end).t < 20.0
+
+
+def test_a_prompt_of_another_thread_is_answered_by_who_runs_it() -> None:
+    r, failed = vrs.Robot(), list[str]()
+    r.define('.PROGRAM ask\nPROMPT "n? ", n\nREADY\n.END')
+
+    def run(answers: list[str]) -> None:
+        try:
+            r.execute("ask", answers=answers)
+        except vrs.ProgramFailed as error:
+            failed.append(str(error))
+
+    threads = [Thread(target=run, args=(answers,)) for answers in (["1"], [], ["2"])]
+    threads += [Thread(target=lambda: [r.move(*DOWN) for _ in range(20)])]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(timeout=60.0)
+    assert len(failed) == 1
+    assert "has nothing more to read" in failed[0]
+    assert len(r.commands) == 22
 
 
 def test_many_threads() -> None:

@@ -162,23 +162,23 @@ class Actor:
         """
         if self._server is not None:
             for said in ticket:
-                self._put(said, ticket, terminal)
+                self.put(said, ticket, terminal)
             return ticket.result()
         try:
             while not ticket.done():
                 time_goes_on = bool(self._running)
                 self.step()
                 if time_goes_on:
-                    self._put(Running(self._driver.engine.now), ticket, terminal)
+                    self.put(Running(self._driver.engine.now), ticket, terminal)
                 for said in ticket.heard():
-                    self._put(said, ticket, terminal)
+                    self.put(said, ticket, terminal)
         except BaseException:
             self._withdraw(ticket)
             raise
         return ticket.result()
 
     @staticmethod
-    def _put(said: Reply | Question | Running, ticket: Ticket[Any], terminal: Terminal) -> None:
+    def put(said: Reply | Question | Running, ticket: Ticket[Any], terminal: Terminal) -> None:
         """Show or ask it. What goes wrong with that is raised in the request, which may go on."""
         try:
             if isinstance(said, Question):

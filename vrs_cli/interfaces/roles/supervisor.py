@@ -49,16 +49,22 @@ class Notes:
         self.begin(no_answer)
 
     def begin(self, answer: Answers) -> None:
-        self.said: list[Reply] = []
+        self._said: list[Reply] = []
         self._answer, self._line = answer, ""
 
+    def taken(self) -> tuple[Reply, ...]:
+        """All that was said since."""
+        if self._line:
+            self.type("", newline=True)
+        return tuple(self._said)
+
     def show(self, reply: Reply) -> None:
-        self.said.append(reply)
+        self._said.append(reply)
 
     def type(self, text: str, newline: bool) -> None:
         self._line += text
         if newline:
-            self.said.append(Message(self._line))
+            self._said.append(Message(self._line))
             self._line = ""
 
     def progress(self, doing: Running | Reading) -> None:
@@ -109,10 +115,7 @@ class Supervisor(Observer, Designer):
     def _hear(self, ticket: Ticket[T]) -> None:
         """What was said while another thread drove."""
         for said in ticket.heard():
-            if isinstance(said, Question):
-                ticket.answer(self._notes.ask(said))
-            else:
-                self._notes.show(said)
+            self._session.actor.put(said, ticket, self._notes)
 
     def _perform(self, request: Request, issued: float | None) -> None:
         def work(session: Session) -> None:
@@ -140,14 +143,14 @@ class Supervisor(Observer, Designer):
         with self._talking:
             self._notes.begin(answer)
             self._end(self._holder.ask(line))
-            return tuple(self._notes.said)
+            return self._notes.taken()
 
     def talk(self, work: Callable[[Session], object], answer: Answers) -> tuple[Reply, ...]:
         """Drive the session from outside, as a prompt does; all that is answered and typed meanwhile."""
         with self._talking, self._driving:
             self._notes.begin(answer)
             work(self._session)
-            return tuple(self._notes.said)
+            return self._notes.taken()
 
     def define(self, text: str) -> tuple[str, ...]:
         """Put the programs and variables of a text in memory; the names of its programs.
