@@ -56,7 +56,7 @@ from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import LIMIT
-from vrs_cli.language.words.word import Argument, Shape
+from vrs_cli.language.words.word import Argument, Shape, argument_at
 
 Steps = Generator[Any, str | None, int | None]
 
@@ -66,45 +66,32 @@ OPS_A_FUNCTION = 2048  # operations in one function
 # --- programs ----------------------------------------------------------------------------------------------------
 
 
-class _Jumps(Struct):
-    """How to get from one block to another: with `inner`, the block `number` is a `while True` of its own. `here`: the
-    blocks of the function; to get to others it returns."""
-
-    numbers: Mapping[int, int]
-    here: range = range(0)
-    number: int = 0
-    inner: bool = False
-
-    def to(self, op: int) -> list[py.stmt]:
-        target = self.numbers[op]
-        if target not in self.here:
-            return [py.Return(tree.constant(target))]
-        if self.inner and target == self.number:
-            return [py.Continue()]
-        away = py.Break() if self.inner else py.Continue()
-        return [tree.assign("pc", tree.constant(target)), away]
-
-
 class _ProgramCompiler(ExpressionCompiler):
-    """The operations of one program as the body of its Python function."""
+    """The operations of one program as the body of its Python function.
+
+    `_numbers`: those of the blocks, by the operation that begins each; `_here`: the blocks of the present function;
+    `_inner`: the present block, if it is a `while True` of its own.
+    """
 
     def __init__(self, library: Library, analysis: Analysis, lowered: Lowered) -> None:
         declared = (*analysis.program.parameters, *(own.variable for own in analysis.own))
         super().__init__(library, analysis.kinds, {variable.key: number for number, variable in enumerate(declared)})
         self.array_parameters.update(variable.key for variable in declared if variable.indexes is not None)
         self._lowered = lowered
-        self._jumps = _Jumps({})
+        self._numbers: Mapping[int, int] = {}
+        self._here = range(0)
+        self._inner: int | None = None
 
     def variant(self, everywhere: bool) -> Variant:
         leaders = self._leaders(everywhere)
-        numbers = {op: number for number, op in enumerate(leaders)}
+        self._numbers = numbers = {op: number for number, op in enumerate(leaders)}
         cuts = [numbers[op] for op in range(0, len(self._lowered.ops), OPS_A_FUNCTION)]
-        parts = [self._function(range(*cut), leaders, numbers) for cut in pairwise([*cuts, len(leaders)])]
+        parts = [self._function(range(*cut), leaders) for cut in pairwise([*cuts, len(leaders)])]
         return Variant(parts[0] if len(parts) == 1 else _join(parts, cuts), tuple(self.arrays), numbers)
 
-    def _function(self, here: range, leaders: list[int], numbers: Mapping[int, int]) -> Callable[..., Steps]:
+    def _function(self, here: range, leaders: list[int]) -> Callable[..., Steps]:
         """Make the function of some of the blocks. The functions after it take its arrays too."""
-        self._jumps = _Jumps(numbers, here)
+        self._here = here
         blocks = [self._block(number, leaders) for number in here]
         loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
         body = self._with_frame(loop) if self._lowered.slots else loop
@@ -142,7 +129,7 @@ class _ProgramCompiler(ExpressionCompiler):
         end = leaders[number + 1] if number + 1 < len(leaders) else len(self._lowered.ops)
         ops = self._lowered.ops[first:end]
         inner = any(getattr(op, "target", None) == first for op in ops)
-        self._jumps = _Jumps(self._jumps.numbers, self._jumps.here, number, inner)
+        self._inner = number if inner else None
         statements: list[py.stmt] = []
         for place, op in enumerate(ops, first):
             statements += self._operation(place, op)
@@ -150,8 +137,18 @@ class _ProgramCompiler(ExpressionCompiler):
                 break
         else:
             if end < len(self._lowered.ops):
-                statements += self._jumps.to(end)
+                statements += self._to(end)
         return [py.While(tree.constant(True), statements, [])] if inner else statements
+
+    def _to(self, op: int) -> list[py.stmt]:
+        """Go to the block that begins with an operation. To get to one of another function, this one returns."""
+        target = self._numbers[op]
+        if target not in self._here:
+            return [py.Return(tree.constant(target))]
+        if target == self._inner:
+            return [py.Continue()]
+        away = py.Continue() if self._inner is None else py.Break()
+        return [tree.assign("pc", tree.constant(target)), away]
 
     def _operation(self, place: int, op: Op) -> list[py.stmt]:
         statements = _OPERATIONS[type(op)](self, op)
@@ -160,7 +157,7 @@ class _ProgramCompiler(ExpressionCompiler):
     def _jump_if(self, op: JumpIf) -> list[py.stmt]:
         truth = self.truth(op.condition)
         first = [] if op.first is None else self._perform_instruction(op.first)
-        return [*first, py.If(truth if op.when else tree.not_(truth), self._jumps.to(op.target), [])]
+        return [*first, py.If(truth if op.when else tree.not_(truth), self._to(op.target), [])]
 
     # loops and cases
 
@@ -175,7 +172,7 @@ class _ProgramCompiler(ExpressionCompiler):
             assert statement.step is not None
             taken.append(tree.assign(step, tree.call("for_step", self.in_range(statement.step))))
         past = tree.not_(self._another_pass(statement, limit, step))
-        return [*taken, *self._store(statement.variable, tree.name("v")), py.If(past, self._jumps.to(op.target), [])]
+        return [*taken, *self._store(statement.variable, tree.name("v")), py.If(past, self._to(op.target), [])]
 
     def _for_next(self, op: ForNext) -> list[py.stmt]:
         statement = op.statement
@@ -188,7 +185,7 @@ class _ProgramCompiler(ExpressionCompiler):
         target = py.Subscript(tree.name(place.cells), place.key, py.Store())
         return [
             py.Assign([py.Name("v", py.Store()), target], sum_),
-            py.If(self._another_pass(statement, limit, step), self._jumps.to(op.target), []),
+            py.If(self._another_pass(statement, limit, step), self._to(op.target), []),
         ]
 
     def _another_pass(self, statement: ast.For, limit: str, step: str) -> py.expr:
@@ -200,14 +197,14 @@ class _ProgramCompiler(ExpressionCompiler):
         return up if known > 0.0 else down
 
     def _case_begin(self, op: CaseBegin) -> list[py.stmt]:
-        return [tree.assign(f"l{op.slot}", self.value(op.subject)), *self._jumps.to(op.target)]
+        return [tree.assign(f"l{op.slot}", self.value(op.subject)), *self._to(op.target)]
 
     def _case_test(self, op: CaseTest) -> list[py.stmt]:
         kind = self.kind_of(op.subject)
         subject = tree.name(f"l{op.slot}")
         tests = [self.comparison(subject, "==", self.value(value), kind) for value in op.values]
         matched = tests[0] if len(tests) == 1 else py.BoolOp(py.Or(), tests)
-        return [py.If(tree.not_(matched), self._jumps.to(op.target), [])]
+        return [py.If(tree.not_(matched), self._to(op.target), [])]
 
     # statements
 
@@ -256,12 +253,11 @@ class _ProgramCompiler(ExpressionCompiler):
 
     def _instruction(self, statement: ast.Instruction) -> list[py.stmt]:
         word = INSTRUCTIONS[statement.word]
-        rows = list(word.arguments)
-        if rows and rows[-1].repeated:
-            rows += [rows[-1]] * (len(statement.arguments) - len(rows))
+        rows = (argument_at(word, place) for place in range(len(statement.arguments)))
         arguments = [
             self._operand(statement.word, expression, row)
-            for expression, row in zip(statement.arguments, rows, strict=False)
+            for expression, row in zip(statement.arguments, rows, strict=True)
+            if row is not None
         ]
         wording: list[py.expr] = [tree.constant(statement_text(statement))]
         if statement.value is not None or statement.modifiers != ast.NO_MODIFIERS:
@@ -339,7 +335,7 @@ def _constant_step(statement: ast.For) -> float | None:
 
 _OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {
     Perform: _ProgramCompiler._perform,
-    Jump: lambda compiler, op: compiler._jumps.to(op.target),
+    Jump: lambda compiler, op: compiler._to(op.target),
     JumpIf: _ProgramCompiler._jump_if,
     ForBegin: _ProgramCompiler._for_begin,
     ForNext: _ProgramCompiler._for_next,

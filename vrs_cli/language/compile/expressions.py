@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast as py
 from collections.abc import Callable, Mapping, Sequence
+from itertools import zip_longest
 from types import MappingProxyType
 from typing import Any
 
@@ -20,7 +21,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.kind import SIGIL_KINDS, Kind
 from vrs_cli.language.words.values import whole
-from vrs_cli.language.words.word import Argument, Shape
+from vrs_cli.language.words.word import Argument, Shape, argument_at
 
 _ARITHMETIC: dict[str, type[py.operator]] = {"+": py.Add, "-": py.Sub, "*": py.Mult, "/": py.Div}
 _FUNCTIONS = {
@@ -185,7 +186,8 @@ class ExpressionCompiler:
             operator = _LOGICAL[expression.operator]()
             return py.BinOp(self.truth(expression.left), operator, self.truth(expression.right))
         if isinstance(expression, ast.Binary) and expression.operator in _RELATIONS:
-            return self._relation(expression)
+            left, right = self.value(expression.left), self.value(expression.right)
+            return self.comparison(left, expression.operator, right, self.kind_of(expression.left))
         return tree.compare(self.value(expression), py.NotEq(), tree.constant(0.0))
 
     def _unary(self, expression: ast.Unary) -> py.expr:
@@ -208,10 +210,6 @@ class ExpressionCompiler:
 
     def _as_value(self, truth: py.expr) -> py.expr:
         return py.IfExp(truth, tree.constant(-1.0), tree.constant(0.0))
-
-    def _relation(self, expression: ast.Binary) -> py.expr:
-        left, right = self.value(expression.left), self.value(expression.right)
-        return self.comparison(left, expression.operator, right, self.kind_of(expression.left))
 
     def comparison(self, left: py.expr, operator: str, right: py.expr, kind: Kind | None) -> py.expr:
         """Compare two values. The switch UPPER says how strings are compared."""
@@ -238,11 +236,8 @@ class ExpressionCompiler:
 
     def _arguments(self, function: Function, given: Sequence[ast.Expression | None]) -> list[py.expr]:
         """Return one expression for each argument of the table: None if it is left out, more if the last repeats."""
-        rows = function.arguments
-        if rows and rows[-1].repeated:
-            rows = (*rows[: len(given)], *(rows[-1],) * (len(given) - len(rows)))
-        padded = (*given, *(None,) * (len(rows) - len(given)))
-        return [self.operand(item, row) for item, row in zip(padded, rows, strict=False)]
+        rows = function.arguments if not function.repeats else [argument_at(function, at) for at in range(len(given))]
+        return [self.operand(item, row) for item, row in zip_longest(given, rows) if row is not None]
 
     # operands
 

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from enum import Enum
+from functools import partial
 from typing import get_args
 
 from msgspec import Struct
@@ -91,19 +92,10 @@ class Constants(Struct, frozen=True):
     def _expression(self, expression: Expression) -> list[Diagnostic]:
         if not _evaluable(expression):
             return self._in_expressions(_children(expression))
-        error = self._error(expression)
+        error = _error(lambda: self._evaluated(expression), (*NEVER_RIGHT, UsageError))
         if error is None:
             return []
         return self._in_expressions(_children(expression)) or [_wrong(_named(expression).span, error)]
-
-    def _error(self, expression: Expression) -> VrsError | None:
-        try:
-            self._evaluated(expression)
-        except (*NEVER_RIGHT, UsageError) as error:
-            return error
-        except VrsError:  # what only a run can tell: a unit, a program
-            return None
-        return None
 
     def _value(self, expression: Expression) -> Value | Gap:
         """Return the value of a constant expression, otherwise a gap."""
@@ -131,9 +123,8 @@ class Constants(Struct, frozen=True):
     def _refused(self, expression: Expression | None, check: Callable[[float], object]) -> Iterator[Diagnostic]:
         value = None if expression is None else self._value(expression)
         if expression is not None and isinstance(value, float):
-            try:
-                check(value)
-            except NEVER_RIGHT as error:
+            error = _error(lambda: check(value))
+            if error is not None:
                 yield _wrong(expression.span, error)
 
     def _instruction(self, statement: ast.Instruction) -> Iterator[Diagnostic]:
@@ -167,22 +158,17 @@ class Constants(Struct, frozen=True):
     def _outcomes(self, statement: ast.Instruction, given: Sequence[Given]) -> list[VrsError | None]:
         """Return the error, or None, for each number that is tried in the gaps."""
         stand_ins = STAND_INS if Gap.REAL in given else STAND_INS[:1]
-        filled = ([x if isinstance(one, Gap) else one for one in given] for x in stand_ins)
-        return [self._carried_out(statement, operands) for operands in filled]
+        filled = [[x if isinstance(one, Gap) else one for one in given] for x in stand_ins]
+        return [
+            _error(partial(self._carry_out, statement, *operands), (*NEVER_RIGHT, NotAvailable)) for operands in filled
+        ]
 
-    def _carried_out(self, statement: ast.Instruction, operands: Sequence[object]) -> VrsError | None:
+    def _carry_out(self, statement: ast.Instruction, *operands: object) -> None:
         *arguments, value = operands
-        modifiers = statement.modifiers
-        it = Wording("", value, None, modifiers.always, modifiers.unit)
-        try:
-            for request in HANDLERS[statement.word](self.context, it, *arguments):
-                if isinstance(request, CHECKED_BY_THE_ROBOT):
-                    self.perform(request)
-        except (*NEVER_RIGHT, NotAvailable) as error:
-            return error
-        except VrsError:  # what only a run can tell: a unit, a program
-            return None
-        return None
+        it = Wording("", value, None, statement.modifiers.always, statement.modifiers.unit)
+        for request in HANDLERS[statement.word](self.context, it, *arguments):
+            if isinstance(request, CHECKED_BY_THE_ROBOT):
+                self.perform(request)
 
     def _culprit(self, statement: ast.Instruction, given: Sequence[Given], error: VrsError) -> Span:
         """Return the place of the operand that causes the error: any other number there gives another answer."""
@@ -193,6 +179,17 @@ class Constants(Struct, frozen=True):
                 if all(str(other) != str(error) for other in self._outcomes(statement, without)):
                     return expression.span
         return statement.span
+
+
+def _error(act: Callable[[], object], wrong: tuple[type[VrsError], ...] = NEVER_RIGHT) -> VrsError | None:
+    """Return what no run could do either; what only a run can tell (a unit, a program) is no error."""
+    try:
+        act()
+    except wrong as error:
+        return error
+    except VrsError:
+        pass
+    return None
 
 
 # --- trees -------------------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ from collections.abc import Generator, Sequence
 from functools import cached_property
 from itertools import chain
 
-from vrs_cli.errors import ProgramNotExecutable
+from vrs_cli.errors import ArgumentMismatch, ProgramNotExecutable
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.analysis.declarations import Own
 from vrs_cli.language.analysis.lineage import program_beyond_val2
@@ -17,8 +17,9 @@ from vrs_cli.language.run.effects import Event
 from vrs_cli.language.run.library import LIBRARY, UNSET
 from vrs_cli.language.run.memory import Context, Memory
 from vrs_cli.language.run.programs import StoredProgram
-from vrs_cli.language.text.diagnostics import Diagnostic
-from vrs_cli.language.words.kind import kind_of_name
+from vrs_cli.language.text.ast import Variable
+from vrs_cli.language.text.diagnostics import Diagnostic, counted
+from vrs_cli.language.words.kind import Kind, kind_of_name
 
 Steps = Generator[int | Event, str | None, int | None]
 
@@ -78,6 +79,36 @@ class Executable:
         """Elements of the arrays and characters of the strings of LOCAL."""
         made: tuple[Reference, ...] = self.__dict__.get("_local", ())
         return sum(reference.size() for reference in made)
+
+    def bound(self, arguments: Sequence[Reference | None]) -> tuple[Reference, ...]:
+        """One reference for each parameter. Raises ArgumentMismatch."""
+        parameters = self.program.parameters
+        if len(arguments) > len(parameters):
+            raise ArgumentMismatch(
+                f"{self.name} is given {counted(len(arguments), 'argument')}",
+                f"it has {counted(len(parameters), 'parameter')}",
+            )
+        padded = (*arguments, *(None,) * (len(parameters) - len(arguments)))
+        return tuple(map(self._bound, parameters, padded))
+
+    def _bound(self, parameter: Variable, given: Reference | None) -> Reference:
+        """What stands for an argument that is not given is undefined until the program assigns it."""
+        typed = parameter.sigil + parameter.name
+        name, kind = f"{typed} of {self.name}", kind_of_name(parameter.sigil)
+        is_array = parameter.key in self.compiled.array_parameters
+        if given is None:
+            array = parameter.indexes is not None
+            return new_variable(self._memory.spelling, typed, kind, array=array, omitted=typed)
+        if given.cells.kind is not kind:
+            wanted = kind.value if parameter.sigil else "real or a transformation"
+            raise ArgumentMismatch(f"{name} is given a {given.cells.kind.value}", f"a {wanted} is wanted")
+        if (given.key is None) is not is_array:
+            wanted, got = ("one value", "an array") if given.key is None else ("an array", "one value")
+            raise ArgumentMismatch(f"{name} is given {got}", f"{wanted} is wanted")
+        decided = self.analysis.kinds.get(parameter.key)
+        if decided is not None and given.key in (given.locations if decided is Kind.REAL else given.cells):
+            raise ArgumentMismatch(f"{name}: {given.name} is not a {decided.value}", f"a {decided.value} is wanted")
+        return given
 
     @cached_property
     def _beyond_val2(self) -> tuple[Diagnostic, ...]:

@@ -24,7 +24,6 @@ from typing import Any, cast
 from vrs_cli.engine.commands import Brake, Break
 from vrs_cli.errors import IllegalValue, LimitReached, LineMissing, StackOverflow, VrsError
 from vrs_cli.language.run.activation import Activation, Interruption
-from vrs_cli.language.run.arguments import bind_arguments
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
@@ -88,7 +87,7 @@ class Task:
         self._first_step = self._check_step(step) - 1
         if cycles == 0 or cycles > MOST_CYCLES:
             raise IllegalValue(f"{cycles} cycles", f"1 to {MOST_CYCLES}, or -1 for ever")
-        bind_arguments(environment, self._main, self._arguments)
+        self._main.bound(self._arguments)
         self.cycles = cycles
         self.cycles_done = 0
         self.steps_done = 0
@@ -238,8 +237,8 @@ class Task:
         del self._activations[1:]
 
     def _begin(self) -> None:
-        arguments = bind_arguments(self._environment, self._main, self._arguments)
-        self._activations = [Activation(self._context, self._main, arguments, self._first_step)]
+        bound = self._main.bound(self._arguments)
+        self._activations = [Activation(self._context, self._main, bound, self._first_step)]
         self._first_step = 0
         self._tried = None
         self.reactions = Reactions()
@@ -385,11 +384,8 @@ class Task:
     def _call(self, call: CallProgram) -> None:
         if len(self._activations) > STACK_LIMIT:
             raise StackOverflow(f"{STACK_LIMIT} calls deep", f"does {call.name} call itself for ever?")
-        environment = self._environment
-        program = environment.executable(environment.program(call.name))
-        self._activations.append(
-            Activation(self._context, program, bind_arguments(environment, program, call.arguments))
-        )
+        program = self._environment.executable(self._environment.program(call.name))
+        self._activations.append(Activation(self._context, program, program.bound(call.arguments)))
 
     def break_off(self, error: VrsError) -> ProgramFault:
         """The fault of a task that something from outside broke off in the present step."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from functools import partial
 
-from vrs_cli.engine.commands import Brake, Break, Delay, JointTarget, Move, NamedTarget, PoseTarget, Target
+from vrs_cli.engine.commands import Brake, Break, Delay, JointTarget, Move, NamedTarget, PoseTarget
 from vrs_cli.engine.parameters import FULL_SPEED, JOINT_SPEED
 from vrs_cli.errors import IllegalJoint, IllegalValue
 from vrs_cli.kinematics.joints import Joints
@@ -14,23 +14,17 @@ from vrs_cli.language.run.effects import Event
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Handler, Wording, transform
 from vrs_cli.language.run.operations import shift
-from vrs_cli.language.words.values import plain, whole
+from vrs_cli.language.words.values import TRUE, plain, whole
 from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
-
-
-def _target(place: Transform | Joints) -> Target:
-    return PoseTarget(place) if isinstance(place, Transform) else JointTarget(place)
-
-
-def _hand_of(opening: float | None) -> float | None:
-    """An air hand opens for anything above 0, and for TRUE; otherwise it closes."""
-    return None if opening is None else 1.0 if opening > 0.0 or opening == -1.0 else 0.0
 
 
 def _move(
     straight: bool, _context: Context, it: Wording, place: Transform | Joints, hand: float | None = None
 ) -> Iterable[Event]:
-    return (Move(_target(place), straight, hand=_hand_of(hand), stamp=it.stamp, text=it.text),)
+    """An air hand opens for anything above 0, and for TRUE; otherwise it closes."""
+    target = PoseTarget(place) if isinstance(place, Transform) else JointTarget(place)
+    opening = None if hand is None else float(hand > 0.0 or hand == TRUE)
+    return (Move(target, straight, hand=opening, stamp=it.stamp, text=it.text),)
 
 
 def _back_off(distance: float) -> Transform:
