@@ -37,7 +37,7 @@ def test_a_subscriber_is_given_what_there_is_and_then_every_event_in_order() -> 
     feed = numbers()
     subscription = feed.subscribe()
     for number in range(5):
-        feed.publish(number)
+        feed.publish([number])
     assert subscription.taken() == [100, 0, 1, 2, 3, 4]
 
 
@@ -46,7 +46,7 @@ def test_who_is_too_slow_is_told_how_much_was_left_out_and_made_whole() -> None:
     slow, quick = feed.subscribe(most=4), feed.subscribe(most=4)
     heard: list[int | Missed] = []
     for number in range(7):
-        feed.publish(number)
+        feed.publish([number])
         heard += quick.taken()
     assert heard == [101, 0, 1, 2, 3, 4, 5, 6]
     assert slow.taken() == [Missed(8), 103]
@@ -56,7 +56,7 @@ def test_what_was_left_out_is_counted_to_the_end() -> None:
     feed = numbers()
     slow = feed.subscribe(most=3)
     for number in range(50):
-        feed.publish(number)
+        feed.publish([number])
     heard = slow.taken()
     left_out = sum(event.count for event in heard if isinstance(event, Missed))
     told = [event for event in heard if isinstance(event, int) and event < 100]
@@ -64,14 +64,23 @@ def test_what_was_left_out_is_counted_to_the_end() -> None:
     assert left_out >= 50 - len(told)
 
 
+def test_what_has_happened_together_is_told_or_left_out_together() -> None:
+    """What makes up for events has all of them: none may come after it."""
+    feed = numbers()
+    slow = feed.subscribe(most=3)
+    feed.publish([1, 2])
+    feed.publish([3, 4])
+    assert slow.taken() == [Missed(5), 101]
+
+
 def test_who_has_ended_or_is_gone_costs_nothing_more() -> None:
     feed = numbers()
     ended, gone = feed.subscribe(), feed.subscribe()
     ended.end()
-    feed.publish(1)
+    feed.publish([1])
     del gone
     collect()
-    feed.publish(2)
+    feed.publish([2])
     assert not tuple(feed._subscriptions)
     assert list(ended) == []
 
@@ -83,7 +92,7 @@ def test_a_reader_in_another_thread_waits_for_events_until_it_ends() -> None:
     reader = Thread(target=lambda: heard.extend(subscription))
     reader.start()
     for number in range(3):
-        feed.publish(number)
+        feed.publish([number])
     while subscription._queue.qsize():
         pass
     subscription.end()
@@ -125,12 +134,12 @@ def test_what_is_held_is_heard_when_it_is_released_and_by_nobody_twice() -> None
     feed = numbers()
     early = feed.subscribe()
     feed.hold()
-    feed.publish(1)
+    feed.publish([1])
     assert early.taken() == [100]
     late = feed.subscribe()  # is given a state that has the first event in it
-    feed.publish(2)
+    feed.publish([2])
     feed.release()
     assert early.taken() == [1, 2]
     assert late.taken() == [101, 2]
-    feed.publish(3)
+    feed.publish([3])
     assert early.taken() == late.taken() == [3]

@@ -4,6 +4,7 @@ after each of them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import radians
 from random import Random
@@ -90,7 +91,8 @@ class Session:
         self.engine.perform(self.rounding())
         self.engine.perform(Move(JointTarget(self._joints(INSIDE)), False))
 
-    def _note(self, delta: TimelineDelta) -> None:
+    def _note(self, deltas: Sequence[TimelineDelta]) -> None:
+        (delta,) = deltas
         self.edits.append((self.before, delta))
         self.before = self.engine.timeline
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import radians
 
 import pytest
@@ -85,7 +86,8 @@ def performed(
     edits: list[tuple[Timeline, TimelineDelta, Timeline]] = []
     before = [engine.timeline]
 
-    def note(delta: TimelineDelta) -> None:
+    def note(deltas: Sequence[TimelineDelta]) -> None:
+        (delta,) = deltas
         edits.append((before[-1], delta, engine.timeline))
         before.append(engine.timeline)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -422,8 +422,8 @@ def interrupting(when: Callable[[Session], bool]) -> Callable[[Session, str], Ta
     def pressed(session: Session, line: str) -> Talk[None]:
         told = session.engine.book.told
 
-        def press(delta: TimelineDelta) -> None:
-            told(delta)
+        def press(deltas: Sequence[TimelineDelta]) -> None:
+            told(deltas)
             if when(session):
                 signal.raise_signal(signal.SIGINT)
 

@@ -31,7 +31,7 @@ class Journal(Protocol):
         """All that is written is on the disk. Raises FileError."""
 
 
-def silent(_delta: TimelineDelta) -> None:
+def silent(_deltas: Sequence[TimelineDelta]) -> None:
     """Nobody hears of a change."""
 
 
@@ -55,7 +55,7 @@ class Book:
         self.number = number
         self.stream: Motion | None = None
         self.journal: Journal | None = None
-        self.told: Callable[[TimelineDelta], None] = silent
+        self.told: Callable[[Sequence[TimelineDelta]], None] = silent
 
     @classmethod
     def at(cls, joints: Joints) -> Book:
@@ -95,7 +95,7 @@ class Book:
             self.history.add(step)
             self.number = step.delta.motion.number
             self.stream = step.delta.motion if step.delta.motion.kind is Kind.STEERED else None
-        self._tell(deltas)
+        self.told(deltas)
         if wrong is not None:
             raise wrong
 
@@ -109,7 +109,7 @@ class Book:
         kept = before.segments[: delta.keep - before.keep]
         shorter = delta._replace(drop=delta.drop - len(before.segments) + len(kept))
         self.deltas[-2:] = [before._replace(segments=kept), shorter]
-        self._tell([delta])
+        self.told([delta])
 
     def end_stream(self) -> None:
         """No more targets: the motion is known as a whole, and UNDO takes it back as one change."""
@@ -123,7 +123,7 @@ class Book:
         deltas = other.deltas[len(self.deltas) :]
         self._change(deltas)
         self.history, self.number = other.history.copy(), other.number
-        self._tell(deltas)
+        self.told(deltas)
 
     def undo(self, count: int, clock: float) -> float:
         """Take the last commands back, all of them or none; the clock [s] that was before them. Raises UsageError where
@@ -136,7 +136,7 @@ class Book:
         for step in steps:
             self.history.take_back(clock)
             clock = step.clock
-        self._tell(deltas)
+        self.told(deltas)
         return clock
 
     def redo(self, count: int) -> float:
@@ -146,7 +146,7 @@ class Book:
         self._change(deltas)
         for _ in undone:
             self.history.do_again()
-        self._tell(deltas)
+        self.told(deltas)
         return undone[-1].clock
 
     def _change(
@@ -171,7 +171,3 @@ class Book:
         self.timeline = timeline
         self.deltas += deltas
         return wrong
-
-    def _tell(self, deltas: Sequence[TimelineDelta]) -> None:
-        for delta in deltas:
-            self.told(delta)

@@ -445,7 +445,7 @@ class Engine:
         if self.book is not before:
             before.end_stream()
             before.told, self.book.told = silent, self.events.publish
-            self.events.publish(Replaced(self.timeline, self.settings))
+            self.events.publish([Replaced(self.timeline, self.settings)])
 
     # --- what is in reach ---
 

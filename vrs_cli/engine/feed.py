@@ -5,7 +5,7 @@ A subscriber that does not take its events loses them: it is told how many, and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import Generic, TypeVar
@@ -40,12 +40,15 @@ class Subscription(Generic[E]):
 
     # --- who tells ---
 
-    def put(self, event: E, instead: Callable[[], E]) -> None:
-        """Never waits. Where there is no room, all that waits is left out, and `instead` makes up for it."""
-        if self._queue.qsize() < self.most:
-            self._queue.put(event)
+    def put(self, events: Sequence[E], instead: Callable[[], E]) -> None:
+        """Events that have all happened. Never waits: where there is no room, all that waits is left out with them, and
+        `instead` makes up for it.
+        """
+        if self._queue.qsize() + len(events) <= self.most:
+            for event in events:
+                self._queue.put(event)
             return
-        missed = 1
+        missed = len(events)
         with suppress(Empty):
             while True:
                 left_out = self._queue.get_nowait()
@@ -88,11 +91,10 @@ class Feed(Generic[E]):
 
     def subscribe(self, most: int = MOST) -> Subscription[E]:
         """What stands for all so far, and every event from now on."""
-        held, self._held = self._held, None
-        self._publish_all(held or ())
-        self._held = None if held is None else []
+        self._publish(self._held or ())
+        self._held = None if self._held is None else []
         subscription: Subscription[E] = Subscription(most)
-        subscription.put(self._instead(), self._instead)
+        subscription.put([self._instead()], self._instead)
         self._subscriptions.add(subscription)
         return subscription
 
@@ -102,18 +104,20 @@ class Feed(Generic[E]):
 
     def release(self) -> None:
         held, self._held = self._held, None
-        self._publish_all(held or ())
+        self._publish(held or ())
 
-    def _publish_all(self, events: Iterable[E]) -> None:
-        for event in events:
-            self.publish(event)
+    def publish(self, events: Sequence[E]) -> None:
+        """All that has happened since the last time."""
+        if self._held is None:
+            self._publish(events)
+        else:
+            self._held += events
 
-    def publish(self, event: E) -> None:
-        if self._held is not None:
-            self._held.append(event)
+    def _publish(self, events: Sequence[E]) -> None:
+        if not events:
             return
         for subscription in tuple(self._subscriptions):
             if subscription.ended:
                 self._subscriptions.discard(subscription)
             else:
-                subscription.put(event, self._instead)
+                subscription.put(events, self._instead)

@@ -220,13 +220,13 @@ class Actor:
         elif self._running and self._look:
             self._look = False
             self._go_on_all()
-        elif self._waiting and not self._time_first and not self._line_runs():
+        elif self._waiting and not (self._running and (self._time_first or self._line_runs())):
             self._time_first = self._look = bool(self._running)
             self._go_on(self._waiting.popleft())
         elif self._running:
             self._time_first = False
             self._happen()
-        elif self.peek() <= self._driver.engine.clock.reached:
+        elif self._driver.peek() <= self._driver.engine.clock.reached:
             self._happen()
         elif not came:
             self._wait()
