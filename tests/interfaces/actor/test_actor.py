@@ -18,6 +18,7 @@ from vrs_cli.dialogue.talk import Slice, Talk
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import FileError, RequestRefused, UsageError
 from vrs_cli.interfaces.actor.actor import Actor
+from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.session.session import Session
 
 SWING = ".PROGRAM swing\nDO\nDRIVE 1, 5\nDRIVE 1, -5\nUNTIL FALSE\n.END"
@@ -151,14 +152,14 @@ def test_lines_of_others_are_carried_out_while_a_program_runs(session: Session) 
     where, motion = actor.submit(session.answers("WHERE")), actor.submit(session.answers("DRIVE 1, 5"))
     stop = actor.submit(session.answers("ABORT"), urgent=True)
     stepped(actor)
-    assert stop.exception() is None
+    assert stop.error(0.0) is None
     assert session.engine.now == session.engine.end
     assert [str(reply) for reply in run.heard()][-1].count("(ABORTED)")
     for refused in (where, motion):
-        assert isinstance(refused.exception(), RequestRefused)
+        assert isinstance(refused.error(0.0), RequestRefused)
     again = actor.submit(session.answers("WHERE"))
     stepped(actor)
-    assert again.exception() is None
+    assert again.error(0.0) is None
 
 
 def test_a_motion_while_a_program_runs_is_refused_and_a_look_is_not(session: Session) -> None:
@@ -169,7 +170,7 @@ def test_a_motion_while_a_program_runs_is_refused_and_a_look_is_not(session: Ses
     motion, where = actor.submit(session.answers("DRIVE 1, 5")), actor.submit(session.answers("WHERE"))
     for _ in range(20):
         actor.step()
-    assert isinstance(motion.exception(), UsageError)
+    assert isinstance(motion.error(0.0), UsageError)
     assert len(where.heard()) == 1
     run.withdraw()
     stepped(actor)
@@ -180,7 +181,7 @@ def test_a_line_of_the_prompt_is_over_before_the_next_one_begins(session: Sessio
     actor = session.actor
     tickets = [actor.submit(session.answers(f"DRIVE {joint}, 5")) for joint in (1, 2, 3)]
     stepped(actor)
-    assert [ticket.exception() for ticket in tickets] == [None] * 3
+    assert [ticket.error(0.0) for ticket in tickets] == [None] * 3
     assert [record.text for record in session.engine.records()] == ["DRIVE 1, 5", "DRIVE 2, 5", "DRIVE 3, 5"]
 
 
@@ -265,12 +266,22 @@ def test_a_line_ends_the_wait_for_the_time(terminal: RecordingTerminal) -> None:
 # --- the order of a change ------------------------------------------------------------------------------------------
 
 
+def when_it_ends(ticket: Ticket[None], act: Callable[[], None]) -> None:
+    end = ticket.end
+
+    def ended(result: None) -> None:
+        end(result)
+        act()
+
+    ticket.end = ended  # type: ignore[method-assign]
+
+
 def test_who_commanded_a_change_is_answered_before_others_hear_of_it(session: Session) -> None:
     order: list[str] = []
     events = session.engine.events.subscribe()
     events.taken()
     ticket = session.actor.call(drive(session))
-    ticket.add_done_callback(lambda _ticket: order.append(f"answered, {len(events.taken())} heard"))
+    when_it_ends(ticket, lambda: order.append(f"answered, {len(events.taken())} heard"))
     stepped(session.actor)
     assert (order, len(events.taken())) == (["answered, 0 heard"], 1)
 
@@ -297,7 +308,7 @@ def test_changes_that_go_to_the_disk_together_are_answered_together(session: Ses
     answered: list[int] = []
     for _ in range(5):
         ticket = session.actor.call(drive(session))
-        ticket.add_done_callback(lambda _ticket: answered.append(journal.settled))
+        when_it_ends(ticket, lambda: answered.append(journal.settled))
     stepped(session.actor)
     assert (journal.settled, answered, len(events.taken())) == (1, [1] * 5, 6)
 

@@ -13,7 +13,7 @@ from vrs_cli.interfaces.session.session import Session
 def done(session: Session, holder: Holder, line: str) -> list[str]:
     ticket = holder.ask(line)
     stepped(session.actor)
-    assert ticket.exception(0.0) is None
+    assert ticket.error(0.0) is None
     return [str(said) for said in ticket.heard()]
 
 
@@ -45,7 +45,7 @@ def test_abort_of_one_ends_what_others_have_begun_and_refuses_what_waits(session
     waits = b.ask("DRIVE 1, 5")
     stop = c.ask("abo")
     stepped(session.actor)
-    assert stop.exception() is None
+    assert stop.error(0.0) is None
     for ticket in (line, waits):
         with pytest.raises(RequestRefused):
             ticket.result(0.0)
@@ -61,7 +61,7 @@ def test_the_emergency_stop_ends_every_task(session: Session) -> None:
         session.actor.step()
     ticket = b.stop()
     stepped(session.actor)
-    assert ticket.exception() is None
+    assert ticket.error(0.0) is None
     assert (list(session.tasks.running), run.done()) == ([], True)
 
 
@@ -73,7 +73,7 @@ def test_what_a_holder_has_asked_for_is_left_when_it_leaves(session: Session) ->
         session.actor.step()
     a.leave()
     done(session, b, "WHERE")
-    assert isinstance(run.exception(0.0), VrsError)
+    assert isinstance(run.error(0.0), VrsError)
     assert later.done()
     assert session.engine.now <= session.engine.end
 

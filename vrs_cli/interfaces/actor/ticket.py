@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
 from queue import Empty, SimpleQueue
-from typing import TypeVar
+from threading import Event
+from typing import Any, Generic, TypeVar, cast
 
 from vrs_cli.dialogue.questions import Answer, Question
 from vrs_cli.dialogue.replies import Reply
@@ -16,13 +16,17 @@ Reaction = Answer | BaseException
 """What a holder gives back for what was said: the answer to a question, or what went wrong with it."""
 
 
-class Ticket(Future[T]):
+class Ticket(Generic[T]):
     """A request on its way, in any thread. `result` waits for its end, and raises what went wrong."""
 
-    def __init__(self, react: Callable[[Ticket[T], Reaction], None], withdraw: Callable[[Ticket[T]], None]) -> None:
-        super().__init__()
+    def __init__(self, react: Callable[[Ticket[Any], Reaction], None], withdraw: Callable[[Ticket[Any]], None]) -> None:
         self._said: SimpleQueue[Reply | Question | None] = SimpleQueue()
         self._react, self._withdraw = react, withdraw
+        self._over = Event()
+        self._result: T | None = None
+        self._error: BaseException | None = None
+
+    # --- the holder's side, in any thread ---
 
     def __iter__(self) -> Iterator[Reply | Question]:
         """Each reply and each question when it comes, until the request has ended."""
@@ -37,6 +41,23 @@ class Ticket(Future[T]):
         except Empty:
             pass
         return there
+
+    def done(self) -> bool:
+        """Whether it has ended."""
+        return self._over.is_set()
+
+    def error(self, timeout: float | None = None) -> BaseException | None:
+        """What went wrong with it, once it has ended. Raises TimeoutError where it has not, so many seconds later."""
+        if not self._over.wait(timeout):
+            raise TimeoutError("the request has not ended")
+        return self._error
+
+    def result(self, timeout: float | None = None) -> T:
+        """What comes of it, once it has ended. Raises what went wrong, and TimeoutError as `error` does."""
+        error = self.error(timeout)
+        if error is not None:
+            raise error
+        return cast(T, self._result)
 
     def answer(self, answer: Answer) -> None:
         """To the question that was put last."""
@@ -56,9 +77,13 @@ class Ticket(Future[T]):
         self._said.put(said)
 
     def end(self, result: T) -> None:
-        self.set_result(result)
-        self._said.put(None)
+        self._result = result
+        self._end()
 
     def refuse(self, error: BaseException) -> None:
-        self.set_exception(error)
+        self._error = error
+        self._end()
+
+    def _end(self) -> None:
+        self._over.set()
         self._said.put(None)
