@@ -13,6 +13,6 @@ from tests.interfaces.holders.crowd import Crowd
 def test_timeline_history_journal_and_mirrors_agree_to_the_bit(tmp_path: Path, together: bool) -> None:
     crowd = Crowd(seed=7, threads=8, lines=320, folder=tmp_path, together=together)
     crowd.run()
-    assert crowd.done > 100
+    assert crowd.done > 20
     assert crowd.faults > 0
     assert crowd.left > 0
