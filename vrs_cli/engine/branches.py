@@ -44,7 +44,8 @@ class _Branch(Struct):
 class Branches:
     """The branches of one engine by name; the engine works on the `present` one. Names differ by more than case.
 
-    Main is everybody's; every other branch is seen only by who made it. `who`: whoever is served now.
+    Main is everybody's; every other branch is seen only by who made it. `who`: whoever is served now, on the branch
+    where that one was last.
     """
 
     def __init__(self, engine: Engine) -> None:
@@ -52,6 +53,7 @@ class Branches:
         self.who: Hashable = None
         self._main = self._present = _Branch(MAIN, None)
         self._made: dict[tuple[Hashable, str], _Branch] = {}  # by who made them, and their names
+        self._places: dict[Hashable, _Branch] = {}  # where those are who are not on main
 
     # --- reading ---
 
@@ -120,12 +122,31 @@ class Branches:
     def change_over(self, name: str) -> None:
         """Make another branch the present one; the engine is as it was when that was left."""
         branch = self._named(name)
-        if branch is self._present:
-            return
-        self._check_time()
+        if branch is not self._present:
+            self._check_time()
+            self._change_over(branch)
+
+    def _change_over(self, branch: _Branch) -> None:
         self._present.left = self.engine.bookmark()
         self.engine.take_up(self._left(branch))
         self._present, branch.left = branch, None
+        self._places[self.who] = branch
+
+    def serve(self, who: Hashable, *, stay: bool = False) -> None:
+        """Somebody is served, on the branch where that one was last: main at first. `stay`: on the present one, which
+        something runs on.
+        """
+        self.who = who
+        place = self._places.get(who, self._main)
+        if place is not self._present and not stay:
+            self._change_over(place)
+
+    def forget(self, who: Hashable) -> None:
+        """Somebody has gone, and with that one what was tried."""
+        if self._places.get(who) is self._present:
+            self._change_over(self._main)
+        self._made = {key: branch for key, branch in self._made.items() if key[0] != who}
+        self._places.pop(who, None)
 
     def drop(self, name: str) -> None:
         """Forget a branch; where it is the present one, change over to main. Raises UsageError as `droppable` does."""

@@ -86,3 +86,31 @@ def test_readers_never_wait(session: Session) -> None:
     stepped(session.actor)
     assert (a.timeline.version, before.version, a.now) == (1, 0, a.timeline.end)
     assert a.arm is session.engine.arm
+
+
+def test_each_holder_is_on_the_branch_that_it_tries(session: Session) -> None:
+    a, b = Holder(session), Holder(session)
+    done(session, a, "BRANCH trial")
+    done(session, a, "DRIVE 1, 5")
+    done(session, b, "DRIVE 2, 5")
+    done(session, a, "DRIVE 3, 5")
+    assert [record.text for record in session.engine.records()] == ["DRIVE 1, 5", "DRIVE 3, 5"]
+    done(session, b, "WHERE")
+    assert [record.text for record in session.engine.records()] == ["DRIVE 2, 5"]
+    a.leave()
+    stepped(session.actor)
+    assert done(session, b, "BRANCH trial")
+    assert [record.text for record in session.engine.records()] == ["DRIVE 2, 5"]
+
+
+def test_who_stops_the_robot_stops_it_where_it_is(session: Session) -> None:
+    session.load_text(SWING)
+    a, b = Holder(session), Holder(session)
+    done(session, a, "BRANCH trial")
+    run = a.ask("EXECUTE swing")
+    for _ in range(30):
+        session.actor.step()
+    done(session, b, "ABORT")
+    assert run.done()
+    done(session, b, "WHERE")
+    assert session.engine.timeline.version == 0

@@ -82,6 +82,7 @@ class Holder:
         """It holds the robot no longer: what it has asked for and is not done is left."""
         for ticket in self._tickets:
             ticket.withdraw()
+        self._actor.call(lambda: self._session.leave(self.desk))
 
     def _stops(self, line: str) -> bool:
         if self.desk.editor is not None or line.lstrip()[:2].upper() not in {word[:2] for word in STOPPING}:

@@ -87,6 +87,7 @@ class Session(Station):
         """What `perform` shows and asks, as it comes. Raises LineRefused, VrsError; RoleWanted for what is not for
         those of the `role`.
         """
+        self.serve()
         self.settle()
         yield from self._attend()
         if self.desk.editor is not None and role is Role.SUPERVISOR:
@@ -120,7 +121,7 @@ class Session(Station):
 
     def _schedules(self) -> dict[str, Schedule]:
         """What is scheduled on main and on the present branch."""
-        books = {name: self.branches.book(name) for name in (MAIN, self.branches.present)}
+        books = {MAIN: self.branches.book(MAIN), self.branches.present: self.engine.book}
         return {name: Schedule(book, book.timeline) for name, book in books.items()}
 
     def _displaced(self) -> Iterator[Reply]:

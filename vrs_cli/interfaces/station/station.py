@@ -335,6 +335,17 @@ class Station:
         if not self.engine.realtime:
             self.settle(self.engine.end)
 
+    def serve(self) -> None:
+        """Whoever is at the desk is served, where that one has tried things last; where a program runs, beside it."""
+        self.branches.serve(self.desk, stay=any(self.tasks.running))
+
+    def leave(self, desk: Desk) -> None:
+        """Whoever was at a desk has gone, and what was tried there."""
+        own = self.desk
+        if not any(self.tasks.running):
+            self.branches.forget(desk)
+        self.branches.who = own
+
     def at(self, desk: Desk, talk: Talk[R]) -> Talk[R]:
         """A talk with somebody else, at whose desk it is done."""
         self._desks.add(desk)
@@ -342,7 +353,7 @@ class Station:
         reaction: Answer | BaseException = None
         while True:
             own, self.desk = self.desk, desk
-            self.branches.who = desk
+            self.serve()
             try:
                 said = talk.throw(reaction) if isinstance(reaction, BaseException) else talk.send(reaction)
             except StopIteration as over:
