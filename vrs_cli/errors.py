@@ -259,6 +259,12 @@ class LimitReached(ProgramError):
     code, text = -414, "Program limit reached"
 
 
+class EndlessWait(LimitReached):
+    """A program waits for what nothing can change, in a time that would pass at once. (The code is ours.)"""
+
+    code, text = -419, "Endless wait"
+
+
 class ClockPaused(ProgramError):
     """Something waits for a clock on the wall that was told to stand."""
 

@@ -203,7 +203,7 @@ class _Batch(Struct, frozen=True):
         from vrs_cli.interfaces.tasks.runs import Limits
 
         given = {name: value for name in COUNTED if (value := getattr(self.options, name)) is not None}
-        return Limits(**given, told_by=lambda name: f"give it more with --{name.replace('_', '-')}")
+        return Limits(**given, told_by=_help)
 
     def _program(self, station: Station) -> str:
         """The program asked for, or the first of the file. Raises CommandLineError."""
@@ -285,3 +285,10 @@ def _tell_displaced(station: Station) -> None:
     found = displacement_of(station.engine.records())
     for sentence in () if found is None else sentences(found):
         print(sentence, file=sys.stderr)
+
+
+def _help(option: str) -> str:
+    """What helps where the limit of an option stops a program."""
+    if option == "signals":
+        return "--signals FILE says when inputs change"
+    return f"give it more with --{option.replace('_', '-')}"

@@ -139,7 +139,7 @@ def test_halt_ends_it(session: Session) -> None:
 
 
 def test_a_program_that_never_ends_is_stopped(session: Session) -> None:
-    load(session, "WAIT SIG(1001)")
+    load(session, "WAIT TIMER(1) < 0")
     result = session.execute("p", limits=Limits(max_time=60.0))
     assert result.fault is not None
     assert "60 s" in result.fault.message

@@ -183,12 +183,13 @@ def test_a_wrong_line_of_signals_is_named(line: str) -> None:
 
 
 def test_where_it_hung_is_said(session: Session) -> None:
-    load(session, "x = 1", "WAIT SIG(1001)")
+    load(session, "x = 1", "WAIT TIMER(1) < 0")
     load(session, "WAIT SIG(1002)", name="other")
     session.start(1, "other")
     fault = session.execute("main", limits=Limits(max_time=5.0)).fault
     assert fault is not None
-    assert "5 s of the robot's time: main step 2 waits at WAIT SIG(1001); task 1, other step 1 waits" in fault.message
+    assert "5 s of the robot's time: main step 2 waits at WAIT TIMER(1) < 0" in fault.message
+    assert "; task 1, other step 1 waits" in fault.message
     assert (fault.program, fault.step) == ("main", 2)
     assert session.engine.now == 5.0
 

@@ -23,8 +23,9 @@ from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.tasks.debugging import Debugging
 from vrs_cli.interfaces.tasks.devices import Devices
+from vrs_cli.interfaces.tasks.endless import endless, in_vain
 from vrs_cli.interfaces.tasks.performing import Performer
-from vrs_cli.interfaces.tasks.runs import USUAL, Limits, Outcome, RunResult, Spent
+from vrs_cli.interfaces.tasks.runs import GO_ON, USUAL, Limits, Outcome, RunResult, Spent
 from vrs_cli.interfaces.tasks.system import SystemReadings
 from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Asked, Pending, Track
@@ -259,12 +260,24 @@ class Driver:
     def _go_on(self, run: _Run) -> None:
         """The next thing that happens: an input changes, or a task goes on; or a limit is reached."""
         now, coming = self.engine.now, self.peek()
-        if coming > run.last and not isinstance(run.track.pending, Failed | Aborted):
+        if self._in_vain():
+            more = run.limits.told_by("signals")
+            error = endless(run.track, "" if more == GO_ON else more)
+            run.track.pending = None
+            self._performer.do(run.track, self._thrown(run.track, error))
+        elif coming > run.last and not isinstance(run.track.pending, Failed | Aborted):
             self.engine.clock.advance(max(run.last, now))
             self._overdue(run)
         elif self._waited(run.track, coming):
             self._happen(self._budget(run))
             self._look()
+
+    def _in_vain(self) -> bool:
+        """Whether time could go on for ever, and nothing would happen."""
+        engine = self.engine
+        if engine.realtime or self.inputs.next_time < inf or engine.now < engine.end:
+            return False
+        return in_vain(self.tasks.running, engine.now)
 
     def _overdue(self, run: _Run) -> None:
         limits = run.limits

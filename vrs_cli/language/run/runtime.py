@@ -52,6 +52,7 @@ from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.run.reactions import OF_ERRORS, Reaction, Reactions
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.units import AwaitLine
+from vrs_cli.language.text.ast import Statement
 from vrs_cli.language.words.kind import key_of
 from vrs_cli.language.words.values import Value
 
@@ -189,6 +190,11 @@ class Task:
         """Whether a program is on the stack, so that it cannot be changed."""
         programs = [self._main, *(activation.program for activation in self._activations)]
         return any(one.program.key == key_of(program) for one in programs)
+
+    @property
+    def statement(self) -> Statement | None:
+        """The present step."""
+        return self._activations[-1].program.program.steps[self.step - 1].statement
 
     @property
     def source(self) -> str:

@@ -209,3 +209,5 @@ FUNCTIONS: Mapping[str, Function] = by_name(
     (*_ARITHMETIC, *_LOCATIONS, *_SIGNALS, *_SYSTEM, *_STRINGS, *_TASKS, *_UNITS, *_REFUSED)
 )
 WITH_BY = frozenset({"SHIFT", "SCALE"})  # the first argument is followed by BY, not by a comma
+
+BY_TIME = frozenset({"TIME", "$TIME", "TIMER", "RANDOM"})  # their values change while nothing else does
