@@ -466,3 +466,37 @@ def test_tool_and_base_wait_for_rest_also_where_they_are_no_others(request_: Req
     assert engine.now < engine.end
     engine.perform(request_)
     assert engine.now == engine.end
+
+
+FAR = translation(0.0, 0.0, 200.0)
+
+
+@pytest.mark.parametrize(
+    ("request_", "told"),
+    [
+        (SetTool(FAR), "*Illegal value* TOOL 200000 mm away (at most 100000 mm)"),
+        (SetBase(FAR), "*Illegal value* BASE 200000 mm away (at most 100000 mm)"),
+        (Move(PoseTarget(FAR), straight=True), "*Location too far* 200000 mm from the robot (at most 100000 mm)"),
+        (Delay(-1.0), "*Illegal value* DELAY -1 (it is a time from 0 to 4.1943e+06 s)"),
+        (SetDuration(float("inf")), "*Illegal value* DURATION inf (it is a time from 0 to 4.1943e+06 s)"),
+        (
+            Move(A, straight=False, stamp=Stamp(-9.0, relative=True)),
+            "*Illegal value* IN -9 (the time of a motion is from 0 to 4.1943e+06 s)",
+        ),
+    ],
+)
+def test_what_is_too_far_or_too_late_is_told_with_its_bound(engine: Engine, request_: Request, told: str) -> None:
+    with pytest.raises(VrsError) as refused:
+        engine.perform(request_)
+    assert str(refused.value) == told
+
+
+def test_no_motion_ends_later_than_times_are_exact(engine: Engine) -> None:
+    latest = 2.0**22
+    engine.perform(SetDuration(latest, always=True))
+    engine.perform(Move(A, straight=False, stamp=Stamp(latest - 1.0)))
+    end = engine.end
+    assert 2.0 * latest - 2.0 < end < 2.0 * latest
+    with pytest.raises(IllegalValue, match="would end at"):
+        engine.perform(Move(B, straight=False))
+    assert engine.end == end

@@ -23,6 +23,7 @@ from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import Phase, Segment
+from vrs_cli.trajectory.timeline import Timeline
 
 MODEL = load_robot("puma560")
 
@@ -421,3 +422,20 @@ def test_rounding_begins_as_soon_as_the_tip_is_that_near(engine: Engine) -> None
     begin = begins(engine)[3]
     assert 0.0199 < distance(engine.position(begin).T_world_tool, corner) <= 0.02
     assert distance(engine.position(begin - 1e-3).T_world_tool, corner) > 0.02
+
+
+def test_an_insertion_reads_what_it_plans_again_once(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And three segments more, to see where it begins."""
+    for goal in (A, B, C, TABLE) * 10:
+        go(engine, goal, program=True)
+    timeline, read, reads = engine.timeline, Timeline.__getitem__, list[int]()
+    motion = timeline[-1].motion._replace(number=99, start=Start.AT)
+
+    def counted(self: Timeline, index: int) -> Segment:
+        reads.append(index)
+        return read(self, index)
+
+    monkeypatch.setattr(Timeline, "__getitem__", counted)
+    delta = plan(engine.arm, timeline, motion, 0.0, on_grid(0.5 * timeline.end))
+    assert delta.drop > 3
+    assert len(reads) <= delta.drop + 4
