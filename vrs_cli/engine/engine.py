@@ -26,7 +26,6 @@ from vrs_cli.engine.commands import (
     SetConfiguration,
     SetParameter,
     SetTool,
-    Stamp,
 )
 from vrs_cli.engine.corners import rounding_begins, slowing_down
 from vrs_cli.engine.feed import Feed
@@ -219,18 +218,16 @@ class Engine:
         """How and when a motion begins."""
         now, end = on_grid(self.now), self.end
         if move.stamp is not None:
-            return Start.AT, self._stamped(move.stamp)
+            seconds, known = move.stamp.seconds, TIME
+            if move.stamp.relative:
+                seconds, known = self.now + seconds, TIME_FROM_NOW
+            return Start.AT, on_grid(known.checked(seconds, given=move.stamp.seconds))
         if now >= end:
             return Start.AFTER, now
         slowing = slowing_down(self.timeline)
         if program and slowing and self._may_blend(move):
             return Start.BLEND, max(now, rounding_begins(self.arm, slowing, self.settings.rounding))
         return Start.AFTER, end
-
-    def _stamped(self, stamp: Stamp) -> float:
-        if stamp.relative:
-            return on_grid(TIME_FROM_NOW.checked(self.now + stamp.seconds, given=stamp.seconds))
-        return on_grid(TIME.checked(stamp.seconds))
 
     def _in_time(self, text: str, executed: float) -> float:
         """When a motion may begin. In real time the past stays as it is: what comes too late is refused, or waits for

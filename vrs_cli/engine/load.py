@@ -191,14 +191,9 @@ class StretchLoad:
 
     def _bent(self, a: Sample, b: Sample, first: Joints, last: Joints) -> bool:
         """Whether an acceleration near its limit is another between two samples than at both."""
-        lasting = b.s - a.s
-        rows = zip(a.velocity, b.velocity, first, last, self.limits.max_acceleration, strict=True)
-        for v, w, x, y, limit in rows:
-            bend = 1.5 * abs((w - v) / lasting - 0.5 * (x + y))
-            most = max(abs(x), abs(y)) + bend
-            if bend > BENT * most and most > NEAR_LIMIT * limit:
-                return True
-        return False
+        found = _between(first, last, a.velocity, b.velocity, b.s - a.s)
+        rows = zip(found, self.limits.max_acceleration, strict=True)
+        return any(bent and most > NEAR_LIMIT * limit for (most, bent), limit in rows)
 
     def _known(
         self, rates: Callable[[RobotArm, CartesianPath, float, Joints, Joints, Transform], R], sample: Sample
@@ -245,7 +240,10 @@ class StretchLoad:
         pending = [(a, b, CLOSER_STEPS) for a, b in pairwise(moments)]
         while pending:
             a, b, left = pending.pop()
-            worst, joint, bent = self._between(a, b)
+            found = _between(a.jerk, b.jerk, a.acceleration, b.acceleration, b.sample.s - a.sample.s)
+            ratios = [most * JERK_MARGIN / limit for (most, _), limit in zip(found, self.limits.max_jerk, strict=True)]
+            joint = _where_largest(ratios)
+            worst, (_, bent) = ratios[joint], found[joint]
             if worst > NEAR_LIMIT and bent and left:
                 sample = self._sample(0.5 * (a.sample.s + b.sample.s), a.sample.joints)
                 rates = self._known(joint_acceleration_and_jerk, sample)
@@ -253,24 +251,23 @@ class StretchLoad:
                     middle = Moment(sample, *rates)
                     pending += (a, middle, left - 1), (middle, b, left - 1)
                     continue
-            load = load.worse(Load(jerk=worst, joint=joint, at=(self.path, a.sample.s)))
+            load = load.worse(Load(jerk=worst, joint=joint + 1, at=(self.path, a.sample.s)))
         return load
 
-    def _between(self, a: Moment, b: Moment) -> tuple[float, int, bool]:
-        """The greatest jerk from a to b as a part of its limit, of which joint, and whether it may be another.
 
-        Parabolas through the jerks at both ends with the mean in between: they are farthest from their chord in the
-        middle, by one and a half of what the mean is.
-        """
-        lasting = b.sample.s - a.sample.s
-        worst, joint, bent = 0.0, 0, False
-        rows = zip(a.jerk, b.jerk, a.acceleration, b.acceleration, self.limits.max_jerk, strict=True)
-        for i, (x, y, v, w, limit) in enumerate(rows, 1):
-            bend = 1.5 * abs((w - v) / lasting - 0.5 * (x + y))
-            most = max(abs(x), abs(y)) + bend
-            if most * JERK_MARGIN / limit > worst:
-                worst, joint, bent = most * JERK_MARGIN / limit, i, bend > BENT * most
-        return worst, joint, bent
+def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float) -> list[tuple[float, bool]]:
+    """The greatest rates between two samples, where they are a and b, and whether each may be another than there.
+    `before`, `after`: that of which they are the rates.
+
+    Parabolas through the rates at both ends with the mean in between: they are farthest from their chord in the middle,
+    by one and a half of what the mean is.
+    """
+    found = []
+    for x, y, v, w in zip(a, b, before, after, strict=True):
+        bend = 1.5 * abs((w - v) / lasting - 0.5 * (x + y))
+        most = max(abs(x), abs(y)) + bend
+        found.append((most, bend > BENT * most))
+    return found
 
 
 def _means(samples: list[Sample]) -> list[Rates]:

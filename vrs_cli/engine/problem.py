@@ -33,9 +33,7 @@ class Here(Struct, frozen=True):
     def standing(self) -> Here:
         """The same place, at rest."""
         joints = JointState(self.joints.joints, (0.0,) * len(self.joints.joints))
-        if self.tool is None:
-            return Here(joints)
-        return Here(joints, ToolState(self.tool.pose, STILL, STILL), self.T_flange_tool)
+        return Here(joints, self.tool and ToolState(self.tool.pose, STILL, STILL), self.T_flange_tool)
 
     def tool_state(self, arm: RobotArm, T_flange_tool: Transform) -> ToolState:
         """The state of the tip of a tool; by the Jacobian when it is not known."""
