@@ -6,18 +6,18 @@ r = vrs.Robot()
 r.move(0, -45, 180, 0, 45, 0)
 away = vrs.trans(300, 450, -200, 90, 90, 0)
 
-with r.trying("straight"):
+with r.what_if("straight"):
     r.moves(away)
     r.moves(away @ vrs.trans(0, 0, -100))
 
-with r.trying("joints"):
+with r.what_if("joints"):
     r.move(away)
     r.move(away @ vrs.trans(0, 0, -100))
 
 print(r.branches, "now on", r.branch, f"{r.end:.3f} s")
 found = {}
 for name in ("straight", "joints"):
-    with r.trying(name):
+    with r.what_if(name):
         found[name] = r.end
         print(f"{name}: {r.end:.3f} s")
 

@@ -273,7 +273,7 @@ def test_undo_and_redo() -> None:
 def test_branches() -> None:
     r = moved()
     before = r.timeline
-    with r.trying("slow") as trial:
+    with r.what_if("slow") as trial:
         trial.move(*DOWN, speed=10)
         assert r.branch == "slow"
     assert (r.branch, r.branches, r.timeline) == ("main", ("main", "slow"), before)
@@ -284,7 +284,7 @@ def test_branches() -> None:
 
 def test_a_branch_is_left_also_after_an_error() -> None:
     r = vrs.Robot()
-    with pytest.raises(vrs.MotionError), r.trying("far"):
+    with pytest.raises(vrs.MotionError), r.what_if("far"):
         r.move(vrs.trans(5000, 0, 0))
     assert r.branch == "main"
 

@@ -9,8 +9,8 @@ import numpy as np
 from msgspec import Struct
 
 from vrs_cli.api.location import Location
-from vrs_cli.api.numbers import Flags, Floats, Units, fixed
-from vrs_cli.api.tables import figures, numbered, table
+from vrs_cli.api.numbers import Flags, Floats, Units, freeze
+from vrs_cli.api.tables import figures, number_columns, table
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import inverse
 from vrs_cli.kinematics.transform_batch import compose_batch, stack
@@ -35,7 +35,7 @@ class Ways(Struct, frozen=True, eq=False, dict=True):
         """(..., n): the first usable way; nan where there is none."""
         first = np.expand_dims(self.usable.argmax(axis=-1), (-1, -2))
         found = np.take_along_axis(self.joints, first, axis=-2)[..., 0, :]
-        return fixed(np.where(self.usable.any(axis=-1, keepdims=True), found, np.nan))
+        return freeze(np.where(self.usable.any(axis=-1, keepdims=True), found, np.nan))
 
     def __getitem__(self, configuration: str) -> Floats:
         """(..., n): the joints of one way. Raises KeyError."""
@@ -59,10 +59,14 @@ class Ways(Struct, frozen=True, eq=False, dict=True):
     def _repr_html_(self) -> str:
         if self.usable.ndim > 1:
             return f"<pre>{self!r}</pre>"
-        joints = [f"JT{joint}" for joint in range(1, self.joints.shape[-1] + 1)]
-        rows = [(name, *figures(row), str(ok)) for name, row, ok in zip(self, self.joints, self.usable, strict=True)]
-        columns = (Column("configuration"), *numbered(joints), Column("usable"))
-        return table(f"{int(self.usable.sum())} of {len(rows)} ways are usable", columns, rows)
+        columns = number_columns(f"JT{joint}" for joint in range(1, self.joints.shape[-1] + 1))
+        count = len(self.configurations)
+
+        def row(index: int) -> tuple[str, ...]:
+            return self.configurations[index], *figures(self.joints[index]), str(self.usable[index])
+
+        title = f"{int(self.usable.sum())} of {count} ways are usable"
+        return table(title, (Column("configuration"), *columns, Column("usable")), count, row)
 
     def _line(self, index: int) -> str:
         joints = self.joints[index]
@@ -89,7 +93,7 @@ def ways(arm: RobotArm, frames: Frames, location: Location, units: Units) -> Way
     n, shape = arm.model.joint_count, location.shape
     joints = joints * units.scales(arm.model.units, n)
     names = tuple(map(str, arm.ways))
-    return Ways(names, fixed(joints.reshape(*shape, -1, n)), usable.reshape(*shape, -1), units)
+    return Ways(names, freeze(joints.reshape(*shape, -1, n)), usable.reshape(*shape, -1), units)
 
 
 def jacobian(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Floats:

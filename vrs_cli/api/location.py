@@ -8,8 +8,8 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vrs_cli.api.numbers import Floats, Units, fixed, numbers
-from vrs_cli.dialogue.numbers import fixed as written
+from vrs_cli.api.numbers import Floats, Units, freeze, numbers
+from vrs_cli.dialogue.numbers import fixed
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.transform_batch import compose_batch, to_oat_batch
 from vrs_cli.language.run.operations import trans as of_numbers
@@ -25,7 +25,7 @@ class Location:
 
     def __init__(self, rows: Floats, units: Units = Units.VAL) -> None:
         """`rows` (..., 3, 4): the upper three of the matrix [m]."""
-        self._rows, self.units = fixed(rows), units
+        self._rows, self.units = freeze(rows), units
 
     @classmethod
     def of(cls, T: Transform, units: Units = Units.VAL) -> Location:
@@ -54,19 +54,19 @@ class Location:
     @cached_property
     def xyz(self) -> Floats:
         """(..., 3): X, Y, Z."""
-        return fixed(self._rows[..., 3] * (1000.0 if self.units is Units.VAL else 1.0))
+        return freeze(self._rows[..., 3] * (1000.0 if self.units is Units.VAL else 1.0))
 
     @cached_property
     def oat(self) -> Floats:
         """(..., 3): the angles O, A, T."""
         oat = to_oat_batch(self._rows)
-        return fixed(np.degrees(oat) if self.units is Units.VAL else oat)
+        return freeze(np.degrees(oat) if self.units is Units.VAL else oat)
 
     @cached_property
     def matrix(self) -> Floats:
         """(..., 4, 4) [m]."""
         last = np.broadcast_to((0.0, 0.0, 0.0, 1.0), (*self.shape, 1, 4))
-        return fixed(np.concatenate((self._rows, last), axis=-2))
+        return freeze(np.concatenate((self._rows, last), axis=-2))
 
     @property
     def transform(self) -> Transform:
@@ -105,7 +105,7 @@ class Location:
             return f"{'x'.join(map(str, self.shape))} locations"
         if self.units is Units.VAL:
             return f"trans({', '.join(map(plain, numbers_of(self.transform)))})"
-        six = ", ".join(written(x, 6) for x in (*self.xyz.tolist(), *self.oat.tolist()))
+        six = ", ".join(fixed(x, 6) for x in (*self.xyz.tolist(), *self.oat.tolist()))
         return f'trans({six}, units="SI")'
 
 

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from vrs_cli.api.answers import Replies
 from vrs_cli.api.robot import Robot
-from vrs_cli.api.tables import figures, numbered, table
+from vrs_cli.api.tables import figures, number_columns, table
 from vrs_cli.dialogue.questions import Amendment, Question
 from vrs_cli.render.blocks import Column
 from vrs_cli.trajectory.timeline import Timeline
@@ -34,13 +34,13 @@ def load_ipython_extension(shell: Shell) -> None:
     def vrs(line: str, cell: str | None = None) -> Replies | None:
         """Type VAL-II: `%vrs LINE`, or a cell that begins with `%%vrs` or `%%vrs NAME_OF_ROBOT`."""
         name, text = (USUAL_NAME, line) if cell is None else (line.strip() or USUAL_NAME, cell)
-        return _robot(shell.user_ns, name).typed(text, _asked) or None
+        return _robot(shell.user_ns, name).prompt(text, _ask) or None
 
     shell.register_magic_function(vrs, "line_cell", "vrs")
     shell.display_formatter.formatters["text/html"].for_type(Timeline, _timeline_html)
 
 
-def _asked(question: Question) -> str | None:
+def _ask(question: Question) -> str | None:
     """An answer that is typed below the cell; a location is taken as it is."""
     return None if isinstance(question, Amendment) else input(question.text)
 
@@ -56,9 +56,11 @@ def _robot(names: MutableMapping[str, object], name: str) -> Robot:
 
 
 def _timeline_html(timeline: Timeline) -> str:
-    rows = [
-        (segment.motion.text, *figures((segment.start, segment.finish)), segment.phase.value, segment.motion.kind.space)
-        for segment in timeline
-    ]
-    columns = (Column("motion"), *numbered(("from", "to")), Column("phase"), Column("space"))
-    return table(repr(timeline), columns, rows)
+    columns = (Column("motion"), *number_columns(("from", "to")), Column("phase"), Column("space"))
+
+    def row(index: int) -> tuple[str, ...]:
+        segment = timeline[index]
+        times = figures((segment.start, segment.finish))
+        return segment.motion.text, *times, segment.phase.value, segment.motion.kind.space
+
+    return table(repr(timeline), columns, len(timeline), row)

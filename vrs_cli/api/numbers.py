@@ -69,7 +69,7 @@ def number(given: float, what: str) -> float:
     return float(array)
 
 
-def fixed(array: Floats) -> Floats:
+def freeze(array: Floats) -> Floats:
     """The same array, which nobody can change any more."""
     array.flags.writeable = False
     return array

@@ -8,8 +8,8 @@ import numpy as np
 from msgspec import Struct
 
 from vrs_cli.api.location import Location
-from vrs_cli.api.numbers import Floats, Units, fixed
-from vrs_cli.api.tables import figures, numbered, table
+from vrs_cli.api.numbers import Floats, Units, freeze
+from vrs_cli.api.tables import figures, number_columns, table
 from vrs_cli.engine.position import Position, Positions
 from vrs_cli.kinematics.model import RobotModel
 
@@ -36,8 +36,8 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
             time, rows = at.times, at.T_world_tool
         scales = units.scales(model.units, model.joint_count)
         rates = (at.joints, at.velocity, at.acceleration)
-        joints, velocity, acceleration = (fixed(np.array(q) * scales) for q in rates)
-        return cls(fixed(time), joints, velocity, acceleration, Location(rows, units), fixed(np.array(at.hand)))
+        joints, velocity, acceleration = (freeze(np.array(q) * scales) for q in rates)
+        return cls(freeze(time), joints, velocity, acceleration, Location(rows, units), freeze(np.array(at.hand)))
 
     @property
     def xyz(self) -> Floats:
@@ -58,7 +58,7 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
         """(N,): how fast the tool tip goes between neighbouring times. Raises ValueError for fewer than two."""
         if self.t.size < 2:
             raise ValueError("speed: at least two times are wanted")
-        return fixed(np.linalg.norm(np.gradient(self.xyz, self.t, axis=0), axis=-1))
+        return freeze(np.linalg.norm(np.gradient(self.xyz, self.t, axis=0), axis=-1))
 
     def __len__(self) -> int:
         return len(self.t)
@@ -68,16 +68,20 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
             span = f", {self.t.min():.3f} to {self.t.max():.3f} s" if self.t.size else ""
             return f"Posture at {self.t.size} times{span}: joints {self.joints.shape}, xyz {self.xyz.shape}"
         angle, joints = self.units.angle, _list(self.joints)
-        return f"Posture at {float(self.t):.3f} s: joints {joints} {angle}, {placed(self.location)}"
+        return f"Posture at {float(self.t):.3f} s: joints {joints} {angle}, {place_text(self.location)}"
 
     def _repr_html_(self) -> str:
-        rows = np.hstack([np.atleast_2d(part) for part in (self.joints, self.xyz, self.oat)])
+        parts = [np.atleast_2d(part) for part in (self.joints, self.xyz, self.oat)]
         names = ("t", *(f"JT{joint}" for joint in range(1, self.joints.shape[-1] + 1)), *"XYZOAT")
         times = np.atleast_1d(self.t)
-        return table(repr(self), numbered(names), [figures((t, *row)) for t, row in zip(times, rows, strict=True)])
+
+        def row(index: int) -> tuple[str, ...]:
+            return figures((times[index], *(number for part in parts for number in part[index])))
+
+        return table(repr(self), number_columns(names), len(times), row)
 
 
-def placed(location: Location) -> str:
+def place_text(location: Location) -> str:
     """Where one location is, for people."""
     units = location.units
     return f"xyz {_list(location.xyz)} {units.length}, oat {_list(location.oat)} {units.angle}"

@@ -19,7 +19,7 @@ from vrs_cli.api.changes import Change, hear
 from vrs_cli.api.kinematics import Ways
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, number, numbers
-from vrs_cli.api.posture import Posture, placed
+from vrs_cli.api.posture import Posture, place_text
 from vrs_cli.dialogue.replies import ComparisonTable, ReachReport
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, Clock, VirtualClock, WallClock
 from vrs_cli.engine.commands import JointTarget, NamedTarget, PoseTarget, Target
@@ -57,19 +57,17 @@ class Robot:
 
     def __init__(
         self,
-        robot: str | Path = "puma560",
+        robot: str | Path | RobotModel = "puma560",
         *,
         start: ArrayLike | None = None,
         units: str | Units = Units.VAL,
         realtime: bool | float = False,
     ) -> None:
-        self._open(load_robot(robot), Units.of(units), start, _clock(realtime))
-
-    def _open(self, model: RobotModel, units: Units, start: ArrayLike | None, clock: Clock) -> None:
-        self.units, self._model = units, model
+        self.units = Units.of(units)
+        self._model = robot if isinstance(robot, RobotModel) else load_robot(robot)
         joints = None if start is None else self._joints(start, "start")
         notes = Notes()
-        self._robot = Supervisor(Session(notes, model, start=joints, clock=clock), notes)
+        self._robot = Supervisor(Session(notes, self._model, start=joints, clock=_clock(realtime)), notes)
 
     def in_units(self, units: str | Units) -> Robot:
         """The same robot, spoken to in other units: "VAL" or "SI"."""
@@ -120,20 +118,20 @@ class Robot:
         given = to[0] if len(to) == 1 else to
         if isinstance(given, Location):
             T = given.transform
-            return PoseTarget(T), _written(T)
+            return PoseTarget(T), _as_trans(T)
         joints = self._joints(given, "joints")
         shown = ", ".join(plain(x) for x in numbers_of(joints, self._model.units))
         return JointTarget(joints), f"#PPOINT({shown})"
 
     def open(self) -> Robot:
         """Open the hand, when the robot has come to rest."""
-        return self._said("OPENI")
+        return self._do("OPENI")
 
     def close(self) -> Robot:
         """Close the hand, when the robot has come to rest."""
-        return self._said("CLOSEI")
+        return self._do("CLOSEI")
 
-    def _said(self, line: str) -> Robot:
+    def _do(self, line: str) -> Robot:
         self._robot.say(line, no_answer)
         return self
 
@@ -222,7 +220,7 @@ class Robot:
             raise ValueError("line: one line is wanted; `define` takes the text of programs")
         return Replies(self._robot.say(line.strip(), _in_order(answers)))
 
-    def typed(self, text: str, answer: Answers = no_answer) -> Replies:
+    def prompt(self, text: str, answer: Answers = no_answer) -> Replies:
         """Several lines as if they were typed at the prompt, programs among them. Mistakes are among the replies."""
 
         def talk(session: Session) -> None:
@@ -304,8 +302,8 @@ class Robot:
         return self._robot.alone(lambda session: session.branches.present)
 
     @contextmanager
-    def trying(self, name: str) -> Iterator[Robot]:
-        """Try something else: `with r.trying("fast"): r.move(...)` is on a branch of that name, made where there is
+    def what_if(self, name: str) -> Iterator[Robot]:
+        """Try something else: `with r.what_if("fast"): r.move(...)` is on a branch of that name, made where there is
         none, and the robot comes back as it was.
         """
         before = self.branch
@@ -327,7 +325,7 @@ class Robot:
 
     def merge(self, name: str) -> Robot:
         """Make what a branch has become the main timeline."""
-        return self._said(f"MERGE {name}")
+        return self._do(f"MERGE {name}")
 
     # --- files, events, pictures ---
 
@@ -358,7 +356,7 @@ class Robot:
         return Picture((plotted(self._robot.arm, self.timeline, asked),))
 
     def __repr__(self) -> str:
-        motions, here = len(self.commands), placed(self.where().location)
+        motions, here = len(self.commands), place_text(self.where().location)
         return f"<Robot {self._model.name}: {motions} motions to {self.end:.3f} s, now {self.now:.3f} s, {here}>"
 
     def _repr_html_(self) -> str:
@@ -409,8 +407,7 @@ def load(path: str | Path, *, units: str | Units = Units.VAL) -> Robot:
     recording = read_trajectory(path)
     for warning in (*recording.warnings, *[TORN] * recording.dropped_tail):
         warnings.warn(f"{path}: {warning}", stacklevel=2)
-    robot = Robot.__new__(Robot)
-    robot._open(recording.model, Units.of(units), None, VirtualClock())
+    robot = Robot(recording.model, units=units)
     robot._robot.alone(lambda session: session.engine.take_up(bookmark_of(path, recording, session.engine)))
     return robot
 
@@ -436,5 +433,5 @@ def _location(given: Location) -> Location:
     return given
 
 
-def _written(T: Transform) -> str:
+def _as_trans(T: Transform) -> str:
     return f"TRANS({', '.join(map(plain, numbers_of(T)))})"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from vrs_cli.dialogue.numbers import fixed
 from vrs_cli.render.blocks import Column, Grid, line, number_column
@@ -12,15 +12,17 @@ from vrs_cli.render.roles import Role
 ROWS = 5  # at the beginning and at the end of a long table
 
 
-def table(title: str, columns: Sequence[Column], rows: Sequence[tuple[str, ...]]) -> str:
-    """A title and a table, of which a long one shows the first rows and the last."""
-    shown = tuple(rows)
-    if len(shown) > 2 * ROWS + 1:
-        shown = (*shown[:ROWS], ("...",) * len(columns), *shown[-ROWS:])
-    return blocks_html((line(title, Role.NOTE), Grid(tuple(columns), shown)))
+def table(title: str, columns: Sequence[Column], count: int, row: Callable[[int], tuple[str, ...]]) -> str:
+    """A title and a table of so many rows, of which a long one shows the first and the last."""
+    if count <= 2 * ROWS + 1:
+        rows = tuple(map(row, range(count)))
+    else:
+        first, last = map(row, range(ROWS)), map(row, range(count - ROWS, count))
+        rows = (*first, ("...",) * len(columns), *last)
+    return blocks_html((line(title, Role.NOTE), Grid(tuple(columns), rows)))
 
 
-def numbered(names: Iterable[str]) -> tuple[Column, ...]:
+def number_columns(names: Iterable[str]) -> tuple[Column, ...]:
     """Columns of numbers."""
     return tuple(map(number_column, names))
 

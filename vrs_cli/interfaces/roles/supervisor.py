@@ -157,7 +157,7 @@ class Supervisor(Observer, Designer):
 
         Raises ProgramNotExecutable for a text with mistakes, which names the first.
         """
-        return self.alone(lambda session: _defined(session, text, "line "))
+        return self.alone(lambda session: _define(session, text, "line "))
 
     def load(self, path: str | Path) -> tuple[str, ...]:
         """Put the programs and variables of a file in memory; the names of its programs.
@@ -166,7 +166,7 @@ class Supervisor(Observer, Designer):
         """
         found = find_program_file(Path(path))
         text = read_program_file(found)
-        return self.alone(lambda session: _defined(session, text, f"{found}:"))
+        return self.alone(lambda session: _define(session, text, f"{found}:"))
 
     def execute(self, program: str, cycles: int, answer: Answers) -> RunResult:
         """Execute a program in memory; `answer`: to its PROMPTs. What goes wrong in it is in the result.
@@ -219,7 +219,7 @@ def _expression(session: Session, text: str) -> Expression:
     return arguments[0]
 
 
-def _defined(session: Session, text: str, where: str) -> tuple[str, ...]:
+def _define(session: Session, text: str, where: str) -> tuple[str, ...]:
     before = dict(session.programs)
     wrong = [one for one in session.load_text(text) if one.severity is Severity.ERROR]
     if wrong:
