@@ -368,8 +368,7 @@ def _signature(program: Program) -> str:
 def _bare_kind(statement: Statement) -> Kind:
     """What a name without a sigil becomes: a transformation by SET, HERE and their like, else a real."""
     row = INSTRUCTIONS.get(statement.word) if isinstance(statement, ast.Instruction) else None
-    shapes = {argument.shape for argument in row.arguments} if row is not None else set()
-    return Kind.LOCATION if Shape.LOCATION_VARIABLE in shapes else Kind.REAL
+    return Kind.LOCATION if row is not None and Shape.LOCATION_VARIABLE in row.wanted else Kind.REAL
 
 
 # --- texts ---------------------------------------------------------------------------------------------------------

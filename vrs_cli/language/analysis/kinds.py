@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
-from itertools import islice
 from typing import Any
 
 from vrs_cli.errors import (
@@ -248,9 +247,11 @@ def miscounted(
     name: str, given: Sequence[Expression | None], row: Row, end: Span, whole: Span
 ) -> list[tuple[Span, str]]:
     """The first argument that is missing, to be seen at the `end`, and the first that is too many."""
-    places = enumerate(row.arguments)
-    missing = (one for at, one in places if not one.optional and (at >= len(given) or given[at] is None))
-    found = [(end, f"{name}: {argument.name} is missing") for argument in islice(missing, 1)]
+    found = []
+    for at, argument in enumerate(row.arguments):
+        if not argument.optional and (at >= len(given) or given[at] is None):
+            found.append((end, f"{name}: {argument.name} is missing"))
+            break
     if len(given) > len(row.arguments) and argument_at(row, len(given) - 1) is None:
         extra = given[len(row.arguments)]
         found.append((whole if extra is None else extra.span, f"{name}: too many arguments"))

@@ -366,18 +366,18 @@ class Lexer:
     def _named(self, text: str, end: int) -> tuple[str, str]:
         """The type and the value of a word inside a line, which ends at an index."""
         row, word, operand = self._row, text.upper(), self._operand
-        if row is not None and row.programs and not operand and self._names_program(row, text, end):
+        if row is not None and Shape.PROGRAM in row.wanted and not operand and self._names_program(row, text, end):
             return "PROGRAM", text
         if word in OPERATOR_WORDS:
             return "PREFIX" if word in _PREFIXES else "INFIX", word
         if self._val_if and operand and word in RELATIONS_OF_VAL:
             return "INFIX", RELATIONS_OF_VAL[word]
-        link = self._link(row, word) if operand or row is not None else None
+        link = self._link(row, word, operand) if operand or row is not None else None
         return (link, word) if link else ("NAME", text)
 
-    def _link(self, row: Word | None, word: str) -> str | None:
+    def _link(self, row: Word | None, word: str, operand: bool) -> str | None:
         """The type of a word that links, where it does."""
-        if self._operand:
+        if operand:
             if row is not None and (word in row.leads or (word == row.comma and self._place() is not None)):
                 return "LEAD" if word in row.leads else "COMMA"
             return "THEN_LABEL" if self._val_if and word == "THEN" else _LINKS.get(word)

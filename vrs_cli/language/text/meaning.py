@@ -51,7 +51,8 @@ def variables_named_like_functions(
 
 def variables_given_by(statement: Statement | None) -> Iterator[str]:
     """The keys of the variables that a statement declares or gives a value to, by itself or through a CALL."""
-    yield from (variable.key for variable in definitions(statement))
+    for variable in definitions(statement):
+        yield variable.key
     for called in _arguments(statement, _CALLED):
         if isinstance(called, ast.ProgramCall | ast.Applied):
             yield from (argument.key for argument in called.arguments if isinstance(argument, ast.Variable))
@@ -69,10 +70,10 @@ def definitions(statement: Statement | None) -> Iterator[ast.Variable]:
             yield last
 
 
-def _arguments(statement: Statement | None, shapes: Container[Shape]) -> Iterator[Expression]:
+def _arguments(statement: Statement | None, shapes: frozenset[Shape]) -> Iterator[Expression]:
     """The arguments of an instruction that have one of these shapes."""
     row = INSTRUCTIONS.get(statement.word) if isinstance(statement, ast.Instruction) else None
-    if row is not None and isinstance(statement, ast.Instruction):
+    if row is not None and isinstance(statement, ast.Instruction) and not row.wanted.isdisjoint(shapes):
         for place, given in enumerate(statement.arguments):
             argument = argument_at(row, place)
             if argument is not None and given is not None and argument.shape in shapes:

@@ -260,9 +260,9 @@ class Word(Row, frozen=True, eq=False, dict=True):
         return sum(not argument.optional for argument in self.arguments)
 
     @cached_property
-    def programs(self) -> bool:
-        """Whether it names programs."""
-        return any(one.shape is Shape.PROGRAM for one in (*self.arguments, self.value) if one is not None)
+    def wanted(self) -> frozenset[Shape]:
+        """The shapes of its operands."""
+        return frozenset(one.shape for one in (*self.arguments, self.value) if one is not None)
 
     @cached_property
     def leads(self) -> frozenset[str]:
