@@ -38,20 +38,8 @@ $name = "A-17"
 """
 
 
-class Nobody:
-    """A terminal that takes nothing and answers nothing."""
-
-    def type(self, text: str, newline: bool) -> None: ...
-    def show(self, reply: object) -> None: ...
-    def ask(self, question: object) -> str:
-        raise AssertionError(question)
-
-    def confirm(self, question: object) -> bool:
-        raise AssertionError(question)
-
-
 def loaded(text: str) -> Session:
-    session = Session(Nobody())
+    session = Session(RecordingTerminal())
     errors = [one for one in session.load_text(text) if one.severity.value == "error"]
     assert not errors
     return session

@@ -53,7 +53,7 @@ class World:
     def at(self, t: float) -> str:
         """All that is known of an instant, to the bit."""
         it: Position = position_at(self.engine.arm, self.engine.timeline, t)
-        return repr((it.joints, it.velocity, it.acceleration, it.T_world_tool, it.hand, it.moving, it.motion.text))
+        return repr((it.joints, it.velocity, it.acceleration, it.T_world_tool, it.hand, it.moving, it.text))
 
     def check(self) -> None:
         for t, before in self.seen.items():
