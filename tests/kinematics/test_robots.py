@@ -368,3 +368,12 @@ def test_a_scara_whose_last_axis_is_beside_its_arm() -> None:
         assert beside.inverse_branch(beside.forward(joints), beside.configuration(joints), joints) == pytest.approx(
             joints
         )
+
+
+def test_a_scara_whose_first_bar_is_the_shorter_one() -> None:
+    model = load_robot("cobra600")
+    first, second, *others = model.links
+    arm = arm_for(replace(model, links=(first._replace(a=second.a), second._replace(a=first.a), *others)))
+    upright = np.radians((90.0, 90.0, 0.0))
+    with pytest.raises(LocationTooClose, match=r"no nearer than 50\.0 mm \(.* 20\.0 mm away"):
+        arm.select(from_oat(0.03, 0.0, 0.3, *upright), model.poses["ready"])
