@@ -15,7 +15,6 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.errors import LocationOutOfRange, LocationTooFar, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.axes import along, cross, from_to, unit
 from vrs_cli.kinematics.clearance import Clearance
 from vrs_cli.kinematics.configuration import Elbow
 from vrs_cli.kinematics.forms import arm_for
@@ -31,6 +30,7 @@ from vrs_cli.kinematics.transform import (
     position,
     translation,
 )
+from vrs_cli.kinematics.vector import along, cross, subtracted, unit
 from vrs_cli.trajectory.segment import CartesianPath, Phase, Segment, Turn
 
 PLACES = 40  # of a stretch, at which a bound is checked
@@ -108,7 +108,7 @@ def past_the_fold(profile: str, off: float) -> Engine:
     folded = (0.3, -1.0, pi, -0.7, 1.2, 0.4)
     touch, (_, shoulder, _, elbow, *_) = arm.forward(folded), arm.frames(folded)
     across = shoulder.ax, shoulder.ay, shoulder.az  # of the plane that the bars fold in
-    bar = unit(from_to(position(shoulder), position(elbow)))
+    bar = unit(subtracted(position(elbow), position(shoulder)))
     way = unit(cross(across, bar))
     begin, end = (along(along(position(touch), bar, off), way, part) for part in (-0.05, 0.05))
     start = arm.select(at_position(touch, *begin), folded, elbow=Elbow.BELOW)
@@ -143,7 +143,7 @@ def test_a_line_out_of_a_stretched_elbow_is_refused(robot: str, stretched: tuple
     engine = Engine(load_robot(robot), start=stretched)
     engine.perform(SetParameter("PROFILE", profile))
     shoulder, *_, flange = (position(T) for T in engine.arm.frames(stretched)[robot == "ur5e" :])
-    x, y, z = (0.1 * 1e3 * part for part in unit(from_to(flange, shoulder)))
+    x, y, z = (0.1 * 1e3 * part for part in unit(subtracted(shoulder, flange)))
     with pytest.raises(StraightLineSingular, match="elbow"):
         engine.perform(by(engine, x, y, z))
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.engine.line_check import _across
-from vrs_cli.kinematics.axes import dot
-from vrs_cli.trajectory.vector import Vector, length
+from vrs_cli.kinematics.vector import Vector, dot, length
 
 
 @pytest.mark.parametrize("way", [(0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.1, -0.2, 0.3), (0.0, 0.0, -0.5)])

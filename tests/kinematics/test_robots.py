@@ -13,7 +13,6 @@ import pytest
 from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, LocationTooClose, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.axes import dot
 from vrs_cli.kinematics.configuration import ALL, SIDES, Arm, Elbow, Wrist
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
@@ -30,6 +29,7 @@ from vrs_cli.kinematics.transform import (
     to_oat,
     translation,
 )
+from vrs_cli.kinematics.vector import dot
 
 NAMES = robot_names()
 N = 4000

@@ -19,9 +19,9 @@ from vrs_cli.engine.following import Follower
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, inverse, rotate
+from vrs_cli.kinematics.vector import cross, length
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes
 from vrs_cli.trajectory.segment import CartesianPath, Turn
-from vrs_cli.trajectory.vector import cross, length
 
 KEPT = 0.25  # of the less of two clearances: what is left for certain on the way between them, where it is clear
 AT_END = 1e-4  # of a path: nearer to where it begins or ends on a boundary, at rest, samples are close by themselves

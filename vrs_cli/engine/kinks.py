@@ -25,8 +25,8 @@ from vrs_cli.kinematics.transform import (
     rotation_about,
     translation,
 )
+from vrs_cli.kinematics.vector import length
 from vrs_cli.trajectory.segment import CartesianPath
-from vrs_cli.trajectory.vector import length
 
 NEAR = 1e-5  # [m] of a touch, where its place is found to a billionth by differences
 INSIDE = 1e-5  # [m] of the end of a line, where it is seen whether it is a tangent

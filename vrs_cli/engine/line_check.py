@@ -27,10 +27,10 @@ from vrs_cli.kinematics.transform import (
     position,
     rotation_about,
 )
+from vrs_cli.kinematics.vector import added, cross, length, scaled, subtracted
 from vrs_cli.trajectory.motion import Frames, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, Segment, stops_on_the_way
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.trajectory.vector import added, cross, length, scaled, subtracted
 
 SIDEWAYS = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] how far from the line a via point is tried
 NO_WAY = 1e-9  # [m] a line that only turns the tool

@@ -19,8 +19,8 @@ from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform, Vector
+from vrs_cli.kinematics.vector import added, cross, dot, scaled, subtracted
 from vrs_cli.trajectory.segment import CartesianPath
-from vrs_cli.trajectory.vector import added, cross, dot, scaled, subtracted
 
 
 class _FreeTurn(NamedTuple):

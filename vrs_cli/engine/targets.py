@@ -25,8 +25,8 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints, joints_outside
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, inverse, rotation_about
+from vrs_cli.kinematics.vector import cross, dot, length
 from vrs_cli.trajectory.motion import AlignedTarget, Frames, JointOffsetTarget, Kind, Motion, ToolOffsetTarget
-from vrs_cli.trajectory.vector import cross, dot, length
 
 FARTHEST = 100.0  # [m] of a location, a tool or a base: beyond, the figures of an arm are lost in rounding
 HALF_TURN = pi + 1e-9  # [rad] and what rounding may add

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.transform import Transform, Vector, compose, inverse, position
+from vrs_cli.kinematics.vector import along, any_normal, cross, dot, subtracted
 
 PARALLEL = 1e-8  # [rad] two axes that are
 EXACT = 1e-9  # [rad, m] how near an angle or a length must be to the one that a closed form needs
@@ -71,36 +72,6 @@ def axis_of(T: Transform) -> Line:
     return Line(position(T), (T.ax, T.ay, T.az))
 
 
-# --- vectors -----------------------------------------------------------------------------------------------------
-
-
-def dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def along(point: Vector, direction: Vector, way: float) -> Vector:
-    return point[0] + way * direction[0], point[1] + way * direction[1], point[2] + way * direction[2]
-
-
-def from_to(a: Vector, b: Vector) -> Vector:
-    return b[0] - a[0], b[1] - a[1], b[2] - a[2]
-
-
-def unit(v: Vector) -> Vector:
-    length = sqrt(dot(v, v))
-    return v[0] / length, v[1] / length, v[2] / length
-
-
-def any_normal(z: Vector) -> Vector:
-    """A unit vector square to z: X where it is, or as near to X as can be."""
-    x: Vector = (1.0, 0.0, 0.0) if abs(z[0]) < 0.9 else (0.0, 1.0, 0.0)
-    return unit(along(x, z, -dot(x, z)))
-
-
 def frame(x: Vector, z: Vector, origin: Vector) -> Transform:
     y = cross(z, x)
     return Transform(x[0], y[0], z[0], origin[0], x[1], y[1], z[1], origin[1], x[2], y[2], z[2], origin[2])
@@ -142,7 +113,7 @@ def chain_of(
     links, signs = [], [1.0]
     for step, axis, kind in zip(steps, axes[1:], kinds, strict=False):
         theta = atan2(dot(cross(x, step.x), z), dot(x, step.x))
-        links.append(Link(step.a, dot(from_to(origin, step.foot), z), step.alpha, theta, kind))
+        links.append(Link(step.a, dot(subtracted(step.foot, origin), z), step.alpha, theta, kind))
         signs.append(1.0 if dot(step.z, axis.direction) > 0.0 else -1.0)
         x, z, origin = step.x, step.z, step.origin
     links.append(Link(0.0, 0.0, 0.0, 0.0, kinds[-1]))
@@ -162,12 +133,12 @@ def _next(z: Vector, origin: Vector, x: Vector | None, axis: Line, alpha: float 
     found = atan2(sine, cosine)
     if alpha is not None and abs(found - alpha) > EXACT:
         return None
-    between = from_to(origin, axis.point)  # feet of the common normal, by Cramer's rule
+    between = subtracted(axis.point, origin)  # feet of the common normal, by Cramer's rule
     p, q = dot(between, z), dot(between, axis.direction)
     foot = along(origin, z, (p - cosine * q) / (sine * sine))
     onto = along(axis.point, axis.direction, (cosine * p - q) / (sine * sine))
     return _Step(
-        normal, axis.direction, onto, foot, found if alpha is None else alpha, dot(from_to(foot, onto), normal)
+        normal, axis.direction, onto, foot, found if alpha is None else alpha, dot(subtracted(onto, foot), normal)
     )
 
 
@@ -178,7 +149,7 @@ def _parallel(z: Vector, origin: Vector, x: Vector | None, axis: Line, alpha: fl
     same = dot(z, direction) > 0.0
     if alpha is not None and same != (cos(alpha) > 0.0):
         direction, same = (-direction[0], -direction[1], -direction[2]), not same
-    between = from_to(origin, axis.point)
+    between = subtracted(axis.point, origin)
     across = along(between, z, -dot(between, z))
     a = hypot(*across)
     normal = (x or any_normal(z)) if a < EXACT else (across[0] / a, across[1] / a, across[2] / a)

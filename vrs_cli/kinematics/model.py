@@ -9,11 +9,12 @@ from itertools import accumulate
 from math import dist
 
 from vrs_cli.errors import JointOutOfRange
-from vrs_cli.kinematics.axes import EXACT, Line, Link, along, axis_of, cross, dot, from_to, link_transform
+from vrs_cli.kinematics.axes import EXACT, Line, Link, axis_of, link_transform
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, position
+from vrs_cli.kinematics.vector import along, cross, dot, subtracted
 
 PROFILES = tuple(Profile.__members__)  # the first is that of a robot that names none
 SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show what an arm cannot change
@@ -108,7 +109,7 @@ def levers(model: RobotModel) -> tuple[Vector, tuple[float, ...]]:
     at, far, found = position(link_frames(model, (0.0,) * model.joint_count)[-1]), 0.0, list[float]()
     rows = zip(joint_axes(model), model.links, model.lower, model.upper, strict=True)
     for axis, link, low, high in reversed(list(rows)):
-        foot = along(axis.point, axis.direction, dot(from_to(axis.point, at), axis.direction))
+        foot = along(axis.point, axis.direction, dot(subtracted(at, axis.point), axis.direction))
         far += dist(foot, at) + (max(abs(low), abs(high)) if link.kind is JointKind.PRISMATIC else 0.0)
         found.append(far)
         at = foot

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from math import acos, degrees, dist
 from typing import NamedTuple
 
-from vrs_cli.kinematics.axes import any_normal, axis_of, cross, dot, unit
+from vrs_cli.kinematics.axes import axis_of
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import SAMPLES, RobotModel
 from vrs_cli.kinematics.task import ALL_PARTS
@@ -20,6 +20,7 @@ from vrs_cli.kinematics.transform import (
     rotation_about,
     to_oat,
 )
+from vrs_cli.kinematics.vector import any_normal, cross, dot, unit
 
 LEVEL, STRAIGHT = 1e-5, 2e-4  # [m, rad] what a location may be beside the arm's plane or tilted: three decimals do it
 CONSTANT = 1e-9  # [m, sine] an arm that changes it by less does not

@@ -16,6 +16,7 @@ from typing import NamedTuple
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotate, rotation_about
+from vrs_cli.kinematics.vector import added, cross, scaled
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import (
     Polynomial,
@@ -27,7 +28,6 @@ from vrs_cli.trajectory.polynomial import (
     value,
     value_and_rate,
 )
-from vrs_cli.trajectory.vector import added, cross, scaled
 
 Twist = tuple[float, float, float, float, float, float]
 STILL: Vector = (0.0, 0.0, 0.0)

@@ -21,6 +21,7 @@ from random import Random
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, Vector
+from vrs_cli.kinematics.vector import cross, dot
 
 CONVERGED = 1e-10  # [m, rad] an error that is none
 STEPS = 60  # of one search
@@ -49,8 +50,7 @@ def some_joints(model: RobotModel) -> Iterator[Joints]:
 
 def turn_between(a: Vector, b: Vector) -> Vector:
     """The shortest rotation vector that brings direction a to b."""
-    x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-    return _scaled((x, y, z), a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+    return _scaled(cross(a, b), dot(a, b))
 
 
 def rotation_vector(have: Transform, want: Transform) -> Vector:

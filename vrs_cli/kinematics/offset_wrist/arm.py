@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics.arm import RobotArm, turned_near
-from vrs_cli.kinematics.axes import cross
 from vrs_cli.kinematics.clearance import (
     BOUNDARY,
     SINGULAR,
@@ -29,6 +28,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.offset_wrist.offsets import Offsets
 from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.kinematics.vector import cross
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import SerialBatch

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.axes import cross
 from vrs_cli.kinematics.clearance import (
     UNKNOWN,
     Clearance,
@@ -33,6 +32,7 @@ from vrs_cli.kinematics.spherical_wrist.forward import make_forward
 from vrs_cli.kinematics.spherical_wrist.geometry import Geometry, configuration_of
 from vrs_cli.kinematics.spherical_wrist.inverse import make_branch, make_branches, make_outside, make_within
 from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.kinematics.vector import cross
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import SerialBatch

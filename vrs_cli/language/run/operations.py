@@ -31,6 +31,7 @@ from vrs_cli.kinematics.transform import (
     rotation_z,
     translation,
 )
+from vrs_cli.kinematics.vector import cross, scaled, subtracted
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.formats import encode
 from vrs_cli.language.run.memory import Context
@@ -49,7 +50,6 @@ from vrs_cli.language.words.values import (
     quadrant,
     whole,
 )
-from vrs_cli.trajectory.vector import cross, scaled, subtracted
 from vrs_cli.version import __version__
 
 # --- arithmetic --------------------------------------------------------------------------------------------------

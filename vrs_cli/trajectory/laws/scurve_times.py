@@ -24,12 +24,12 @@ from math import cbrt, inf, sqrt
 from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import Vector
+from vrs_cli.kinematics.vector import added, dot, length, scaled, subtracted
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import NoTimes, Pieces
 from vrs_cli.trajectory.laws.lspb_times import MARGIN, ROOM, SAME, SLIVER
 from vrs_cli.trajectory.polynomial import Polynomial, value
 from vrs_cli.trajectory.state import NEGLIGIBLE
-from vrs_cli.trajectory.vector import added, dot, length, scaled, subtracted
 
 PEAK = 1.0 + 1e-6  # a velocity that is this little above its limit is at it
 CAREFUL = 1.0 + 2e-5  # stops stay so much inside the limits: rounding of times and short pieces may cost a little
