@@ -106,7 +106,7 @@ class _Writer:
         for i, (link, (z, _), step) in enumerate(zip(self.links, self.axes, steps, strict=True)):
             rate, change = f"d{i}", f"e{i}" if jerk else 0.0
             z1 = self._cross(w, z)
-            z2 = self._mix((1.0, self._cross(w1, z)), (1.0, self._cross(w, z1)))
+            z2 = self._crossed(still, (w1, z), (w, z1))
             if link.kind is JointKind.PRISMATIC:
                 twice, thrice = self._sum([(2.0, rate)]), self._sum([(3.0, rate)])
                 slid = ((thrice, z2), (self._sum([(3.0, change)]), z1)) if jerk else ((twice, z1),)
@@ -115,12 +115,17 @@ class _Writer:
                 w2 = self._mix((1.0, w2), (rate, z2), (self._sum([(2.0, change)]), z1))
                 w1 = self._mix((1.0, w1), (rate, z1), (change, z))
                 w = self._mix((1.0, w), (rate, z))
-            p = self._mix(*step)
-            p1 = self._cross(w, p)
-            p2 = self._mix((1.0, self._cross(w1, p)), (1.0, self._cross(w, p1)))
-            p3 = ((1.0, self._cross(w2, p)), (2.0, self._cross(w1, p1)), (1.0, self._cross(w, p2)))
-            moved = self._mix((1.0, moved), *(p3 if jerk else ((1.0, p2),)))
+            moved = self._carried(moved, self._mix(*step), (w, w1, w2), jerk)
         return (*moved, *(w2 if jerk else w1))
+
+    def _carried(self, moved: Column, p: Column, spins: tuple[Column, Column, Column], jerk: bool) -> Column:
+        """The acceleration or jerk of the next point, which is at p from this one and turns with the frame."""
+        w, w1, w2 = spins
+        p1 = self._cross(w, p)
+        if not jerk:
+            return self._crossed(moved, (w1, p), (w, p1))
+        p2 = self._crossed((0.0, 0.0, 0.0), (w1, p), (w, p1))
+        return self._crossed(moved, (w2, p), (self._mix((2.0, w1)), p1), (w, p2))
 
     def _unpacked(self, letter: str, name: str) -> str:
         return f"({' '.join(f'{letter}{i},' for i in range(len(self.links)))}) = {name}"
@@ -170,11 +175,15 @@ class _Writer:
         return x, y, z
 
     def _cross(self, a: Column, b: Column) -> Column:
-        return (
-            self._sum(((a[1], b[2]), (_minus(a[2]), b[1]))),
-            self._sum(((a[2], b[0]), (_minus(a[0]), b[2]))),
-            self._sum(((a[0], b[1]), (_minus(a[1]), b[0]))),
+        return self._crossed((0.0, 0.0, 0.0), (a, b))
+
+    def _crossed(self, start: Column, *pairs: tuple[Column, Column]) -> Column:
+        """A column and cross products."""
+        x, y, z = (
+            self._sum([(1.0, start[i]), *(term for a, b in pairs for term in ((a[j], b[k]), (_minus(a[k]), b[j])))])
+            for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
         )
+        return x, y, z
 
     def _sum(self, terms: Iterable[tuple[Entry, Entry]]) -> Entry:
         """A sum of products: a number, a name that is there, or a new one."""

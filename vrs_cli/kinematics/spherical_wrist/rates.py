@@ -13,7 +13,6 @@ small ones (Hollerbach and Sahar 1983), each with its own singularity:
 from __future__ import annotations
 
 from math import cos, hypot, sin
-from typing import NamedTuple
 
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.clearance import SINGULAR
@@ -22,44 +21,38 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.spherical_wrist.geometry import Geometry
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 
-_new = tuple.__new__
+
+def singularity(geometry: Geometry, q: Joints) -> Singularity:
+    """The measures of a pose."""
+    _, a1, a2, a3, d4, _, _, forearm, _ = geometry
+    _, q2, q3, _, q5, _ = q
+    c23, s23 = cos(q2 + q3), sin(q2 + q3)
+    uu, uv = a2 * cos(q2), a2 * sin(q2)
+    fu, fv = a3 * c23 + d4 * s23, a3 * s23 - d4 * c23
+    stretch = (uu * fv - uv * fu) / (a2 * forearm)
+    return Singularity(abs(a1 + uu + fu) / (a1 + a2 + forearm), abs(stretch), abs(sin(q5)))
 
 
-class Terms(NamedTuple):
-    """What the formulas share: the arm's plane (`spherical_wrist`), the wrist, the tool seen from the wrist."""
+def joint_velocity(geometry: Geometry, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+    """Joint rates [rad/s] that give the tool this twist.
 
-    c1: float
-    s1: float
-    c23: float
-    s23: float
-    c4: float
-    s4: float
-    c5: float
-    s5: float
-    uu: float  # upper arm: outward
-    uv: float  # - and down
-    fu: float  # forearm: outward
-    fv: float  # - and down
-    u: float  # wrist centre from the axis of joint 1
-    rx: float  # wrist centre to tool, base frame
-    ry: float
-    rz: float
-
-
-def terms_of(geometry: Geometry, q: Joints, T_flange_tool: Transform) -> Terms:
-    _, a1, a2, a3, d4, d6, _, _, _ = geometry
+    In a singularity a twist that asks nothing of the lost direction is solved (joint 1, 3 or 4 standing
+    still); any other raises StraightLineSingular, which says which singularity it is. Near one the rates are
+    large: compare them with the limits.
+    """
+    _, a1, a2, a3, d4, d6, side, forearm, _ = geometry
     q1, q2, q3, q4, q5, q6 = q
     c1, s1 = cos(q1), sin(q1)
     c23, s23 = cos(q2 + q3), sin(q2 + q3)
     c4, s4 = cos(q4), sin(q4)
     c5, s5 = cos(q5), sin(q5)
-    uu, uv = a2 * cos(q2), a2 * sin(q2)
-    fu, fv = a3 * c23 + d4 * s23, a3 * s23 - d4 * c23
+    uu, uv = a2 * cos(q2), a2 * sin(q2)  # upper arm, outward and down
+    fu, fv = a3 * c23 + d4 * s23, a3 * s23 - d4 * c23  # forearm
+    u = a1 + uu + fu  # wrist centre from the axis of joint 1
     x, y = c4 * s5, s4 * s5
     e = c23 * x + s23 * c5
-    ax, ay, az = c1 * e - s1 * y, s1 * e + c1 * y, c23 * c5 - s23 * x
     tx, ty, tz = T_flange_tool[3], T_flange_tool[7], d6 + T_flange_tool[11]
-    rx, ry, rz = tz * ax, tz * ay, tz * az
+    rx, ry, rz = tz * (c1 * e - s1 * y), tz * (s1 * e + c1 * y), tz * (c23 * c5 - s23 * x)  # wrist centre to tool
     if tx or ty:  # off the axis of joint 6
         c6, s6 = cos(q6), sin(q6)
         along, across = c6 * tx - s6 * ty, s6 * tx + c6 * ty
@@ -70,26 +63,6 @@ def terms_of(geometry: Geometry, q: Joints, T_flange_tool: Transform) -> Terms:
         rx += c1 * e - s1 * y
         ry += s1 * e + c1 * y
         rz += c23 * z - s23 * x
-    shared = (c1, s1, c23, s23, c4, s4, c5, s5, uu, uv, fu, fv, a1 + uu + fu, rx, ry, rz)
-    return _new(Terms, shared)
-
-
-def singularity(geometry: Geometry, q: Joints) -> Singularity:
-    """The measures of a pose."""
-    arm = terms_of(geometry, q, IDENTITY)
-    a2, forearm = geometry.a2, geometry.forearm
-    stretch = (arm.uu * arm.fv - arm.uv * arm.fu) / (a2 * forearm)
-    return Singularity(abs(arm.u) / (geometry.a1 + a2 + forearm), abs(stretch), abs(arm.s5))
-
-
-def joint_velocity(geometry: Geometry, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-    """Joint rates [rad/s] that give the tool this twist.
-
-    In a singularity a twist that asks nothing of the lost direction is solved (joint 1, 3 or 4 standing
-    still); any other raises StraightLineSingular, which says which singularity it is. Near one the rates are
-    large: compare them with the limits.
-    """
-    c1, s1, c23, s23, c4, s4, c5, s5, uu, uv, fu, fv, u, rx, ry, rz = terms_of(geometry, q, T_flange_tool)
     vx, vy, vz, wx, wy, wz = twist
     x = vx - wy * rz + wz * ry  # of the wrist centre
     y = vy - wz * rx + wx * rz
@@ -102,9 +75,9 @@ def joint_velocity(geometry: Geometry, q: Joints, twist: Twist, T_flange_tool: T
         qd1 = 0.0
     else:
         raise _singular("shoulder", "the wrist is above or below the axis of joint 1")
-    out += geometry.side * qd1
+    out += side * qd1
     stretch = uu * fv - uv * fu  # a2 forearm sin psi
-    if abs(stretch) > SINGULAR * geometry.a2 * geometry.forearm:
+    if abs(stretch) > SINGULAR * a2 * forearm:
         qd2 = (out * fu + down * fv) / stretch
         qd23 = -(out * uu + down * uv) / stretch
     else:
