@@ -15,3 +15,8 @@ def test_a_program_that_is_not_there_has_a_near_name() -> None:
     assert environment.program("PICK.PLACE").name == "Pick.place"
     with pytest.raises(UndefinedName, match=r"did you mean Pick\.place\?"):
         environment.program("pick.plase")
+
+
+def test_the_source_of_a_step_is_as_it_was_written() -> None:
+    stored = environment_with(program("  x   =1 ; one", "", "y = 2")).program("main")
+    assert [stored.source(step) for step in range(3)] == ["x   =1 ; one", "", "y = 2"]

@@ -26,7 +26,7 @@ from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.language.run.cells import Item
-from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.run.variables import item_of
 from vrs_cli.language.text.ast import Instruction, Section
 from vrs_cli.language.text.parser import parse_file

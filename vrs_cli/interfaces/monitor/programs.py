@@ -17,7 +17,7 @@ from vrs_cli.interfaces.editor.screen import ScreenDraft, ScreenTerminal
 from vrs_cli.interfaces.monitor.consent import agreed
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Instruction, Program
 from vrs_cli.language.text.printer import program_header
 from vrs_cli.language.words.kind import key_of

@@ -13,7 +13,7 @@ from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.debugging import Stepping, Watch
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import Value, numbers_of, plain, whole
 

@@ -41,7 +41,7 @@ from vrs_cli.language.analysis.surroundings import Surroundings
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import CYCLE_SETTINGS
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.run.prompt import statement_task
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text.ast import (

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.run.variables import item_of
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.printer import print_program

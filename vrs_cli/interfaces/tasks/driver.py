@@ -189,7 +189,7 @@ class Driver:
         track = self.tasks.get(ROBOT_PROGRAM)
         assert track is not None
         self.drop(track)
-        track.fault, track.outcome = track.task.break_off(error), Outcome.FAILED
+        track.fault, track.outcome = track.task.fail(error).fault, Outcome.FAILED
         self._transcript.end_line()
         return self._result(_Run(track, USUAL, 0.0, inf, 0))
 

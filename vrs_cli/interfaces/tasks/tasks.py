@@ -211,7 +211,7 @@ class Tasks:
     def _signal_changed(self, signal: int, on: bool) -> None:
         """Waits that a signal may end are looked at now, and so are reactions."""
         for track in self.running:
-            track.task.signal_changed(signal, on)
+            track.task.reactions.changed(signal, on)
             if (isinstance(track.pending, Wait) and not track.pending.ticks) or track.reacts:
                 track.wake = self._engine.now
 

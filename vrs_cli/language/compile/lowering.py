@@ -140,21 +140,47 @@ class _Lowering:
         return replace(op, target=self._places[op.target])
 
     def _operation(self, number: int, statement: ast.Statement | None) -> Op:
-        lowering = _LOWERINGS.get(type(statement))
-        if lowering is not None:
-            return lowering(self, number, statement)
-        if not isinstance(statement, ast.Assignment | ast.Instruction):
-            return Mark(number)
-        if isinstance(statement, ast.Assignment):
-            return Perform(number, statement)
+        match statement:
+            case ast.Assignment():
+                return Perform(number, statement)
+            case ast.Instruction():
+                return self._instruction(number, statement)
+            case ast.Goto():
+                return Jump(number, self._labels[statement.label], counted=True)
+            case ast.IfGoto():
+                return JumpIf(number, statement.condition, True, self._labels[statement.label])
+            case ast.If():
+                return JumpIf(number, statement.condition, False, self._first_middle(number, 1))
+            case ast.While():
+                return JumpIf(number, statement.condition, False, self._openers[number].closer + 1)
+            case ast.Until():
+                return JumpIf(number, statement.condition, False, self._closers[number].opener)
+            case ast.For():
+                return ForBegin(number, statement, self._slots[number], self._openers[number].closer + 1)
+            case ast.Case():
+                target = self._first_middle(number, _TESTS)
+                return CaseBegin(number, statement.subject, self._slots[number], target)
+            case ast.Else():
+                return Jump(number, self._middles[number].closer, counted=False)
+            case ast.Value():
+                return self._value(number, statement)
+            case ast.Any():
+                self._leave_case(number, self._middles[number])
+            case ast.End():
+                return self._end(number)
+        return Mark(number)
+
+    def _first_middle(self, opener: int, more: int) -> int:
+        """`more` behind the first ELSE, VALUE or ANY of a block, or its end where there is none."""
+        block = self._openers[opener]
+        return block.middles[0] + more if block.middles else block.closer
+
+    def _instruction(self, number: int, statement: ast.Instruction) -> Op:
         if statement.word in LOOP_JUMPS:
             return self._leave_loop(number, statement)
         if statement.word in _CONDITIONS:
             return self._conditional(number, statement)
         return Mark(number) if statement.word in DECLARATIONS else Perform(number, statement)
-
-    def _goto(self, number: int, statement: ast.Goto) -> Op:
-        return Jump(number, self._labels[statement.label], counted=True)
 
     def _leave_loop(self, number: int, statement: ast.Instruction) -> Op:
         """EXIT goes past the end of the loop, NEXT to that end, which tests for another pass."""
@@ -163,36 +189,11 @@ class _Lowering:
         closer = around[loops_of(statement) - 1].closer
         return Jump(number, closer + (statement.word == "EXIT"), counted=True)
 
-    def _if_goto(self, number: int, statement: ast.IfGoto) -> Op:
-        return JumpIf(number, statement.condition, True, self._labels[statement.label])
-
     def _conditional(self, number: int, statement: ast.Instruction) -> Op:
         label = label_of(statement)
         assert label is not None
         condition, first = _CONDITIONS[statement.word](statement)
         return JumpIf(number, condition, True, self._labels[label], first)
-
-    def _if(self, number: int, statement: ast.If) -> Op:
-        block = self._openers[number]
-        target = block.middles[0] + 1 if block.middles else block.closer
-        return JumpIf(number, statement.condition, False, target)
-
-    def _while(self, number: int, statement: ast.While) -> Op:
-        return JumpIf(number, statement.condition, False, self._openers[number].closer + 1)
-
-    def _until(self, number: int, statement: ast.Until) -> Op:
-        return JumpIf(number, statement.condition, False, self._closers[number].opener)
-
-    def _for(self, number: int, statement: ast.For) -> Op:
-        return ForBegin(number, statement, self._slots[number], self._openers[number].closer + 1)
-
-    def _case(self, number: int, statement: ast.Case) -> Op:
-        block = self._openers[number]
-        target = block.middles[0] + _TESTS if block.middles else block.closer
-        return CaseBegin(number, statement.subject, self._slots[number], target)
-
-    def _leave(self, number: int, _statement: ast.Else) -> Op:
-        return Jump(number, self._middles[number].closer, counted=False)
 
     def _value(self, number: int, statement: ast.Value) -> Op:
         block = self._middles[number]
@@ -203,16 +204,12 @@ class _Lowering:
         self._leave_case(number, block)
         return CaseTest(number, case.subject, statement.tests, self._slots[block.opener], target)
 
-    def _any(self, number: int, _statement: ast.Any) -> Op:
-        self._leave_case(number, self._middles[number])
-        return Mark(number)
-
     def _leave_case(self, number: int, block: Block) -> None:
         """What stands above VALUE or ANY goes to the end of the CASE."""
         self._ops.append(Jump(number, block.closer, counted=False))
         self._places[number + _TESTS] = len(self._ops)
 
-    def _end(self, number: int, _statement: ast.End) -> Op:
+    def _end(self, number: int) -> Op:
         block = self._closers[number]
         if block.kind is BlockKind.WHILE:
             return Jump(number, block.opener, counted=False)
@@ -239,18 +236,4 @@ def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction 
 _CONDITIONS: dict[str, Callable[[ast.Instruction], tuple[ast.Expression, ast.Instruction | None]]] = {
     "IFSIG": _if_signals,
     "GRASP": _grasp,
-}
-
-_LOWERINGS: dict[type, Callable[..., Op]] = {
-    ast.Goto: _Lowering._goto,
-    ast.IfGoto: _Lowering._if_goto,
-    ast.If: _Lowering._if,
-    ast.Else: _Lowering._leave,
-    ast.While: _Lowering._while,
-    ast.Until: _Lowering._until,
-    ast.For: _Lowering._for,
-    ast.Case: _Lowering._case,
-    ast.Value: _Lowering._value,
-    ast.Any: _Lowering._any,
-    ast.End: _Lowering._end,
 }

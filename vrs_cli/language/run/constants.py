@@ -38,11 +38,10 @@ from vrs_cli.language.analysis.channels import channel, signals_on
 from vrs_cli.language.analysis.kinds import VARIABLES
 from vrs_cli.language.compile.expressions import WORDS, word_of
 from vrs_cli.language.run.effects import CallProgram
-from vrs_cli.language.run.library import evaluator, for_step
+from vrs_cli.language.run.library import HANDLERS, evaluator, for_step
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Wording, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT
-from vrs_cli.language.run.semantics.table import HANDLERS
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, Span, Statement
 from vrs_cli.language.text.diagnostics import Diagnostic, warning

@@ -15,8 +15,7 @@ from vrs_cli.language.compile.expressions import CELLS
 from vrs_cli.language.run.cells import Reference, new_variable
 from vrs_cli.language.run.effects import Event
 from vrs_cli.language.run.library import LIBRARY, UNSET
-from vrs_cli.language.run.memory import Context, Memory
-from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.memory import Context, Memory, StoredProgram
 from vrs_cli.language.text.ast import Variable
 from vrs_cli.language.text.diagnostics import Diagnostic, counted
 from vrs_cli.language.words.kind import Kind, kind_of_name

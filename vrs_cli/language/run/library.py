@@ -17,7 +17,12 @@ from vrs_cli.language.run.effects import CallProgram, Return, Wait
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Definable, Wording, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, modulo, power
-from vrs_cli.language.run.semantics.table import HANDLERS
+from vrs_cli.language.run.semantics.assignments import ASSIGNMENTS
+from vrs_cli.language.run.semantics.input_output import INPUT_OUTPUT
+from vrs_cli.language.run.semantics.motions import MOTIONS
+from vrs_cli.language.run.semantics.settings import SETTINGS
+from vrs_cli.language.run.semantics.signals import SIGNALS
+from vrs_cli.language.run.semantics.tasks import TASKS
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, integer, kind_of_value, storable, whole, within_range, wrap
 
@@ -91,6 +96,10 @@ class Unset:
 
 
 UNSET = Unset()
+
+# Who carries out which instruction: functions from evaluated operands to what the program asks for. What needs neither
+# robot nor terminal (variables, signals, timers) an instruction does by itself, at its own instant of the program.
+HANDLERS = {**MOTIONS, **SETTINGS, **ASSIGNMENTS, **SIGNALS, **INPUT_OUTPUT, **TASKS}
 
 _OPERATORS = (compose, modulo, power, complement, bit_and, bit_or, bit_xor)
 _CHECKS = (for_step, guarded, at_once, stamp_of, storable, whole, within_range)

@@ -10,12 +10,37 @@ from vrs_cli.errors import UndefinedName
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.analysis.analyzer import Analysis
 from vrs_cli.language.run.cells import closest
-from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.run.robot import RobotReadings, System
 from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.run.timers import Timers
 from vrs_cli.language.run.variables import Variables
+from vrs_cli.language.text.ast import Program
+from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.kind import key_of
+
+
+class StoredProgram(Struct, frozen=True, eq=False):
+    """A program as it was stored. `lines`: those of its whole file, which all of its programs share."""
+
+    analysis: Analysis
+    lines: tuple[str, ...] = ()
+
+    @property
+    def program(self) -> Program:
+        return self.analysis.program
+
+    @property
+    def name(self) -> str:
+        return self.program.name
+
+    def source(self, step: int) -> str:
+        """The text of a step (counted from 0) as it was read, or in canonical form where it was not."""
+        if not self.program.steps:
+            return ""
+        it = self.program.steps[step]
+        if 1 <= it.span.line <= len(self.lines):
+            return self.lines[it.span.line - 1].strip()
+        return "" if it.statement is None else statement_text(it.statement)
 
 
 class Memory(Variables):

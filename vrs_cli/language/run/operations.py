@@ -158,7 +158,8 @@ def precision_point(context: Context, *joints: float | None) -> Joints:
 
 
 def shift(T: Transform, dx: float | None = None, dy: float | None = None, dz: float | None = None) -> Transform:
-    return at_position(T, *(x + _or(dx, 0.0) / 1000.0 for x, dx in zip(position(T), (dx, dy, dz), strict=True)))
+    x, y, z = position(T)
+    return at_position(T, x + _or(dx, 0.0) / 1000.0, y + _or(dy, 0.0) / 1000.0, z + _or(dz, 0.0) / 1000.0)
 
 
 def _direction(v: Vector, problem: str) -> Vector:

@@ -11,9 +11,8 @@ from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Completed, Event, Halt, TaskState
 from vrs_cli.language.run.environment import Environment, Executable
 from vrs_cli.language.run.library import evaluator
-from vrs_cli.language.run.memory import Context
+from vrs_cli.language.run.memory import Context, StoredProgram
 from vrs_cli.language.run.operands import Definable
-from vrs_cli.language.run.programs import StoredProgram
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast

@@ -10,7 +10,7 @@ A driver calls `resume` until an event says that the program has ended, and does
 A task reads no clock and moves nothing, so the same program gives the same events at any speed. After `Pause`, and
 after `Failed`, `resume` goes on with the next step (PROCEED); `retry` before it repeats the step (RETRY).
 
-Reactions are the task's own affair: `signal_changed` tells it of the signals, and it calls what is due between two
+Reactions are the task's own affair: `reactions.changed` tells it of the signals, and it calls what is due between two
 steps. A driver that sees one `due` while the task waits may call `react`: the same wait is asked for again after it.
 """
 
@@ -47,8 +47,7 @@ from vrs_cli.language.run.effects import (
 )
 from vrs_cli.language.run.environment import Environment, Executable
 from vrs_cli.language.run.library import at_once, by_value, overflow
-from vrs_cli.language.run.memory import Context
-from vrs_cli.language.run.programs import StoredProgram
+from vrs_cli.language.run.memory import Context, StoredProgram
 from vrs_cli.language.run.reactions import OF_ERRORS, Reaction, Reactions
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.units import AwaitLine
@@ -85,7 +84,10 @@ class Task:
         self._arguments = tuple(
             one if one is None or isinstance(one, Reference) else by_value(self._context, one) for one in arguments
         )
-        self._first_step = self._check_step(step) - 1
+        steps = len(self._main.program.steps)
+        if not 1 <= step <= max(steps, 1):
+            raise IllegalValue(f"step {step}", f"{self._main.name} has the steps 1 to {steps}")
+        self._first_step = step - 1
         if cycles == 0 or cycles > MOST_CYCLES:
             raise IllegalValue(f"{cycles} cycles", f"1 to {MOST_CYCLES}, or -1 for ever")
         self._main.bound(self._arguments)
@@ -121,10 +123,6 @@ class Task:
         """The driver could not do what the last event asked for: the present step fails with that error."""
         self._thrown, self._budget = error, BUDGET
         return next(self._life)
-
-    def signal_changed(self, signal: int, on: bool) -> None:
-        """A signal (its number, and its new state) has changed."""
-        self.reactions.changed(signal, on)
 
     def react(self, waiting: Event, budget: int = BUDGET) -> Event:
         """Call the reaction that is `due` now, although the driver has not done yet what the last event, `waiting`,
@@ -258,7 +256,7 @@ class Task:
             if self._reacts_to(error):
                 return
             failed = True
-            yield self._fail(error)
+            yield self.fail(error)
         if self._held is not None:
             return
         if self._again:
@@ -283,7 +281,7 @@ class Task:
                 continue
             except VrsError as error:
                 if not self._reacts_to(error):
-                    yield from self._say(self._fail(error))
+                    yield from self._say(self.fail(error))
                 continue
             returns = isinstance(event, Return)
             if isinstance(event, Stop) or (returns and len(self._activations) == 1):
@@ -393,11 +391,8 @@ class Task:
         program = self._environment.executable(self._environment.program(call.name))
         self._activations.append(Activation(self._context, program, program.bound(call.arguments)))
 
-    def break_off(self, error: VrsError) -> ProgramFault:
-        """The fault of a task that something from outside broke off in the present step."""
-        return self._fail(error).fault
-
-    def _fail(self, error: VrsError) -> Failed:
+    def fail(self, error: VrsError) -> Failed:
+        """The present step has failed, or something from outside broke the task off in it."""
         activation = self._activations[-1]
         program = activation.program.program
         span = program.steps[activation.step].span if program.steps else program.span
@@ -414,12 +409,6 @@ class Task:
             error.numbers,
         )
         return Failed(self.fault, error)
-
-    def _check_step(self, step: int) -> int:
-        steps = len(self._main.program.steps)
-        if not 1 <= step <= max(steps, 1):
-            raise IllegalValue(f"step {step}", f"{self._main.name} has the steps 1 to {steps}")
-        return step
 
 
 _OWN: dict[type, Callable[[Reactions, Any], None]] = {
