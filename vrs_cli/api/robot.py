@@ -20,7 +20,7 @@ from vrs_cli.api.kinematics import Ways
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, number, numbers
 from vrs_cli.api.posture import Posture, place_text
-from vrs_cli.dialogue.replies import ComparisonTable, ReachReport
+from vrs_cli.dialogue.replies import ComparisonTable, ReachReport, TimelineTable
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, Clock, VirtualClock, WallClock
 from vrs_cli.engine.commands import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.engine.comparison import compare
@@ -363,7 +363,11 @@ class Robot:
         return f"<p>{self._model.title}</p>{self._table()._repr_html_()}"
 
     def _table(self) -> Replies:
-        return Replies((self._robot.alone(lambda session: timeline_table(session.engine)),))
+        def table(session: Session) -> TimelineTable:
+            engine = session.engine
+            return timeline_table(engine.timeline, engine.book.history.done, engine.now)
+
+        return Replies((self._robot.alone(table),))
 
     # --- the edge: numbers in, numbers out ---
 

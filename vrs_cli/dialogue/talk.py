@@ -4,9 +4,9 @@ drives it (`interfaces/actor`); who holds the robot shows, asks and answers.
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from enum import Enum
-from typing import Protocol, TypeVar, runtime_checkable
+from typing import Protocol, TypeVar, cast, runtime_checkable
 
 from msgspec import Struct
 
@@ -39,9 +39,38 @@ class Reading(Struct, frozen=True):
 
 
 R = TypeVar("R", covariant=True)
-Said = Reply | Question | Slice
+W = TypeVar("W")
+
+
+class Beside:
+    """Work on values that do not change: whoever drives may let another thread `run` it, and does other things
+    meanwhile.
+    """
+
+    def __init__(self, work: Callable[[], object]) -> None:
+        self._work = work
+        self.done: object = None
+        self.error: BaseException | None = None
+
+    def run(self) -> None:
+        try:
+            self.done = self._work()
+        except BaseException as error:  # raised in the talk
+            self.error = error
+
+
+Said = Reply | Question | Slice | Beside
 Talk = Generator[Said, Answer, R]
 """What comes of a line: each Question is sent its answer, everything else None."""
+
+
+def beside(work: Callable[[], W]) -> Talk[W]:
+    """What comes of work on values that do not change. Raises what goes wrong in it."""
+    it = Beside(work)
+    yield it
+    if it.error is not None:
+        raise it.error
+    return cast(W, it.done)
 
 
 class Terminal(Protocol):

@@ -14,7 +14,7 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue.questions import Answer, Confirmation, Question
 from vrs_cli.dialogue.replies import Message, Reply
-from vrs_cli.dialogue.talk import Slice, Talk
+from vrs_cli.dialogue.talk import Slice, Talk, beside
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import FileError, RequestRefused, UsageError
 from vrs_cli.interfaces.actor.actor import Actor
@@ -240,6 +240,17 @@ def test_one_thread_drives_at_a_time(session: Session) -> None:
     go_on.set()
     driving.join(60.0)
     assert ticket.done()
+
+
+def test_long_work_on_what_does_not_change_holds_nobody(served: Session) -> None:
+    go_on = Event()
+    long = served.actor.submit(beside(lambda: go_on.wait(60.0)))
+    broken = served.actor.submit(beside(lambda: 1 // 0))
+    assert served.actor.call(lambda: 7).result(60.0) == 7
+    assert isinstance(broken.error(60.0), ZeroDivisionError)
+    assert not long.done()
+    go_on.set()
+    assert long.result(60.0) is True
 
 
 def test_what_has_not_ended_when_a_robot_is_closed_is_refused(session: Session) -> None:

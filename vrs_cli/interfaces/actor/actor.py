@@ -21,7 +21,7 @@ from msgspec import Struct
 
 from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Message, Reply, Tone
-from vrs_cli.dialogue.talk import Running, Said, Slice, Talk, Terminal
+from vrs_cli.dialogue.talk import Beside, Running, Said, Slice, Talk, Terminal
 from vrs_cli.engine.book import Journal
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import FileError, RequestRefused, VrsError
@@ -79,6 +79,12 @@ class _Withdrawn(Struct):
     ticket: Ticket[Any]
 
 
+class _Worked(Struct):
+    """What was done beside is done."""
+
+    ticket: Ticket[Any]
+
+
 class _Closed(Struct):
     """Nobody is to drive any more."""
 
@@ -88,11 +94,12 @@ class Actor:
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
-        self._inbox: Inbox[_Request | _Reacted | _Withdrawn | _Closed] = Inbox()
+        self._inbox: Inbox[_Request | _Reacted | _Withdrawn | _Worked | _Closed] = Inbox()
         self._present: list[_Request] = []  # in the middle of what they do: the last goes on first
         self._waiting: deque[_Request] = deque()  # to begin
         self._running: list[_Request] = []  # until a program has stopped
         self._asking: list[_Request] = []
+        self._beside: list[_Request] = []  # another thread works for them
         self._time_first = False  # time goes on before the next request begins
         self._look = False  # what was done may have stopped a program that others wait for
         self._answers: list[_Answer] = []  # to be given when the changes that they are of are on the disk
@@ -282,8 +289,25 @@ class Actor:
         if isinstance(said, Slice):
             self._present.append(request)
             return
+        if isinstance(said, Beside):
+            self._work(request, said)
+            return
         (self._asking if isinstance(said, Question) else self._present).append(request)
         self._answers.append(_Answer(request.ticket, said=said))
+
+    def _work(self, request: _Request, it: Beside) -> None:
+        """In another thread where many are served. Elsewhere there is nothing else to do meanwhile."""
+        if self._server is None:
+            it.run()
+            self._present.append(request)
+            return
+        self._beside.append(request)
+
+        def work() -> None:
+            it.run()
+            self._inbox.put(_Worked(request.ticket))
+
+        Thread(target=work, name="beside", daemon=True).start()
 
     def _give_answers(self) -> None:
         """The changes that were made are on the disk, then who commanded them is answered, then all others hear of it.
@@ -321,6 +345,8 @@ class Actor:
                     self._waiting.append(message)
                 case _Reacted():
                     self._react(message)
+                case _Worked():
+                    self._worked(message.ticket)
                 case _Withdrawn():
                     self._withdraw(message.ticket)
                 case _Closed():
@@ -342,6 +368,12 @@ class Actor:
             return
         found.reaction = message.reaction
         if place is self._asking:
+            place.remove(found)
+            self._present.append(found)
+
+    def _worked(self, ticket: Ticket[Any]) -> None:
+        found, place = self._found(ticket)
+        if found is not None and place is self._beside:
             place.remove(found)
             self._present.append(found)
 
@@ -367,7 +399,7 @@ class Actor:
 
     @property
     def _places(self) -> tuple[list[_Request] | deque[_Request], ...]:
-        return self._present, self._waiting, self._running, self._asking
+        return self._present, self._waiting, self._running, self._asking, self._beside
 
     def _found(self, ticket: Ticket[Any]) -> tuple[_Request | None, list[_Request] | deque[_Request]]:
         """The request of a ticket that has not ended, and where it is."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from vrs_cli.dialogue.numbers import count, seconds
 from vrs_cli.dialogue.replies import FileTable, FileText, Message, ReplayRow, ReplayTable, Reply, Tone, report
-from vrs_cli.dialogue.talk import Player, Reading, Talk
+from vrs_cli.dialogue.talk import Player, Reading, Talk, beside
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import ProgramExists, UsageError
 from vrs_cli.files import store as files
@@ -54,7 +54,7 @@ def load(station: Station, named: Path) -> Talk[None]:
     text = read_program_file(path, station.folder)
     programs = station.programs
     before, layout = dict(programs), station.layout
-    file, diagnostics = parse_file(text)
+    file, diagnostics = yield from beside(lambda: parse_file(text))
     sections = [part for part in file.parts if isinstance(part, Section)]
     kept = yield from _kept(station, sections)
     diagnostics = (*diagnostics, *station.put(file, text))
@@ -112,8 +112,10 @@ def _load_trajectory(station: Station, path: Path) -> Talk[None]:
     if name in branches:
         raise UsageError(f"there is a branch {name} already", f"DELETEB {name}, then LOAD again; or rename the file")
     check_tasks_stand(station)
-    recording = _recording(station, path)
-    branches.add(name, bookmark_of(path, recording, station.engine))
+    recording = yield from _recording(station, path)
+    left = yield from beside(lambda: bookmark_of(path, recording, station.engine))
+    check_tasks_stand(station)
+    branches.add(name, left)
     branches.change_over(name)
     if recording.dropped_tail:
         yield Message(TORN, Tone.WARNING)
@@ -122,13 +124,13 @@ def _load_trajectory(station: Station, path: Path) -> Talk[None]:
     yield Message(f"On {name}, a branch of {commands} from {path}; the clock is at {station.engine.now:.3f} s")
 
 
-def _recording(station: Station, path: Path) -> Recording:
+def _recording(station: Station, path: Path) -> Talk[Recording]:
     """Read a trajectory file, with progress where somebody watches."""
 
     def progress(share: float) -> None:
         station.terminal.progress(Reading(str(path), share))
 
-    return read_trajectory(path, progress, within=station.folder)
+    return (yield from beside(lambda: read_trajectory(path, progress, within=station.folder)))
 
 
 def _warnings(recording: Recording) -> Iterator[Reply]:
@@ -170,14 +172,15 @@ def _save(station: Station, it: Instruction) -> Talk[None]:
     engine = station.engine
     path = _with_extension(path_of(station, it), EXTENSION)
     yield from may_write(station, path)
-    write_trajectory(path, engine.model, engine.initial, engine.deltas, station.folder)
+    model, initial, deltas = engine.model, engine.initial, tuple(engine.deltas)
+    yield from beside(lambda: write_trajectory(path, model, initial, deltas, station.folder))
     yield Message(f"{path} saved: {count(engine.book.commands, 'command')}, {engine.end:.3f} s")
 
 
 def _replay(station: Station, it: Instruction) -> Talk[None]:
     path = path_of(station, it)
     path = path if path.exists() else _with_extension(path, EXTENSION)
-    recording = _recording(station, path)
+    recording = yield from _recording(station, path)
     yield from _warnings(recording)
     yield Message(_summary(path, recording))
     arm, timeline, terminal = arm_for(recording.model), recording.timeline, station.terminal
@@ -186,7 +189,8 @@ def _replay(station: Station, it: Instruction) -> Talk[None]:
         return
     if recording.dropped_tail:
         yield Message(TORN, Tone.WARNING)
-    yield ReplayTable(tuple(_replay_row(arm, timeline, segment) for segment in _last_of_motions(timeline)))
+    rows = yield from beside(lambda: tuple(_replay_row(arm, timeline, it) for it in _last_of_motions(timeline)))
+    yield ReplayTable(rows)
 
 
 def _summary(path: Path, recording: Recording) -> str:

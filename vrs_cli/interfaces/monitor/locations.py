@@ -17,8 +17,9 @@ from vrs_cli.dialogue.replies import (
     Whereabouts,
     WhereaboutsTable,
 )
-from vrs_cli.dialogue.talk import Talk
+from vrs_cli.dialogue.talk import Talk, beside
 from vrs_cli.engine.commands import JointTarget, PoseTarget
+from vrs_cli.engine.position import position_at
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
 from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, shown, sight
 from vrs_cli.interfaces.station.station import Station
@@ -53,7 +54,9 @@ def _where(station: Station, it: Instruction) -> Talk[None]:
     elif at.within is not None:
         yield Whereabouts(engine.position(engine.now + real(station, at.within)), stamped=True, units=units)
     elif over_time:
-        yield WhereaboutsTable(tuple(engine.position(t) for t in _times(station, it)), units)
+        arm, timeline, times = engine.arm, engine.timeline, tuple(_times(station, it))
+        rows = yield from beside(lambda: tuple(position_at(arm, timeline, t) for t in times))
+        yield WhereaboutsTable(rows, units)
     else:
         yield Whereabouts(engine.position(), units=units)
 
@@ -198,7 +201,8 @@ def _why(station: Station, it: Instruction) -> Talk[None]:
     if not isinstance(value, tuple):
         raise TypeMismatch(f"{shown(asked)} is a {kind_of_value(value).value}", "WHY explains a location")
     target = PoseTarget(value) if isinstance(value, Transform) else JointTarget(value)
-    yield ReachReport(shown(asked), station.engine.explain(target), station.units)
+    reach = yield from beside(lambda: station.engine.explain(target))
+    yield ReachReport(shown(asked), reach, station.units)
 
 
 LOCATIONS: Mapping[str, Handler] = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from vrs_cli.dialogue.replies import BranchRow, BranchTable, ComparisonTable, Message, SegmentRow, TimelineTable
-from vrs_cli.dialogue.talk import Talk
+from vrs_cli.dialogue.talk import Talk, beside
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.comparison import compare
-from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.history import Step, records
 from vrs_cli.errors import IllegalValue, InvalidName, UsageError
 from vrs_cli.interfaces.monitor.consent import agreed
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
@@ -18,6 +18,7 @@ from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import whole
 from vrs_cli.trajectory.segment import Segment, stops_on_the_way
+from vrs_cli.trajectory.timeline import Timeline
 
 
 def _undo(station: Station, it: Instruction) -> Talk[None]:
@@ -81,7 +82,8 @@ def _compare(station: Station, it: Instruction) -> Talk[None]:
     first, second = MAIN if a is None else word(a), branches.present if b is None else word(b)
     if first.lower() == second.lower():
         raise UsageError(f"{first} is the same as {second}", "COMPARE a, b; BRANCH lists the branches")
-    comparison = compare(station.engine.arm, branches.book(first), branches.book(second))
+    arm, one, other = station.engine.arm, branches.book(first).copy(), branches.book(second).copy()
+    comparison = yield from beside(lambda: compare(arm, one, other))
     yield ComparisonTable(branches.spelled(first), branches.spelled(second), comparison, station.units)
 
 
@@ -105,13 +107,16 @@ def _deleteb(station: Station, it: Instruction) -> Talk[None]:
 
 
 def _timeline(station: Station, _it: Instruction) -> Talk[None]:
-    yield timeline_table(station.engine)
+    engine = station.engine
+    timeline, done, now = engine.timeline, tuple(engine.book.history.done), engine.now
+    yield (yield from beside(lambda: timeline_table(timeline, done, now)))
 
 
-def timeline_table(engine: Engine) -> TimelineTable:
-    segments = [segment for segment in engine.timeline if segment.motion.number > 0]
+def timeline_table(timeline: Timeline, done: Sequence[Step], now: float) -> TimelineTable:
+    """A timeline, and the commands that hold on it."""
+    segments = [segment for segment in timeline if segment.motion.number > 0]
     stops = tuple(map(_segment_row, stops_on_the_way(segments)))
-    return TimelineTable(engine.records(), tuple(map(_segment_row, segments)), stops, engine.now)
+    return TimelineTable(records(timeline, done), tuple(map(_segment_row, segments)), stops, now)
 
 
 def _segment_row(segment: Segment) -> SegmentRow:
@@ -125,7 +130,8 @@ def _plot(station: Station, it: Instruction) -> Talk[None]:
     if engine.end <= engine.timeline.start:
         yield Message("No motions yet")
     else:
-        yield plotted(engine.arm, engine.timeline, asked)
+        arm, timeline = engine.arm, engine.timeline
+        yield (yield from beside(lambda: plotted(arm, timeline, asked)))
 
 
 TIMELINE: Mapping[str, Handler] = {
