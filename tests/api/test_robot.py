@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import re
 import threading
+import traceback
 import weakref
 from collections.abc import Callable
 from math import nan, pi, radians
@@ -475,4 +476,5 @@ def test_one_clear_line_for_what_is_wrong(
         wrong(r)
     assert "\n" not in str(caught.value)
     assert caught.value.__suppress_context__ or caught.value.__context__ is None
+    assert len(traceback.extract_tb(caught.value.__traceback__)) <= 9
     assert r.timeline.version == 0

@@ -16,7 +16,7 @@ from vrs_cli.engine.clock import SLICE, WallClock
 from vrs_cli.engine.commands import Break, Request
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
-from vrs_cli.errors import EndOfInput, ProgramNotExecutable, UsageError
+from vrs_cli.errors import EndOfInput, ProgramNotExecutable, UsageError, VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.holders.holder import Holder
@@ -101,7 +101,14 @@ class Supervisor(Observer, Designer):
         return self._end(self._holder.call(work))
 
     def _end(self, ticket: Ticket[T]) -> T:
-        """Wait until a request is over; what comes of it."""
+        """Wait until a request is over; what comes of it. A refusal does not show how the robot works inside."""
+        try:
+            return self._drive(ticket)
+        except VrsError as refusal:
+            raise refusal.with_traceback(None) from None
+
+    def _drive(self, ticket: Ticket[T]) -> T:
+        """Let the robot do what is due, unless another thread does, until a request is over."""
         while not ticket.done():
             if self._driving.acquire(timeout=PATIENCE):
                 try:
