@@ -12,17 +12,18 @@ from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS
-from vrs_cli.language.words.word import Row
+from vrs_cli.language.words.word import Control, Row, Word
 
 PAGE = Path(__file__).parent / "words.md"
 HEAD = """# Every word
 
 All words that the shell knows, from the tables that HELP, completion and the analyzer read. `1` is a word of VAL, `2`
 of VAL-II, `+` of V+, and a word without any is ours. A word that is not available is still known, and refused by name.
-`DISABLE VPLUS` refuses those that are of `+` alone. Each word has an anchor: `words.md#instruction-move`.
+`DISABLE VPLUS` refuses those that are of `+` alone. Who: the least role that a holder of the robot needs to type it.
+Each word has an anchor: `words.md#instruction-move`.
 Made by `python docs/make_words.py`.
 """
-COLUMNS = "| form | what it does | example | from | state |\n| --- | --- | --- | --- | --- |"
+COLUMNS = "| form | what it does | example | from | who | state |\n| --- | --- | --- | --- | --- | --- |"
 TABLES: tuple[tuple[str, str, Mapping[str, Row]], ...] = (  # title, beginning of the anchors, rows
     ("Monitor commands", "command", COMMANDS),
     ("Control structures", "control", CONTROL),
@@ -61,6 +62,7 @@ def _cells(row: Row) -> Iterator[str]:
     yield row.summary
     yield f"`{row.example}`"
     yield row.where.strip()
+    yield str(row.role.name).lower() if isinstance(row, Word) and not isinstance(row, Control) else ""
     yield f"{row.state.value}: {row.note}" if row.note else row.state.value
 
 
