@@ -316,7 +316,7 @@ class RobotArm:
         """Of the joints, for a twist of the tool or a derivative of it that the joint rates of now have no part in."""
         return self._solve_rates(q, *self._rows_that_count(q, J, twist))
 
-    def _solve_rates(self, q: Joints, rows: Sequence[Joints], wanted: Sequence[float]) -> Joints:
+    def _solve_rates(self, q: Joints, rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> Joints:
         qd = solve(rows, wanted)
         if qd is None:
             raise StraightLineSingular(

@@ -67,6 +67,11 @@ def _any(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[floa
     return _back(table, order, count)
 
 
+def gram(rows: Sequence[Sequence[float]]) -> list[list[float]]:
+    """rows @ rows^T."""
+    return [[sum([a * b for a, b in zip(u, v, strict=True)]) for v in rows] for u in rows]
+
+
 def determinant(rows: Sequence[Sequence[float]]) -> float:
     """Of a square matrix, by elimination with partial pivoting."""
     table, result = [list(row) for row in rows], 1.0

@@ -17,6 +17,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
+from math import inf
 from threading import Lock
 from typing import NamedTuple
 
@@ -398,10 +399,6 @@ def blocks(held: Held, first: float, last: float) -> Iterator[Block]:
 
 def segments(held: Held) -> Iterator[Segment]:
     """All segments at their times."""
-    offset, node = held
-    if isinstance(node, Leaf):
-        for place in range(node.first, node.last):
-            yield node.row.segments[place].shifted(offset)
-        return
-    for child in _children(node, 0, len(node.nodes), offset):
-        yield from segments(child)
+    for offset, leaf in leaves(held, -inf, inf):
+        for place in range(leaf.first, leaf.last):
+            yield leaf.row.segments[place].shifted(offset)

@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.trajectory.laws.scurve_pieces import state_after
+from vrs_cli.trajectory.laws.scurve_pieces import joint_pieces, state_after
 from vrs_cli.trajectory.laws.scurve_steering import (
     KEPT,
     Joint,
@@ -15,7 +15,6 @@ from vrs_cli.trajectory.laws.scurve_steering import (
     _brakable,
     _jerk,
     _slowing,
-    _with_phases,
     steer,
 )
 from vrs_cli.trajectory.laws.scurve_times import ramps
@@ -70,9 +69,9 @@ def test_the_pieces_of_a_change_end_at_rest(v: float) -> None:
 
 
 def test_what_begins_in_the_tick_is_no_stop_yet() -> None:
-    path = JointPath(((0.0,),))
-    stretches = [(0.5 * TICK, Phase.DECELERATE, path), (TICK, Phase.DECELERATE, path), (1.0, Phase.DECELERATE, path)]
-    assert [phase for _, phase, _ in _with_phases(iter(stretches), TICK)] == [
+    state = JointState((0.0,), (0.1,), (0.0,))
+    pieces = [((0.5 * TICK, 1.0), (TICK, -0.5), (1.0, 0.0))]
+    assert [phase for _, phase, _ in joint_pieces(state, pieces, TICK)] == [
         Phase.BLEND,
         Phase.BLEND,
         Phase.DECELERATE,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
-from vrs_cli.kinematics.elimination import determinant, solve, square
+from vrs_cli.kinematics.elimination import determinant, gram, solve, square
 from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
@@ -70,8 +70,7 @@ class NumericArm(RobotArm):
         for q in islice(some_joints(self.model), MEASURED):
             rows, _ = self._rows_that_count(q, self.jacobian(q), (0.0,) * 6)
             rows = [tuple(row[i] for i in joints) for row in rows]
-            gram = [[sum(a * b for a, b in zip(u, v, strict=True)) for v in rows] for u in rows]
-            total += sqrt(max(determinant(gram), 0.0))
+            total += _measure(rows)
         return total
 
     def _rates(self, q: Joints, J: Jacobian, twist: Twist) -> Joints:
@@ -81,7 +80,7 @@ class NumericArm(RobotArm):
         if self.short:
             columns = list(zip(*rows, strict=True))
             wanted = [sum([a * v for a, v in zip(column, wanted, strict=True)]) for column in columns]
-            rows = [tuple([sum([a * b for a, b in zip(u, v, strict=True)]) for v in columns]) for u in columns]
+            return self._solve_rates(q, gram(columns), wanted)
         return self._solve_rates(q, rows, wanted)
 
     # --- inverse ---------------------------------------------------------------------------------------------
@@ -225,15 +224,19 @@ class NumericArm(RobotArm):
     def singularity(self, q: Joints) -> Singularity:
         """`elbow`: the freedom of this pose beside the mean of all; there is no telling which joints it is."""
         rows, _ = self._rows_that_count(q, self.jacobian(q), (0.0,) * 6)
-        gram = [[sum(a * b for a, b in zip(u, v, strict=True)) for v in rows] for u in rows]
         mean = self._mean_freedom
-        return Singularity(1.0, min(sqrt(max(determinant(gram), 0.0)) / mean, 1.0) if mean else 1.0, 1.0)
+        return Singularity(1.0, min(_measure(rows) / mean, 1.0) if mean else 1.0, 1.0)
+
+
+def _measure(rows: Sequence[Joints]) -> float:
+    """Yoshikawa's: how well joints move what these rows of the Jacobian say."""
+    return sqrt(max(determinant(gram(rows)), 0.0))
 
 
 def _damped(J: Sequence[Sequence[float]], error: Sequence[float], damping: float) -> list[float]:
     """J^T (J J^T + damping)^-1 error: no larger than the task, however many joints there are."""
-    gram = [[sum([a * b for a, b in zip(u, v, strict=True)]) for v in J] for u in J]
-    for k, row in enumerate(gram):
+    table = gram(J)
+    for k, row in enumerate(table):
         row[k] += damping
-    weights = solve(gram, error) or (0.0,) * len(J)
+    weights = solve(table, error) or (0.0,) * len(J)
     return [sum([w * a for w, a in zip(weights, column, strict=True)]) for column in zip(*J, strict=True)]

@@ -91,10 +91,7 @@ def _separate_stretches(
     whole = max(course.total for course in courses)
     slows = whole - max(course.slow.lasts for course in courses)
     pieces = [course_pieces(part, course) for part, course in zip(parts, courses, strict=True)]
-    since = 0.0
-    for duration, phase, path in joint_pieces(state, pieces, Phase.DECELERATE):
-        yield duration, phase if since >= slows else Phase.BLEND, path
-        since += duration
+    return joint_pieces(state, pieces, slows)
 
 
 def _parts(state: JointState, goal: Joints, limits: JointLimits) -> list[Part]:

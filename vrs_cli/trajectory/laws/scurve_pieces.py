@@ -109,7 +109,7 @@ def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Mot
         strict=True,
     )
     pieces = [_pieces_to_rest(*row) for row in rows]
-    return segments_of(start, motion, joint_pieces(state, pieces, Phase.DECELERATE))
+    return segments_of(start, motion, joint_pieces(state, pieces))
 
 
 def _pieces_to_rest(
@@ -125,8 +125,13 @@ def _pieces_to_rest(
     return pieces + stop(v, a, acceleration, jerk)
 
 
-def joint_pieces(state: JointState, pieces: Sequence[Pieces], phase: Phase) -> Iterator[tuple[float, Phase, Path]]:
-    """Joints that each go through pieces of their own, as common stretches: one from each instant to the next."""
+def joint_pieces(
+    state: JointState, pieces: Sequence[Pieces], slows: float = 0.0
+) -> Iterator[tuple[float, Phase, Path]]:
+    """Joints that each go through pieces of their own to rest, as common stretches: one from each instant to the next.
+
+    What begins before `slows` [s] is no slowing down yet.
+    """
     begins = [list(accumulate((duration for duration, _ in row), initial=0.0)) for row in pieces]
     instants = sorted({instant for row in begins for instant in row})
     states = list(zip(state.joints, state.velocity, state.present_acceleration, strict=True))
@@ -136,12 +141,7 @@ def joint_pieces(state: JointState, pieces: Sequence[Pieces], phase: Phase) -> I
             at = sum(1 for time in times[1:] if time <= begin)
             jerk = row[at][1] if at < len(row) else 0.0
             path.append((q, v, 0.5 * a, jerk / 6.0))
-            after.append(_without_rounding(state_after(q, v, a, end - begin, jerk), end >= times[-1], phase))
+            there = state_after(q, v, a, end - begin, jerk)
+            after.append((there[0], 0.0, 0.0) if end >= times[-1] else there)  # at rest, whatever rounding has left
         states = after
-        yield end - begin, phase, JointPath(tuple(path))
-
-
-def _without_rounding(state: tuple[float, float, float], done: bool, phase: Phase) -> tuple[float, float, float]:
-    """The state of a joint without what rounding has left of an acceleration, and of a velocity, that is over."""
-    q, v, a = state
-    return (q, 0.0 if phase is Phase.DECELERATE else v, 0.0) if done else (q, v, a)
+        yield end - begin, Phase.BLEND if begin < slows else Phase.DECELERATE, JointPath(tuple(path))

@@ -12,7 +12,7 @@ goes on as it was planned before, to its stop at the latest; so it stays inside 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import copysign, sqrt
 from typing import NamedTuple
 
@@ -78,7 +78,7 @@ def steer(
         planned if jerk is None else ((tick, jerk), *_pieces_of_stop(one, jerk, tick))
         for one, jerk, planned in zip(joints, jerks, before, strict=True)
     ]
-    return segments_of(start, motion, _with_phases(joint_pieces(state, pieces, Phase.DECELERATE), tick))
+    return segments_of(start, motion, joint_pieces(state, pieces, tick))
 
 
 def _joints(state: JointState, target: Target, limits: JointLimits) -> list[Joint]:
@@ -219,11 +219,3 @@ def _has_room(one: Joint, here: tuple[float, float, float], v1: float, coasting:
         return True
     low, high = farthest(q, v, a, ((coasting, -a / coasting), *(change.pieces(v1, 0.0, 0.0) if v1 else ())))
     return one.low <= low and high <= one.high
-
-
-def _with_phases(stretches: Iterator[tuple[float, Phase, Path]], tick: float) -> Iterator[tuple[float, Phase, Path]]:
-    """What begins in the tick is no stop yet."""
-    begun = 0.0
-    for duration, phase, path in stretches:
-        yield duration, Phase.BLEND if begun < tick else phase, path
-        begun += duration
