@@ -63,6 +63,7 @@ def test_names_inside(box: Folder) -> None:
     assert box.path("./data//new.txt") == box.root / "data" / "new.txt"
     assert box.path("~/x") == box.root / "~" / "x"
     assert box.path("data/*.txt", pattern=True) == box.root / "data" / "*.txt"
+    assert Folder(box.root).path("~nobody at all/x") == box.root / "~nobody at all" / "x"
     assert Folder(box.root).path("../secret.v2") == box.root / "../secret.v2"
 
 

@@ -61,6 +61,12 @@ def test_what_is_no_program_is_refused(tmp_path: Path) -> None:
 # --- writing -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("name", ["x" * 300, "x/" * 3000, "x\0y"], ids=["name", "path", "zero"])
+def test_what_no_system_can_look_up_is_refused(name: str) -> None:
+    with pytest.raises(FileError):
+        read_program_file(name)
+
+
 def test_writing_replaces_the_file_and_keeps_its_permissions(tmp_path: Path) -> None:
     path = tmp_path / "p.v2"
     path.write_text("old")

@@ -39,8 +39,8 @@ class Folder(Struct, frozen=True):
         """What is typed at the prompt; `pattern`: the name may end in one, as *.v2. Raises FileError, FileOutside."""
         if self.closed:
             return self.inside(name, pattern=pattern)
-        path = self.root / Path(name).expanduser()
-        _check_length(path)
+        path = self.root / os.path.expanduser(name)
+        check_length(path)
         return path
 
     def inside(self, name: str, *, pattern: bool = False) -> Path:
@@ -62,7 +62,7 @@ class Folder(Struct, frozen=True):
     def _contained(self, name: str) -> Path:
         folder = Path(os.path.realpath(self.root))
         path = folder / name.strip()
-        _check_length(path)
+        check_length(path)
         path = Path(os.path.realpath(path))
         if folder not in path.parents:
             raise FileOutside(name, ONLY_INSIDE)
@@ -74,7 +74,7 @@ class Folder(Struct, frozen=True):
         path = self.root
         for part in parts:
             path /= part
-            _check_length(path)
+            check_length(path)
             if what := _strange(path):
                 raise FileOutside(name, f"{path} is {what}")
         return path
@@ -155,7 +155,7 @@ def _strange(path: Path) -> str:
     return "" if stat.S_ISREG(mode) or stat.S_ISDIR(mode) else "a device or a pipe"
 
 
-def _check_length(path: Path) -> None:
+def check_length(path: Path) -> None:
     """Raises FileError for what no system can look up."""
     text = str(path)
     if "\0" in text:

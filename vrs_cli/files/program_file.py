@@ -6,7 +6,7 @@ import codecs
 from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
-from vrs_cli.files.bounds import FREE, Folder
+from vrs_cli.files.bounds import FREE, Folder, check_length
 from vrs_cli.files.opening import text_of, unreadable
 
 EXTENSION = ".v2"
@@ -42,6 +42,7 @@ def find_program_file(path: str | Path) -> Path:
     Raises NonexistentFile, FileError.
     """
     named = Path(path)
+    check_length(named)
     for suffix in ("", EXTENSION, EXTENSION.upper()):
         candidate = Path(f"{named}{suffix}")
         if candidate.exists() and not candidate.is_dir():
