@@ -181,19 +181,11 @@ def segment_records(segments: Iterable[Segment], motions: Motions, owner: Motion
 
 def delta_record(delta: TimelineDelta, motions: Motions) -> DeltaRecord:
     """`motions` learns what the record describes."""
-    motion = motions.reference(delta.motion)
-    return DeltaRecord(
-        version=delta.version,
-        motion=motion,
-        issued=delta.issued,
-        executed=delta.executed,
-        cut=delta.cut,
-        keep=delta.keep,
-        drop=delta.drop,
-        segments=segment_records(delta.segments, motions, delta.motion),
-        shift=_default(delta.shift, ZERO),
-        cause=delta.cause,
-    )
+    values = delta._asdict()
+    values["motion"] = motions.reference(delta.motion)
+    values["segments"] = segment_records(delta.segments, motions, delta.motion)
+    values["shift"] = _default(delta.shift, ZERO)
+    return DeltaRecord(**values)
 
 
 def _segment_record(segment: Segment, motions: Motions, owner: Motion | None) -> SegmentRecord:
@@ -221,7 +213,7 @@ def _words(configuration: Configuration) -> tuple[str | None, str | None, str | 
 
 
 def _motion_record(motion: Motion) -> MotionRecord:
-    values = {name: getattr(motion, name) for name in MotionRecord.__struct_fields__}
+    values = motion._asdict()
     for name, default in DEFAULTS:
         values[name] = _default(values[name], default)
     values["pose"] = None if motion.pose is None else _rows(motion.pose)
@@ -271,18 +263,9 @@ def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta
     motion = motions.resolve(record.motion, form)
     if record.cut * TICKS_PER_SECOND % 1.0 or record.shift * TICKS_PER_SECOND % 1.0:
         raise _off_grid(record.cut, record.shift)
-    return TimelineDelta(
-        version=record.version,
-        cause=record.cause,
-        motion=motion,
-        issued=record.issued,
-        executed=record.executed,
-        cut=record.cut,
-        keep=record.keep,
-        drop=record.drop,
-        shift=record.shift,
-        segments=segments_of(record.segments, motions, motion, form),
-    )
+    values = structs.asdict(record)
+    values["motion"], values["segments"] = motion, segments_of(record.segments, motions, motion, form)
+    return TimelineDelta(**values)
 
 
 def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, form: Form) -> Segment:
