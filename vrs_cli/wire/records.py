@@ -240,12 +240,12 @@ def _rows(T: Transform) -> Rows:
 
 
 def _rows_unless_identity(T: Transform) -> Rows | None:
-    return None if str(T) == str(IDENTITY) else _rows(T)  # by their digits: -0.0 is no 0.0
+    return None if T is IDENTITY or str(T) == str(IDENTITY) else _rows(T)  # by their digits: -0.0 is no 0.0
 
 
 def _default(value: float, default: float) -> float:
-    """The default itself for a value that is the same to the bit."""
-    return default if value == default and copysign(1.0, value) == copysign(1.0, default) else value
+    """The default itself, which is not negative, for a value that is the same to the bit."""
+    return default if value == default and copysign(1.0, value) > 0.0 else value
 
 
 # --- from records to values -----------------------------------------------------------------------------
