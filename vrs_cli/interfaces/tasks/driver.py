@@ -23,7 +23,7 @@ from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.tasks.debugging import Debugging
 from vrs_cli.interfaces.tasks.devices import Devices
-from vrs_cli.interfaces.tasks.endless import endless, in_vain
+from vrs_cli.interfaces.tasks.endless import UNTIMED, endless, in_vain
 from vrs_cli.interfaces.tasks.performing import Performer
 from vrs_cli.interfaces.tasks.runs import GO_ON, USUAL, Limits, Outcome, RunResult, Spent
 from vrs_cli.interfaces.tasks.system import SystemReadings
@@ -110,7 +110,8 @@ class Driver:
         self.begin(track, limits)
         try:
             while track.running:
-                yield from self.ask()
+                if self._performer.asked:
+                    yield from self.ask()
                 if track.running:
                     yield Slice.RUNNING
         except BaseException:
@@ -231,6 +232,7 @@ class Driver:
 
     def ask(self) -> Talk[None]:
         """Put the questions of tasks that nobody has before him to whoever drives; Ctrl-C stops the task that asks."""
+        self._performer.asked = False
         while waiting := self.unasked():
             track, asked = waiting[0]
             self._put.add(asked.number)
@@ -260,7 +262,7 @@ class Driver:
     def _go_on(self, run: _Run) -> None:
         """The next thing that happens: an input changes, or a task goes on; or a limit is reached."""
         now, coming = self.engine.now, self.peek()
-        if self._in_vain():
+        if isinstance(run.track.pending, UNTIMED) and self._in_vain():
             more = run.limits.told_by("signals")
             error = endless(run.track, "" if more == GO_ON else more)
             run.track.pending = None

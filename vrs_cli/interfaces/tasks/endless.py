@@ -14,6 +14,8 @@ from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.functions import BY_TIME
 from vrs_cli.language.words.signals import INPUTS
 
+UNTIMED = (Wait, WaitEvent, AttachRobot)  # what may be waited for in vain
+
 
 def in_vain(tracks: Iterable[Track], now: float) -> bool:
     """Whether all of them wait for what stays as it is while time goes on."""

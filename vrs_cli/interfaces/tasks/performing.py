@@ -61,6 +61,7 @@ class Performer:
         transcript: Transcript,
         devices: Devices,
     ) -> None:
+        self.asked = False  # something, since all that was asked was put to somebody
         self.limits, self.last = USUAL, inf  # of the run, and when it is stopped [s]
         self._engine, self._environment, self._robot, self._tasks = engine, environment, robot, tasks
         self._transcript, self._devices, self._questions = transcript, devices, count(1)
@@ -95,6 +96,7 @@ class Performer:
 
     def _ask(self, track: Track, event: Prompt | ReadRecord | AwaitLine) -> None:
         """It goes on when somebody has answered."""
+        self.asked = True
         track.until(inf, Asked(next(self._questions), event))
 
     def answer(self, track: Track, asked: Asked, answer: str | VrsError | None) -> None:
