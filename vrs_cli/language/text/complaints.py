@@ -46,11 +46,11 @@ class _Complaint:
     def diagnostic(self) -> Diagnostic:
         """The first explanation that applies."""
         found = (
-            self._no_operand()
+            self._label()
+            or self._no_operand()
             or self._parenthesis()
             or self._section_value()
             or self._equals()
-            or self._label()
             or self._missing_link()
             or self._neighbours()
         )
@@ -79,7 +79,9 @@ class _Complaint:
     def _no_operand(self) -> Diagnostic | None:
         """An operator, a comma or a linking word with nothing after it."""
         last = self._last
-        if last is None or self._type in _BEGINS_VALUE or "NAME" not in self._accepted or last.type in _ENDS_VALUE:
+        if last is None or self._type in _BEGINS_VALUE or last.type in _ENDS_VALUE:
+            return None
+        if self._accepted.isdisjoint({"NAME", "NUMBER"}):
             return None
         if last.type in CONTROL:
             return self._say(CannotInterpret, f"a value is missing after {last.text.upper()}", CONTROL[last.type].form)
