@@ -41,6 +41,8 @@ class _Complaint:
         self._token = token
         self._accepted = accepted
         self._start = start
+        self._last = before[-1] if before else None
+        self._type, self._text = (token.type, token.text) if token is not None else ("", "")
         self._head = next((one for one in before if one.type != "DO_COMMAND"), None)
 
     def diagnostic(self) -> Diagnostic:
@@ -65,14 +67,6 @@ class _Complaint:
             return self._token.span
         last = self._before[-1].span
         return Span(last.line, last.end, last.end + 1)
-
-    @property
-    def _last(self) -> Token | None:
-        return self._before[-1] if self._before else None
-
-    @property
-    def _type(self) -> str:
-        return self._token.type if self._token is not None else ""
 
     # --- explanations, each a diagnostic or None ---
 
@@ -102,8 +96,8 @@ class _Complaint:
                 opened.append(one)
             elif one.type in _PAIRS and opened:
                 opened.pop()
-        if self._type in _PAIRS and (not opened or _OPENING[opened[-1].type] != self._token_text()):
-            return self._say(MissingParenthesis, f"{self._token_text()} closes nothing")
+        if self._type in _PAIRS and (not opened or _OPENING[opened[-1].type] != self._text):
+            return self._say(MissingParenthesis, f"{self._text} closes nothing")
         in_index = bool(opened) and opened[-1].type == "LSQB"
         if opened and self._type not in _VALUES and (self._type != "EQUAL" or in_index):
             return self._say(MissingParenthesis, f"{opened[-1].text} is not closed", "", opened[-1])
@@ -133,7 +127,7 @@ class _Complaint:
         if head is None or last is None or head is last or head.type not in CONTROL:
             return None
         links = CONTROL[head.type].links_wanted
-        relation = RELATIONS_OF_VAL.get(self._token_text().upper())
+        relation = RELATIONS_OF_VAL.get(self._text.upper())
         if relation is not None:
             return self._say(IllegalExpression, self._token_or_end(), f"write {relation}")
         if "EQUAL" in self._accepted and head.type == "FOR":
@@ -154,9 +148,9 @@ class _Complaint:
             return self._say(CannotInterpret, self._token_or_end(), 'a name with blanks stands in quotes: "my file.v2"')
         if last.text.upper() in ("AT", "IN") and self._before[-2:-1] and self._before[-2].type == "WORD":
             return self._say(CannotInterpret, f"{self._before[-2].value} takes no {last.text.upper()}", "", last)
-        relation = RELATIONS_OF_VAL.get(self._token_text().upper())
+        relation = RELATIONS_OF_VAL.get(self._text.upper())
         hint = f"write {relation}" if relation else self._nearest_modifier()
-        hint = hint or f"an operator or a comma is missing before {self._token_text()}"
+        hint = hint or f"an operator or a comma is missing before {self._text}"
         return self._say(IllegalExpression, self._token_or_end(), hint)
 
     def _nearest_modifier(self) -> str:
@@ -166,7 +160,7 @@ class _Complaint:
             return ""
         modifiers = row.modifiers | INSTRUCTIONS.get(row.name, row).modifiers
         words = [*row.leads, *(word for name in sorted(modifiers) for word in MODIFIERS.get(name, ()))]
-        return did_you_mean(self._token_text(), words)
+        return did_you_mean(self._text, words)
 
     def _other(self) -> tuple[str, str]:
         head, last = self._head, self._last
@@ -186,8 +180,5 @@ class _Complaint:
         row = CONTROL.get(head.type, head.row)
         return self._token_or_end(), f"the form is {row.form}" if row is not None else ""
 
-    def _token_text(self) -> str:
-        return self._token.text if self._token is not None else ""
-
     def _token_or_end(self) -> str:
-        return self._token_text() or "the end of the line"
+        return self._text or "the end of the line"
