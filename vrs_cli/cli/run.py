@@ -39,7 +39,7 @@ SANDBOX: Mapping[str, float] = {  # its limits, where no others are given; the l
     "max_output": 10_000_000,
     "max_disk": 100_000_000,
     "max_wall": 60.0,
-    "max_memory": 1_000_000_000,
+    "max_memory": 4_000_000_000,  # of address space, of which numpy takes some for each core
 }
 MOST_TOLD = 20  # diagnostics of a file that is not executed
 
