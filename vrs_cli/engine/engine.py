@@ -343,7 +343,7 @@ class Engine:
             self._edit(self._motion_from_now(goal, speed, text), on_grid(self.now), insert=False)
 
     def steer(self, target: Target, tick: float, *, speed: float = 1.0, text: str = "STEER") -> None:
-        """Chase a target from now on, for a tick [s], until the next one comes (`trajectory.steered`); what was
+        """Chase a target from now on, for a tick [s], until the next one comes (`Law.steer`); what was
         scheduled is dropped. Without a next one the robot coasts for a while and brakes.
 
         Targets that follow each other are one motion, which UNDO takes back as a whole. Of each the timeline keeps what
