@@ -11,7 +11,7 @@ from tests.interfaces.monitor.people import Person
 from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue.questions import LineWanted
-from vrs_cli.dialogue.replies import Message, ProgramStopped
+from vrs_cli.dialogue.replies import Farewell, Message, ProgramStopped
 from vrs_cli.errors import TaskActive, UsageError
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.runs import Limits
@@ -148,6 +148,21 @@ def test_what_is_typed_beside_a_program_is_not_stored_and_what_that_computes_doe
     later(session, wall, 1.0)
     assert not session.running
     assert session.unstored.items() == [("z", None)]
+
+
+def test_leaving_asks_while_a_program_runs(wall: ManualWall) -> None:
+    person = Person(sure=False)
+    session = Session(person, clock=wall.clock())
+    session.lives = True
+    load(session, "WAIT SIG(1001)")
+    session.unstored.stored(one.program for one in session.programs.values())
+    session.perform("EXECUTE main")
+    session.perform("EXIT")
+    assert person.asked == ["Leave (Y/N)?"]
+    session.perform("ABORT")
+    later(session, wall, 1.0)
+    session.perform("EXIT")
+    assert person.replies[-1] == Farewell()
 
 
 def test_in_a_file_of_commands_execute_is_waited_for(

@@ -36,7 +36,10 @@ def leave(station: Station) -> Talk[None]:
     """EXIT: Farewell, once the user knows what is not stored. Where nobody is there, at once."""
     if station.terminal.attended and station.robot.switch("INTERACTIVE"):
         named = "; ".join(_not_stored(station))
-        if named and not (yield Parting("Leave without storing (Y/N)?", f"Not stored: {named}. STORE file stores all")):
+        told = [f"{station.task.program} is running"] if station.task is not None and station.running else []
+        told += [f"Not stored: {named}. STORE file stores all"] if named else []
+        leaves = "Leave without storing (Y/N)?" if named else "Leave (Y/N)?"
+        if told and not (yield Parting(leaves, "\n".join(told))):
             return
     yield Farewell()
 
