@@ -31,10 +31,6 @@ class Canonical(NamedTuple):
     chain: Chain
     model: RobotModel
 
-    def to(self, q: Joints) -> Joints:
-        """The joints of the robot as the arm has them."""
-        return self.chain.of(q)
-
     def back(self, q: Joints) -> Joints:
         return tuple([s * (x - link.theta) for s, x, link in zip(self.chain.signs, q, self.chain.links, strict=True)])
 
@@ -68,17 +64,17 @@ class MappedArm(RobotArm):
         return compose(compose(self.to_inner, T), self.from_flange)
 
     def configuration(self, q: Joints) -> Configuration:
-        return self.inner.configuration(self.way.to(q))
+        return self.inner.configuration(self.way.chain.of(q))
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:
-        return self.inner.twins(self.way.to(q))
+        return self.inner.twins(self.way.chain.of(q))
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         back = self.way.back
         return tuple([None if q is None else back(q) for q in self.inner.branches(self._inner_pose(T))])
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        q = self.inner.branch_joints(self._inner_pose(T), configuration, self.way.to(near))
+        q = self.inner.branch_joints(self._inner_pose(T), configuration, self.way.chain.of(near))
         return None if q is None else self.way.back(q)
 
     @cached_property
@@ -105,7 +101,7 @@ class MappedArm(RobotArm):
 
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
         seen, tool = self._inner_twist(twist), compose(self.way.chain.flange, T_flange_tool)
-        return self._with_signs(self.inner.joint_velocity(self.way.to(q), seen, tool))
+        return self._with_signs(self.inner.joint_velocity(self.way.chain.of(q), seen, tool))
 
     def _inner_twist(self, twist: Twist) -> Twist:
         """A twist of the tool, or a rate of it, as the inner arm has it."""
@@ -116,7 +112,7 @@ class MappedArm(RobotArm):
         return tuple([s * rate for s, rate in zip(self.way.chain.signs, rates, strict=True)])
 
     def singularity(self, q: Joints) -> Singularity:
-        return self.inner.singularity(self.way.to(q))
+        return self.inner.singularity(self.way.chain.of(q))
 
     @cached_property
     def _batch(self) -> SerialBatch:

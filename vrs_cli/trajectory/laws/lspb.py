@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, rotation_about
+from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, position, rotation_about
 from vrs_cli.kinematics.vector import length, rotated_back, scaled, subtracted
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law
@@ -102,11 +102,7 @@ class _ToolMotion:
 
     def __init__(self, state: ToolState, target: Transform, limits: ToolLimits) -> None:
         self.state, self.target, self.limits = state, target, limits
-        self.displacement = (
-            target.px - state.pose.px,
-            target.py - state.pose.py,
-            target.pz - state.pose.pz,
-        )
+        self.displacement = subtracted(position(target), position(state.pose))
         self.spin = length(state.spin)
         self.spin_axis = (
             scaled(rotated_back(state.pose, state.spin), 1.0 / self.spin) if self.spin > NEGLIGIBLE else (0.0, 0.0, 1.0)
@@ -116,8 +112,8 @@ class _ToolMotion:
         limits, state = self.limits, self.state
         if state.at_rest:
             _, angle = self.turn(0.0)
-            position = Component(length(self.displacement), 0.0, limits.speed, limits.acceleration)
-            return from_rest([position, Component(angle, 0.0, limits.spin, limits.spin_acceleration)], least)
+            tip = Component(length(self.displacement), 0.0, limits.speed, limits.acceleration)
+            return from_rest([tip, Component(angle, 0.0, limits.spin, limits.spin_acceleration)], least)
         blending = limits.blend_acceleration
         part = VectorPart(self.displacement, state.velocity, limits.speed, limits.acceleration, blending)
         speed = length(state.velocity)
@@ -149,21 +145,21 @@ class _ToolMotion:
         blend, cruise, slow = times
         reach = times.reach
         state = self.state
-        p0 = (state.pose.px, state.pose.py, state.pose.pz)
+        p0 = position(state.pose)
         ahead = subtracted(self.displacement, scaled(state.velocity, 0.5 * blend))
         v1 = scaled(ahead, 1.0 / reach) if cruise or slow else (0.0, 0.0, 0.0)
         axis, angle = self.turn(blend)
         w1 = angle / reach if cruise or slow else 0.0
-        position = _parabolas(p0, state.velocity, v1, blend)
+        way = _parabolas(p0, state.velocity, v1, blend)
         dying = ((self.spin_axis, parabola(0.0, self.spin, 0.0, blend)),) if self.spin > NEGLIGIBLE else ()
         turning = ((axis, parabola(0.0, 0.0, w1, blend)),) if w1 else ()
         phase = Phase.ACCELERATE if state.at_rest else Phase.BLEND
-        yield ToolStretch(blend, phase, position, state.pose, dying + turning)
-        p, angle, R = _ends(position, blend), 0.5 * w1 * blend, self.orientation_after(blend)
+        yield ToolStretch(blend, phase, way, state.pose, dying + turning)
+        p, angle, R = _ends(way, blend), 0.5 * w1 * blend, self.orientation_after(blend)
         if cruise:
-            position = ((p[0], v1[0]), (p[1], v1[1]), (p[2], v1[2]))
-            yield ToolStretch(cruise, Phase.CRUISE, position, R, ((axis, (angle, w1)),) if w1 else ())
-            p, angle = _ends(position, cruise), angle + w1 * cruise
+            way = ((p[0], v1[0]), (p[1], v1[1]), (p[2], v1[2]))
+            yield ToolStretch(cruise, Phase.CRUISE, way, R, ((axis, (angle, w1)),) if w1 else ())
+            p, angle = _ends(way, cruise), angle + w1 * cruise
         if slow:
             turning = ((axis, parabola(angle, w1, 0.0, slow)),) if w1 else ()
             yield ToolStretch(slow, Phase.DECELERATE, _parabolas(p, v1, (0.0, 0.0, 0.0), slow), R, turning)

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, rotation_about
+from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, position, rotation_about
 from vrs_cli.kinematics.vector import added, dot, length, rotated_back, scaled, subtracted
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law, NoTimes
@@ -23,7 +23,7 @@ from vrs_cli.trajectory.laws.scurve_times import (
     Change,
     Course,
     Part,
-    VectorPart,
+    VectorLimits,
     both,
     from_motion,
     from_rest,
@@ -164,7 +164,7 @@ class _ToolMotion:
 
     def __init__(self, state: ToolState, target: Transform, limits: ToolLimits) -> None:
         self.state, self.target, self.limits = state, target, limits
-        self.displacement = (target.px - state.pose.px, target.py - state.pose.py, target.pz - state.pose.pz)
+        self.displacement = subtracted(position(target), position(state.pose))
         still = not state.accelerating
         self.acceleration = (0.0, 0.0, 0.0) if still else state.acceleration
         self.spin = rotated_back(state.pose, state.spin)
@@ -176,9 +176,9 @@ class _ToolMotion:
         if self.state.at_rest:
             _, angle = self.turn(NONE)
             way = length(self.displacement)
-            position = Part(way, 0.0, 0.0, limits.speed, limits.acceleration, limits.jerk, limits.speed)
+            tip = Part(way, 0.0, 0.0, limits.speed, limits.acceleration, limits.jerk, limits.speed)
             turning = Part(angle, 0.0, 0.0, limits.spin, limits.spin_acceleration, limits.spin_jerk, limits.spin)
-            return from_rest([position, turning], least)
+            return from_rest([tip, turning], least)
         slowest = max(
             length(self.state.velocity) / limits.acceleration, length(self.spin) / limits.spin_acceleration, 0.01
         )
@@ -218,26 +218,14 @@ class _ToolMotion:
 
     def _demands(self, change: Change) -> Bounds:
         """Position and rotation together; the dying spin and the new turn share the angular limits."""
-        limits = self.limits
-        part = VectorPart(
-            self.displacement,
-            self.state.velocity,
-            self.acceleration,
-            limits.speed,
-            limits.acceleration,
-            limits.jerk,
-            limits.blend_acceleration,
-            limits.blend_jerk,
-        )
+        a = self.limits
+        tip = VectorLimits(a.speed, a.acceleration, a.jerk, a.blend_acceleration, a.blend_jerk)
+        turn = VectorLimits(a.spin, a.spin_acceleration, a.spin_jerk, a.blend_spin_acceleration, a.blend_spin_jerk)
         _, angle = self.turn(change)
-        turning = (
-            limits.spin,
-            limits.spin_acceleration,
-            limits.spin_jerk,
-            limits.blend_spin_acceleration,
-            limits.blend_spin_jerk,
+        return both(
+            vector_bounds(self.displacement, self.state.velocity, self.acceleration, tip, change),
+            turn_bounds(angle, change, self.spin, self.spin_rate, turn),
         )
-        return both(vector_bounds(part, change), turn_bounds(angle, change, self.spin, self.spin_rate, turning))
 
     def orientation_after(self, change: Change) -> Transform:
         """The orientation reached while the present spin dies."""
@@ -262,10 +250,10 @@ class _ToolMotion:
         v1 = (0.0, 0.0, 0.0) if course.stops_at_once else scaled(ahead, 1.0 / reach)
         axis, angle = self.turn(change)
         w1 = 0.0 if course.stops_at_once else angle / reach
-        place = (state.pose.px, state.pose.py, state.pose.pz)
+        place = position(state.pose)
         phase = Phase.ACCELERATE if state.at_rest else Phase.BLEND
         times = change.durations
-        position = [
+        ways = [
             change.polynomials(p, v, a, w)
             for p, v, a, w in zip(place, state.velocity, self.acceleration, v1, strict=True)
         ]
@@ -273,9 +261,9 @@ class _ToolMotion:
         if w1:
             turns.append((axis, change.polynomials(0.0, 0.0, 0.0, w1)))
         for i, duration in enumerate(times):
-            x, y, z = (row[i] for row in position)
+            x, y, z = (row[i] for row in ways)
             yield ToolStretch(duration, phase, (x, y, z), state.pose, tuple((k, row[i]) for k, row in turns))
-        p = [value(row[-1], times[-1]) for row in position]
+        p = [value(row[-1], times[-1]) for row in ways]
         turned, R = value(turns[-1][1][-1], times[-1]) if w1 else 0.0, self.orientation_after(change)
         if cruise:
             x, y, z = zip(p, v1, strict=True)

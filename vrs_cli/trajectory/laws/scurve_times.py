@@ -324,34 +324,30 @@ def _turned_before(a: float, room: float, rise: float) -> float:
     return a - a * abs(a) * rise / (2.0 * room)
 
 
-class VectorPart(NamedTuple):
-    """A part of a motion whose limits hold for the length of a vector (the position of the tool tip).
+class VectorLimits(NamedTuple):
+    """Of the length of a vector: those of the change are the blending ones, those of slowing down the others."""
 
-    The blending limits are those of the change, the others those of slowing down.
-    """
-
-    displacement: Vector
-    velocity: Vector
-    acceleration: Vector
-    max_velocity: float
-    max_acceleration: float
-    max_jerk: float
+    velocity: float
+    acceleration: float
+    jerk: float
     blend_acceleration: float
     blend_jerk: float
 
 
-def vector_bounds(part: VectorPart, change: Change) -> Bounds:
+def vector_bounds(
+    displacement: Vector, velocity: Vector, acceleration: Vector, limits: VectorLimits, change: Change
+) -> Bounds:
     """The bounds on u so that |E u| <= v_max, the level A has |A| within its limits and |A - a0| <= jerk rise."""
     reach = change.reach
     k0, k1 = change.ways
-    carried = added(part.velocity, scaled(part.acceleration, 0.5 * change.rise))
-    way = subtracted(part.displacement, scaled(part.velocity, change.lasts))
-    ahead = added(subtracted(way, scaled(part.acceleration, k0)), scaled(carried, k1 / reach))
-    level = min(part.blend_acceleration, part.blend_jerk * change.fall)
+    carried = added(velocity, scaled(acceleration, 0.5 * change.rise))
+    way = subtracted(displacement, scaled(velocity, change.lasts))
+    ahead = added(subtracted(way, scaled(acceleration, k0)), scaled(carried, k1 / reach))
+    level = min(limits.blend_acceleration, limits.blend_jerk * change.fall)
     spheres = (
         (carried, reach * level),
-        (added(carried, scaled(part.acceleration, reach)), reach * part.blend_jerk * change.rise),
-        ((0.0, 0.0, 0.0), part.max_velocity),
+        (added(carried, scaled(acceleration, reach)), reach * limits.blend_jerk * change.rise),
+        ((0.0, 0.0, 0.0), limits.velocity),
     )
     low, high = 0.0, inf
     for centre, radius in spheres:
@@ -360,7 +356,7 @@ def vector_bounds(part: VectorPart, change: Change) -> Bounds:
     size = length(ahead)
     if size <= NEGLIGIBLE:
         return Bounds(low, high, 0.0, 0.0, k1 / reach)
-    return Bounds(low, high, size / part.max_acceleration, size / part.max_jerk, k1 / reach)
+    return Bounds(low, high, size / limits.acceleration, size / limits.jerk, k1 / reach)
 
 
 def keeps(change: Change, velocity: Vector, at: Vector, acceleration: float, jerk: float) -> bool:
@@ -382,11 +378,8 @@ def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
     return (along - sqrt(room)) / size, (along + sqrt(room)) / size
 
 
-def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, limits: tuple[float, ...]) -> Bounds:
-    """The bounds on u for a turn by `angle` while a present spin (with its rate) dies: both together share the limits.
-
-    `limits`: speed, acceleration and jerk of turning, then acceleration and jerk while blending.
-    """
+def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, limits: VectorLimits) -> Bounds:
+    """The bounds on u for a turn by `angle` while a present spin (with its rate) dies: both share the limits."""
     speed, acceleration, jerk, blend_acceleration, blend_jerk = limits
     level = scaled(added(spin, scaled(spin_rate, 0.5 * change.rise)), -1.0 / change.reach)
     room = min(
