@@ -103,9 +103,6 @@ class Document:
     def _programs(self) -> Iterator[tuple[Placed, Program]]:
         return programs_of(self._parts)
 
-    def _sections(self) -> Iterator[tuple[Placed, Section]]:
-        return ((placed, node) for placed in self._parts if isinstance(node := placed.part.node, Section))
-
     def _at(self, line: int) -> Placed | None:
         """The part of a line, up to its `.END`."""
         return next((one for one in self._parts if one.above < line <= one.above + one.part.last), None)
@@ -227,7 +224,8 @@ class Document:
 
     def _given(self, first: Placed | None = None) -> Iterator[_Given]:
         """Every variable that the file gives a value: in sections, then in programs, the `first` before others."""
-        for placed, section in self._sections():
+        sections = ((placed, node) for placed in self._parts if isinstance(node := placed.part.node, Section))
+        for placed, section in sections:
             for entry in section.entries:
                 kind = SIGIL_KINDS.get(entry.variable.sigil, _SECTION_KINDS[section.name])
                 yield _Given(placed, entry.variable, kind, section.name)

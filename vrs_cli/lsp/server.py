@@ -219,12 +219,9 @@ def _symbols(server: Val2Server, params: lsp.DocumentSymbolParams) -> Sequence[l
 def _references(server: Val2Server, params: lsp.ReferenceParams) -> Sequence[lsp.Location]:
     uri, document, place = server.asked(params)
     defined = None if params.context.include_declaration else document.definition(*place)
-    spans = (span for span in document.references(*place) if defined is None or not _same_place(span, defined))
+    taken = None if defined is None else (defined.line, defined.column)
+    spans = (span for span in document.references(*place) if (span.line, span.column) != taken)
     return [lsp.Location(uri, server.range(uri, span)) for span in spans]
-
-
-def _same_place(span: Span, other: Span) -> bool:
-    return (span.line, span.column) == (other.line, other.column)
 
 
 def _prepare_rename(server: Val2Server, params: lsp.PrepareRenameParams) -> lsp.Range | None:

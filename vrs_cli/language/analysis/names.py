@@ -135,7 +135,7 @@ class Names(Findings):
 
     def _decide(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
         """Return the kind of a bare name. If nothing has decided it yet, this use does where it leaves one choice."""
-        decided = self.kinds.get(variable.key) or self._held(variable.key)
+        decided = self._decided(variable.key)
         if decided is None:
             choice = wanted & BARE
             if not choice:
@@ -149,9 +149,10 @@ class Names(Findings):
             self.mismatch(variable, decided.kind, wanted, decided.step)
         return decided.kind
 
-    def _held(self, key: str) -> Decided | None:
-        """Return what the present value of a variable decides."""
-        return Decided(self._known[key], None) if self._at_prompt and key in self._known else None
+    def _decided(self, key: str) -> Decided | None:
+        """What the uses of a name have decided, or (at the prompt) its present value."""
+        held = self._at_prompt and key in self._known
+        return self.kinds.get(key) or (Decided(self._known[key], None) if held else None)
 
     def _compare(self, variable: ast.Variable, kind: Kind) -> None:
         """Warn if a variable of that name has a value of the other kind now."""
@@ -162,7 +163,7 @@ class Names(Findings):
 
     def certain_kind(self, variable: ast.Variable) -> Kind | None:
         """Return the kind of a variable as far as it is certain."""
-        decided = self.kinds.get(variable.key) or self._held(variable.key)
+        decided = self._decided(variable.key)
         return SIGIL_KINDS.get(variable.sigil) or (decided.kind if decided is not None else None)
 
     def mismatch(self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None) -> None:

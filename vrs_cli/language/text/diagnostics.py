@@ -35,7 +35,9 @@ class Diagnostic(Struct, frozen=True):
     @property
     def message(self) -> str:
         """`*Unknown instruction* MOVEE (did you mean MOVE?)`. A very long detail is shortened."""
-        return sentence(self.text, _shorten(self.detail), self.hint)
+        detail = self.detail
+        shown = detail if len(detail) <= SHOWN_OF_DETAIL else f"{detail[:SHOWN_OF_DETAIL]}..."
+        return sentence(self.text, shown, self.hint)
 
 
 class LineRefused(ProgramError):
@@ -111,10 +113,6 @@ def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> s
         stretch, place_in_it = _stretch(source_line.rstrip(), span)
         lines += [_plain(stretch), _pointer(stretch, place_in_it)]
     return "\n".join(lines)
-
-
-def _shorten(text: str) -> str:
-    return text if len(text) <= SHOWN_OF_DETAIL else f"{text[:SHOWN_OF_DETAIL]}..."
 
 
 def _stretch(line: str, span: Span) -> tuple[str, Span]:

@@ -151,14 +151,6 @@ def statement_text(statement: Statement) -> str:
     return _STATEMENTS[type(statement)](statement)
 
 
-def _assignment(statement: ast.Assignment) -> str:
-    return f"{expression_text(statement.target)} = {expression_text(statement.value)}"
-
-
-def _do_instruction(statement: ast.DoInstruction) -> str:
-    return "DO" if statement.statement is None else f"DO {statement_text(statement.statement)}"
-
-
 def _if_goto(statement: ast.IfGoto) -> str:
     condition = statement.condition
     if not statement.then or not isinstance(condition, ast.Binary):
@@ -173,10 +165,6 @@ def _for(statement: ast.For) -> str:
     variable, first, last = map(expression_text, (statement.variable, statement.first, statement.last))
     step = "" if statement.step is None else f" STEP {expression_text(statement.step)}"
     return f"FOR {variable} = {first} TO {last}{step}"
-
-
-def _value(statement: ast.Value) -> str:
-    return f"VALUE {', '.join(map(expression_text, statement.tests))}:"
 
 
 def _instruction(statement: ast.Instruction) -> str:
@@ -262,9 +250,9 @@ def _list_text(items: Sequence[Expression | None]) -> str:
 
 
 _STATEMENTS: Mapping[type, Callable[[Any], str]] = {
-    ast.Assignment: _assignment,
+    ast.Assignment: lambda given: f"{expression_text(given.target)} = {expression_text(given.value)}",
     ast.Instruction: _instruction,
-    ast.DoInstruction: _do_instruction,
+    ast.DoInstruction: lambda do: "DO" if do.statement is None else f"DO {statement_text(do.statement)}",
     ast.Show: lambda statement: expression_text(statement.expression),
     ast.Goto: lambda statement: f"GOTO {statement.label}",
     ast.IfGoto: _if_goto,
@@ -275,7 +263,7 @@ _STATEMENTS: Mapping[type, Callable[[Any], str]] = {
     ast.Until: lambda statement: f"UNTIL {expression_text(statement.condition)}",
     ast.For: _for,
     ast.Case: lambda statement: f"CASE {expression_text(statement.subject)} OF",
-    ast.Value: _value,
+    ast.Value: lambda statement: f"VALUE {', '.join(map(expression_text, statement.tests))}:",
     ast.Any: lambda _: "ANY",
     ast.End: lambda _: "END",
     ast.BadLine: lambda statement: statement.text,
@@ -351,10 +339,6 @@ def _program_call(call: ast.ProgramCall) -> str:
     return f"{name}({_list_text(call.arguments)})" if call.parenthesised else name
 
 
-def _applied(applied: ast.Applied) -> str:
-    return f"{expression_text(applied.text)}({_list_text(applied.arguments)})"
-
-
 def _format(item: ast.Format) -> str:
     decimals = "" if item.decimals is None else f".{item.decimals}"
     return f"/{item.code}{'' if item.width is None else item.width}{decimals}"
@@ -372,7 +356,7 @@ _EXPRESSIONS: Mapping[type, Callable[[Any], str]] = {
     ast.Binary: _binary,
     ast.Call: _call,
     ast.ProgramCall: _program_call,
-    ast.Applied: _applied,
+    ast.Applied: lambda applied: f"{expression_text(applied.text)}({_list_text(applied.arguments)})",
     ast.Format: _format,
     ast.Word: _word,
 }
