@@ -5,7 +5,10 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
-ALL = ("kinematics", "robots", "engine", "steering", "timeline", "language", "program", "prompt", "startup")
+ALL = (
+    *("kinematics", "robots", "engine", "steering", "timeline", "language", "program", "prompt", "startup"),
+    *("longest", "crowd"),
+)
 
 
 def main() -> None:

@@ -152,7 +152,8 @@ def _store(extension: str, *parts: str) -> Handler:
         programs = [word(argument) for argument in it.arguments[1:]]
         chosen = files.chosen(station.environment, what, programs)
         everything = not programs and set(what) >= files.EVERYTHING
-        text = files.text_of(chosen, station.layout, everything=everything)
+        layout = station.layout
+        text = yield from beside(lambda: files.text_of(chosen, layout, everything=everything))
         if not text.strip():
             yield Message("There is nothing to store", Tone.WARNING)
             return
