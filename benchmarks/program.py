@@ -9,7 +9,9 @@ from __future__ import annotations
 from statistics import median
 from time import perf_counter
 
+from vrs_cli.dialogue.questions import Answer, Question
 from vrs_cli.dialogue.replies import Reply
+from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.interfaces.session.session import Session
 
 REPEATS = 5
@@ -44,7 +46,9 @@ tray    -250 500 -220 90 90 0
 
 
 class Silent:
-    """A terminal that says nothing."""
+    """A terminal that says nothing, at which nobody sits."""
+
+    attended = False
 
     def show(self, reply: Reply) -> None:
         del reply
@@ -52,11 +56,11 @@ class Silent:
     def type(self, text: str, newline: bool) -> None:
         del text, newline
 
-    def ask(self, prompt: str) -> str:
-        return prompt
+    def ask(self, question: Question) -> Answer:
+        del question
 
-    def confirm(self, question: str) -> bool:
-        return bool(question)
+    def progress(self, doing: Running | Reading) -> None:
+        del doing
 
 
 def run_once() -> tuple[float, float, int]:

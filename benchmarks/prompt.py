@@ -9,8 +9,8 @@ from __future__ import annotations
 import sys
 from time import process_time
 
-from vrs_cli.dialogue.questions import Amendment, Confirmation, LineWanted, Parting
-from vrs_cli.dialogue.replies import Reply
+from benchmarks.program import Silent
+from vrs_cli.dialogue.questions import Answer, Question
 from vrs_cli.interfaces.session.session import Session
 
 BAR = 1.2
@@ -19,25 +19,12 @@ REPEATS = 40
 LINES = ("n = n+1", "SET b = a", "LISTR n", "a", "SIGNAL 1")
 
 
-class Somebody:
+class Somebody(Silent):
     """A terminal with somebody at it, who is never asked."""
 
-    def show(self, _reply: Reply) -> None: ...
-    def type(self, _text: str, newline: bool) -> None: ...
-    def begin_progress(self) -> None: ...
-    def progress(self, _clock: float) -> None: ...
-    def end_progress(self) -> None: ...
+    attended = True
 
-    def ask(self, question: LineWanted) -> str:
-        raise AssertionError(question)
-
-    def confirm(self, question: Confirmation) -> bool:
-        raise AssertionError(question)
-
-    def change(self, question: Amendment) -> str | None:
-        raise AssertionError(question)
-
-    def leave(self, question: Parting) -> bool:
+    def ask(self, question: Question) -> Answer:
         raise AssertionError(question)
 
 
