@@ -152,7 +152,7 @@ class Crowd:
             for thread in watching + holding:
                 thread.start()
             for thread in holding:
-                thread.join(300.0)
+                thread.join(3600.0)
                 assert not thread.is_alive(), "a holder was never answered"
             Holder(session).stop().result(60.0)
             for line, ticket in self.running:
