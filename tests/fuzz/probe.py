@@ -13,6 +13,7 @@ from vrs_cli.dialogue.replies import Reply
 from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.engine.commands import SetParameter
 from vrs_cli.errors import EndOfInput, VrsError
+from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.runs import Limits
 from vrs_cli.kinematics.joints import joints_outside
@@ -84,7 +85,7 @@ def at_the_prompt(text: str) -> None:
 def run(text: str) -> None:
     """The programs of the text, for a few steps each; their files are in a folder of their own."""
     with TemporaryDirectory() as folder:
-        session = Session(Silent(), folder=Path(folder))
+        session = Session(Silent(), folder=Folder(Path(folder)))
         run_in(session, text)
         session.close()
 
@@ -109,7 +110,7 @@ PROGRAM = ".PROGRAM main(x)\nDRIVE 1, x, x\nDELAY x\n.END\n.LOCATIONS\na 0 450 -
 def typed(random: Random) -> int:
     """A session of lines with extreme numbers: they are refused, or done, and the robot is somewhere. How many."""
     with TemporaryDirectory() as folder:
-        session = Session(Silent(), limits=BOUNDS, folder=Path(folder))
+        session = Session(Silent(), limits=BOUNDS, folder=Folder(Path(folder)))
         session.load_text(PROGRAM)
         session.engine.perform(SetParameter("PROFILE", random.choice(("LSPB", "SCURVE"))))
         for _ in range(LINES):
