@@ -70,8 +70,7 @@ def test_a_file_does_not_begin_with_a_blank_line() -> None:
 def test_a_program_that_was_there_already_keeps_its_comments(tmp_path: Path) -> None:
     session = loaded(TEXT, sure=False)
     (tmp_path / "other.v2").write_text("; another\n.PROGRAM pick\n.END\n; new\n.PROGRAM new\nREADY\n.END\n")
-    for _ in load(session, tmp_path / "other.v2"):
-        pass
+    session.converse(load(session, tmp_path / "other.v2"))
     text = stored(session)
     assert "; first of all\n\n.PROGRAM pick(part) ;fetch" in text
     assert "; new\n.PROGRAM new()" in text

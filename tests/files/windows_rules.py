@@ -63,7 +63,8 @@ def _removing(real: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _moving(real: Callable[..., Any], *, onto: bool) -> Callable[..., Any]:
-    def move(old: Any, new: Any) -> Any:
+    def move(old: Any, new: Any, *, src_dir_fd: None = None, dst_dir_fd: None = None) -> Any:
+        assert src_dir_fd is dst_dir_fd is None, "folders are not opened there"
         _check_closed(old)
         _check_closed(new)
         _check_name(new)
