@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from math import dist
+from operator import mul
 from typing import TYPE_CHECKING, NamedTuple, cast
 
 from vrs_cli.errors import (
@@ -305,7 +306,7 @@ class RobotArm:
     def twist(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
         """(vx, vy, vz, wx, wy, wz) of the tool [m/s, rad/s] in the base frame."""
         rows = self.jacobian(q, T_flange_tool)
-        vx, vy, vz, wx, wy, wz = (sum([a * b for a, b in zip(row, qd, strict=True)]) for row in rows)
+        vx, vy, vz, wx, wy, wz = [sum(map(mul, row, qd)) for row in rows]
         return vx, vy, vz, wx, wy, wz
 
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
