@@ -6,14 +6,10 @@ import tomllib
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.model_data import NEEDED_POSES, TOOL_KEYS, URDF_OPTIONS, ModelReader
-
-if TYPE_CHECKING:
-    from vrs_cli.kinematics.urdf import UrdfArm
+from vrs_cli.kinematics.model_data import URDF_OPTIONS, ModelReader
 
 ROBOTS = Path(__file__).parent / "robots"
 
@@ -58,17 +54,19 @@ def _read_toml(path: Path) -> RobotModel:
     file = path.parent / reader.word(data.pop("urdf"), "urdf")
     table = reader.table(data, "the file", (), URDF_OPTIONS)
     ends = (reader.word(table[key], key) if key in table else None for key in ("urdf_base", "urdf_tip"))
-    return _from_urdf(reader, _urdf_arm(file, *ends), table)
+    return _from_urdf(reader, file, table, *ends)
 
 
 def _read_urdf(path: Path) -> RobotModel:
-    return _from_urdf(ModelReader(str(path), human=True), _urdf_arm(path), {})
+    return _from_urdf(ModelReader(str(path), human=True), path, {})
 
 
-def _urdf_arm(path: Path, base: str | None = None, tip: str | None = None) -> UrdfArm:
-    from vrs_cli.kinematics.urdf import read  # here: it brings an XML parser, which few robots need
+def _from_urdf(
+    reader: ModelReader, path: Path, table: Mapping[str, object], base: str | None = None, tip: str | None = None
+) -> RobotModel:
+    from vrs_cli.kinematics.urdf import model_of, read  # here: it brings an XML parser, which few robots need
 
-    return read(str(path), _text(path, "URDF"), base, tip)
+    return model_of(read(str(path), _text(path, "URDF"), base, tip), reader, table)
 
 
 _READERS = {".toml": _read_toml, ".urdf": _read_urdf, ".xml": _read_urdf, ".xacro": _read_urdf}
@@ -88,56 +86,3 @@ def _text(path: Path, kind: str) -> str:
         raise FileError(f"{path}: {error.strerror}") from error
     except ValueError:
         raise FileError(f"{str(path)!r} is no name of a file", right) from None
-
-
-# what a URDF file does not say
-FULL_SPEED_IN = 0.3  # [s] accelerations: full velocity in this time
-FULL_ACCELERATION_IN = 0.1  # [s] jerks: full acceleration in this time
-USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg/s]
-
-
-def _from_urdf(reader: ModelReader, arm: UrdfArm, table: Mapping[str, object]) -> RobotModel:
-    """The arm of a URDF file with the figures that it has not: those of the TOML file, else our usual ones."""
-    own = reader.own_joints(table.get("joints", []), [joint.name for joint in arm.joints])
-    joints = [
-        _with_rates(
-            {**link._asdict(), "lower": joint.lower, "upper": joint.upper, "max_velocity": joint.velocity}, more
-        )
-        for joint, link, more in zip(arm.joints, arm.links, own, strict=True)
-    ]
-    tool = {**_usual_tool(), **reader.numbers(table.get("tool", {}), "tool", TOOL_KEYS)}
-    middle = [_rest(joint["lower"], joint["upper"]) for joint in joints]
-    poses = reader.some_poses(table.get("poses", {}), joints)
-    data = {
-        "name": table.get("name", arm.name),
-        "title": table.get("title", arm.name),
-        "base": list(arm.base),
-        "flange": list(arm.flange),
-        "joints": [{**joint, "kind": joint["kind"].value} for joint in joints],
-        "tool": tool,
-        "poses": {**dict.fromkeys(NEEDED_POSES, middle), **poses},
-    }
-    options = {key: table[key] for key in ("task", "profile") if key in table}
-    return ModelReader(reader.file, human=False).model({**data, **options})
-
-
-def _with_rates(joint: dict[str, Any], more: Mapping[str, float]) -> dict[str, Any]:
-    joint = {**joint, **more}
-    joint.setdefault("max_acceleration", joint["max_velocity"] / FULL_SPEED_IN)
-    joint.setdefault("max_jerk", joint["max_acceleration"] / FULL_ACCELERATION_IN)
-    return joint
-
-
-def _usual_tool() -> dict[str, float]:
-    figures: dict[str, float] = {}
-    for key, human in USUAL_TOOL_SPEEDS.items():
-        speed = TOOL_KEYS[key].to_si(human)
-        word = key.removesuffix("speed")
-        figures |= {key: speed, f"{word}acceleration": speed / FULL_SPEED_IN}
-        figures[f"{word}jerk"] = speed / FULL_SPEED_IN / FULL_ACCELERATION_IN
-    return figures
-
-
-def _rest(lower: float, upper: float) -> float:
-    """Zero where the joint can be there, otherwise the middle of its range."""
-    return 0.0 if lower <= 0.0 <= upper else (lower + upper) / 2

@@ -1,4 +1,4 @@
-"""A robot's arm out of a URDF file: the serial chain of its joints from a base link to a tip link.
+"""A robot out of a URDF file: the serial chain of its joints from a base link to a tip link, and usual figures beside.
 
 Only what kinematics needs is read: joints with their origins, axes and limits. Meshes, inertias and transmissions are
 left aside, nothing is fetched. Metres, radians, seconds, as URDF has them. Format: http://wiki.ros.org/urdf/XML.
@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import pi, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.axes import Line, Link, chain_of
 from vrs_cli.kinematics.joints import JointKind
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model_data import NEEDED_POSES, TOOL_KEYS, ModelReader
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
@@ -31,8 +33,13 @@ LARGEST = 20_000_000  # characters: no arm is described by more
 HUGE = 1e6  # [m, rad] no figure of an arm; keeps infinity and NaN out as well
 MOST_JOINTS = 1000  # of a file, and of the way from base to tip
 WHOLE_TURNS = 2 * pi  # [rad] a continuous joint, which has no limits, is given one turn each way
-USUAL_VELOCITY = {JointKind.REVOLUTE: pi / 2, JointKind.PRISMATIC: 0.25}  # [rad/s, m/s] where none is given
 TIPS = ("tool0", "tcp", "flange", "ee_link")  # names of a tip, the most likely first
+
+# what a URDF file need not say
+USUAL_VELOCITY = {JointKind.REVOLUTE: pi / 2, JointKind.PRISMATIC: 0.25}  # [rad/s, m/s] where none is given
+FULL_SPEED_IN = 0.3  # [s] accelerations: full velocity in this time
+FULL_ACCELERATION_IN = 0.1  # [s] jerks: full acceleration in this time
+USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg/s]
 
 STEP, ROUNDED = pi / 12, 1e-5  # [rad] files say 1.5708 for a right angle: so near to a multiple of 15 deg it is one
 
@@ -238,3 +245,53 @@ class _File:
 def _exact(angle: float) -> float:
     steps = round(angle / STEP)
     return steps * STEP if abs(angle - steps * STEP) < ROUNDED else angle
+
+
+# --- the robot of an arm ------------------------------------------------------------------------------------------
+
+
+def model_of(arm: UrdfArm, reader: ModelReader, table: Mapping[str, object]) -> RobotModel:
+    """The robot of an arm, with the figures that a URDF file has not: those of a TOML file's table, else usual ones."""
+    own = reader.own_joints(table.get("joints", []), [joint.name for joint in arm.joints])
+    joints = [
+        _with_rates(
+            {**link._asdict(), "lower": joint.lower, "upper": joint.upper, "max_velocity": joint.velocity}, more
+        )
+        for joint, link, more in zip(arm.joints, arm.links, own, strict=True)
+    ]
+    tool = {**_usual_tool(), **reader.numbers(table.get("tool", {}), "tool", TOOL_KEYS)}
+    middle = [_rest(joint["lower"], joint["upper"]) for joint in joints]
+    poses = reader.some_poses(table.get("poses", {}), joints)
+    data = {
+        "name": table.get("name", arm.name),
+        "title": table.get("title", arm.name),
+        "base": list(arm.base),
+        "flange": list(arm.flange),
+        "joints": [{**joint, "kind": joint["kind"].value} for joint in joints],
+        "tool": tool,
+        "poses": {**dict.fromkeys(NEEDED_POSES, middle), **poses},
+    }
+    options = {key: table[key] for key in ("task", "profile") if key in table}
+    return ModelReader(reader.file, human=False).model({**data, **options})
+
+
+def _with_rates(joint: dict[str, Any], more: Mapping[str, float]) -> dict[str, Any]:
+    joint = {**joint, **more}
+    joint.setdefault("max_acceleration", joint["max_velocity"] / FULL_SPEED_IN)
+    joint.setdefault("max_jerk", joint["max_acceleration"] / FULL_ACCELERATION_IN)
+    return joint
+
+
+def _usual_tool() -> dict[str, float]:
+    figures: dict[str, float] = {}
+    for key, human in USUAL_TOOL_SPEEDS.items():
+        speed = TOOL_KEYS[key].to_si(human)
+        word = key.removesuffix("speed")
+        figures |= {key: speed, f"{word}acceleration": speed / FULL_SPEED_IN}
+        figures[f"{word}jerk"] = speed / FULL_SPEED_IN / FULL_ACCELERATION_IN
+    return figures
+
+
+def _rest(lower: float, upper: float) -> float:
+    """Zero where the joint can be there, otherwise the middle of its range."""
+    return 0.0 if lower <= 0.0 <= upper else (lower + upper) / 2
