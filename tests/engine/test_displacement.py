@@ -93,3 +93,15 @@ def test_what_was_never_at_its_own_time_is_told_by_its_text() -> None:
     found = spliced(engine, 3.0)
     assert found is not None
     assert [(one.text, one.asked) for one in found.later] == [("MOVE home", None)]
+
+
+def test_a_motion_that_came_meanwhile_counts_from_the_time_that_it_was_given() -> None:
+    engine = Engine(MODEL)
+    before = engine.timeline
+    engine.perform(to(60.0, 0.0))
+    engine.perform(to(50.0, 4.0))
+    assert displacement(engine.book, before) is None
+    assert spliced(engine, 3.928) == displacement(engine.book, before)
+    found = displacement(engine.book, before)
+    assert found is not None
+    assert [(one.asked, round(one.later, 3)) for one in found.later] == [(4.0, 0.528)]

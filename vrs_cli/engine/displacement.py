@@ -46,8 +46,8 @@ class Displacement(Struct, frozen=True):
 
 
 def displacement(book: Book, before: Timeline) -> Displacement | None:
-    """How the motions that were scheduled on the timeline `before` have been moved since; None where none has been.
-    Motions that UNDO took back are not counted as dropped.
+    """How the motions that were scheduled on the timeline `before`, or with a time stamp since then, have been moved;
+    None where none has been. Motions that UNDO took back are not counted as dropped.
     """
     changes = book.deltas_since(before.version)
     if not any(delta.drop or delta.shift for delta in changes):
@@ -55,11 +55,12 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
     since = min(delta.cut for delta in changes)
     taken_back = {delta.motion.number for delta in changes if delta.cause is Cause.UNDO}
     old = list(islice(_begins(before, since), MOST + 1))
+    stamped = [(one.motion, one.executed) for one in changes[-MOST:-1] if one.motion.start is Start.AT]
     new = {motion.number: begin for motion, begin in islice(_begins(book.timeline, since), 2 * MOST)}
     gone = len(new) < 2 * MOST  # what is not among these is nowhere
     rows = [
         (motion, begin, new.get(motion.number))
-        for motion, begin in old[:MOST]
+        for motion, begin in (*old[:MOST], *stamped)
         if motion.number not in taken_back and (gone or motion.number in new)
     ]
     if all(then is not None and abs(then - begin) <= SAME_TIME for _, begin, then in rows):
