@@ -10,7 +10,7 @@ import pytest
 
 from vrs_cli.engine.commands import Delay, JointTarget, Move, OperateHand, PoseTarget, SetBase, SetParameter, SetTool
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.position import joints_at, joints_over, position_at, positions_at
+from vrs_cli.engine.position import joints_at, joints_over, places_at, position_at, positions_at
 from vrs_cli.errors import PathWithoutJoints
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
@@ -52,6 +52,13 @@ def test_many_times_agree_with_one_time(engine: Engine) -> None:
         assert many.T_world_tool[row].ravel() == pytest.approx(one.T_world_tool, abs=1e-12)
         assert many.hand[row] == one.hand
         assert joints_at(engine.arm, engine.timeline, float(t)) == one.joints
+
+
+def test_places_are_positions_without_the_rates(engine: Engine) -> None:
+    times = np.random.default_rng(4).uniform(-1.0, engine.end + 1.0, 500)
+    places, positions = (at(engine.arm, engine.timeline, times) for at in (places_at, positions_at))
+    for name in ("times", "joints", "T_world_tool", "hand"):
+        assert getattr(places, name).tobytes() == getattr(positions, name).tobytes(), name
 
 
 def test_rates_are_the_derivatives(engine: Engine) -> None:

@@ -10,7 +10,7 @@ from msgspec import Struct, structs
 
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.history import CommandRecord, Step
-from vrs_cli.engine.position import Positions, positions_at
+from vrs_cli.engine.position import Places, places_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.segment import Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
@@ -27,7 +27,7 @@ CLOSER = 64  # samples between two others, to find the greatest distance exactly
 CLOSER_ROUNDS = 3
 NOISE = 1e-12  # [m, rad] what rounding makes of one distance
 
-Places = Callable[[Positions], "Floats"]  # of what is compared, at each time (N, k, d)
+Compared = Callable[[Places], "Floats"]  # of what is compared, at each time (N, k, d)
 
 
 class Extent(Struct, frozen=True):
@@ -105,7 +105,7 @@ def _extent(arm: RobotArm, book: Book) -> Extent:
     import numpy as np
 
     timeline = book.timeline
-    here = positions_at(arm, timeline, _sample_times(timeline))
+    here = places_at(arm, timeline, _sample_times(timeline))
     slides = np.array([arm.model.units.slides(joint) for joint in range(1, arm.model.joint_count + 1)])
     travel = np.abs(np.diff(here.joints, axis=0)).sum(axis=0)
     return Extent(
@@ -146,12 +146,12 @@ def _apart(arm: RobotArm, a: Timeline, b: Timeline, since: float | None) -> tupl
     return structs.replace(tool, joint=0), _greatest(arm, a, b, times, lambda here: here.joints[:, :, None])
 
 
-def _greatest(arm: RobotArm, a: Timeline, b: Timeline, times: Floats, places: Places) -> Apart:
+def _greatest(arm: RobotArm, a: Timeline, b: Timeline, times: Floats, compared: Compared) -> Apart:
     """Find the greatest distance at the sampled times, then around it at times that are closer and closer."""
     import numpy as np
 
     for _ in range(CLOSER_ROUNDS):
-        found = np.linalg.norm(places(positions_at(arm, a, times)) - places(positions_at(arm, b, times)), axis=2)
+        found = np.linalg.norm(compared(places_at(arm, a, times)) - compared(places_at(arm, b, times)), axis=2)
         farthest = found.max(axis=1)
         place = int(np.argmax(farthest >= farthest.max() - NOISE))  # the first time, where it stays so
         best = Apart(float(found[place].max()), float(times[place]), int(np.argmax(found[place])) + 1)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from msgspec import Struct, structs
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
     Rows = NDArray[np.intp]
+    Flags = NDArray[np.bool_]
 
 
 class Position(Struct, frozen=True):
@@ -47,15 +48,23 @@ class Position(Struct, frozen=True):
     text: str
 
 
-class Positions(Struct, frozen=True):
-    """The robot at N times: (N,) [s], joints and their derivatives (N, n) [rad], T_world_tool (N, 3, 4), hand (N,)."""
+class Places(Struct, frozen=True):
+    """Where the robot is at N times: (N,) [s], joints (N, n) [rad], T_world_tool (N, 3, 4) [m], hand (N,), 1 open."""
 
     times: Floats
     joints: Floats
-    velocity: Floats
-    acceleration: Floats
     T_world_tool: Floats
     hand: Floats
+
+
+class Positions(Places, frozen=True):
+    """Places with the velocity [rad/s] and acceleration [rad/s2] of the joints, (N, n) each."""
+
+    velocity: Floats
+    acceleration: Floats
+
+
+Sampled = TypeVar("Sampled", bound=Places)
 
 
 def joints_at(arm: RobotArm, timeline: Timeline, t: float) -> Joints:
@@ -183,34 +192,39 @@ def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
     return q
 
 
+def places_at(arm: RobotArm, timeline: Timeline, times: Floats) -> Places:
+    """`positions_at` without the rates, which cost the most on straight lines."""
+    return _sampled(arm, timeline, times, Places)
+
+
 def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> Positions:
     """g for an array of times (N,) [s], in any order; sorted times are fastest."""
+    return _sampled(arm, timeline, times, Positions)
+
+
+def _sampled(arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sampled]) -> Sampled:
     import numpy as np
 
     times, back = _sorted(times)
-    joints, velocity, acceleration = (np.zeros((len(times), arm.model.joint_count)) for _ in range(3))
-    found = Positions(times, joints, velocity, acceleration, np.empty((len(times), 3, 4)), np.empty(len(times)))
+    n = arm.model.joint_count
+    shapes = {"joints": (n,), "T_world_tool": (3, 4), "hand": (), "velocity": (n,), "acceleration": (n,)}
+    found = kind(times, *(np.zeros((len(times), *shapes[name])) for name in kind.__struct_fields__[1:]))
     for block, rows in _blocks(timeline, times):
         _fill(arm, block, rows, found)
-    return found if back is None else Positions(*(column[back] for column in structs.astuple(found)))
+    return found if back is None else kind(*(column[back] for column in structs.astuple(found)))
 
 
-def _fill(arm: RobotArm, block: Block, rows: slice, out: Positions) -> None:
+def _fill(arm: RobotArm, block: Block, rows: slice, out: Places) -> None:
     """Fill the rows of the sorted times that lie in one block."""
-    import numpy as np
-
     from vrs_cli.kinematics import transform_batch as batch
 
-    times = out.times[rows]
+    times, q = out.times[rows], out.joints[rows]
     table, part = block.table()
     places, s = table.locate(times, block.offset, part)
-    moving = (times >= table.starts[places] + block.offset) & (s < table.durations[places]) & ~table.resting[places]
-    q, qd, qdd = out.joints[rows], out.velocity[rows], out.acceleration[rows]
     _joints(arm, table, places, s, q)
-    qd[moving], qdd[moving] = table.rates(places[moving], s[moving])
-    for row in np.flatnonzero(table.straight[places] & moving):
-        segment = table.segments[places[row]]
-        qd[row], qdd[row] = _rates(arm, segment, float(s[row]), tuple(q[row].tolist()))
+    if isinstance(out, Positions):
+        moving = (times >= table.starts[places] + block.offset) & (s < table.durations[places]) & ~table.resting[places]
+        _fill_rates(arm, table, places, s, moving, q, (out.velocity[rows], out.acceleration[rows]))
     out.hand[rows] = table.hand[places]
     T_robot_flange = arm.forward_batch(q)
     T_world_tool = out.T_world_tool[rows]
@@ -219,3 +233,16 @@ def _fill(arm: RobotArm, block: Block, rows: slice, out: Positions) -> None:
         T_world_robot, T_flange_tool = batch.stack([inverse(frames.base), frames.tool])
         T_world_flange = batch.compose_batch(T_world_robot, T_robot_flange[with_these])
         T_world_tool[with_these] = batch.compose_batch(T_world_flange, T_flange_tool)
+
+
+def _fill_rates(
+    arm: RobotArm, table: BlockTable, places: Rows, s: Floats, moving: Flags, q: Floats, out: tuple[Floats, Floats]
+) -> None:
+    """Velocity and acceleration where the robot is moving; `places`, `s`, `moving` (N,), `q` and `out` (N, n)."""
+    import numpy as np
+
+    qd, qdd = out
+    qd[moving], qdd[moving] = table.rates(places[moving], s[moving])
+    for row in np.flatnonzero(table.straight[places] & moving):
+        segment = table.segments[places[row]]
+        qd[row], qdd[row] = _rates(arm, segment, float(s[row]), tuple(q[row].tolist()))

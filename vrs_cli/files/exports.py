@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, BinaryIO
 import numpy as np
 from msgspec import Struct
 
-from vrs_cli.engine.position import Positions, positions_at
+from vrs_cli.engine.position import Places, Positions, places_at, positions_at
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.mcap_log import check_mcap, write_mcap
 from vrs_cli.files.samples import CHUNK, NANOSECONDS, joint_names, nanoseconds, sample_times
@@ -70,29 +70,25 @@ def write_csv(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
     back.
     """
     columns = ("t", *joint_names(arm), *TOOL_COLUMNS)
-    stream.write(_line(",".join(columns)))
-    form = ",".join(["%r"] + [f"%.{DECIMALS}f"] * (len(columns) - 1))
+    stream.write(f"{','.join(columns)}\n".encode("ascii"))
+    form = ",".join(["%r"] + [f"%.{DECIMALS}f"] * (len(columns) - 1)) + "\n"
     for times in sample_times(timeline, rate):
-        rows = table(positions_at(arm, timeline, times), arm.model.units)
-        stream.write(b"".join(_line(form % tuple(row)) for row in rows.tolist()))
+        rows = table(places_at(arm, timeline, times), arm.model.units)
+        stream.write((form * len(rows) % tuple(rows.ravel().tolist())).encode("ascii"))
 
 
-def table(positions: Positions, units: JointUnits) -> Floats:
+def table(places: Places, units: JointUnits) -> Floats:
     """(N, 1 + n + 6): t [s], joints [deg, mm], x, y, z [mm], o, a, t [deg]; degrees and millimetres are rounded."""
-    T = positions.T_world_tool
-    columns = (shown_joints(positions.joints, units), T[:, :, 3] * 1000.0, np.degrees(to_oat_batch(T)))
+    T = places.T_world_tool
+    columns = (shown_joints(places.joints, units), T[:, :, 3] * 1000.0, np.degrees(to_oat_batch(T)))
     shown = np.round(np.hstack(columns), DECIMALS) + 0.0  # there is no -0
-    return np.hstack((positions.times[:, None], shown))
+    return np.hstack((places.times[:, None], shown))
 
 
 def shown_joints(q: Floats, units: JointUnits) -> Floats:
     """(N, n): [rad, m] -> [deg, mm]; rates likewise."""
     slides = [units.slides(joint) for joint in range(1, q.shape[1] + 1)]
     return np.where(slides, q * 1000.0, np.degrees(q))
-
-
-def _line(text: str) -> bytes:
-    return text.encode("ascii") + b"\n"
 
 
 # --- JSON ----------------------------------------------------------------------------------------------------
@@ -104,8 +100,8 @@ def write_json(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float)
     units = _joint_units(arm)
     before = "[\n  "
     for times in sample_times(timeline, rate):
-        positions = positions_at(arm, timeline, times)
-        for row, hand in zip(table(positions, arm.model.units).tolist(), positions.hand.tolist(), strict=True):
+        places = places_at(arm, timeline, times)
+        for row, hand in zip(table(places, arm.model.units).tolist(), places.hand.tolist(), strict=True):
             t, *numbers = row
             joints, xyz, oat = numbers[:n], numbers[n : n + 3], numbers[n + 3 :]
             one = {"time": t, "joints_deg": joints, **units, "xyz_mm": xyz, "oat_deg": oat, "hand": hand}
