@@ -20,8 +20,8 @@ from rich.text import Text
 from vrs_cli.__main__ import main as vrs
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.render.blocks import Line
+from vrs_cli.render.colours import Ink
 from vrs_cli.render.console import TerminalRenderer, rich_text
-from vrs_cli.render.roles import Role
 from vrs_cli.render.scan import scan
 from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.interactive import BANNER, IDLE
@@ -72,7 +72,7 @@ def recorded(lines: Sequence[str]) -> Console:
         conversation.take(line)
     console.print(IDLE)
     bar = toolbar(conversation.session, terminal.last, WIDTH)
-    console.print(rich_text(Line(((bar, Role.COMMENT),))))
+    console.print(rich_text(Line(((bar, Ink.COMMENT),))))
     return console
 
 

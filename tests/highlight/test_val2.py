@@ -9,7 +9,7 @@ from pygments.token import Comment, Keyword, Name, Number, String, Token
 
 from vrs_cli.highlight.val2 import TOKENS, Val2Lexer
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
-from vrs_cli.render.roles import Role
+from vrs_cli.render.colours import Ink
 from vrs_cli.render.scan import scan
 
 ROOT = Path(__file__).parents[2]
@@ -57,8 +57,8 @@ def test_every_word_of_the_tables(word: str) -> None:
 
 def test_every_role_of_a_line_has_a_token() -> None:
     text = 'SIGNAL ABS(x)+1, "a" ; b'
-    assert {role for _, role in scan(text)} <= set(TOKENS)
-    assert Role.COMMENT in TOKENS
+    assert {ink for _, ink in scan(text)} <= set(TOKENS)
+    assert Ink.COMMENT in TOKENS
 
 
 def test_it_is_announced_to_pygments() -> None:

@@ -5,7 +5,7 @@ import pytest
 from vrs_cli.dialogue.replies import Curve, Plot
 from vrs_cli.render.blocks import PIPE, Page
 from vrs_cli.render.chart import HEIGHT, WIDTH, Canvas, chart
-from vrs_cli.render.roles import CURVES
+from vrs_cli.render.colours import CURVES
 
 TIMES = tuple(k / 100.0 for k in range(101))
 RAMP = Curve("JT1", "1", tuple(90.0 * t for t in TIMES))
@@ -52,7 +52,7 @@ def test_curves_without_a_break() -> None:
 def test_braille_with_a_colour_for_each_curve() -> None:
     drawn = list(chart(Plot("Joints", "deg", TIMES, (RAMP, FLAT)), COLOURED))
     pieces = [piece for line in drawn[1 : HEIGHT + 1] for piece in line.pieces[1:]]
-    assert {role for text, role in pieces if text != " "} == set(CURVES[:2])
+    assert {ink for text, ink in pieces if text != " "} == set(CURVES[:2])
     assert all(0x2800 < ord(text) <= 0x28FF for text, _ in pieces if text != " ")
 
 

@@ -4,63 +4,63 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.render.roles import Role
+from vrs_cli.render.colours import Ink
 from vrs_cli.render.scan import scan
 
 WORDS = [
-    ("MOVE part", "MOVE", Role.INSTRUCTION),
-    ("move part", "move", Role.INSTRUCTION),
-    ("MOVE part", "part", Role.NAME),
-    ("WHERE", "WHERE", Role.COMMAND),
-    ("EXEC pick", "EXEC", Role.COMMAND),
-    ("EXEC pick", "pick", Role.NAME),
-    ("DO MOVE part", "MOVE", Role.INSTRUCTION),
-    ("WHILE x > 2 DO", "WHILE", Role.CONTROL),
-    ("WHILE x > 2 DO", "DO", Role.CONTROL),
-    ("x = SIN(30) ; half", "SIN", Role.FUNCTION),
-    ("x = SIN(30) ; half", "; half", Role.COMMENT),
-    ("move = 2", "move", Role.NAME),
-    ("MOVE[3] = 2", "MOVE", Role.NAME),
-    ('TYPE "a;b", x', '"a;b"', Role.STRING),
-    ("x = ^HFF", "^HFF", Role.NUMBER),
-    ("x = 1E-3", "1E-3", Role.NUMBER),
-    ("MOVE #safe", "#safe", Role.NAME),
-    ("MOVE a AT 2.5", "AT", Role.CONTROL),
-    ("WHERE FROM 0 TO 5", "FROM", Role.CONTROL),
-    (".PROGRAM pick", ".PROGRAM", Role.CONTROL),
-    ("MOVF part", "MOVF", Role.NAME),
-    ("x = 6 BAND 3", "BAND", Role.CONTROL),
-    ("IF a EQ b THEN 10", "EQ", Role.CONTROL),
-    ("if a lt b then 10 ; VAL", "lt", Role.CONTROL),
-    ("20 IF a GE b THEN 10", "GE", Role.CONTROL),
-    ("lt = gt+1", "gt", Role.NAME),
-    ("IF lt > 2 THEN", "lt", Role.NAME),
-    ("AUTO REAL i, row[]", "REAL", Role.CONTROL),
-    ("local double x", "double", Role.CONTROL),
-    ("GLOBAL LOC part", "LOC", Role.CONTROL),
-    ("AUTO real", "real", Role.NAME),
-    ("x = real+loc", "loc", Role.NAME),
-    ("FOR step = 1 TO 5 STEP 2", "step", Role.NAME),
-    ("FOR i = 1 TO 5 STEP step", "STEP", Role.CONTROL),
-    ("FOR i = 1 TO 5 STEP step", "step", Role.NAME),
-    ("READY AT at", "AT", Role.CONTROL),
-    ("MOVE at AT 5", "at", Role.NAME),
-    ("x = dx+DX(part)", "dx", Role.NAME),
-    ("x = dx+DX(part)", "DX", Role.FUNCTION),
-    ("stop = status", "stop", Role.NAME),
-    ("stop = status", "status", Role.NAME),
-    ("MOVE HERE", "HERE", Role.FUNCTION),
+    ("MOVE part", "MOVE", Ink.INSTRUCTION),
+    ("move part", "move", Ink.INSTRUCTION),
+    ("MOVE part", "part", Ink.NAME),
+    ("WHERE", "WHERE", Ink.COMMAND),
+    ("EXEC pick", "EXEC", Ink.COMMAND),
+    ("EXEC pick", "pick", Ink.NAME),
+    ("DO MOVE part", "MOVE", Ink.INSTRUCTION),
+    ("WHILE x > 2 DO", "WHILE", Ink.CONTROL),
+    ("WHILE x > 2 DO", "DO", Ink.CONTROL),
+    ("x = SIN(30) ; half", "SIN", Ink.FUNCTION),
+    ("x = SIN(30) ; half", "; half", Ink.COMMENT),
+    ("move = 2", "move", Ink.NAME),
+    ("MOVE[3] = 2", "MOVE", Ink.NAME),
+    ('TYPE "a;b", x', '"a;b"', Ink.STRING),
+    ("x = ^HFF", "^HFF", Ink.NUMBER),
+    ("x = 1E-3", "1E-3", Ink.NUMBER),
+    ("MOVE #safe", "#safe", Ink.NAME),
+    ("MOVE a AT 2.5", "AT", Ink.CONTROL),
+    ("WHERE FROM 0 TO 5", "FROM", Ink.CONTROL),
+    (".PROGRAM pick", ".PROGRAM", Ink.CONTROL),
+    ("MOVF part", "MOVF", Ink.NAME),
+    ("x = 6 BAND 3", "BAND", Ink.CONTROL),
+    ("IF a EQ b THEN 10", "EQ", Ink.CONTROL),
+    ("if a lt b then 10 ; VAL", "lt", Ink.CONTROL),
+    ("20 IF a GE b THEN 10", "GE", Ink.CONTROL),
+    ("lt = gt+1", "gt", Ink.NAME),
+    ("IF lt > 2 THEN", "lt", Ink.NAME),
+    ("AUTO REAL i, row[]", "REAL", Ink.CONTROL),
+    ("local double x", "double", Ink.CONTROL),
+    ("GLOBAL LOC part", "LOC", Ink.CONTROL),
+    ("AUTO real", "real", Ink.NAME),
+    ("x = real+loc", "loc", Ink.NAME),
+    ("FOR step = 1 TO 5 STEP 2", "step", Ink.NAME),
+    ("FOR i = 1 TO 5 STEP step", "STEP", Ink.CONTROL),
+    ("FOR i = 1 TO 5 STEP step", "step", Ink.NAME),
+    ("READY AT at", "AT", Ink.CONTROL),
+    ("MOVE at AT 5", "at", Ink.NAME),
+    ("x = dx+DX(part)", "dx", Ink.NAME),
+    ("x = dx+DX(part)", "DX", Ink.FUNCTION),
+    ("stop = status", "stop", Ink.NAME),
+    ("stop = status", "status", Ink.NAME),
+    ("MOVE HERE", "HERE", Ink.FUNCTION),
 ]
 
 
 def test_the_name_of_a_function_that_is_a_variable() -> None:
-    assert ("hand", Role.NAME) in list(scan("x = hand+HAND()", {"hand"}))
-    assert ("HAND", Role.FUNCTION) in list(scan("x = hand+HAND()", {"hand"}))
+    assert ("hand", Ink.NAME) in list(scan("x = hand+HAND()", {"hand"}))
+    assert ("HAND", Ink.FUNCTION) in list(scan("x = hand+HAND()", {"hand"}))
 
 
-@pytest.mark.parametrize(("line", "piece", "role"), WORDS)
-def test_role_of_a_piece(line: str, piece: str, role: Role) -> None:
-    assert (piece, role) in list(scan(line))
+@pytest.mark.parametrize(("line", "piece", "ink"), WORDS)
+def test_ink_of_a_piece(line: str, piece: str, ink: Ink) -> None:
+    assert (piece, ink) in list(scan(line))
 
 
 @given(st.text())

@@ -21,7 +21,7 @@ from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.kind import Kind
-from vrs_cli.render.roles import Role, toolkit_style
+from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.repl import interactive
 from vrs_cli.repl.interactive import LineValidator, Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
@@ -305,7 +305,7 @@ def test_before_the_tables_are_there_nothing_is_suggested_or_coloured() -> None:
     assert ValLexer(lambda: False).lex_document(Document("MOVE a"))(0) == [("", "MOVE a")]
     coloured = ValLexer(lambda: True).lex_document(Document("MOVE a"))(0)
     assert [fragment[1] for fragment in coloured] == ["MOVE", " ", "a"]
-    assert coloured[0][0] == toolkit_style(Role.INSTRUCTION)
+    assert coloured[0][0] == toolkit_style(Ink.INSTRUCTION)
 
 
 def test_a_failing_completion_is_told_in_the_toolbar(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:

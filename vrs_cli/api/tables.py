@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 
 from vrs_cli.dialogue.numbers import fixed
 from vrs_cli.render.blocks import Column, Grid, line, number_column
+from vrs_cli.render.colours import Ink
 from vrs_cli.render.html import blocks_html
-from vrs_cli.render.roles import Role
 
 ROWS = 5  # at the beginning and at the end of a long table
 
@@ -19,7 +19,7 @@ def table(title: str, columns: Sequence[Column], count: int, row: Callable[[int]
     else:
         first, last = map(row, range(ROWS)), map(row, range(count - ROWS, count))
         rows = (*first, ("...",) * len(columns), *last)
-    return blocks_html((line(title, Role.NOTE), Grid(tuple(columns), rows)))
+    return blocks_html((line(title, Ink.NOTE), Grid(tuple(columns), rows)))
 
 
 def number_columns(names: Iterable[str]) -> tuple[Column, ...]:

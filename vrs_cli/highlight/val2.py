@@ -17,20 +17,20 @@ from pygments.token import (  # type: ignore[import-untyped]
 )
 
 from vrs_cli.language.text.parser import variables_in
-from vrs_cli.render.roles import Role
+from vrs_cli.render.colours import Ink
 from vrs_cli.render.scan import scan
 
-TOKENS: Mapping[Role, Any] = {
-    Role.TEXT: Text,
-    Role.NAME: Name,
-    Role.NUMBER: Number,
-    Role.STRING: String,
-    Role.COMMAND: Keyword.Pseudo,
-    Role.INSTRUCTION: Keyword,
-    Role.CONTROL: Keyword.Reserved,
-    Role.FUNCTION: Name.Builtin,
-    Role.OPERATOR: Operator,
-    Role.COMMENT: Comment.Single,
+TOKENS: Mapping[Ink, Any] = {
+    Ink.TEXT: Text,
+    Ink.NAME: Name,
+    Ink.NUMBER: Number,
+    Ink.STRING: String,
+    Ink.COMMAND: Keyword.Pseudo,
+    Ink.INSTRUCTION: Keyword,
+    Ink.CONTROL: Keyword.Reserved,
+    Ink.FUNCTION: Name.Builtin,
+    Ink.OPERATOR: Operator,
+    Ink.COMMENT: Comment.Single,
 }
 
 
@@ -52,8 +52,8 @@ class Val2Lexer(Lexer):  # type: ignore[misc]  # of an untyped package
             if label:
                 yield at, Name.Label, body[:label]
                 at += label
-            for piece, role in scan(body[label:], variables):
-                yield at, TOKENS[role], piece
+            for piece, ink in scan(body[label:], variables):
+                yield at, TOKENS[ink], piece
                 at += len(piece)
             if len(body) < len(line):
                 yield at, Text, line[len(body) :]

@@ -7,9 +7,9 @@ from textwrap import wrap
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vrs_cli.render.roles import Role
+from vrs_cli.render.colours import Ink
 
-Piece = tuple[str, Role]
+Piece = tuple[str, Ink]
 
 GAP = 2  # blanks between the columns of a grid
 LEAST_FOLD = 20  # a folded column is never narrower
@@ -25,9 +25,9 @@ class Line(Struct, frozen=True):
         return "".join(text for text, _ in self.pieces)
 
 
-def line(text: str = "", role: Role = Role.TEXT) -> Line:
+def line(text: str = "", ink: Ink = Ink.TEXT) -> Line:
     """A line of one piece."""
-    return Line(((text, role),))
+    return Line(((text, ink),))
 
 
 class Column(Struct, frozen=True):
@@ -35,7 +35,7 @@ class Column(Struct, frozen=True):
     goes on below itself, with `cut` it is cut."""
 
     heading: str
-    role: Role = Role.TEXT
+    ink: Ink = Ink.TEXT
     right: bool = False
     width: int = 0
     fold: bool = False
@@ -44,7 +44,7 @@ class Column(Struct, frozen=True):
 
 def number_column(heading: str, width: int = 10) -> Column:
     """A column of numbers, ten characters wide as VAL-II prints them."""
-    return Column(heading, Role.NUMBER, right=True, width=width)
+    return Column(heading, Ink.NUMBER, right=True, width=width)
 
 
 def number_columns(*headings: str, width: int = 10) -> tuple[Column, ...]:
@@ -144,10 +144,10 @@ def _columns(grid: Grid, chosen: list[int]) -> Grid:
 def grid_lines(grid: Grid) -> tuple[Line, ...]:
     """A grid as lines: headings, then rows."""
     widths = grid.widths()
-    heads = tuple((column.heading, Role.HEADING) for column in grid.columns)
+    heads = tuple((column.heading, Ink.HEADING) for column in grid.columns)
     lines = [_row(grid, widths, heads)] if any(column.heading for column in grid.columns) else []
     for row in grid.rows:
-        cells = tuple((cell, column.role) for cell, column in zip(row, grid.columns, strict=True))
+        cells = tuple((cell, column.ink) for cell, column in zip(row, grid.columns, strict=True))
         lines.append(_row(grid, widths, cells))
     return tuple(lines)
 
@@ -156,11 +156,11 @@ def _row(grid: Grid, widths: tuple[int, ...], cells: tuple[Piece, ...]) -> Line:
     gap = "" if grid.tight else " " * GAP
     last = len(cells) - 1
     pieces: list[Piece] = []
-    for i, (column, width, (text, role)) in enumerate(zip(grid.columns, widths, cells, strict=True)):
+    for i, (column, width, (text, ink)) in enumerate(zip(grid.columns, widths, cells, strict=True)):
         space = " " * (width - len(text))
         if column.right:
-            pieces += [(space, Role.TEXT), (text, role)]
+            pieces += [(space, Ink.TEXT), (text, ink)]
         else:
-            pieces += [(text, role), ("" if i == last else space, Role.TEXT)]
-        pieces.append(("" if i == last else gap, Role.TEXT))
+            pieces += [(text, ink), ("" if i == last else space, Ink.TEXT)]
+        pieces.append(("" if i == last else gap, Ink.TEXT))
     return Line(tuple(piece for piece in pieces if piece[0]))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.numbers import fixed
 from vrs_cli.render.blocks import Line, Page, Piece, line
-from vrs_cli.render.roles import CURVES, Role
+from vrs_cli.render.colours import CURVES, Ink
 
 if TYPE_CHECKING:
     from vrs_cli.dialogue.replies import Curve, Plot
@@ -27,7 +27,7 @@ def chart(plot: Plot, page: Page) -> Iterator[Line]:
     """The title, the drawing, the time axis and the legend."""
     width = WIDTH if page.width is None else max(LEAST_WIDTH, min(page.width - LABEL - 2, 2 * WIDTH))
     low, high = _range(plot.curves)
-    yield line(f"{plot.title} [{plot.unit}]", Role.HEADING)
+    yield line(f"{plot.title} [{plot.unit}]", Ink.HEADING)
     fine = page.unicode and page.colours
     canvas = Canvas(width, HEIGHT, *((DOTS_WIDE, DOTS_HIGH) if fine else (1, 1)))
     for number, curve in enumerate(plot.curves):
@@ -85,14 +85,14 @@ def _figure(row: int, low: float, high: float) -> Piece:
     """The scale at the left: at the top, in the middle and at the bottom."""
     shown = row in (0, HEIGHT // 2, HEIGHT - 1)
     value = high - (high - low) * row / (HEIGHT - 1)
-    return (f"{fixed(value) if shown else '':>{LABEL - 1}} |", Role.NOTE)
+    return (f"{fixed(value) if shown else '':>{LABEL - 1}} |", Ink.NOTE)
 
 
 def _cells(canvas: Canvas, row: int, curves: Sequence[Curve], fine: bool) -> Iterator[Piece]:
     for column in range(canvas.width):
         owner = canvas.owner.get((row, column))
         if owner is None:
-            yield (" ", Role.TEXT)
+            yield (" ", Ink.TEXT)
         else:
             mark = chr(BRAILLE + canvas.dots[row, column]) if fine else curves[owner].mark
             yield (mark, CURVES[owner % len(CURVES)])
@@ -101,10 +101,10 @@ def _cells(canvas: Canvas, row: int, curves: Sequence[Curve], fine: bool) -> Ite
 def _time_axis(times: Sequence[float], width: int) -> Iterator[Line]:
     ticks = range(0, width - TICK // 2, TICK)  # with room for the last figure
     rule = "".join("+" if column in ticks else "-" for column in range(width))
-    yield line(" " * LABEL + rule, Role.NOTE)
+    yield line(" " * LABEL + rule, Ink.NOTE)
     first, last = times[0], times[-1]
     figures = (f"{fixed(first + (last - first) * column / (width - 1)):<{TICK}}" for column in ticks)
-    yield line(" " * LABEL + "".join(figures).rstrip() + " s", Role.NOTE)
+    yield line(" " * LABEL + "".join(figures).rstrip() + " s", Ink.NOTE)
 
 
 def _legend(number: int, curve: Curve, fine: bool) -> Line:
@@ -112,8 +112,8 @@ def _legend(number: int, curve: Curve, fine: bool) -> Line:
     span = f"{fixed(min(curve.values))} to {fixed(max(curve.values))}"
     return Line(
         (
-            (" " * LABEL, Role.TEXT),
+            (" " * LABEL, Ink.TEXT),
             (f"{stroke} {curve.label:<5}", CURVES[number % len(CURVES)]),
-            (f" {span}", Role.NOTE),
+            (f" {span}", Ink.NOTE),
         )
     )

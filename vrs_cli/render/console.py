@@ -11,9 +11,9 @@ from rich.table import Table
 from rich.text import Text
 
 from vrs_cli.render.blocks import Block, Grid, Line, Page, grid_lines, split
+from vrs_cli.render.colours import Ink, rich_style
 from vrs_cli.render.control import visible
 from vrs_cli.render.layout import blocks
-from vrs_cli.render.roles import Role, rich_style
 
 if TYPE_CHECKING:
     from vrs_cli.dialogue.replies import Reply
@@ -55,14 +55,14 @@ def _renderables(block: Block, page: Page) -> Iterator[Text | Table]:
 
 def rich_text(line: Line) -> Text:
     """A line with its colours."""
-    return Text.assemble(*((visible(text), rich_style(role)) for text, role in line.pieces))
+    return Text.assemble(*((visible(text), rich_style(ink)) for text, ink in line.pieces))
 
 
 def _table(grid: Grid) -> Table:
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style=rich_style(Role.HEADING))
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style=rich_style(Ink.HEADING))
     for column in grid.columns:
         table.add_column(
-            column.heading, justify="right" if column.right else "left", style=rich_style(column.role), no_wrap=True
+            column.heading, justify="right" if column.right else "left", style=rich_style(column.ink), no_wrap=True
         )
     for row in grid.rows:
         table.add_row(*(Text(visible(cell)) for cell in row))

@@ -8,8 +8,8 @@ from itertools import groupby
 
 from vrs_cli.dialogue.replies import Plot, Reply
 from vrs_cli.render.blocks import PIPE, Block, Grid, Line
+from vrs_cli.render.colours import COLOURS, Ink
 from vrs_cli.render.layout import blocks
-from vrs_cli.render.roles import COLOURS, Role
 from vrs_cli.render.svg import picture
 
 
@@ -30,11 +30,11 @@ def blocks_html(shown: Iterable[Block]) -> str:
 
 
 def _line(line: Line) -> str:
-    return "".join(_coloured(text, role) for text, role in line.pieces)
+    return "".join(_coloured(text, ink) for text, ink in line.pieces)
 
 
-def _coloured(text: str, role: Role) -> str:
-    colour, bold = COLOURS[role]
+def _coloured(text: str, ink: Ink) -> str:
+    colour, bold = COLOURS[ink]
     style = f"color:{colour};" * bool(colour) + "font-weight:bold" * bold
     return f'<span style="{style}">{escape(text)}</span>' if style else escape(text)
 

@@ -24,11 +24,11 @@ from vrs_cli.language.text.diagnostics import Severity, show
 from vrs_cli.language.words.values import default_form, numbers_of
 from vrs_cli.render.blocks import Block, Column, Grid, Line, Page, line, number_column, number_columns
 from vrs_cli.render.chart import chart
+from vrs_cli.render.colours import Ink
 from vrs_cli.render.displaced import sentences
-from vrs_cli.render.roles import Role
 from vrs_cli.render.scan import scan
 
-TONES: Mapping[Tone, Role] = {Tone.NOTE: Role.NOTE, Tone.WARNING: Role.WARNING, Tone.ERROR: Role.ERROR}
+TONES: Mapping[Tone, Ink] = {Tone.NOTE: Ink.NOTE, Tone.WARNING: Ink.WARNING, Tone.ERROR: Ink.ERROR}
 
 POSE = ("X", "Y", "Z", "O", "A", "T")
 PLAIN_WIDTH = 80  # where a page has no width and text must be broken
@@ -36,7 +36,7 @@ NAME_COLUMN = 16
 SIGNALS_A_ROW = 16
 ROWS_ALWAYS = 2  # of a bank of signals; further rows only where a signal is on
 LINEAGE: Mapping[str, str] = {"1": "VAL", "2": "VAL-II", "+": "V+"}
-NAMES = Column("", Role.NAME, width=NAME_COLUMN)
+NAMES = Column("", Ink.NAME, width=NAME_COLUMN)
 NOTHING: Mapping[type, str] = {  # what is said of tables without rows
     replies.LocationTable: "No locations defined",
     replies.RealTable: "No reals defined",
@@ -49,7 +49,7 @@ def blocks(reply: Reply, page: Page) -> Iterator[Block]:
     """What is drawn for a reply, from top to bottom."""
     none = NOTHING.get(type(reply))
     if none is not None and not reply.rows:  # type: ignore[union-attr]  # each of those has rows
-        yield line(none, Role.NOTE)
+        yield line(none, Ink.NOTE)
     else:
         yield from LAYOUTS[type(reply)](reply, page)
 
@@ -64,18 +64,18 @@ def _message(reply: replies.Message, _page: Page) -> Iterator[Block]:
 
 def _diagnostics(reply: replies.DiagnosticsReport, _page: Page) -> Iterator[Block]:
     for item in reply.items:
-        role = Role.ERROR if item.diagnostic.severity is Severity.ERROR else Role.WARNING
+        ink = Ink.ERROR if item.diagnostic.severity is Severity.ERROR else Ink.WARNING
         first, *others = show(item.diagnostic, item.source_line, item.path).split("\n")
-        yield line(first, role)
+        yield line(first, ink)
         for text in others:
-            yield line(text, role if text.strip(" ^") == "" else Role.TEXT)
+            yield line(text, ink if text.strip(" ^") == "" else Ink.TEXT)
 
 
 def _program_stopped(reply: replies.ProgramStopped, _page: Page) -> Iterator[Block]:
     yield line(reply.what, TONES[reply.tone])
-    yield line(f"Program stopped at {reply.program}, step {reply.step}", Role.NOTE)
+    yield line(f"Program stopped at {reply.program}, step {reply.step}", Ink.NOTE)
     if reply.source:
-        yield Line((("    ", Role.TEXT), *scan(reply.source)))
+        yield Line((("    ", Ink.TEXT), *scan(reply.source)))
 
 
 # --- positions and values ------------------------------------------------------------------------------------------
@@ -84,7 +84,7 @@ def _program_stopped(reply: replies.ProgramStopped, _page: Page) -> Iterator[Blo
 def _whereabouts(reply: replies.Whereabouts, _page: Page) -> Iterator[Block]:
     position = reply.position
     if reply.stamped:
-        yield line(f"At {seconds(position.time)}, {_doing(position)}", Role.NOTE)
+        yield line(f"At {seconds(position.time)}, {_doing(position)}", Ink.NOTE)
     yield _figures((*POSE, "Hand"), (*numbers_of(position.T_world_tool), position.hand))
     joints = numbers_of(position.joints, reply.units)
     yield _figures(_joints(len(joints)), joints)
@@ -118,7 +118,7 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
     options = reach.options or ((reach.goal,) if reach.goal else ())
     joints = max((len(option.joints) for option in options if option.joints), default=0)
     columns = (
-        Column("Configuration", Role.NAME),
+        Column("Configuration", Ink.NAME),
         Column("Reach", width=8),
         *number_columns(*_joints(joints), width=9),
     )
@@ -132,12 +132,12 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
     )
     yield Grid(columns, rows, boxed=True, keys=1)
     if reach.chosen is not None:
-        yield from _told(f"MOVE: {'; '.join(filter(None, (str(reach.chosen), reach.reason)))}", Role.NOTE, page)
+        yield from _told(f"MOVE: {'; '.join(filter(None, (str(reach.chosen), reach.reason)))}", Ink.NOTE, page)
     elif reach.line.trouble == reach.reason:
-        yield from _told(f"MOVE, MOVES: {reach.reason}", Role.ERROR, page)
+        yield from _told(f"MOVE, MOVES: {reach.reason}", Ink.ERROR, page)
         return
     else:
-        yield from _told(f"MOVE: {reach.reason}", Role.ERROR, page)
+        yield from _told(f"MOVE: {reach.reason}", Ink.ERROR, page)
     yield from _line_check(reach.line, page)
 
 
@@ -167,14 +167,14 @@ def _line_check(check: LineCheck, page: Page) -> Iterator[Block]:
     if check.duration is not None:
         stops = " and ".join(f"{1e3 * stop:.1f} mm" for stop in check.stops)
         rests = f"; it stops after {stops}, where joints turn back at once, and goes on" if stops else ""
-        yield from _told(f"MOVES: {way} in {seconds(check.duration)}{rests}", Role.NOTE, page)
+        yield from _told(f"MOVES: {way} in {seconds(check.duration)}{rests}", Ink.NOTE, page)
         return
     at = ""
     if check.at is not None and check.length > 0.0:
         at = f" after {1e3 * check.at:.1f} of {way} ({100.0 * check.at / check.length:.0f} %)"
-    yield from _told(f"MOVES: stops{at}: {check.trouble}" if at else f"MOVES: {check.trouble}", Role.ERROR, page)
+    yield from _told(f"MOVES: stops{at}: {check.trouble}" if at else f"MOVES: {check.trouble}", Ink.ERROR, page)
     for out in check.ways_out:
-        yield from _told(_way_out(out), Role.NOTE, page)
+        yield from _told(_way_out(out), Ink.NOTE, page)
 
 
 def _way_out(out: WayOut) -> str:
@@ -187,9 +187,9 @@ def _way_out(out: WayOut) -> str:
     return "Instead: MOVE, on another path"
 
 
-def _told(text: str, role: Role, page: Page) -> Iterator[Block]:
+def _told(text: str, ink: Ink, page: Page) -> Iterator[Block]:
     for part in wrap(text, page.width or len(text)):
-        yield line(part, role)
+        yield line(part, ink)
 
 
 def _locations(reply: replies.LocationTable, _page: Page) -> Iterator[Block]:
@@ -206,7 +206,7 @@ def _location_cells(value: Transform | Joints | None, units: JointUnits) -> tupl
 
 def _reals(reply: replies.RealTable, _page: Page) -> Iterator[Block]:
     rows = tuple((name, _real(value, reply.truths)) for name, value in reply.rows)
-    yield Grid((NAMES, Column("", Role.NUMBER)), rows, tight=True)
+    yield Grid((NAMES, Column("", Ink.NUMBER)), rows, tight=True)
 
 
 def _real(value: float, truth: bool) -> str:
@@ -214,7 +214,7 @@ def _real(value: float, truth: bool) -> str:
 
 
 def _strings(reply: replies.StringTable, _page: Page) -> Iterator[Block]:
-    yield Grid((NAMES, Column("", Role.STRING)), tuple((name, f' "{text}"') for name, text in reply.rows), tight=True)
+    yield Grid((NAMES, Column("", Ink.STRING)), tuple((name, f' "{text}"') for name, text in reply.rows), tight=True)
 
 
 # --- programs ------------------------------------------------------------------------------------------------------
@@ -233,8 +233,8 @@ def _program_part(listed: replies.ProgramText | replies.ProgramPart, _page: Page
     variables = variables_in((listed.header, *(step.text for step in listed.steps)))
     for step in listed.steps:
         mark = "?" if step.bad else " "
-        text = ((step.text, Role.ERROR),) if step.bad else tuple(scan(step.text, variables))
-        yield Line(((f"{step.number:5d} {mark} ", Role.NOTE), *text))
+        text = ((step.text, Ink.ERROR),) if step.bad else tuple(scan(step.text, variables))
+        yield Line(((f"{step.number:5d} {mark} ", Ink.NOTE), *text))
 
 
 def _file_text(reply: replies.FileText, _page: Page) -> Iterator[Block]:
@@ -243,23 +243,23 @@ def _file_text(reply: replies.FileText, _page: Page) -> Iterator[Block]:
 
 def _file_table(reply: replies.FileTable, _page: Page) -> Iterator[Block]:
     if not reply.rows:
-        yield line(f"No files in {reply.folder}", Role.NOTE)
+        yield line(f"No files in {reply.folder}", Ink.NOTE)
         return
     width = max(len(row.name) for row in reply.rows)
     for row in reply.rows:
         size = "folder" if row.size is None else f"{row.size} bytes"
-        yield Line(((f"{row.name:<{width}}", Role.NAME), (f"  {size:>14}", Role.NOTE)))
+        yield Line(((f"{row.name:<{width}}", Ink.NAME), (f"  {size:>14}", Ink.NOTE)))
 
 
 def _program_names(reply: replies.ProgramNames, _page: Page) -> Iterator[Block]:
-    columns = (Column("", Role.ERROR), NAMES, Column("", Role.NUMBER), Column("", Role.COMMENT, fold=True))
+    columns = (Column("", Ink.ERROR), NAMES, Column("", Ink.NUMBER), Column("", Ink.COMMENT, fold=True))
     rows = tuple(
         (" " if row.executable else "*", row.name, f"{row.steps:4d} step{'s' * (row.steps != 1)}", row.comment)
         for row in reply.rows
     )
     yield Grid(columns, rows)
     if not all(row.executable for row in reply.rows):
-        yield line("* not executable: LISTP shows its bad lines, LOAD of the mended file brings it in", Role.NOTE)
+        yield line("* not executable: LISTP shows its bad lines, LOAD of the mended file brings it in", Ink.NOTE)
 
 
 def _status(reply: replies.StatusReport, _page: Page) -> Iterator[Block]:
@@ -285,7 +285,7 @@ def _progress(progress: replies.Progress) -> Iterator[tuple[str, str]]:
 
 def _facts(*facts: tuple[str, str]) -> Iterator[Block]:
     """Names and what they are, in two columns."""
-    yield Grid((Column("", Role.HEADING, width=NAME_COLUMN), Column("", fold=True)), facts, tight=True)
+    yield Grid((Column("", Ink.HEADING, width=NAME_COLUMN), Column("", fold=True)), facts, tight=True)
 
 
 # --- settings and the system ---------------------------------------------------------------------------------------
@@ -293,8 +293,8 @@ def _facts(*facts: tuple[str, str]) -> Iterator[Block]:
 
 def _signals(reply: replies.SignalTable, _page: Page) -> Iterator[Block]:
     for bank in reply.banks:
-        yield line(bank.title, Role.HEADING)
-        columns = (Column("", Role.NOTE, right=True, width=6), Column("", Role.NUMBER))
+        yield line(bank.title, Ink.HEADING)
+        columns = (Column("", Ink.NOTE, right=True, width=6), Column("", Ink.NUMBER))
         yield Grid(columns, tuple(_signal_rows(bank)))
 
 
@@ -307,7 +307,7 @@ def _signal_rows(bank: replies.SignalBank) -> Iterator[tuple[str, str]]:
 
 
 def _settings(reply: replies.SettingTable, _page: Page) -> Iterator[Block]:
-    columns = (Column(reply.title, Role.NAME), Column("", Role.NUMBER), Column("", Role.NOTE, fold=True))
+    columns = (Column(reply.title, Ink.NAME), Column("", Ink.NUMBER), Column("", Ink.NOTE, fold=True))
     yield Grid(columns, tuple((row.name, row.value, row.summary) for row in reply.rows))
 
 
@@ -338,24 +338,24 @@ def _free(reply: replies.FreeReport, _page: Page) -> Iterator[Block]:
 
 def _help_overview(reply: replies.HelpOverview, page: Page) -> Iterator[Block]:
     for group in reply.groups:
-        yield line(group.title, Role.HEADING)
+        yield line(group.title, Ink.HEADING)
         words = " ".join(word.replace(" ", "\0") for word in group.words)
         for text in wrap(words, (page.width or PLAIN_WIDTH) - 2, break_on_hyphens=False, break_long_words=False):
-            yield Line((("  ", Role.TEXT), *scan(text.replace("\0", " "))))
-    yield line("HELP word explains one of them.", Role.NOTE)
+            yield Line((("  ", Ink.TEXT), *scan(text.replace("\0", " "))))
+    yield line("HELP word explains one of them.", Ink.NOTE)
 
 
 def _help_page(reply: replies.HelpPage, page: Page) -> Iterator[Block]:
     for number, entry in enumerate(reply.entries):
         if number:
             yield line()
-        yield Line((*scan(entry.form), (f"   ({_of(entry)})", Role.NOTE)))
+        yield Line((*scan(entry.form), (f"   ({_of(entry)})", Ink.NOTE)))
         for text in wrap(_sentence(entry.summary), (page.width or PLAIN_WIDTH) - 4):
             yield line(f"    {text}")
         if entry.note:
-            yield line(f"    {_sentence(entry.note)}", Role.WARNING)
+            yield line(f"    {_sentence(entry.note)}", Ink.WARNING)
         if entry.example:
-            yield Line((("    Example: ", Role.NOTE), *scan(entry.example)))
+            yield Line((("    Example: ", Ink.NOTE), *scan(entry.example)))
 
 
 def _of(entry: replies.HelpEntry) -> str:
@@ -374,21 +374,21 @@ def _sentence(text: str) -> str:
 
 def _timeline(reply: replies.TimelineTable, page: Page) -> Iterator[Block]:
     if not reply.commands:
-        yield line(f"No motions yet; the clock is at {seconds(reply.clock)}", Role.NOTE)
+        yield line(f"No motions yet; the clock is at {seconds(reply.clock)}", Ink.NOTE)
         return
     yield from _latest(_command_grid(reply.commands), "commands", page.rows)
     yield line()
     yield from _latest(_segment_grid(reply.segments), "segments", page.rows)
     for row in reply.stops:
         text = f"{_labelled(row)} stops on its way, at {seconds(row.finish)}, and goes on"
-        yield from _told(text, Role.NOTE, page)
-    yield line(f"The clock is at {seconds(reply.clock)}", Role.NOTE)
+        yield from _told(text, Ink.NOTE, page)
+    yield line(f"The clock is at {seconds(reply.clock)}", Ink.NOTE)
 
 
 def _latest(grid: Grid, what: str, most: int | None) -> Iterator[Block]:
     """The last rows of a table that may be long, and how many were left out."""
     if most is not None and len(grid.rows) > most:
-        yield line(f"The first {len(grid.rows) - most} {what} are not shown; SAVE writes all of them", Role.NOTE)
+        yield line(f"The first {len(grid.rows) - most} {what} are not shown; SAVE writes all of them", Ink.NOTE)
         grid = replace(grid, rows=grid.rows[-most:])
     yield grid
 
@@ -399,7 +399,7 @@ def _command_grid(commands: Sequence[CommandRecord]) -> Grid:
     headings = ("t_iss", "asked", "t_exec", "t_end") if displaced else ("t_iss", "t_exec", "t_end")
     columns = (
         number_column("No.", 3),
-        Column("Command", Role.INSTRUCTION, width=NAME_COLUMN, fold=True),
+        Column("Command", Ink.INSTRUCTION, width=NAME_COLUMN, fold=True),
         *number_columns(*headings, width=8),
     )
     rows = tuple(
@@ -414,7 +414,7 @@ def _asked(record: CommandRecord | None) -> str:
 
 
 def _displaced(reply: replies.Displaced, _page: Page) -> Iterator[Block]:
-    yield from (line(sentence, Role.WARNING) for sentence in sentences(reply.displacement))
+    yield from (line(sentence, Ink.WARNING) for sentence in sentences(reply.displacement))
 
 
 def _segment_grid(segments: Sequence[replies.SegmentRow]) -> Grid:
@@ -423,7 +423,7 @@ def _segment_grid(segments: Sequence[replies.SegmentRow]) -> Grid:
         *number_columns("t_s", "t_f", width=8),
         Column("Phase", width=10),
         Column("Space", width=8),
-        Column("Command", Role.INSTRUCTION, cut=True),
+        Column("Command", Ink.INSTRUCTION, cut=True),
     )
     rows = tuple(
         (str(number), fixed(row.start), fixed(row.finish), row.phase, row.space, _labelled(row))
@@ -434,10 +434,10 @@ def _segment_grid(segments: Sequence[replies.SegmentRow]) -> Grid:
 
 def _branches(reply: replies.BranchTable, _page: Page) -> Iterator[Block]:
     columns = (
-        Column("Branch", Role.NAME, width=NAME_COLUMN),
+        Column("Branch", Ink.NAME, width=NAME_COLUMN),
         number_column("Commands", 0),
         *number_columns("Ends", "Clock"),
-        Column("", Role.NOTE),
+        Column("", Ink.NOTE),
     )
     rows = tuple(
         (row.name, str(row.commands), fixed(row.end), fixed(row.clock), "present" if row.present else "")
@@ -448,11 +448,11 @@ def _branches(reply: replies.BranchTable, _page: Page) -> Iterator[Block]:
 
 def _comparison(reply: replies.ComparisonTable, page: Page) -> Iterator[Block]:
     told = reply.comparison
-    columns = (NAMES, *number_columns(reply.a, reply.b, "Change"), Column("", Role.NOTE))
+    columns = (NAMES, *number_columns(reply.a, reply.b, "Change"), Column("", Ink.NOTE))
     yield Grid(columns, tuple(_measures(told.a, told.b)), boxed=True)
     yield line()
     yield from _latest(_fates(reply), "commands", page.rows)
-    yield line(_apart(told, reply.units), Role.NOTE)
+    yield line(_apart(told, reply.units), Ink.NOTE)
 
 
 def _measures(a: Extent, b: Extent) -> Iterator[tuple[str, ...]]:
@@ -475,7 +475,7 @@ def _fates(reply: replies.ComparisonTable) -> Grid:
     pairs = reply.comparison.commands
     displaced = any(record.displaced for pair in pairs for record in (pair.a, pair.b) if record is not None)
     columns = (
-        Column("Command", Role.INSTRUCTION, width=NAME_COLUMN),
+        Column("Command", Ink.INSTRUCTION, width=NAME_COLUMN),
         *number_columns(*("asked",) * displaced, *headings, width=8),
     )
     rows = tuple((pair.text, *(_asked(pair.a or pair.b),) * displaced, *_fate(pair)) for pair in pairs)
@@ -516,7 +516,7 @@ def _labelled(row: replies.SegmentRow | replies.ReplayRow) -> str:
 
 
 def _replay(reply: replies.ReplayTable, _page: Page) -> Iterator[Block]:
-    columns = (*number_columns("t", *POSE), Column("   Command", Role.INSTRUCTION))
+    columns = (*number_columns("t", *POSE), Column("   Command", Ink.INSTRUCTION))
     rows = tuple(
         (fixed(row.end), *map(fixed, numbers_of(row.T_world_tool)), f"   {_labelled(row)}".rstrip())
         for row in reply.rows

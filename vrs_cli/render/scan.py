@@ -6,7 +6,7 @@ import re
 from collections.abc import Container, Iterator, Mapping
 from functools import cache
 
-from vrs_cli.render.roles import Role
+from vrs_cli.render.colours import Ink
 
 _TOKEN = re.compile(
     r"""(?P<comment>;.*)
@@ -22,40 +22,40 @@ _TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")  # what follows the name th
 
 _FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Z][\w.]*)", re.IGNORECASE)  # behind a label
 
-_ROLES: Mapping[str, Role] = {
-    "comment": Role.COMMENT,
-    "string": Role.STRING,
-    "number": Role.NUMBER,
-    "space": Role.TEXT,
-    "operator": Role.OPERATOR,
+_INKS: Mapping[str, Ink] = {
+    "comment": Ink.COMMENT,
+    "string": Ink.STRING,
+    "number": Ink.NUMBER,
+    "space": Ink.TEXT,
+    "operator": Ink.OPERATOR,
 }
 
 
 @cache
-def _first_role(word: str) -> Role | None:
-    """The role of a first word, also one that is cut short; None where it begins no statement."""
+def _first_ink(word: str) -> Ink | None:
+    """The ink of a first word, also one that is cut short; None where it begins no statement."""
     from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
     from vrs_cli.language.words.monitor import COMMANDS
     from vrs_cli.language.words.word import rows_for
 
-    tables = {Role.COMMAND: COMMANDS, Role.INSTRUCTION: INSTRUCTIONS, Role.CONTROL: CONTROL}
+    tables = {Ink.COMMAND: COMMANDS, Ink.INSTRUCTION: INSTRUCTIONS, Ink.CONTROL: CONTROL}
     rows = rows_for(word, *tables.values())
     if not rows or (word in _inner_words() and not any(word in table for table in tables.values())):
         return None
-    return next(role for role, table in tables.items() if table.get(rows[0].name) is rows[0])
+    return next(ink for ink, table in tables.items() if table.get(rows[0].name) is rows[0])
 
 
 @cache
-def _inner_words() -> Mapping[str, Role]:
-    """The role of every word that stands inside a statement, where it is itself."""
+def _inner_words() -> Mapping[str, Ink]:
+    """The ink of every word that stands inside a statement, where it is itself."""
     from vrs_cli.language.words.functions import FUNCTIONS
     from vrs_cli.language.words.instructions import CONNECTIVES, OPERATOR_WORDS
     from vrs_cli.language.words.monitor import COMMANDS
 
     leads = {lead for word in COMMANDS.values() for lead in word.leads}
     links = CONNECTIVES | leads | {"AT", "IN", "DO", "GOTO", "MONITOR"}
-    roles = dict.fromkeys(FUNCTIONS, Role.FUNCTION) | dict.fromkeys(links, Role.CONTROL)
-    return roles | dict.fromkeys(OPERATOR_WORDS, Role.OPERATOR)
+    inks = dict.fromkeys(FUNCTIONS, Ink.FUNCTION) | dict.fromkeys(links, Ink.CONTROL)
+    return inks | dict.fromkeys(OPERATOR_WORDS, Ink.OPERATOR)
 
 
 @cache
@@ -85,8 +85,8 @@ def _words_of(line: str) -> frozenset[str]:
     return frozenset({sort[1].upper()}) if sort is not None else frozenset()
 
 
-def scan(line: str, variables: Container[str] = ()) -> Iterator[tuple[str, Role]]:
-    """The pieces of a line with their roles; together they are the line. `variables`: the keys of those that bear the
+def scan(line: str, variables: Container[str] = ()) -> Iterator[tuple[str, Ink]]:
+    """The pieces of a line with their inks; together they are the line. `variables`: the keys of those that bear the
     name of a function.
     """
     first, linking = True, _words_of(line)
@@ -94,33 +94,33 @@ def scan(line: str, variables: Container[str] = ()) -> Iterator[tuple[str, Role]
     for token in _TOKEN.finditer(line):
         text, sort = token.group(), token.lastgroup or "operator"
         if sort != "word":
-            yield text, _ROLES[sort]
+            yield text, _INKS[sort]
             if sort in ("number", "string", "operator"):
                 ended = sort != "operator" or text in ")]"
             continue
         rest = line[token.end() :]
         starts = first and not _TARGET.match(rest)
-        role = _first_role(text.upper()) if starts else None
-        if role is None:
+        ink = _first_ink(text.upper()) if starts else None
+        if ink is None:
             linked = text.upper() in linking and not first
-            role = Role.CONTROL if linked else _role(text, rest, ended, variables)
-        ended = text.upper() in _with_links() if starts else role in (Role.NAME, Role.FUNCTION)
+            ink = Ink.CONTROL if linked else _ink(text, rest, ended, variables)
+        ended = text.upper() in _with_links() if starts else ink in (Ink.NAME, Ink.FUNCTION)
         first = first and text.upper() == "DO"
-        yield text, role
+        yield text, ink
 
 
-def _role(text: str, rest: str, ended: bool, variables: Container[str]) -> Role:
-    """The role of a word that does not start a statement."""
+def _ink(text: str, rest: str, ended: bool, variables: Container[str]) -> Ink:
+    """The ink of a word that does not start a statement."""
     from vrs_cli.language.words.functions import FUNCTIONS
 
     word = text.upper()
     if word.startswith("."):
-        return Role.CONTROL
-    role = _inner_words().get(word, Role.NAME)
-    if role is Role.OPERATOR or (role is Role.CONTROL and ended):
-        return Role.CONTROL
+        return Ink.CONTROL
+    ink = _inner_words().get(word, Ink.NAME)
+    if ink is Ink.OPERATOR or (ink is Ink.CONTROL and ended):
+        return Ink.CONTROL
     function = FUNCTIONS.get(word)
     is_function = function is not None and (
         rest.startswith("(") or (function.constant and word.lower() not in variables)
     )
-    return Role.FUNCTION if is_function else Role.NAME
+    return Ink.FUNCTION if is_function else Ink.NAME

@@ -1,4 +1,4 @@
-"""The colours of `render.roles` for what prompt-toolkit draws: bars, messages, menus."""
+"""The colours of `render.colours` for what prompt-toolkit draws: bars, messages, menus."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.styles import Style
 
-from vrs_cli.render.roles import Bar, Role, bar_style, toolkit_style
+from vrs_cli.render.colours import Bar, Ink, bar_style, toolkit_style
 
 STYLE = Style.from_dict(
     {
@@ -15,17 +15,17 @@ STYLE = Style.from_dict(
         "bottom-toolbar": bar_style(Bar.STATUS),
         "validation-toolbar": bar_style(Bar.MISTAKE),
         "completion-menu.completion.current": bar_style(Bar.CHOSEN),
-        "exiting": toolkit_style(Role.NOTE),
-        "aborting": toolkit_style(Role.NOTE),
-        "control-character": toolkit_style(Role.NOTE),
+        "exiting": toolkit_style(Ink.NOTE),
+        "aborting": toolkit_style(Ink.NOTE),
+        "control-character": toolkit_style(Ink.NOTE),
         "search": bar_style(Bar.CHOSEN),
         # our own
         "title": bar_style(Bar.TITLE),
-        "margin": toolkit_style(Role.NOTE),
-        "finding.error": f"underline {toolkit_style(Role.ERROR)}",
-        "finding.warning": f"underline {toolkit_style(Role.WARNING)}",
+        "margin": toolkit_style(Ink.NOTE),
+        "finding.error": f"underline {toolkit_style(Ink.ERROR)}",
+        "finding.warning": f"underline {toolkit_style(Ink.WARNING)}",
         "message.error": bar_style(Bar.MISTAKE),
-        "message.warning": toolkit_style(Role.WARNING),
+        "message.warning": toolkit_style(Ink.WARNING),
     }
 )
 

@@ -8,9 +8,9 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.lexers import Lexer
 
-from vrs_cli.render.roles import Role, toolkit_style
+from vrs_cli.render.colours import Ink, toolkit_style
 
-STYLES: Mapping[Role, str] = {role: toolkit_style(role) for role in Role}
+STYLES: Mapping[Ink, str] = {ink: toolkit_style(ink) for ink in Ink}
 
 
 class ValLexer(Lexer):
@@ -30,7 +30,7 @@ class ValLexer(Lexer):
         from vrs_cli.render.scan import scan
 
         variables = variables_in(document.lines) if len(document.lines) > 1 else self._names()
-        return lambda number: [(STYLES[role], text) for text, role in scan(document.lines[number], variables)]
+        return lambda number: [(STYLES[ink], text) for text, ink in scan(document.lines[number], variables)]
 
     def invalidation_hash(self) -> object:
         return self._ready()

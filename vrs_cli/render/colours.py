@@ -12,7 +12,9 @@ from collections.abc import Mapping
 from enum import Enum
 
 
-class Role(Enum):
+class Ink(Enum):
+    """What a piece of text is: that decides how it is drawn."""
+
     TEXT = "text"
     HEADING = "heading"
     NAME = "name"
@@ -35,7 +37,7 @@ class Role(Enum):
     CURVE_6 = "curve6"
 
 
-CURVES = (Role.CURVE_1, Role.CURVE_2, Role.CURVE_3, Role.CURVE_4, Role.CURVE_5, Role.CURVE_6)
+CURVES = (Ink.CURVE_1, Ink.CURVE_2, Ink.CURVE_3, Ink.CURVE_4, Ink.CURVE_5, Ink.CURVE_6)
 
 MAGENTA = "#d700af"
 GREEN = "#008900"
@@ -46,27 +48,27 @@ GREY = "#767676"
 RED = "#eb0000"
 
 # colour ("" is the terminal's own), bold
-COLOURS: Mapping[Role, tuple[str, bool]] = {
-    Role.TEXT: ("", False),
-    Role.HEADING: ("", True),
-    Role.NAME: ("", False),
-    Role.NUMBER: (MAGENTA, False),
-    Role.STRING: (GREEN, False),
-    Role.COMMAND: (CYAN, True),
-    Role.INSTRUCTION: (CYAN, False),
-    Role.CONTROL: (YELLOW, False),
-    Role.FUNCTION: (BLUE, True),
-    Role.OPERATOR: ("", False),
-    Role.COMMENT: (GREY, False),
-    Role.NOTE: (GREY, False),
-    Role.WARNING: (YELLOW, False),
-    Role.ERROR: (RED, False),
-    Role.CURVE_1: (RED, False),
-    Role.CURVE_2: (GREEN, False),
-    Role.CURVE_3: (BLUE, True),
-    Role.CURVE_4: (YELLOW, False),
-    Role.CURVE_5: (MAGENTA, False),
-    Role.CURVE_6: (CYAN, False),
+COLOURS: Mapping[Ink, tuple[str, bool]] = {
+    Ink.TEXT: ("", False),
+    Ink.HEADING: ("", True),
+    Ink.NAME: ("", False),
+    Ink.NUMBER: (MAGENTA, False),
+    Ink.STRING: (GREEN, False),
+    Ink.COMMAND: (CYAN, True),
+    Ink.INSTRUCTION: (CYAN, False),
+    Ink.CONTROL: (YELLOW, False),
+    Ink.FUNCTION: (BLUE, True),
+    Ink.OPERATOR: ("", False),
+    Ink.COMMENT: (GREY, False),
+    Ink.NOTE: (GREY, False),
+    Ink.WARNING: (YELLOW, False),
+    Ink.ERROR: (RED, False),
+    Ink.CURVE_1: (RED, False),
+    Ink.CURVE_2: (GREEN, False),
+    Ink.CURVE_3: (BLUE, True),
+    Ink.CURVE_4: (YELLOW, False),
+    Ink.CURVE_5: (MAGENTA, False),
+    Ink.CURVE_6: (CYAN, False),
 }
 
 
@@ -88,15 +90,15 @@ BARS: Mapping[Bar, tuple[str, str]] = {
 }
 
 
-def rich_style(role: Role) -> str:
+def rich_style(ink: Ink) -> str:
     """The style in rich's words."""
-    colour, bold = COLOURS[role]
+    colour, bold = COLOURS[ink]
     return " ".join(word for word in ("bold" if bold else "", colour) if word)
 
 
-def toolkit_style(role: Role) -> str:
+def toolkit_style(ink: Ink) -> str:
     """The style in prompt-toolkit's words."""
-    colour, bold = COLOURS[role]
+    colour, bold = COLOURS[ink]
     words = ["bold"] if bold else []
     if colour:
         words.append(f"fg:{colour}")
