@@ -160,19 +160,22 @@ class _Kinds(Mapping[str, Kind]):
     """The names that have a value, and their kinds. Nothing is copied: a line of the prompt asks for a few of many."""
 
     def __init__(self, simple: Mapping[Kind, Cells], arrays: Mapping[Kind, Mapping[str, Cells]]) -> None:
-        self._simple, self._arrays = simple, arrays
+        self._rows = tuple((kind, simple[kind], arrays[kind]) for kind in Kind)
 
     def __getitem__(self, key: str) -> Kind:
-        for kind in Kind:
-            if key in self._simple[kind] or self._arrays[kind].get(key):
+        for kind, simple, arrays in self._rows:
+            if key in simple or arrays.get(key):
                 return kind
         raise KeyError(key)
 
+    def __contains__(self, key: object) -> bool:
+        return isinstance(key, str) and any(key in simple or arrays.get(key) for _, simple, arrays in self._rows)
+
     def __iter__(self) -> Iterator[str]:
         known: dict[str, None] = {}
-        for kind in Kind:
-            known |= dict.fromkeys(key for key, cells in self._arrays[kind].items() if cells)
-            known |= dict.fromkeys(map(str, self._simple[kind]))
+        for _, simple, arrays in self._rows:
+            known |= dict.fromkeys(key for key, cells in arrays.items() if cells)
+            known |= dict.fromkeys(map(str, simple))
         return iter(known)
 
     def __len__(self) -> int:
