@@ -3,6 +3,8 @@ from __future__ import annotations
 import csv
 import io
 import json
+import tracemalloc
+from dataclasses import replace
 from itertools import pairwise
 from math import degrees, radians
 from pathlib import Path
@@ -105,6 +107,28 @@ def test_arrays_are_what_g_says_at_their_times() -> None:
             ("hand", position.hand),
         ):
             assert arrays[name][row] == pytest.approx(expected, abs=1e-9, rel=1e-9), name
+
+
+def test_the_archive_is_the_bytes_of_savez() -> None:
+    timeline, _ = planned(6)
+    stream, again = io.BytesIO(), io.BytesIO()
+    EXPORTERS["npz"].write(stream, ARM, timeline, 2.5 * CHUNK / timeline.end)
+    stream.seek(0)
+    with np.load(stream, allow_pickle=False) as arrays:
+        np.savez(again, allow_pickle=False, **arrays)
+    assert stream.getvalue() == again.getvalue()
+
+
+def test_samples_are_not_all_in_memory(tmp_path: Path) -> None:
+    timeline, samples = Timeline([replace(initial(), finish=100.0)]), 100_000
+    tracemalloc.start()
+    try:
+        with (tmp_path / "long.npz").open("wb") as stream:
+            EXPORTERS["npz"].write(stream, ARM, timeline, samples / timeline.end)
+            size = stream.tell()
+        assert tracemalloc.get_traced_memory()[1] < size / 2
+    finally:
+        tracemalloc.stop()
 
 
 def test_the_segments_are_there_with_their_polynomials() -> None:

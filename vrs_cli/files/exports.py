@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, nullcontext
-from io import BytesIO
-from typing import TYPE_CHECKING, BinaryIO
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from shutil import copyfileobj
+from tempfile import TemporaryFile
+from typing import IO, TYPE_CHECKING, BinaryIO
+from zipfile import ZipFile
 
 import numpy as np
 from msgspec import Struct
@@ -121,23 +123,44 @@ def _joint_units(arm: RobotArm) -> dict[str, list[str]]:
 
 def write_npz(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
     """Arrays in metres, radians and seconds: N samples, and the M segments themselves with their polynomials."""
-    arrays = {**_samples(arm, timeline, rate), **_segments(arm.model.joint_count, list(timeline))}
-    whole = BytesIO()  # an archive is written otherwise where it cannot be gone back in: the same bytes everywhere
-    np.savez(whole, allow_pickle=False, **arrays)
-    stream.write(whole.getbuffer())
+    with TemporaryFile() as whole:  # an archive is other bytes where it cannot be gone back in: the same everywhere
+        with ZipFile(whole, "w") as archive:
+            _write_samples(archive, arm, timeline, rate)
+            for name, array in _segments(arm.model.joint_count, list(timeline)).items():
+                with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                    np.lib.format.write_array(member, array, allow_pickle=False)
+        whole.seek(0)
+        copyfileobj(whole, stream)
 
 
-def _samples(arm: RobotArm, timeline: Timeline, rate: float) -> dict[str, Floats]:
-    parts = [positions_at(arm, timeline, times) for times in sample_times(timeline, rate)]
-    T = np.concatenate([part.T_world_tool for part in parts])
+def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+    """Write an array after the other, as an archive wants them, though they are made together: by a file for each."""
+    with ExitStack() as opened:
+        files: dict[str, IO[bytes]] = {}
+        for times in sample_times(timeline, rate):
+            part = _samples(positions_at(arm, timeline, times))
+            for name, array in part.items():
+                if name not in files:
+                    files[name] = opened.enter_context(TemporaryFile())
+                files[name].write(array.tobytes())
+        count = files["times"].tell() // times.itemsize
+        for name, file in files.items():
+            file.seek(0)
+            header = {"descr": "<f8", "fortran_order": False, "shape": (count, *part[name].shape[1:])}
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array_header_1_0(member, header)
+                copyfileobj(file, member)
+
+
+def _samples(here: Positions) -> dict[str, Floats]:
     return {
-        "times": np.concatenate([part.times for part in parts]),
-        "joints": np.concatenate([part.joints for part in parts]),
-        "velocities": np.concatenate([part.velocity for part in parts]),
-        "accelerations": np.concatenate([part.acceleration for part in parts]),
-        "xyz": T[:, :, 3].copy(),
-        "oat": to_oat_batch(T),
-        "hand": np.concatenate([part.hand for part in parts]),
+        "times": here.times,
+        "joints": here.joints,
+        "velocities": here.velocity,
+        "accelerations": here.acceleration,
+        "xyz": here.T_world_tool[:, :, 3],
+        "oat": to_oat_batch(here.T_world_tool),
+        "hand": here.hand,
     }
 
 
