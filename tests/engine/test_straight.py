@@ -17,7 +17,7 @@ from vrs_cli.engine.following import Follower
 from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.position import joints_over
 from vrs_cli.engine.problem import Here, Problem
-from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError
+from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar, MotionError
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.profile import Profile
@@ -49,6 +49,20 @@ def test_a_line_out_of_a_spinning_straight_wrist_brakes_first() -> None:
     engine.perform(Move(JointOffsetTarget(4, radians(-45.0)), straight=True, stamp=Stamp(0.2)))
     check_continuous(engine, engine.timeline)
     check_limits(engine, engine.timeline)
+
+
+@pytest.mark.parametrize(("wrist", "up"), [(0.0, 0.05), (30.0, 0.5)])
+def test_a_line_to_a_place_out_of_reach_is_refused_as_moves_are(wrist: float, up: float) -> None:
+    """Whether it starts in a singular pose or not: no MOVE and no via point would help."""
+    engine = Engine(MODEL)
+    engine.perform(Move(JointTarget(tuple(map(radians, (0.0, -60.0, 120.0, 0.0, wrist, 0.0)))), straight=False))
+    there = at_position(end := engine.position(engine.end).T_world_tool, end[3], end[7], end[11] + up)
+    words = set()
+    for straight in (False, True):
+        with pytest.raises(LocationTooFar) as refused:
+            engine.perform(Move(PoseTarget(there), straight))
+        words.add(str(refused.value))
+    assert len(words) == 1
 
 
 def test_a_line_with_a_least_duration_is_slowed_down_as_any_other() -> None:

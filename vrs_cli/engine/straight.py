@@ -62,8 +62,7 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
         except MotionError as error:
             failure = failure or error
     assert failure is not None
-    if not isinstance(failure, LocationOutOfRange):
-        _check_end(arm, joints, problem.motion, failure)
+    _check_end(arm, joints, problem.motion, failure)
     begins = failure.place is None or dist(failure.place, position(state.pose)) < NEAR_START
     if state.at_rest and begins and _nearly_singular(arm, joints):
         as_ready = ", as READY is" if _nearly_singular(arm, arm.model.poses["ready"]) else ""
@@ -72,7 +71,8 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
 
 
 def _check_end(arm: RobotArm, joints: Joints, motion: Motion, failure: MotionError) -> None:
-    """That the end of a line is in reach, wherever else it cannot be followed. Raises LocationOutOfRange."""
+    """That the end of a line is in reach, wherever else it cannot be followed: no way round would help. Raises
+    LocationOutOfRange."""
     assert motion.pose is not None
     T_robot_flange = compose(motion.pose, inverse(motion.frames.tool))
     if arm.hand is not None and not any(arm.branches(T_robot_flange)):
