@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from math import radians
 
 import numpy as np
 import pytest
 
 from tests.engine.test_branches import MODEL, drive
+from tests.files.trajectories import initial, planned
 from vrs_cli.engine.branches import MAIN, Branches
 from vrs_cli.engine.comparison import compare, first_difference
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import positions_at
+from vrs_cli.trajectory.timeline import Timeline
 
 
 @pytest.fixture
@@ -88,3 +91,15 @@ def test_the_first_difference_is_the_time_of_the_edit(branches: Branches) -> Non
     engine = branches.engine
     engine.perform(drive(3, -20, at=0.5))
     assert first_difference(branches.book(MAIN).timeline, engine.timeline) == 0.5
+
+
+def test_the_first_difference_is_that_of_all_segments_one_by_one() -> None:
+    timeline, deltas = planned(60, seed=5)
+    versions = [Timeline([initial()])]
+    for delta in deltas:
+        versions.append(versions[-1].apply(delta))
+    assert versions[-1] == timeline
+    for a, b in combinations(versions[::3], 2):
+        alone = (Timeline(a), Timeline(b))  # with rows of their own, nothing is shared
+        assert first_difference(a, b) == first_difference(*alone) == first_difference(b, a)
+        assert first_difference(a, alone[0]) is None

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from itertools import zip_longest
+from collections.abc import Callable, Iterable, Iterator
+from itertools import takewhile, zip_longest
+from math import inf
 from typing import TYPE_CHECKING
 
 from msgspec import Struct, structs
@@ -12,6 +13,7 @@ from vrs_cli.engine.book import Book
 from vrs_cli.engine.history import CommandRecord, Step
 from vrs_cli.engine.position import Places, places_at
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.rope import Block
 from vrs_cli.trajectory.segment import Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -84,13 +86,26 @@ def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
 
 def first_difference(a: Timeline, b: Timeline) -> float | None:
     """The first time at which two timelines may differ [s]; None where they are the same throughout."""
-    for one, other in zip_longest(a, b):
+    for one, other in zip_longest(*_after_shared_blocks(a, b)):
         if one is None or other is None:
             return float((one or other).start)
         if _course(one) != _course(other):
             same_way = _course(one)[:-1] == _course(other)[:-1]
             return min(one.finish, other.finish) if same_way else min(one.start, other.start)
     return None
+
+
+def _after_shared_blocks(a: Timeline, b: Timeline) -> tuple[Iterator[Segment], Iterator[Segment]]:
+    """The segments of both from the first block on that is not the same part of the same row at the same time."""
+    ours, theirs = list(a.blocks(-inf, inf)), list(b.blocks(-inf, inf))
+    shared = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(ours, theirs, strict=False)))
+    return _segments(ours[shared:]), _segments(theirs[shared:])
+
+
+def _segments(blocks: Iterable[Block]) -> Iterator[Segment]:
+    for block in blocks:
+        for place in range(block.first, block.last):
+            yield block.row.segments[place].shifted(block.offset)
 
 
 def _course(segment: Segment) -> tuple[object, ...]:
@@ -142,22 +157,29 @@ def _apart(arm: RobotArm, a: Timeline, b: Timeline, since: float | None) -> tupl
     if since is None:
         return Apart(0.0, a.start), Apart(0.0, a.start)
     times = np.unique(np.concatenate((_sample_times(a, since), _sample_times(b, since), [since])))
-    tool = _greatest(arm, a, b, times, lambda here: here.T_world_tool[:, None, :, 3])
-    return structs.replace(tool, joint=0), _greatest(arm, a, b, times, lambda here: here.joints[:, :, None])
+    here = places_at(arm, a, times), places_at(arm, b, times)
+    tool = _greatest(arm, a, b, here, lambda at: at.T_world_tool[:, None, :, 3])
+    return structs.replace(tool, joint=0), _greatest(arm, a, b, here, lambda at: at.joints[:, :, None])
 
 
-def _greatest(arm: RobotArm, a: Timeline, b: Timeline, times: Floats, compared: Compared) -> Apart:
+def _greatest(arm: RobotArm, a: Timeline, b: Timeline, here: tuple[Places, Places], compared: Compared) -> Apart:
     """Find the greatest distance at the sampled times, then around it at times that are closer and closer."""
+    for _ in range(CLOSER_ROUNDS - 1):
+        _, times = _farthest(*here, compared)
+        here = places_at(arm, a, times), places_at(arm, b, times)
+    return _farthest(*here, compared)[0]
+
+
+def _farthest(a: Places, b: Places, compared: Compared) -> tuple[Apart, Floats]:
+    """The greatest distance at the times of both, and closer times around it."""
     import numpy as np
 
-    for _ in range(CLOSER_ROUNDS):
-        found = np.linalg.norm(compared(places_at(arm, a, times)) - compared(places_at(arm, b, times)), axis=2)
-        farthest = found.max(axis=1)
-        place = int(np.argmax(farthest >= farthest.max() - NOISE))  # the first time, where it stays so
-        best = Apart(float(found[place].max()), float(times[place]), int(np.argmax(found[place])) + 1)
-        near = times[max(place - 1, 0) : place + 2]
-        times = np.unique(np.concatenate((np.linspace(near[0], near[-1], CLOSER), [times[place]])))
-    return best
+    times, found = a.times, np.linalg.norm(compared(a) - compared(b), axis=2)
+    farthest = found.max(axis=1)
+    place = int(np.argmax(farthest >= farthest.max() - NOISE))  # the first time, where it stays so
+    best = Apart(float(found[place].max()), float(times[place]), int(np.argmax(found[place])) + 1)
+    near = times[max(place - 1, 0) : place + 2]
+    return best, np.unique(np.concatenate((np.linspace(near[0], near[-1], CLOSER), [times[place]])))
 
 
 # --- the commands ----------------------------------------------------------------------------------------------
