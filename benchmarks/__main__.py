@@ -6,7 +6,7 @@ import sys
 from importlib import import_module
 
 ALL = (
-    *("kinematics", "robots", "engine", "steering", "timeline", "language", "program", "prompt", "startup"),
+    *("kinematics", "robots", "engine", "steering", "timeline", "language", "program", "prompt", "startup", "bulk"),
     *("longest", "crowd"),
 )
 
