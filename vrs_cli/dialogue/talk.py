@@ -73,6 +73,15 @@ def beside(work: Callable[[], W]) -> Talk[W]:
     return cast(W, it.done)
 
 
+def at_once(talk: Talk[R]) -> R:
+    """What comes of a talk that says nothing but that there is more to do."""
+    try:
+        while True:
+            next(talk)
+    except StopIteration as over:
+        return cast(R, over.value)
+
+
 class Terminal(Protocol):
     """Where somebody, or something, drives a session."""
 

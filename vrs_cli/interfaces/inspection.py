@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from msgspec import Struct
 
+from vrs_cli.dialogue.talk import at_once
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch, row_of
 from vrs_cli.engine.targets import check_joint_limits
@@ -79,7 +80,7 @@ class Inspector:
         found += repeated_programs(parts)
         for placed in parts:
             if isinstance(placed.part.node, Section):
-                found += placed.found(define_sections(environment, (placed.part.node,)))
+                found += placed.found(at_once(define_sections(environment, (placed.part.node,))))
         programs = {program.key: placed for placed, program in programs_of(parts)}
         for placed, inspected in self._analysed(environment, programs):
             found += placed.found(inspected.analysis.diagnostics)

@@ -57,7 +57,7 @@ def load(station: Station, named: Path) -> Talk[None]:
     file, diagnostics = yield from beside(lambda: parse_file(text))
     sections = [part for part in file.parts if isinstance(part, Section)]
     kept = yield from _kept(station, sections)
-    diagnostics = (*diagnostics, *station.put(file, text))
+    diagnostics = (*diagnostics, *(yield from station.put(file, text)))
     station.unstored.stored(sections)
     for item, value in kept.items():
         station.environment.put_back(item, value)

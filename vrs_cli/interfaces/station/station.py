@@ -9,7 +9,7 @@ from weakref import WeakSet, finalize
 
 from vrs_cli.dialogue.questions import Answer
 from vrs_cli.dialogue.replies import Message, ProgramStopped, Tone
-from vrs_cli.dialogue.talk import Talk, Terminal
+from vrs_cli.dialogue.talk import Slice, Talk, Terminal, at_once
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine, Postponement
@@ -125,22 +125,22 @@ class Station:
         ProgramInterlocked where one of these is on the stack of a task.
         """
         file, diagnostics = parse_file(text)
-        return tuple(diagnostics) + self.put(file, text)
+        return tuple(diagnostics) + at_once(self.put(file, text))
 
-    def put(self, file: File, text: str) -> tuple[Diagnostic, ...]:
-        """The same of a file that has been parsed; what is wrong with what it means."""
+    def put(self, file: File, text: str) -> Talk[tuple[Diagnostic, ...]]:
+        """The same of a file that has been parsed, a part at a time; what is wrong with what it means."""
         for part in file.parts:
             if isinstance(part, Program):
                 self.check_free(part.name)
-        refused = define_sections(self.environment, (part for part in file.parts if isinstance(part, Section)))
+        refused = yield from define_sections(self.environment, [one for one in file.parts if isinstance(one, Section)])
         self.layout = self.layout.with_file(file)
-        return refused + self._store(file, text)
+        return refused + (yield from self._store(file, text))
 
     def keep(self, program: Program, text: str) -> tuple[Diagnostic, ...]:
         """Put one program in memory, in the place of one of its name; `text` is its source. What is wrong with it."""
-        return self._store(File((program,)), text)
+        return at_once(self._store(File((program,)), text))
 
-    def _store(self, file: File, text: str) -> tuple[Diagnostic, ...]:
+    def _store(self, file: File, text: str) -> Talk[tuple[Diagnostic, ...]]:
         programs = {part.key: part for part in file.parts if isinstance(part, Program)}
         lines = tuple(text.split("\n"))
         everything = {key: stored.program for key, stored in self.environment.programs.items()} | programs
@@ -151,6 +151,7 @@ class Station:
             self.environment.store(analysis, lines)
             diagnostics += analysis.diagnostics
             diagnostics += () if self.robot.switch("VPLUS") else tuple(program_beyond_val2(program))
+            yield Slice.MORE
         return tuple(diagnostics)
 
     # --- running ---
