@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.interfaces.actor.test_actor import SWING, stepped
+from vrs_cli.dialogue.questions import LineWanted
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.session import Session
@@ -114,3 +115,30 @@ def test_who_stops_the_robot_stops_it_where_it_is(session: Session) -> None:
     assert run.done()
     done(session, b, "WHERE")
     assert session.engine.timeline.version == 0
+
+
+ASKS = '.PROGRAM asks\nTIMER 1 = 0\nWAIT TIMER(1) > 1\nPROMPT "How many? ", n\n.END\n'
+
+
+def test_what_a_program_asks_is_asked_of_who_drives_it(session: Session) -> None:
+    session.load_text(ASKS)
+    a, b = Holder(session), Holder(session)
+    done(session, a, "EXECUTE 3 asks")
+    assert done(session, b, "DRIVE 1, 90, 10") == []
+    ticket = a.ask("x = 2")
+    stepped(session.actor)
+    assert [said.text for said in ticket.heard() if isinstance(said, LineWanted)] == ["How many? "]
+    ticket.answer("5")
+    stepped(session.actor)
+    assert ticket.error(0.0) is None
+    assert session.environment.value(("n", None)) == 5.0
+
+
+def test_whoever_comes_next_is_asked_where_the_driver_has_gone(session: Session) -> None:
+    session.load_text(ASKS)
+    a, b = Holder(session), Holder(session)
+    done(session, a, "EXECUTE 3 asks")
+    a.leave()
+    ticket = b.ask("DRIVE 1, 90, 10")
+    stepped(session.actor)
+    assert [said.text for said in ticket.heard() if isinstance(said, LineWanted)] == ["How many? "]

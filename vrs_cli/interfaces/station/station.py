@@ -100,7 +100,7 @@ class Station:
         self.engine.postponed.append(self._postponed)
         self.last_program: str | None = None
         self.desk = Desk()  # of whoever types now
-        self.branches.who = self.desk
+        self.branches.who = self.tasks.who = self.desk
         self._desks: WeakSet[Desk] = WeakSet((self.desk,))
         self.layout = Layout()
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
@@ -338,11 +338,15 @@ class Station:
 
     def serve(self) -> None:
         """Whoever is at the desk is served, where that one has tried things last; where a program runs, beside it."""
+        self.tasks.who = self.desk
         self.branches.serve(self.desk, stay=any(self.tasks.running))
 
     def leave(self, desk: Desk) -> None:
         """Whoever was at a desk has gone, and what was tried there."""
         own = self.desk
+        for track in self.tasks:
+            if track.driven_by is desk:
+                track.driven_by = None
         if not any(self.tasks.running):
             self.branches.forget(desk)
         self.branches.who = own
@@ -363,7 +367,7 @@ class Station:
             except LineStopped:
                 raise RequestRefused("it was stopped before it was done") from None
             finally:
-                self.desk = self.branches.who = own
+                self.desk = self.branches.who = self.tasks.who = own
             try:
                 reaction = yield said
             except BaseException as error:  # for the talk, which puts in order what it leaves

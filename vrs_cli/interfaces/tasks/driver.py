@@ -231,7 +231,7 @@ class Driver:
         self.tasks.current = PROMPT_LINE
 
     def ask(self) -> Talk[None]:
-        """Put the questions of tasks that nobody has before him to whoever drives; Ctrl-C stops the task that asks."""
+        """Put the questions of their tasks to those who drive them; Ctrl-C stops the task that asks."""
         self._performer.asked = False
         while waiting := self.unasked():
             track, asked = waiting[0]
@@ -249,8 +249,9 @@ class Driver:
                 self.asks = bool(self._put)
 
     def unasked(self) -> list[tuple[Track, Asked]]:
-        """Questions that nobody has before him."""
-        return [one for one in self.questions() if one[1].number not in self._put]
+        """Questions for whoever is served that nobody has before him."""
+        his = (None, self.tasks.who)
+        return [one for one in self.questions() if one[1].number not in self._put and one[0].driven_by in his]
 
     @property
     def withdrawn(self) -> bool:

@@ -21,11 +21,13 @@ from vrs_cli.language.run.semantics.tasks import LAST_TASK
 
 class Tasks:
     """Those that run or have stopped. `current` is the number of the one whose turn it is. `failed`: those that nobody
-    waits for and that have stopped with an error since somebody waits for another; `told` hears of each at once.
+    waits for and that have stopped with an error since somebody waits for another; `told` hears of each at once. `who`
+    is served now, and drives what is begun.
     """
 
     def __init__(self, engine: Engine, environment: Environment, disk: Disk) -> None:
         self.current = PROMPT_LINE
+        self.who: object = None
         self.failed: list[Beside] = []
         self.told: Callable[[Beside], None] = lambda _beside: None
         self._engine, self._environment, self._disk = engine, environment, disk
@@ -68,7 +70,7 @@ class Tasks:
             raise TaskActive(f"task {number} runs {there.task.program}", "ABORT stops it")
         if number != PROMPT_LINE:
             self._disk.release(number)
-        track = Track(number, task, self._engine.now, mine=number == ROBOT_PROGRAM)
+        track = Track(number, task, self._engine.now, mine=number == ROBOT_PROGRAM, driven_by=self.who)
         self._tracks[number] = track
         self._take_robot(track)
         return track
@@ -97,6 +99,7 @@ class Tasks:
         if retry:
             track.task.retry()
         track.outcome, track.fault, track.error, track.wake = None, None, None, self._engine.now
+        track.driven_by = self.who
         self._take_robot(track)
         self._run_signal(track, running=True)
         return track

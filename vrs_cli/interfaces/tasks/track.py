@@ -44,7 +44,8 @@ class Track(Struct, eq=False):
 
     `outcome` is None while it runs. `asked`: when `pending` was asked for. `mine`: it takes the robot when it goes on;
     `awaited`: somebody waits for its end. `instant`: when it last went on, `before`: how many steps it had done then.
-    `held`: what reactions have interrupted, and when that was asked for.
+    `held`: what reactions have interrupted, and when that was asked for. `driven_by`: whoever let it go on last, who
+    gets its questions; None where that one has gone.
     """
 
     number: int
@@ -65,6 +66,7 @@ class Track(Struct, eq=False):
     instant: float = -1.0
     before: int = 0
     held: list[tuple[Pending, float]] = field(default_factory=list)
+    driven_by: object = None
 
     @property
     def running(self) -> bool:
