@@ -73,3 +73,18 @@ def test_no_command_hangs(pipe: Path, monkeypatch: pytest.MonkeyPatch, line: str
     session = Session(RecordingTerminal())
     with pytest.raises(VrsError, match="nobody writes into this pipe"):
         session.perform(line)
+
+
+def test_a_folder_that_cannot_be_read_suggests_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "pick.v2").write_text("")
+    assert opening.neighbours(tmp_path / "pikc.v2") == ["pick.v2"]
+    assert opening.neighbours(tmp_path / "gone" / "x") == []
+
+    def refused(_path: object) -> list[str]:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(os, "listdir", refused)
+    session = Session(RecordingTerminal())
+    for line in ("LOAD {}", "FDELETE {}", "COMMANDS {}", "FLIST {}"):
+        with pytest.raises(VrsError, match="Nonexistent file"):
+            session.perform(line.format(tmp_path / "pikc.v2"))

@@ -23,6 +23,7 @@ from vrs_cli.files.lock import WINDOWS, Hold, hold, is_special
 from vrs_cli.files.naming import wrong_name
 from vrs_cli.files.opening import open_to_write, reason
 
+CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 NEW_FILE_MODE = 0o666  # before the user's umask
 PAUSES = (0.01, 0.03, 0.1, 0.3, None)  # [s] on Windows a reader, or a scanner of viruses, has a file for a moment
 NO_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP})  # a device or a pipe holds nothing back
@@ -93,8 +94,6 @@ def create_beside(target: Path, held: Hold | None = None, within: Folder = FREE)
 
     Raises OSError, FileOpened where somebody else writes the target.
     """
-    from tempfile import mkstemp
-
     within.check(target)
     if is_special(target):
         return Beside(target, None, open_to_write(target), None)
@@ -107,20 +106,27 @@ def create_beside(target: Path, held: Hold | None = None, within: Folder = FREE)
         target = target if within.closed else Path(os.path.realpath(target))
         if lock.firm:
             _clear_left(target)
-        handle, name = mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+        handle, name = _create(target, within)
         beside = Beside(target, name, os.fdopen(handle, "wb"), lock if held is None else None, within)
         failed.pop_all()
     try:
-        within.check_open(target.with_name(os.path.basename(name)), handle)
+        within.check_open(Path(name), handle)
     except BaseException:
         beside.close()
         raise
     return beside
 
 
+def _create(target: Path, within: Folder) -> tuple[int, str]:
+    """A new file that is readable by its owner alone, and its name. Raises OSError, FileOutside."""
+    new = target.with_name(f".{target.name}.{os.urandom(4).hex()}.part")
+    with within.parent(target) as parent:
+        return os.open(new if parent is None else new.name, CREATE, 0o600, dir_fd=parent), str(new)
+
+
 def _clear_left(target: Path) -> None:
     """Remove the files beside a target whose writers are gone: we have its lock."""
-    ours = re.compile(rf"\.{re.escape(target.name)}\.[a-z0-9_]{{8}}\.part")  # as mkstemp makes them
+    ours = re.compile(rf"\.{re.escape(target.name)}\.[a-z0-9_]{{8}}\.part")
     with suppress(OSError), os.scandir(target.parent) as entries:
         for entry in entries:
             if ours.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):

@@ -13,7 +13,7 @@ from vrs_cli.errors import FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.lock import hold
-from vrs_cli.files.opening import reason, unreadable
+from vrs_cli.files.opening import neighbours, reason, unreadable
 from vrs_cli.language.text.diagnostics import did_you_mean
 
 
@@ -98,5 +98,4 @@ def _telling(what: str) -> Iterator[None]:
 
 
 def _near(path: Path) -> str:
-    folder = path.parent
-    return did_you_mean(path.name, (entry.name for entry in folder.iterdir())) if folder.is_dir() else ""
+    return did_you_mean(path.name, neighbours(path))

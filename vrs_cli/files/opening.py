@@ -123,3 +123,11 @@ def _never_ends(path: Path) -> bool:
         return False
     with path.open("rb", buffering=0) as stream:
         return not stream.isatty()
+
+
+def neighbours(path: Path) -> list[str]:
+    """The names in its folder; none where that cannot be read."""
+    try:
+        return os.listdir(path.parent)
+    except OSError:
+        return []

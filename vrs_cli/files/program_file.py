@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
 from vrs_cli.files.bounds import FREE, Folder, check_length
-from vrs_cli.files.opening import text_of, unreadable
+from vrs_cli.files.opening import neighbours, text_of, unreadable
 
 EXTENSION = ".v2"
 DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
@@ -69,5 +69,5 @@ def _near(path: Path) -> str:
     folder = path.parent
     if not folder.is_dir():
         return f"there is no folder {folder}"
-    near = nearest(path.name, (entry.name for entry in folder.iterdir()), 0.7)
+    near = nearest(path.name, neighbours(path), 0.7)
     return f"did you mean {folder / near}?" if near else ""
