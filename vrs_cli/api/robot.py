@@ -20,17 +20,16 @@ from vrs_cli.api.kinematics import Ways
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, number, numbers
 from vrs_cli.api.posture import Posture, place_text
-from vrs_cli.dialogue.replies import ComparisonTable, ReachReport, TimelineTable
+from vrs_cli.dialogue.replies import ReachReport, TimelineTable
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, Clock, VirtualClock, WallClock
 from vrs_cli.engine.commands import JointTarget, NamedTarget, PoseTarget, Target
-from vrs_cli.engine.comparison import compare
 from vrs_cli.engine.history import CommandRecord
 from vrs_cli.errors import JointOutOfRange, UsageError
 from vrs_cli.files.continuing import bookmark_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
-from vrs_cli.interfaces.monitor.timeline import timeline_table
+from vrs_cli.interfaces.monitor.timeline import comparison, timeline_table
 from vrs_cli.interfaces.roles.supervisor import Answers, Notes, Supervisor, no_answer
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import Joints
@@ -39,6 +38,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.values import Value, numbers_of, plain
 from vrs_cli.repl.conversation import Conversation
+from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.timeline import Timeline
 
 MOST_SAMPLES = 5_000_000  # of 256 bytes each
@@ -316,12 +316,7 @@ class Robot:
     def compare(self, a: str, b: str) -> Replies:
         """Two branches side by side: `comparison.a.duration`, `comparison.tool.distance`, ... [s, m, rad]."""
 
-        def work(session: Session) -> ComparisonTable:
-            branches = session.branches
-            comparison = compare(session.engine.arm, branches.book(a), branches.book(b))
-            return ComparisonTable(branches.spelled(a), branches.spelled(b), comparison, session.units)
-
-        return Replies((self._robot.alone(work),))
+        return Replies((self._robot.done(lambda session: comparison(session, a, b)),))
 
     def merge(self, name: str) -> Robot:
         """Make what a branch has become the main timeline."""
@@ -332,11 +327,11 @@ class Robot:
     def save(self, path: str | Path) -> None:
         """Write the trajectory to a .vrst file. Raises FileError."""
 
-        def work(session: Session) -> None:
+        def parts(session: Session) -> tuple[RobotModel, Timeline, tuple[TimelineDelta, ...]]:
             engine = session.engine
-            write_trajectory(path, engine.model, engine.initial, engine.deltas)
+            return engine.model, engine.initial, tuple(engine.deltas)
 
-        self._robot.alone(work)
+        write_trajectory(path, *self._robot.alone(parts))
 
     def subscribe(self, callback: Callable[[Change], object]) -> Callable[[], None]:
         """Have every change of the timeline told to a callback, in a thread of its own; what is returned ends that.

@@ -42,8 +42,8 @@ R = TypeVar("R", covariant=True)
 W = TypeVar("W")
 
 
-class Beside:
-    """Work on values that do not change: whoever drives may let another thread `run` it, and does other things
+class Work:
+    """On values that do not change: whoever drives may let another thread `run` it, and does other things
     meanwhile.
     """
 
@@ -59,14 +59,14 @@ class Beside:
             self.error = error
 
 
-Said = Reply | Question | Slice | Beside
+Said = Reply | Question | Slice | Work
 Talk = Generator[Said, Answer, R]
 """What comes of a line: each Question is sent its answer, everything else None."""
 
 
 def beside(work: Callable[[], W]) -> Talk[W]:
     """What comes of work on values that do not change. Raises what goes wrong in it."""
-    it = Beside(work)
+    it = Work(work)
     yield it
     if it.error is not None:
         raise it.error

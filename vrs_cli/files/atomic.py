@@ -18,12 +18,12 @@ from pathlib import Path
 from typing import BinaryIO
 
 from vrs_cli.errors import FileError
-from vrs_cli.files.bounds import FREE, Folder
+from vrs_cli.files.bounds import FREE, NOFOLLOW, Folder
 from vrs_cli.files.lock import WINDOWS, Hold, hold, is_special
 from vrs_cli.files.naming import wrong_name
 from vrs_cli.files.opening import open_to_write, reason
 
-CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | NOFOLLOW
 NEW_FILE_MODE = 0o666  # before the user's umask
 PAUSES = (0.01, 0.03, 0.1, 0.3, None)  # [s] on Windows a reader, or a scanner of viruses, has a file for a moment
 NO_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP})  # a device or a pipe holds nothing back

@@ -18,20 +18,22 @@ def check_role(statement: Statement, role: Role) -> None:
 
 def check_beside(statement: Statement) -> None:
     """Raises UsageError for a line that waits until the robot program has stopped."""
-    if isinstance(statement, DoInstruction) and statement.statement is not None:
-        statement = statement.statement
     said, role = _needed(statement)
-    if not (isinstance(statement, Assignment) or said in BESIDE or role is Role.OBSERVER):
+    if not (isinstance(_inner(statement), Assignment) or said in BESIDE or role is Role.OBSERVER):
         raise UsageError(f"{said} has to wait until the program stops", "ABORT stops it")
 
 
 def _needed(statement: Statement) -> tuple[str, Role]:
     """What a line is called, and the role that it needs."""
-    if isinstance(statement, DoInstruction) and statement.statement is not None:
-        return _needed(statement.statement)
+    statement = _inner(statement)
     if isinstance(statement, Show):
         return "a look at a value", Role.OBSERVER
     if isinstance(statement, Instruction):
         row = COMMANDS.get(statement.word) or INSTRUCTIONS[statement.word]
         return statement.word, row.role
     return "a change of a variable or a program", Role.SUPERVISOR
+
+
+def _inner(statement: Statement) -> Statement:
+    """What DO does."""
+    return statement.statement or statement if isinstance(statement, DoInstruction) else statement

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrs_cli.errors import LeaseHeld
-from vrs_cli.interfaces.roles.lease import Asked, Granted, Lease, Lost, Notice
+from vrs_cli.interfaces.roles.lease import Granted, Lease, Lost, Notice, Requested
 
 ANN = Lease().acquire("ann", 0.0)[0]  # until 10 s
 
@@ -42,7 +42,7 @@ def test_who_is_late_keeps_it_until_another_comes() -> None:
 
 def test_the_holder_is_asked_once_and_gives() -> None:
     lease, told = ANN.ask("bob", 1.0)
-    assert told == (Asked("ann", "bob"),)
+    assert told == (Requested("ann", "bob"),)
     assert lease.ask("bob", 2.0) == (lease, ())
     lease, told = lease.give("ann", "bob", 3.0)
     assert told == (Granted("bob"),)

@@ -21,7 +21,7 @@ from msgspec import Struct
 
 from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Message, Reply, Tone
-from vrs_cli.dialogue.talk import Beside, Running, Said, Slice, Talk, Terminal
+from vrs_cli.dialogue.talk import Running, Said, Slice, Talk, Terminal, Work
 from vrs_cli.engine.book import Journal
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import FileError, RequestRefused, VrsError
@@ -289,13 +289,13 @@ class Actor:
         if isinstance(said, Slice):
             self._present.append(request)
             return
-        if isinstance(said, Beside):
+        if isinstance(said, Work):
             self._work(request, said)
             return
         (self._asking if isinstance(said, Question) else self._present).append(request)
         self._answers.append(_Answer(request.ticket, said=said))
 
-    def _work(self, request: _Request, it: Beside) -> None:
+    def _work(self, request: _Request, it: Work) -> None:
         """In another thread where many are served. Elsewhere there is nothing else to do meanwhile."""
         if self._server is None:
             it.run()

@@ -77,14 +77,19 @@ def check_tasks_stand(station: Station) -> None:
 
 
 def _compare(station: Station, it: Instruction) -> Talk[None]:
-    branches = station.branches
     a, b = operand(it, 0), operand(it, 1)
-    first, second = MAIN if a is None else word(a), branches.present if b is None else word(b)
+    first, second = MAIN if a is None else word(a), station.branches.present if b is None else word(b)
     if first.lower() == second.lower():
         raise UsageError(f"{first} is the same as {second}", "COMPARE a, b; BRANCH lists the branches")
+    yield (yield from comparison(station, first, second))
+
+
+def comparison(station: Station, first: str, second: str) -> Talk[ComparisonTable]:
+    """Two branches side by side. Raises UsageError where there is none of a name."""
+    branches = station.branches
     arm, one, other = station.engine.arm, branches.book(first).copy(), branches.book(second).copy()
-    comparison = yield from beside(lambda: compare(arm, one, other))
-    yield ComparisonTable(branches.spelled(first), branches.spelled(second), comparison, station.units)
+    found = yield from beside(lambda: compare(arm, one, other))
+    return ComparisonTable(branches.spelled(first), branches.spelled(second), found, station.units)
 
 
 def _merge(station: Station, it: Instruction) -> Talk[None]:

@@ -20,7 +20,7 @@ class Granted(Struct, frozen=True):
     to: str
 
 
-class Asked(Struct, frozen=True):
+class Requested(Struct, frozen=True):
     """`by` would like to drive; the holder `of` the lease is told."""
 
     of: str
@@ -34,7 +34,7 @@ class Lost(Struct, frozen=True):
     by: str
 
 
-Notice = Granted | Asked | Lost
+Notice = Granted | Requested | Lost
 
 
 class Lease(Struct, frozen=True):
@@ -75,7 +75,7 @@ class Lease(Struct, frozen=True):
             return self.acquire(who, now)
         if who in self.asking:
             return self, ()
-        return replace(self, asking=(*self.asking, who)), (Asked(self.holder, who),)
+        return replace(self, asking=(*self.asking, who)), (Requested(self.holder, who),)
 
     def give(self, who: str, to: str, now: float) -> tuple[Lease, tuple[Notice, ...]]:
         """The holder lets another drive, or nobody (`to` is empty). Raises LeaseHeld for somebody else."""

@@ -100,6 +100,10 @@ class Supervisor(Observer, Designer):
         """Do something with the session while nobody else changes anything; what comes of it."""
         return self._end(self._holder.call(work))
 
+    def done(self, work: Callable[[Session], Talk[T]]) -> T:
+        """What comes of a talk with the session."""
+        return self._end(self._holder.submit(work(self._session)))
+
     def _end(self, ticket: Ticket[T]) -> T:
         """Wait until a request is over; what comes of it. A refusal does not show how the robot works inside."""
         try:
@@ -186,7 +190,7 @@ class Supervisor(Observer, Designer):
 
         with self._talking:
             self._notes.begin(answer)
-            return self._end(self._holder.submit(until_its_end(self._session)))
+            return self.done(until_its_end)
 
     def subscribe(self) -> Subscription[Event]:
         """The timeline, and every change of it from then on; it ends with the robot."""

@@ -99,12 +99,20 @@ class Station:
         self._closing = finalize(self, self.driver.close)
         self.engine.postponed.append(self._postponed)
         self.last_program: str | None = None
-        self.desk = Desk()  # of whoever types now
-        self.branches.who = self.tasks.who = self.desk
+        self.desk = Desk()
         self._desks: WeakSet[Desk] = WeakSet((self.desk,))
         self.layout = Layout()
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
         self.lives = False  # the prompt, while a program runs: nobody waits for its end
+
+    @property
+    def desk(self) -> Desk:
+        """Of whoever types now: branches and tasks that begin are that one's."""
+        return self._desk
+
+    @desk.setter
+    def desk(self, desk: Desk) -> None:
+        self._desk = self.branches.who = self.tasks.who = desk
 
     @property
     def task(self) -> Task | None:
@@ -338,7 +346,6 @@ class Station:
 
     def serve(self) -> None:
         """Whoever is at the desk is served, where that one has tried things last; where a program runs, beside it."""
-        self.tasks.who = self.desk
         self.branches.serve(self.desk, stay=any(self.tasks.running))
 
     def leave(self, desk: Desk) -> None:
@@ -349,7 +356,7 @@ class Station:
                 track.driven_by = None
         if not any(self.tasks.running):
             self.branches.forget(desk)
-        self.branches.who = own
+        self.desk = own
 
     def at(self, desk: Desk, talk: Talk[R]) -> Talk[R]:
         """A talk with somebody else, at whose desk it is done."""
@@ -367,7 +374,7 @@ class Station:
             except LineStopped:
                 raise RequestRefused("it was stopped before it was done") from None
             finally:
-                self.desk = self.branches.who = self.tasks.who = own
+                self.desk = own
             try:
                 reaction = yield said
             except BaseException as error:  # for the talk, which puts in order what it leaves
