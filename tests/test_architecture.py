@@ -25,6 +25,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "wire",
     "files",
     "interfaces",
+    "net",
     "render",
     "repl",
     "api",
