@@ -18,12 +18,12 @@ from rich.console import Console
 from rich.text import Text
 
 from vrs_cli.__main__ import main as vrs
+from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.render.blocks import Line
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.console import TerminalRenderer, rich_text
 from vrs_cli.render.scan import scan
-from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.interactive import BANNER, IDLE
 from vrs_cli.repl.terminal import ShellTerminal
 from vrs_cli.repl.toolbar import toolbar

@@ -36,7 +36,18 @@ FLOORS = (  # from the ground up: a folder may import those before it
 )
 INNER_FLOORS = {  # the same inside a folder; a file beside these floors may import each of them
     "language": ("words", "text", "analysis", "compile", "run"),
-    "interfaces": ("tasks", "actor", "station", "editor", "jog", "monitor", "session", "holders", "roles"),
+    "interfaces": (
+        "tasks",
+        "actor",
+        "station",
+        "editor",
+        "jog",
+        "monitor",
+        "session",
+        "holders",
+        "roles",
+        "conversation",
+    ),
 }
 LIVES_IN = {
     "lark": {"language/text/table.py"},

@@ -37,9 +37,9 @@ from traceback import format_exception_only
 from tests.engine.wall import ManualWall
 from vrs_cli.__main__ import main
 from vrs_cli.engine.clock import Clock
+from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.diagnostics import Severity
-from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.terminal import PlainTerminal
 
 ROOT = Path(__file__).parents[2]

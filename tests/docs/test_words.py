@@ -9,6 +9,7 @@ from types import ModuleType
 
 import pytest
 
+from vrs_cli.interfaces.conversation.complete import _all_words
 from vrs_cli.interfaces.monitor.help import overview
 from vrs_cli.interfaces.monitor.help import page as help_page
 from vrs_cli.language.words.functions import FUNCTIONS, Function
@@ -16,7 +17,6 @@ from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RESERVED
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.words.word import State, Word
-from vrs_cli.repl.complete import _all_words
 
 DOCS = Path(__file__).parents[2] / "docs"
 ROWS = [*COMMANDS.values(), *CONTROL.values(), *INSTRUCTIONS.values(), *FUNCTIONS.values()]

@@ -314,7 +314,7 @@ def test_a_failing_completion_is_told_in_the_toolbar(shell: Shell, monkeypatch: 
     def broken(*_arguments: object, **_options: object) -> object:
         raise RuntimeError("no names")
 
-    monkeypatch.setattr("vrs_cli.repl.names.names_of", broken)
+    monkeypatch.setattr("vrs_cli.interfaces.conversation.names.names_of", broken)
     assert list(ValCompleter(lambda: work).get_completions(Document("MO"), CompleteEvent(text_inserted=True))) == []
     assert work.noted.startswith("internal error: RuntimeError: no names")
     assert work.noted in " ".join(shell._toolbar().split())  # all of it, with the name of the report

@@ -9,10 +9,10 @@ import pytest
 
 from tests.interfaces.monitor.people import Person
 from vrs_cli.files.recovery import files_in, left
+from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.editor.lines import named_program
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.keeping import Keeper
 
 

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.terminal import PlainTerminal
 
 SESSIONS = Path(__file__).parent / "sessions"

@@ -27,6 +27,7 @@ from vrs_cli.engine.history import CommandRecord
 from vrs_cli.errors import JointOutOfRange, UsageError
 from vrs_cli.files.continuing import bookmark_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
+from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
 from vrs_cli.interfaces.monitor.timeline import comparison, timeline_table
@@ -37,7 +38,6 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.values import Value, numbers_of, plain
-from vrs_cli.repl.conversation import Conversation
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.timeline import Timeline
 

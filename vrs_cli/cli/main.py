@@ -160,7 +160,7 @@ def _guarded(prog: str, subcommand: Callable[[], int]) -> int:
         if isinstance(error, OSError) and error.filename is None:  # of a stream: files are named
             _abandon_output()
             return _told(prog, f"standard output cannot be written: {error.strerror}", FAILED)
-        from vrs_cli.repl.mishap import internal_error
+        from vrs_cli.interfaces.conversation.mishap import internal_error
 
         return _told(prog, internal_error(error).text, INTERNAL_ERROR)
     return status

@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import InvalidName, UsageError
+from vrs_cli.interfaces.conversation.complete import Names, Suggestion, suggestions
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.monitor.help import page
 from vrs_cli.kinematics.model import RobotModel
@@ -42,7 +43,6 @@ from vrs_cli.lsp.occurrences import (
     occurrences,
 )
 from vrs_cli.lsp.signature import Signature, signature
-from vrs_cli.repl.complete import Names, Suggestion, suggestions
 
 _WORD = re.compile(r"[#$]?[A-Za-z][\w.]*|\d+")
 _GOTO = re.compile(r"\bGOTO\s+\d*$", re.IGNORECASE)

@@ -7,12 +7,12 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from msgspec import Struct
 
+from vrs_cli.interfaces.conversation.complete import top_level
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.kind import key_of
 from vrs_cli.lsp.occurrences import blanked
-from vrs_cli.repl.complete import top_level
 
 _FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Za-z][\w.]*)\s")
 _BEFORE_PARENTHESIS = re.compile(r"([#$]?[A-Za-z][\w.]*)\s*$")

@@ -36,9 +36,9 @@ from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import Clock
+    from vrs_cli.interfaces.conversation.conversation import Conversation
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.render.console import TerminalRenderer
-    from vrs_cli.repl.conversation import Conversation
     from vrs_cli.repl.recorder import Recorder
     from vrs_cli.repl.terminal import ShellTerminal
 
@@ -60,11 +60,11 @@ class Workplace:
         recorder: Recorder | None = None,
         clock: Clock | None = None,
     ) -> None:
+        from vrs_cli.interfaces.conversation import names  # noqa: F401 (the first key must not wait for it)
+        from vrs_cli.interfaces.conversation.conversation import Conversation
         from vrs_cli.interfaces.session.session import Session
         from vrs_cli.language.text import parser
         from vrs_cli.render.console import TerminalRenderer
-        from vrs_cli.repl import names  # noqa: F401 (the first key must not wait for it)
-        from vrs_cli.repl.conversation import Conversation
         from vrs_cli.repl.keeping import Keeper
         from vrs_cli.repl.terminal import ShellTerminal
 
@@ -121,7 +121,7 @@ class Workplace:
 
     def note(self, error: Exception) -> None:
         """Tell of an error where nothing can be printed: below the toolbar, until the next line."""
-        from vrs_cli.repl.mishap import internal_error
+        from vrs_cli.interfaces.conversation.mishap import internal_error
 
         self.noted = internal_error(error).text
 
@@ -147,8 +147,8 @@ class ValCompleter(Completer):
             return []
 
     def _completions(self, work: Workplace, text: str, everything: bool) -> Iterator[Completion]:
-        from vrs_cli.repl.complete import suggestions
-        from vrs_cli.repl.names import names_of
+        from vrs_cli.interfaces.conversation.complete import suggestions
+        from vrs_cli.interfaces.conversation.names import names_of
 
         conversation = work.conversation
         in_program = conversation.in_program

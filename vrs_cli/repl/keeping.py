@@ -14,7 +14,7 @@ from vrs_cli.dialogue.replies import Message, Tone, report
 from vrs_cli.files.recovery import Left, Recovery, left
 
 if TYPE_CHECKING:
-    from vrs_cli.repl.conversation import Conversation
+    from vrs_cli.interfaces.conversation.conversation import Conversation
 
 SLOW, REST = 0.1, 10.0  # a text that takes more than SLOW [s] is followed by REST times as long without one
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator
 from typing import TextIO
 
 from vrs_cli.engine.clock import Clock
+from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.repl.conversation import Conversation
 from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.recorder import Recorder
 from vrs_cli.repl.terminal import PlainTerminal

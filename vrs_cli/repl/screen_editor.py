@@ -29,10 +29,10 @@ from prompt_toolkit.search import start_search
 from prompt_toolkit.widgets import SearchToolbar
 
 from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.conversation.entry import INDENT, depth
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.language.text.diagnostics import Diagnostic, Severity
 from vrs_cli.repl.colours import STYLE, colour_depth
-from vrs_cli.repl.entry import INDENT, depth
 from vrs_cli.repl.lexer import ValLexer
 
 KEYS = " ^S save  ^Q quit  ^F find  F3 next  ^Z undo  ^Y redo  ^K cut line  F5 format"

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vrs_cli.interfaces.conversation.complete import Names, suggestions
 from vrs_cli.language.words.kind import Kind
-from vrs_cli.repl.complete import Names, suggestions
 
 NAMES = Names(
     programs={"pick.place": "5 steps", "part.in": "1 step"},

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from vrs_cli.dialogue.numbers import count, fixed
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
+from vrs_cli.interfaces.conversation.complete import Names
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, numbers_of, plain
-from vrs_cli.repl.complete import Names
-
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
 
 MOST = 500  # names of a kind that are offered: a menu is for reading
 

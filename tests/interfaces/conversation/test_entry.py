@@ -2,7 +2,7 @@
 
 import pytest
 
-from vrs_cli.repl.entry import Entry, closes_entry, depth, opens_entry
+from vrs_cli.interfaces.conversation.entry import Entry, closes_entry, depth, opens_entry
 
 
 @pytest.mark.parametrize(

@@ -5,22 +5,19 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.numbers import count
 from vrs_cli.dialogue.questions import Parting
 from vrs_cli.dialogue.replies import Message, Tone, refusal, report
 from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import ProgramExists, VrsError
+from vrs_cli.interfaces.conversation.entry import Entry, closes_entry, opens_entry
+from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.validate import mistake_in_entry
 from vrs_cli.interfaces.monitor.consent import leave, may_replace
 from vrs_cli.interfaces.monitor.files import load
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.diagnostics import Diagnostic
-from vrs_cli.repl.entry import Entry, closes_entry, opens_entry
-from vrs_cli.repl.mishap import internal_error
-from vrs_cli.repl.validate import mistake_in_entry
-
-if TYPE_CHECKING:
-    from vrs_cli.interfaces.session.session import Session
 
 _NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
 
