@@ -41,44 +41,36 @@ def listing(stored: StoredProgram) -> ProgramText:
 
 def _directory(station: Station, it: Instruction) -> Talk[None]:
     pattern = word(it.arguments[0]).lower() if operand(it, 0) is not None else "*"
-    stored = station.programs
-    yield ProgramNames(
-        tuple(
-            ProgramName(
-                row.name,
-                row.analysis.executable,
-                len(row.program.steps),
-                f"; {row.program.comment.strip()}" if row.program.comment else "",
-            )
-            for key, row in sorted(stored.items())
-            if fnmatchcase(row.name.lower(), pattern)
+    rows = (
+        ProgramName(
+            row.name,
+            row.analysis.executable,
+            len(row.program.steps),
+            f"; {row.program.comment.strip()}" if row.program.comment else "",
         )
+        for key, row in sorted(station.programs.items())
+        if fnmatchcase(row.name.lower(), pattern)
     )
+    yield ProgramNames(tuple(rows))
 
 
-def _copy(station: Station, it: Instruction) -> Talk[None]:
-    copied(station, it)
-    yield from ()
-
-
-def copied(station: Station, it: Instruction) -> StoredProgram:
-    """COPY new = old. Returns the old one. Raises ProgramExists, UndefinedName."""
+def _copy(station: Station, it: Instruction) -> None:
+    """Raises ProgramExists, UndefinedName."""
     new, old = word(it.arguments[0]), station.environment.program(word(it.value))
     if key_of(new) in station.programs:
         raise ProgramExists(new, f"DELETEP {new} deletes it")
     program = replace(old.program, name=new)
     station.environment.store(replace(old.analysis, program=program), old.lines)
-    return old
 
 
-def _rename(station: Station, it: Instruction) -> Talk[None]:
-    station.check_free(word(it.value))
-    old = copied(station, it)
-    station.layout = station.layout.renamed(old.name, word(it.arguments[0]))
-    del station.programs[old.program.key]
-    if station.last_program is not None and key_of(station.last_program) == old.program.key:
-        station.last_program = word(it.arguments[0])
-    yield from ()
+def _rename(station: Station, it: Instruction) -> None:
+    new, old = word(it.arguments[0]), word(it.value)
+    station.check_free(old)
+    _copy(station, it)
+    station.layout = station.layout.renamed(old, new)
+    del station.programs[key_of(old)]
+    if station.last_program is not None and key_of(station.last_program) == key_of(old):
+        station.last_program = new
 
 
 def _delete(station: Station, it: Instruction) -> Talk[None]:

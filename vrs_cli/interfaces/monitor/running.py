@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 
 from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply, Tone
 from vrs_cli.dialogue.talk import Talk
@@ -18,13 +19,12 @@ from vrs_cli.language.text.ast import Instruction, ProgramCall
 from vrs_cli.language.words.values import whole
 
 
-def _execute(station: Station, it: Instruction) -> Talk[None]:
+def _execute(station: Station, it: Instruction) -> Talk[None] | None:
     number = whole(real_or(station, it, 3, 0.0))
-    if number:
-        _start(station, it, checked_task(number))
-        return
-    name, arguments, cycles, step = asked_program(station, it)
-    yield from run(station, station.begin(name, arguments, cycles, step))
+    if not number:
+        return run(station, station.begin(*asked_program(station, it)))
+    _start(station, it, checked_task(number))
+    return None
 
 
 def asked_program(station: Station, it: Instruction) -> tuple[str | None, tuple[Reference | None, ...], int, int]:
@@ -44,48 +44,17 @@ def _start(station: Station, it: Instruction, number: int) -> None:
     station.start(number, name, arguments, cycles, step)
 
 
-def _pc_execute(station: Station, it: Instruction) -> Talk[None]:
-    _start(station, it, PROCESS_CONTROL)
-    yield from ()
+def _go_on(station: Station, number: int, retry: bool = False) -> Talk[None] | None:
+    if not number:
+        return run(station, station.resume(retry=retry))
+    station.tasks.proceed(number, retry=retry)
+    station.settle()
+    return None
 
 
-def task_number(station: Station, it: Instruction) -> int:
-    return checked_task(real_or(station, it, 0, 0.0))
-
-
-def _proceed(station: Station, it: Instruction) -> Talk[None]:
-    yield from _go_on(station, task_number(station, it), retry=False)
-
-
-def _retry(station: Station, it: Instruction) -> Talk[None]:
-    yield from _go_on(station, task_number(station, it), retry=True)
-
-
-def _go_on(station: Station, number: int, retry: bool) -> Talk[None]:
-    if number:
-        station.tasks.proceed(number, retry=retry)
-        station.settle()
-    else:
-        yield from run(station, station.resume(retry=retry))
-
-
-def _kill(station: Station, it: Instruction) -> Talk[None]:
-    station.tasks.kill(task_number(station, it))
-    yield from ()
-
-
-def _cycle_end(station: Station, it: Instruction) -> Talk[None]:
-    return _ends(station, task_number(station, it))
-
-
-def _ends(station: Station, number: int) -> Talk[None]:
+def _end_cycles(station: Station, number: int) -> Iterable[Reply]:
     track = station.tasks.end_cycles(number)
     yield Message(f"{track.task.program} ends after its present cycle")
-
-
-def process_control(act: Callable[[Station, int], Talk[None]]) -> Handler:
-    """A command for the process control program."""
-    return lambda station, _it: act(station, PROCESS_CONTROL)
 
 
 def run(station: Station, track: Track) -> Talk[None]:
@@ -109,45 +78,39 @@ def ending(station: Station, result: RunResult) -> Reply:
     return ProgramStopped(what, result.program, task.step, task.source if before else "")
 
 
-def _abort(station: Station, it: Instruction) -> Talk[None]:
-    number = task_number(station, it)
-    yield from _abort_task(station, number) if number else _abort_robot(station)
-
-
-def _abort_task(station: Station, number: int) -> Talk[None]:
-    track = station.tasks.abort(number)
-    station.settle()
-    yield (
-        Message("Nothing is running")
-        if track is None
-        else ProgramStopped(Outcome.ABORTED.value, track.task.program, track.task.step)
-    )
-
-
-def _abort_robot(station: Station) -> Talk[None]:
+def _abort(station: Station, number: int) -> Iterable[Reply]:
     scheduled, running = station.engine.now < station.engine.end, station.running
-    task = station.task
-    station.abort()
-    if running:
-        return  # whoever waits for its end is told
-    if task is not None and not task.ended:
-        yield ProgramStopped(Outcome.ABORTED.value, task.program, task.step)
-    elif scheduled:
-        yield Message("The motion is stopped")
+    if number:
+        track = station.tasks.abort(number)
+        station.settle()
+        task, scheduled = None if track is None else track.task, False
     else:
-        yield Message("Nothing is running")
+        task = station.task
+        station.abort()
+        if running:
+            return  # whoever waits for its end is told
+        task = None if task is None or task.ended else task
+    if task is not None:
+        yield ProgramStopped(Outcome.ABORTED.value, task.program, task.step)
+    else:
+        yield Message("The motion is stopped" if scheduled else "Nothing is running")
+
+
+def of_task(act: Callable[[Station, int], Talk[None] | Iterable[Reply] | None], number: int | None = None) -> Handler:
+    """A command for the task with this number; for the one that is named, the robot program if none is."""
+    return lambda station, it: act(station, checked_task(real_or(station, it, 0, 0.0)) if number is None else number)
 
 
 RUNNING: Mapping[str, Handler] = {
     "EXECUTE": _execute,
-    "ABORT": _abort,
-    "PROCEED": _proceed,
-    "RETRY": _retry,
-    "KILL": _kill,
-    "CYCLE.END": _cycle_end,
-    "PCEXECUTE": _pc_execute,
-    "PCABORT": process_control(_abort_task),
-    "PCEND": process_control(_ends),
-    "PCPROCEED": process_control(lambda station, number: _go_on(station, number, retry=False)),
-    "PCRETRY": process_control(lambda station, number: _go_on(station, number, retry=True)),
+    "ABORT": of_task(_abort),
+    "PROCEED": of_task(_go_on),
+    "RETRY": of_task(partial(_go_on, retry=True)),
+    "KILL": of_task(lambda station, number: station.tasks.kill(number)),
+    "CYCLE.END": of_task(_end_cycles),
+    "PCEXECUTE": lambda station, it: _start(station, it, PROCESS_CONTROL),
+    "PCABORT": of_task(_abort, PROCESS_CONTROL),
+    "PCEND": of_task(_end_cycles, PROCESS_CONTROL),
+    "PCPROCEED": of_task(_go_on, PROCESS_CONTROL),
+    "PCRETRY": of_task(partial(_go_on, retry=True), PROCESS_CONTROL),
 }

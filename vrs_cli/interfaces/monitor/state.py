@@ -4,25 +4,26 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from vrs_cli.dialogue.replies import (
     FreeReport,
     Identification,
     Progress,
+    Reply,
     SignalBank,
     SignalTable,
     StatusReport,
 )
-from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.monitor.clock import clock_report
 from vrs_cli.interfaces.monitor.consent import leave
 from vrs_cli.interfaces.monitor.help import overview, page
 from vrs_cli.interfaces.monitor.next_motion import said_for_next_motion
-from vrs_cli.interfaces.monitor.running import process_control, task_number
+from vrs_cli.interfaces.monitor.running import of_task
 from vrs_cli.interfaces.station.operands import Handler, operand, real, word
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
@@ -30,11 +31,7 @@ from vrs_cli.language.words.values import plain, whole
 from vrs_cli.version import __version__
 
 
-def _status(station: Station, it: Instruction) -> Talk[None]:
-    return _status_of(station, task_number(station, it))
-
-
-def _status_of(station: Station, number: int) -> Talk[None]:
+def _status(station: Station, number: int) -> Iterable[Reply]:
     engine, settings = station.engine, station.engine.settings
     speed = settings.speed.always
     yield StatusReport(
@@ -66,7 +63,7 @@ BANKS: Mapping[int, tuple[str, range]] = {
 }
 
 
-def _io(station: Station, it: Instruction) -> Talk[None]:
+def _io(station: Station, it: Instruction) -> Iterable[Reply]:
     asked = operand(it, 0)
     number = None if asked is None else whole(real(station, asked))
     if number is not None and number not in BANKS:
@@ -76,16 +73,12 @@ def _io(station: Station, it: Instruction) -> Talk[None]:
     yield SignalTable(tuple(SignalBank(title, bank[0], signals.state(bank)) for title, bank in chosen))
 
 
-def _time(station: Station, _it: Instruction) -> Talk[None]:
-    yield clock_report(station)
-
-
-def _id(station: Station, _it: Instruction) -> Talk[None]:
+def _id(station: Station, _it: Instruction) -> Iterable[Reply]:
     model, python = station.engine.model, ".".join(map(str, sys.version_info[:3]))
     yield Identification(__version__, python, model.title, model.name, model.joint_count)
 
 
-def _free(station: Station, _it: Instruction) -> Talk[None]:
+def _free(station: Station, _it: Instruction) -> Iterable[Reply]:
     environment = station.environment
     yield FreeReport(
         programs=len(environment.programs),
@@ -104,23 +97,19 @@ def free_memory() -> float | None:
         return None
 
 
-def _help(_station: Station, it: Instruction) -> Talk[None]:
+def _help(_station: Station, it: Instruction) -> Iterable[Reply]:
     asked = operand(it, 0)
     yield overview() if asked is None else page(word(asked))
 
 
-def _exit(station: Station, _it: Instruction) -> Talk[None]:
-    return leave(station)
-
-
 STATE: Mapping[str, Handler] = {
-    "STATUS": _status,
-    "PCSTATUS": process_control(_status_of),
+    "STATUS": of_task(_status),
+    "PCSTATUS": of_task(_status, PROCESS_CONTROL),
     "IO": _io,
-    "TIME": _time,
+    "TIME": lambda station, _it: (clock_report(station),),
     "ID": _id,
     "FREE": _free,
     "HELP": _help,
-    "EXIT": _exit,
-    "QUIT": _exit,
+    "EXIT": lambda station, _it: leave(station),
+    "QUIT": lambda station, _it: leave(station),
 }

@@ -6,7 +6,7 @@ between its replies is a generator: each reply is shown before the next question
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -175,7 +175,7 @@ class Session(Station):
     def carry_out(self, statement: Statement) -> Talk[None]:
         """A monitor command by its handler, everything else as DO."""
         if isinstance(statement, Instruction) and statement.word in HANDLERS:
-            yield from HANDLERS[statement.word](self, statement)
+            yield from HANDLERS[statement.word](self, statement) or ()
             return
         if isinstance(statement, Show):
             yield from shown_value(self, statement.expression)
@@ -186,11 +186,8 @@ class Session(Station):
             statement = statement.statement or self.desk.last_statement or statement
         yield from self.do(statement)
 
-    def _carry_out_file(self, it: Instruction) -> Talk[None]:
-        return carry_out_file(self, self.answers, path_of(self, it))
 
-
-HANDLERS: Mapping[str, Callable[[Session, Instruction], Talk[None]]] = {
+HANDLERS: Mapping[str, Callable[[Session, Instruction], Talk[None] | Iterable[Reply] | None]] = {
     **LOCATIONS,
     **VARIABLES,
     **PROGRAMS,
@@ -202,5 +199,5 @@ HANDLERS: Mapping[str, Callable[[Session, Instruction], Talk[None]]] = {
     **TIMELINE,
     "CLOCK": clock,
     "JOG": jog,
-    "COMMANDS": Session._carry_out_file,
+    "COMMANDS": lambda session, it: carry_out_file(session, session.answers, path_of(session, it)),
 }

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
+from vrs_cli.dialogue.replies import Reply
 from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import NoProgramSpecified, TypeMismatch
 from vrs_cli.interfaces.station.station import Station
@@ -14,7 +15,7 @@ from vrs_cli.language.text.ast import Call, Expression, Instruction, ProgramCall
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.values import Value, kind_of_value
 
-Handler = Callable[[Station, Instruction], Talk[None]]
+Handler = Callable[[Station, Instruction], Talk[None] | Iterable[Reply] | None]  # None: it answers nothing
 
 
 def value(station: Station, expression: Expression) -> Value:
