@@ -1,0 +1,110 @@
+"""The audit: one line for every command, and for who came and went: when, who, where, what, and what became of it.
+
+    {"when": "2027-03-01T09:30:00.123Z", "robot": "cell1", "who": "ada", "from": "10.0.0.7:51344", "what": "MOVE part",
+     "result": "done"}
+
+It is given to the system at once. The file is bounded: at `most` bytes it becomes audit.1.jsonl, in the place of the
+one before, and a new one is begun.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+
+from msgspec import Struct
+
+from vrs_cli.errors import FileError
+from vrs_cli.files.opening import reason
+
+MOST = 10_000_000  # bytes of one file; there are two
+LONGEST = 1000  # characters of one command
+ADDING = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
+PRIVATE = 0o600
+
+
+class Deed(Struct, frozen=True):
+    """What `who`, at an address, did at a robot, or wanted to; and what became of it."""
+
+    robot: str
+    who: str
+    address: str
+    what: str
+    result: str
+
+
+class Audit:
+    """Adds a line for each deed to a file; nowhere without a path. `now` tells seconds since 1970; `tell` is told once
+    where the file cannot be written, and once when it can again: what is done is not kept from being done.
+
+    Raises FileError where the file cannot be begun.
+    """
+
+    def __init__(
+        self, path: Path | None, now: Callable[[], float], tell: Callable[[str], None], most: int = MOST
+    ) -> None:
+        self._path, self._now, self._tell, self._most = path, now, tell, most
+        self._handle, self._size = -1, 0
+        self._failing = False
+        if path is not None:
+            try:
+                self._open(path)
+            except OSError as error:
+                raise FileError(f"{path} cannot be written: {reason(error)}", "name another place") from None
+
+    def note(self, deed: Deed) -> None:
+        """Add a line. Never raises."""
+        if self._path is None:
+            return
+        try:
+            self._add(self._path, self._line(deed))
+        except OSError as error:
+            if not self._failing:
+                self._tell(f"*File error* the audit {self._path} cannot be written: {reason(error)}; commands go on")
+            self._failing = True
+        else:
+            if self._failing:
+                self._tell(f"the audit {self._path} is written again")
+            self._failing = False
+
+    def close(self) -> None:
+        handle, self._handle = self._handle, -1
+        if handle >= 0:
+            os.close(handle)
+
+    def _line(self, deed: Deed) -> bytes:
+        when = datetime.fromtimestamp(self._now(), UTC).isoformat(timespec="milliseconds")
+        what = deed.what if len(deed.what) <= LONGEST else f"{deed.what[:LONGEST]}... ({len(deed.what)} characters)"
+        row = {
+            "when": when.replace("+00:00", "Z"),
+            "robot": deed.robot,
+            "who": deed.who,
+            "from": deed.address,
+            "what": what,
+            "result": deed.result[:LONGEST],
+        }
+        return json.dumps(row).encode() + b"\n"
+
+    def _add(self, path: Path, line: bytes) -> None:
+        if self._handle < 0:
+            self._open(path)
+        if self._size + len(line) > self._most:
+            self._turn(path)
+        written = os.write(self._handle, line)
+        if written < len(line):  # the disk is full: no half of a line stays
+            os.ftruncate(self._handle, self._size)
+            raise OSError(0, "there is no room")
+        self._size += written
+
+    def _turn(self, path: Path) -> None:
+        self.close()
+        os.replace(path, path.with_suffix(f".1{path.suffix}"))
+        self._open(path)
+
+    def _open(self, path: Path) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._handle = os.open(path, ADDING, PRIVATE)
+        self._size = os.fstat(self._handle).st_size

@@ -1,0 +1,138 @@
+"""What one client, and one robot, may take of a server; each limit has its clear refusal. Pure: clocks are passed in.
+
+Robots stop the lines and programs of their own users alone: nobody waits for what another one has used up.
+"""
+
+from __future__ import annotations
+
+from msgspec import Struct
+
+from vrs_cli.errors import LimitReached, RequestRefused
+from vrs_cli.interfaces.tasks.runs import LONGEST, Limits
+
+HELLO = 10.0  # [s] in which a client says who it is
+WRONG_TOKENS = 10  # from one address in a minute
+MINUTE = 60.0  # [s]
+
+
+class Allowance(Struct, frozen=True):
+    """What a server allows. Of one connection: bytes of one message, messages a second (so many at once), lines that
+    wait for their turn. Connections: of one token, and in all. Of one robot: variables and programs, segments of its
+    timeline, bytes in its folder, the share of a core that its programs may have on average over `cpu_window` [s], and
+    steps of one program.
+    """
+
+    message: int = 2_000_000
+    rate: float = 300.0
+    burst: int = 1000
+    waiting: int = 200
+    connections_each: int = 64
+    connections: int = 4000
+    names: int = 50_000
+    segments: int = 2_000_000
+    folder: int = 100_000_000
+    cpu: float = 0.5
+    cpu_window: float = 20.0
+    steps: int | None = None
+
+    def of_run(self, *, realtime: bool) -> Limits:
+        """The limits of one run of a program. In real time it may go on for ever."""
+        return Limits(
+            max_time=float("inf") if realtime else LONGEST,
+            max_steps=self.steps,
+            max_disk=self.folder,
+            told_by=lambda _option: "the server sets this limit",
+        )
+
+
+USUAL = Allowance()
+
+
+class Rate:
+    """How often something may happen: `rate` times a second in the long run, `burst` times at once."""
+
+    def __init__(self, rate: float, burst: float, now: float) -> None:
+        self._rate, self._burst = rate, burst
+        self._left, self._since = burst, now
+
+    def left(self, now: float) -> bool:
+        """Whether it may happen once more now."""
+        self._left = min(self._burst, self._left + (now - self._since) * self._rate)
+        self._since = now
+        return self._left >= 1.0
+
+    def take(self, now: float) -> bool:
+        """The same, and it happens if it may."""
+        may = self.left(now)
+        self._left -= may
+        return may
+
+
+class Crowd:
+    """Who is connected: so many of one name, so many in all; and who has come with wrong tokens lately."""
+
+    def __init__(self, allowance: Allowance) -> None:
+        self._allowance = allowance
+        self._there: dict[str, int] = {}
+        self._wrong: dict[str, Rate] = {}
+
+    def __len__(self) -> int:
+        return sum(self._there.values())
+
+    def enter(self, name: str) -> None:
+        """One more of that name; without a name there is no limit for one. Raises RequestRefused."""
+        allowance, there = self._allowance, self._there.get(name, 0)
+        if len(self) >= allowance.connections:
+            raise RequestRefused(f"this server has {allowance.connections} connections", "try again later")
+        if name and there >= allowance.connections_each:
+            raise RequestRefused(f"{name} has {there} connections", "close one of them")
+        self._there[name] = there + 1
+
+    def leave(self, name: str) -> None:
+        left = self._there[name] - 1
+        if left:
+            self._there[name] = left
+        else:
+            del self._there[name]
+
+    def guess(self, address: str, now: float) -> None:
+        """Somebody at an address has a wrong token."""
+        if len(self._wrong) >= self._allowance.connections:
+            self._wrong.clear()  # a crowd of addresses: nobody is remembered rather than everybody
+        self._wrong.setdefault(address, Rate(WRONG_TOKENS / MINUTE, WRONG_TOKENS, now)).take(now)
+
+    def guesses(self, address: str, now: float) -> bool:
+        """Whether an address has had too many wrong tokens lately, and is not listened to now."""
+        rate = self._wrong.get(address)
+        return rate is not None and not rate.left(now)
+
+
+class Meter:
+    """The CPU time of one robot's programs: at most a share of a core on average over a while."""
+
+    def __init__(self, allowance: Allowance, used: float, now: float) -> None:
+        self._share, self._most = allowance.cpu, allowance.cpu * allowance.cpu_window
+        self._window = allowance.cpu_window
+        self._owed, self._used, self._at = 0.0, used, now
+
+    def look(self, used: float, now: float) -> LimitReached | None:
+        """`used` is CPU time so far [s]; why what runs is to be stopped, None where it may go on."""
+        spent, passed = used - self._used, now - self._at
+        self._used, self._at = used, now
+        self._owed = max(0.0, self._owed + spent - self._share * passed)
+        if self._owed <= self._most:
+            return None
+        self._owed = 0.0
+        return LimitReached(
+            f"the program took more than {self._share:.0%} of a core for {self._window:g} s and more",
+            "let it wait now and then: DELAY, WAIT, a motion; the server sets this limit",
+        )
+
+
+def check_growth(allowance: Allowance, names: int, segments: int) -> None:
+    """Raises LimitReached for a robot that has grown too large to take more."""
+    if names > allowance.names:
+        raise LimitReached(f"it has {names} variables and programs, {allowance.names} at most", "delete some, or ZERO")
+    if segments > allowance.segments:
+        what = f"its timeline has {segments} segments, {allowance.segments} at most"
+        raise LimitReached(what, "UNDO takes some back; or let the server begin a new journal")

@@ -1,0 +1,262 @@
+"""Tokens: who may enter a server, as what, and which of its robots are that one's. They are in a TOML file, which is
+read again when it has changed:
+
+    [[token]]
+    name = "ada"                                # what others see, and what her own robots are called
+    sha256 = "9f86d081884c7d65..."              # of the token; or token = "the token itself"
+    role = "supervisor"                         # observer, designer, supervisor (default) or teacher
+    robots = ["cell1", "cell2"]                 # default: all that the server was started with
+    expires = 2027-07-31                        # default: never
+
+A teacher is a supervisor of every robot, those of others too.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import os
+import re
+import secrets
+import tomllib
+from collections.abc import Mapping, Sequence
+from datetime import date, datetime, time, timedelta
+from pathlib import Path
+
+from msgspec import Struct
+
+from vrs_cli.errors import FileDamaged, FileError, UsageError
+from vrs_cli.files.atomic import write_atomically
+from vrs_cli.files.naming import wrong_name
+from vrs_cli.files.opening import unreadable
+from vrs_cli.language.words.word import Role
+
+BYTES = 24  # of chance in a token that is made here
+SHORTEST = 16  # characters of a token that somebody chose
+TEACHER = "teacher"
+ROLES: Mapping[str, Role] = {
+    "observer": Role.OBSERVER,
+    "designer": Role.DESIGNER | Role.OBSERVER,
+    "supervisor": Role.SUPERVISOR,
+    TEACHER: Role.SUPERVISOR,
+}
+KEYS = ("name", "token", "sha256", "role", "robots", "expires")
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,39}")
+NAME_RULE = "a letter, then letters, digits, _ . and -, 40 at most"
+GOOD = "see docs/serve.md"
+
+
+def good_name(name: str) -> bool:
+    """Whether a token or a robot can be called so: it is part of an address, and of the name of a file."""
+    return NAME.fullmatch(name) is not None and not wrong_name(name)
+
+
+class Grant(Struct, frozen=True):
+    """What a token gives: `robots` are those of the server that are meant, None for all of them. `until`: seconds since
+    1970. Two grants are equal as long as nothing of them has changed, the token included."""
+
+    name: str
+    role: Role
+    teacher: bool = False
+    robots: frozenset[str] | None = None
+    until: float | None = None
+    digest: bytes = b""
+
+    def expired(self, now: float) -> bool:
+        return self.until is not None and now >= self.until
+
+    def own(self, robot: str, most: int) -> bool:
+        """Whether a robot is one of those that this token has for itself: `ada`, `ada-2`, up to the number `most`."""
+        return robot in self.own_names(most)
+
+    def own_names(self, most: int) -> tuple[str, ...]:
+        return tuple(self.name if number == 1 else f"{self.name}-{number}" for number in range(1, most + 1))
+
+
+OPEN = Grant("", Role.SUPERVISOR, teacher=True)  # whoever comes, where a server has no tokens
+
+
+def digest_of(token: str) -> bytes:
+    """What is kept and compared of a token. It is long and made by chance, so that a plain hash is enough."""
+    return hashlib.sha256(token.encode("utf-8", "surrogatepass")).digest()
+
+
+def new_token() -> str:
+    return secrets.token_urlsafe(BYTES)
+
+
+class Tokens(Struct, frozen=True):
+    """All grants of a server."""
+
+    grants: tuple[Grant, ...] = ()
+
+    def find(self, token: str, now: float) -> Grant | None:
+        """The grant of a token that holds now. How long that takes says nothing about which tokens there are."""
+        asked, found = digest_of(token), None
+        for grant in self.grants:
+            if hmac.compare_digest(asked, grant.digest):
+                found = grant
+        return None if found is None or found.expired(now) else found
+
+    def holds(self, grant: Grant, now: float) -> bool:
+        """Whether a grant that was given still stands as it was."""
+        return grant in self.grants and not grant.expired(now)
+
+
+# --- the file -------------------------------------------------------------------------------------------------------
+
+
+class TokenFile:
+    """The tokens of a file as it is now. What is wrong with a file that has changed is said by `tell`, and nobody gets
+    in by it: those who are in by the file before stay. Raises FileError, FileDamaged for a file that is wrong already.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.tokens = read_tokens(path)
+        self._seen = _mark(path)
+        self.wrong = ""
+
+    def look(self) -> bool:
+        """Read the file again if it has changed; whether the tokens are others now."""
+        mark = _mark(self.path)
+        if mark == self._seen:
+            return False
+        before, self._seen, self.wrong = self.tokens, mark, ""
+        try:
+            self.tokens = read_tokens(self.path)
+        except FileError as error:
+            self.wrong = f"{error}; the tokens read before it was changed still hold"
+        return self.tokens != before
+
+
+def _mark(path: Path) -> tuple[int, ...]:
+    """Another one whenever a file has changed."""
+    try:
+        there = os.stat(path)
+    except OSError:
+        return ()
+    return there.st_ino, there.st_size, there.st_mtime_ns, there.st_ctime_ns
+
+
+def read_tokens(path: Path) -> Tokens:
+    """Raises FileError, FileDamaged, which names the entry and what would be right."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        data = tomllib.loads(text)
+    except OSError as error:
+        raise unreadable(path, error) from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        raise FileDamaged(f"{path}: {error}", f"tokens are a TOML file: {GOOD}") from None
+    rows = data.pop("token", [])
+    if data or not isinstance(rows, list):
+        raise FileDamaged(f"{path}: {next(iter(data), 'token')}", f"it holds [[token]] tables alone: {GOOD}")
+    grants = [_grant(f"{path}: token {number}", row) for number, row in enumerate(rows, start=1)]
+    _check_unlike(path, grants)
+    return Tokens(tuple(grants))
+
+
+def _check_unlike(path: Path, grants: Sequence[Grant]) -> None:
+    names, digests = set[str](), set[bytes]()
+    for grant in grants:
+        if grant.name in names or grant.digest in digests:
+            raise FileDamaged(f"{path}: {grant.name} is there twice", "each token has a name of its own")
+        names.add(grant.name)
+        digests.add(grant.digest)
+
+
+def _grant(where: str, row: object) -> Grant:
+    if not isinstance(row, dict):
+        raise FileDamaged(f"{where} is no table", GOOD)
+    wrong = next((key for key in row if key not in KEYS), None)
+    if wrong is not None:
+        raise FileDamaged(f"{where}: {wrong}", f"a token has {', '.join(KEYS)}")
+    name = row.get("name")
+    if not isinstance(name, str) or not good_name(name):
+        raise FileDamaged(f"{where}: name {name!r}", NAME_RULE)
+    where = f"{where} ({name})"
+    role = row.get("role", "supervisor")
+    if role not in ROLES:
+        raise FileDamaged(f"{where}: role {role!r}", f"one of {', '.join(ROLES)}")
+    return Grant(
+        name, ROLES[role], role == TEACHER, _robots(where, row), _until(where, row.get("expires")), _digest(where, row)
+    )
+
+
+def _digest(where: str, row: Mapping[str, object]) -> bytes:
+    token, sha256 = row.get("token"), row.get("sha256")
+    if (token is None) == (sha256 is None):
+        raise FileDamaged(f"{where}", "it has either token or sha256")
+    if isinstance(token, str) and len(token) >= SHORTEST:
+        return digest_of(token)
+    if isinstance(sha256, str) and re.fullmatch("[0-9a-fA-F]{64}", sha256):
+        return bytes.fromhex(sha256)
+    raise FileDamaged(where, f"a token has {SHORTEST} characters at least, sha256 64 hexadecimal digits")
+
+
+def _robots(where: str, row: Mapping[str, object]) -> frozenset[str] | None:
+    robots = row.get("robots")
+    if robots is None:
+        return None
+    if not isinstance(robots, list) or not all(isinstance(one, str) for one in robots):
+        raise FileDamaged(f"{where}: robots {robots!r}", 'names of robots: ["cell1", "cell2"]')
+    return frozenset(robots)
+
+
+def _until(where: str, expires: object) -> float | None:
+    """The end of a day that is named, or an instant; where no zone is named, in that of the server."""
+    if expires is None:
+        return None
+    if isinstance(expires, datetime):
+        return expires.timestamp()
+    if isinstance(expires, date):
+        return datetime.combine(expires + timedelta(days=1), time()).timestamp()
+    raise FileDamaged(f"{where}: expires {expires!r}", "a day or an instant: 2027-07-31, 2027-07-31T12:00:00Z")
+
+
+# --- new ones -------------------------------------------------------------------------------------------------------
+
+
+class Wanted(Struct, frozen=True):
+    """A token that is to be made."""
+
+    name: str
+    role: str = "supervisor"
+    robots: tuple[str, ...] | None = None
+    until: datetime | date | None = None
+
+
+def add_tokens(path: Path, wanted: Sequence[Wanted]) -> dict[str, str]:
+    """Make tokens, and add their hashes to a file, which is made if need be; the tokens by name, which nobody can tell
+    later. Raises FileError, FileDamaged, and UsageError for a name that is there already."""
+    before, known = "", set[str]()
+    if path.exists():
+        known = {grant.name for grant in read_tokens(path).grants}
+        before = path.read_text(encoding="utf-8").rstrip("\n")
+    else:
+        _make_private(path)
+    if taken := sorted(known & {one.name for one in wanted}):
+        raise UsageError(
+            f"{path} has a token of {taken[0]} already", "take it out of the file first: it is revoked then"
+        )
+    made = {one.name: new_token() for one in wanted}
+    parts = [before, *(_text(one, digest_of(made[one.name])) for one in wanted)]
+    write_atomically(path, "\n\n".join(part for part in parts if part) + "\n")
+    return made
+
+
+def _make_private(path: Path) -> None:
+    try:
+        os.close(os.open(path, os.O_WRONLY | os.O_CREAT, 0o600))
+    except OSError as error:
+        raise FileError(f"{path} cannot be written: {error.strerror}", "name another place") from None
+
+
+def _text(one: Wanted, digest: bytes) -> str:
+    lines = ["[[token]]", f'name = "{one.name}"', f'sha256 = "{digest.hex()}"', f'role = "{one.role}"']
+    if one.robots is not None:
+        names = ", ".join(f'"{robot}"' for robot in one.robots)
+        lines.append(f"robots = [{names}]")
+    if one.until is not None:
+        lines.append(f"expires = {one.until.isoformat()}")
+    return "\n".join(lines)
