@@ -1,0 +1,207 @@
+"""Mirrors: the robot to the bit, whatever comes, is missing, comes twice, or is asked for later."""
+
+from __future__ import annotations
+
+from math import inf
+
+import pytest
+
+from tests.examples import some
+from tests.net.edits import Edits
+from vrs_cli.engine.clock import WallClock
+from vrs_cli.engine.engine import Engine, Event
+from vrs_cli.engine.feed import Missed
+from vrs_cli.engine.snapshot import Replaced, Snapshot
+from vrs_cli.interfaces.roles.observer import Observer
+from vrs_cli.interfaces.roles.viewer import Audience
+from vrs_cli.net.mirror import ClockReading, Mirror
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.wire.messages import Encoding, decode, encode
+from vrs_cli.wire.records import Form
+
+
+def bits(timeline: Timeline) -> str:
+    return repr((timeline.version, list(timeline)))
+
+
+class Line:
+    """What a robot tells, as numbered values that went through bytes."""
+
+    def __init__(self, engine: Engine, encoding: Encoding = Encoding.MSGPACK) -> None:
+        self.engine, self.encoding, self.seq = engine, encoding, 0
+        self.form = Form.of(engine.arm)
+        self.heard = engine.events.subscribe(10**9)
+        self.heard.take()
+
+    def through(self, event: Event) -> object:
+        value = event.snapshot() if isinstance(event, Replaced) else event
+        return decode(encode(value, self.encoding), self.form, self.encoding)
+
+    def news(self) -> list[tuple[int, object]]:
+        """What has happened since the last time, with numbers."""
+        told = []
+        for event in self.heard.taken():
+            assert not isinstance(event, Missed)
+            self.seq += 1
+            told.append((self.seq, self.through(event)))
+        return told
+
+    def mirror(self, begin: float = -inf) -> Mirror:
+        """Of somebody who comes now."""
+        assert not self.heard.taken(), "all news have been told"
+        return Mirror(self.engine.arm, self.window(begin), self.seq, lambda: 0.0)
+
+    def window(self, begin: float, end: float = inf) -> Snapshot:
+        snapshot = self.engine.snapshot()
+        sent = decode(encode(snapshot if begin == -inf else snapshot.window(begin, end)), self.form)
+        assert isinstance(sent, Snapshot)
+        return sent
+
+
+def tell(mirror: Mirror, news: list[tuple[int, object]]) -> None:
+    for seq, value in news:
+        if isinstance(value, Snapshot):
+            mirror.replace(value, seq)
+        else:
+            mirror.change(value, seq)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("encoding", Encoding)
+def test_a_mirror_is_the_timeline_to_the_bit(encoding: Encoding) -> None:
+    edits = Edits(7)
+    line = Line(edits.engine, encoding)
+    mirrors = [line.mirror()]
+    for number in range(some(150)):
+        edits.edit()
+        news = line.news()
+        for mirror in mirrors:
+            tell(mirror, news)
+        if number % 40 == 0:
+            mirrors.append(line.mirror())
+    for mirror in mirrors:
+        assert not mirror.lost
+        assert bits(mirror.timeline) == bits(edits.engine.timeline)
+        assert repr(Observer(mirror).at(1.234)) == repr(edits.engine.position(1.234))
+
+
+def test_what_is_missing_is_noticed_and_made_up_for() -> None:
+    """Any message may be left out, and any may come again: the mirror is right, or says that it is lost."""
+    edits = Edits(11)
+    line, lost = Line(edits.engine), 0
+    mirror = line.mirror()
+    for _ in range(some(200)):
+        edits.edit()
+        news = line.news()
+        if news and edits.random.random() < 0.2:
+            del news[edits.random.randrange(len(news))]
+        tell(mirror, news + news[:1])
+        if mirror.seq < line.seq and not mirror.lost:
+            continue  # the last of them was left out: the next one tells
+        if mirror.lost:
+            lost += 1
+            mirror.replace(line.window(-inf), line.seq)
+        assert bits(mirror.timeline) == bits(edits.engine.timeline)
+    assert lost > 2
+
+
+def test_nothing_old_makes_a_mirror_lost() -> None:
+    edits = Edits(3)
+    line = Line(edits.engine)
+    mirror, everything = line.mirror(), list[tuple[int, object]]()
+    for _ in range(30):
+        edits.edit()
+        everything += line.news()
+        tell(mirror, [one for one in everything if not isinstance(one[1], Snapshot)][:-1])
+        mirror.replace(line.window(-inf), line.seq)
+        tell(mirror, [one for one in everything if not isinstance(one[1], Snapshot)])
+        assert not mirror.lost
+        assert bits(mirror.timeline) == bits(edits.engine.timeline)
+
+
+def test_a_window_and_its_past() -> None:
+    """A late joiner knows the end; the past that it asks for is the robot's to the bit."""
+    edits, joined = Edits(5), 0
+    line = Line(edits.engine)
+    for _ in range(some(25)):
+        mirror = line.mirror(edits.engine.end * 0.8)
+        for _ in range(3):
+            edits.edit()
+            tell(mirror, line.news())
+        if mirror.lost or mirror.begins == -inf:
+            continue
+        joined += 1
+        whole = edits.engine.timeline
+        for t in (mirror.begins, (mirror.begins + whole.end) / 2.0, whole.end + 1.0):
+            assert repr(Observer(mirror).at(t)) == repr(edits.engine.position(t))
+        past = line.window(mirror.begins / 2.0, mirror.begins)
+        edits.edit()  # while the past is on its way
+        news = line.news()
+        tell(mirror, news)
+        if mirror.lost or any(isinstance(value, Snapshot) for _, value in news):
+            continue
+        assert mirror.extend(past)
+        assert mirror.extend(line.window(-1.0, mirror.begins))
+        assert mirror.begins == -inf
+        assert bits(mirror.timeline) == bits(edits.engine.timeline)
+    assert joined > 3
+
+
+def test_a_past_that_fits_no_more_is_refused() -> None:
+    edits = Edits(5)
+    line = Line(edits.engine)
+    for _ in range(40):
+        edits.edit()
+    line.news()
+    mirror = line.mirror(edits.engine.end * 0.9)
+    assert mirror.begins > 0.0
+    early = line.window(0.0, mirror.begins / 2.0)
+    before = bits(mirror.timeline)
+    assert not mirror.extend(early), "there is a gap between"
+    other = Edits(6)
+    assert not mirror.extend(Line(other.engine).window(0.0, inf)), "it is of another robot"
+    assert bits(mirror.timeline) == before
+
+
+def test_who_hears_of_changes_hears_what_is_known_here() -> None:
+    edits = Edits(9)
+    line = Line(edits.engine)
+    for _ in range(20):
+        edits.edit()
+    line.news()
+    mirror = line.mirror(edits.engine.end * 0.5)
+    heard, timeline = mirror.events.subscribe(), None
+    for _ in range(30):
+        edits.edit()
+        tell(mirror, line.news())
+        if mirror.lost:
+            mirror.replace(line.window(-inf), line.seq)
+    for event in heard.taken():
+        assert not isinstance(event, Missed)
+        timeline = event.timeline if isinstance(event, Replaced) else timeline.apply(event)  # type: ignore[union-attr]
+    assert timeline is not None
+    assert bits(timeline) == bits(mirror.timeline)
+
+
+def test_the_clock_of_the_robot_is_read_here() -> None:
+    wall = [100.0]
+    clock = WallClock(lambda: wall[0], lambda _s: None, rate=2.0)
+    wall[0] = 101.0
+    reading = ClockReading(clock.reached, clock.rate, wall[0])
+    for wall[0] in (101.0, 101.3, 107.77):
+        assert reading.at(wall[0]) == clock.reached
+    assert reading.at(50.0) == reading.now, "time does not go back"
+    assert ClockReading(3.0, None, 0.0).at(99.0) == 3.0
+
+
+def test_viewers_look_at_a_mirror_as_at_the_robot() -> None:
+    edits, wall = Edits(2), [0.0]
+    for _ in range(10):
+        edits.edit()
+    mirror = Mirror(edits.engine.arm, edits.engine.snapshot(), 0, lambda: wall[0])
+    mirror.clock = ClockReading(0.0, 1.0, 0.0)
+    audience = Audience(mirror, lambda: wall[0])
+    audience.join(10.0)
+    wall[0] = 0.55
+    (look,) = audience.step()
+    assert repr(look.frame.position) == repr(edits.engine.position(0.5))
+    assert look.frame.version == edits.engine.timeline.version
