@@ -3,79 +3,22 @@
 from __future__ import annotations
 
 import json
-import types
-from collections.abc import Mapping
-from dataclasses import is_dataclass
-from enum import Enum
-from functools import cache
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any
 
 import msgspec
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.files.trajectories import deltas, form, initial, motions, planned, segments, transforms
+from tests.files.trajectories import form, initial, planned
+from tests.values import values
 from vrs_cli.dialogue.replies import Message, Tone
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import JointOutOfRange
-from vrs_cli.kinematics.configuration import ALL, Configuration
-from vrs_cli.kinematics.transform import Transform
-from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.motion import Motion
-from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.messages import KINDS, VERSION, Encoding, Refusal, decode, encode
 from vrs_cli.wire.records import RecordError
-
-GIVEN: Mapping[Any, st.SearchStrategy[Any]] = {
-    TimelineDelta: deltas,
-    Segment: segments,
-    Motion: motions,
-    Transform: transforms,
-    Configuration: st.sampled_from(ALL),
-    float: st.floats(allow_nan=False, allow_infinity=False),
-    int: st.integers(0, 2**53),
-    bool: st.booleans(),
-    str: st.text(max_size=5),
-    type(None): st.none(),
-}
-
-
-@cache
-def values(kind: Any) -> st.SearchStrategy[Any]:
-    """Values of a type, by its annotations."""
-    if kind in GIVEN:
-        return GIVEN[kind]
-    origin, arguments = get_origin(kind), get_args(kind)
-    if origin in (Union, types.UnionType):
-        return st.one_of(*map(values, arguments))
-    if origin is tuple and arguments[-1] is Ellipsis:
-        return st.lists(values(arguments[0]), max_size=2).map(tuple)
-    if origin is tuple:
-        return st.tuples(*map(values, arguments))
-    if origin is Mapping:
-        return st.dictionaries(values(arguments[0]), values(arguments[1]), max_size=2)
-    if isinstance(kind, type) and issubclass(kind, Enum):
-        return st.sampled_from(kind)
-    return _built(origin or kind, dict(zip(getattr(origin, "__parameters__", ()), arguments, strict=False)))
-
-
-def _built(kind: type, given_types: Mapping[TypeVar, Any]) -> st.SearchStrategy[Any]:
-    assert issubclass(kind, msgspec.Struct | tuple) or is_dataclass(kind), kind
-    hints = get_type_hints(kind)
-    names = [name for name in hints if not name.startswith("_")]
-    return st.builds(kind, **{name: values(_put(hints[name], given_types)) for name in names})
-
-
-def _put(kind: Any, given_types: Mapping[TypeVar, Any]) -> Any:
-    """A type with the types that stand for its variables."""
-    if isinstance(kind, TypeVar):
-        return given_types[kind]
-    if get_origin(kind) in (Union, types.UnionType):
-        return Union[tuple(_put(one, given_types) for one in get_args(kind))]  # noqa: UP007 (made at run time)
-    return kind
 
 
 @pytest.mark.parametrize("encoding", Encoding)
@@ -120,7 +63,7 @@ def test_a_window_of_a_snapshot_too(encoding: Encoding) -> None:
 
 def test_a_message_as_it_is_written() -> None:
     data = encode(Message("Program completed", Tone.NOTE))
-    assert data == b'{"v":1,"kind":"Message","body":{"text":"Program completed","tone":"note"}}'
+    assert data == b'{"v":1,"kind":"Message","body":{"kind":"Message","text":"Program completed","tone":"note"}}'
 
 
 def test_an_error_keeps_its_numbers() -> None:
@@ -163,9 +106,9 @@ def test_hostile_bytes_give_one_error(encoding: Encoding, junk: bytes, place: fl
 @pytest.mark.parametrize(
     "body",
     [
-        {"text": 5},
-        {"tone": "note"},
-        {"text": "x", "tone": "loud"},
+        {"kind": "Message", "text": 5},
+        {"kind": "Message", "tone": "note"},
+        {"kind": "Message", "text": "x", "tone": "loud"},
         [],
         None,
     ],

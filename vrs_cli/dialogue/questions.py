@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from msgspec import Struct
+from vrs_cli.dialogue.spoken import Spoken
 
 
-class Confirmation(Struct, frozen=True):
+class Confirmation(Spoken, frozen=True):
     """`... (Y/N)?`: whether it is to be done. Where nobody answers, it is not."""
 
     text: str
 
 
-class Parting(Struct, frozen=True):
+class Parting(Spoken, frozen=True):
     """`Leave ... (Y/N)?`: EXIT and Ctrl-D say yes too, and so does nobody. `about`: what is told before."""
 
     text: str
     about: str = ""
 
 
-class Amendment(Struct, frozen=True):
+class Amendment(Spoken, frozen=True):
     """`Change?`: the new numbers of a location; an empty line takes it as it is. Where nobody answers, it is left."""
 
     text: str
 
 
-class LineWanted(Struct, frozen=True):
+class LineWanted(Spoken, frozen=True):
     """PROMPT, READ, GETC: a line for a program; `wrong`: what is wrong with the line before, if it is asked again."""
 
     text: str

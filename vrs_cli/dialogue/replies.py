@@ -10,6 +10,7 @@ from enum import Enum
 
 from msgspec import Struct
 
+from vrs_cli.dialogue.spoken import Spoken
 from vrs_cli.engine.comparison import Comparison
 from vrs_cli.engine.displacement import Displacement
 from vrs_cli.engine.history import CommandRecord
@@ -32,7 +33,7 @@ class Tone(Enum):
     ERROR = "error"
 
 
-class Message(Struct, frozen=True):
+class Message(Spoken, frozen=True):
     """One line of text, or a few."""
 
     text: str
@@ -47,13 +48,13 @@ class Diagnosed(Struct, frozen=True):
     path: str | None = None
 
 
-class DiagnosticsReport(Struct, frozen=True):
+class DiagnosticsReport(Spoken, frozen=True):
     """What is wrong with a line or a file, in the order of the lines."""
 
     items: tuple[Diagnosed, ...]
 
 
-class ProgramStopped(Struct, frozen=True):
+class ProgramStopped(Spoken, frozen=True):
     """A program ended before its end: `what` is VAL-II's word or message for it, `step` counts from 1.
 
     `source` is the text of the step, empty where there is none to show.
@@ -69,7 +70,7 @@ class ProgramStopped(Struct, frozen=True):
 # --- positions and values ------------------------------------------------------------------------------------------
 
 
-class Whereabouts(Struct, frozen=True):
+class Whereabouts(Spoken, frozen=True):
     """WHERE. `stamped`: the time was asked for, and is shown."""
 
     position: Position
@@ -77,14 +78,14 @@ class Whereabouts(Struct, frozen=True):
     units: JointUnits = TURNING
 
 
-class WhereaboutsTable(Struct, frozen=True):
+class WhereaboutsTable(Spoken, frozen=True):
     """WHERE FROM t1 TO t2 STEP dt."""
 
     positions: tuple[Position, ...]
     units: JointUnits = TURNING
 
 
-class ReachReport(Struct, frozen=True):
+class ReachReport(Spoken, frozen=True):
     """WHY: the text of the location, and what was found."""
 
     name: str
@@ -104,21 +105,21 @@ class NamedLocation(Struct, frozen=True):
         return cls(name, value) if isinstance(value, Transform) else cls(name, None, value)
 
 
-class LocationTable(Struct, frozen=True):
+class LocationTable(Spoken, frozen=True):
     """LISTL, HERE, POINT, TOOL, BASE."""
 
     rows: tuple[NamedLocation, ...]
     units: JointUnits = TURNING
 
 
-class RealTable(Struct, frozen=True):
+class RealTable(Spoken, frozen=True):
     """LISTR: a name or the text of an expression, and its value. `truths`: the values say whether something is so."""
 
     rows: tuple[tuple[str, float], ...]
     truths: bool = False
 
 
-class StringTable(Struct, frozen=True):
+class StringTable(Spoken, frozen=True):
     """LISTS."""
 
     rows: tuple[tuple[str, str], ...]
@@ -135,21 +136,21 @@ class ListedStep(Struct, frozen=True):
     bad: bool = False
 
 
-class ProgramText(Struct, frozen=True):
+class ProgramText(Spoken, frozen=True):
     """LISTP: the header line, and the steps indented."""
 
     header: str
     steps: tuple[ListedStep, ...]
 
 
-class ProgramPart(Struct, frozen=True):
+class ProgramPart(Spoken, frozen=True):
     """EDIT: some steps of a program; its header on entry, otherwise ""."""
 
     header: str
     steps: tuple[ListedStep, ...]
 
 
-class FileText(Struct, frozen=True):
+class FileText(Spoken, frozen=True):
     """FLIST: a text file, line by line."""
 
     lines: tuple[str, ...]
@@ -162,7 +163,7 @@ class FileRow(Struct, frozen=True):
     size: int | None
 
 
-class FileTable(Struct, frozen=True):
+class FileTable(Spoken, frozen=True):
     """FDIRECTORY."""
 
     folder: str
@@ -178,7 +179,7 @@ class ProgramName(Struct, frozen=True):
     comment: str = ""
 
 
-class ProgramNames(Struct, frozen=True):
+class ProgramNames(Spoken, frozen=True):
     """DIRECTORY."""
 
     rows: tuple[ProgramName, ...]
@@ -194,7 +195,7 @@ class Progress(Struct, frozen=True):
     cycles_left: int | None
 
 
-class StatusReport(Struct, frozen=True):
+class StatusReport(Spoken, frozen=True):
     """STATUS. Speeds in percent, times in seconds; `progress` is None when nothing was run yet.
 
     `next_motion`: what was said for the next motion alone, in the words of the language.
@@ -222,7 +223,7 @@ class SignalBank(Struct, frozen=True):
     states: tuple[bool, ...]
 
 
-class SignalTable(Struct, frozen=True):
+class SignalTable(Spoken, frozen=True):
     """IO."""
 
     banks: tuple[SignalBank, ...]
@@ -234,14 +235,14 @@ class SettingRow(Struct, frozen=True):
     summary: str
 
 
-class SettingTable(Struct, frozen=True):
+class SettingTable(Spoken, frozen=True):
     """SWITCH, PARAMETER, SPEED: the settings asked for and what each does."""
 
     title: str
     rows: tuple[SettingRow, ...]
 
 
-class ClockReport(Struct, frozen=True):
+class ClockReport(Spoken, frozen=True):
     """TIME, CLOCK: the robot clock [s], and in real time its rate."""
 
     clock: float
@@ -249,7 +250,7 @@ class ClockReport(Struct, frozen=True):
     paused: bool = False
 
 
-class Identification(Struct, frozen=True):
+class Identification(Spoken, frozen=True):
     """ID. `robot` is the title of the model, `name` what it is called on a command line."""
 
     version: str
@@ -259,7 +260,7 @@ class Identification(Struct, frozen=True):
     joint_count: int
 
 
-class FreeReport(Struct, frozen=True):
+class FreeReport(Spoken, frozen=True):
     """FREE: what is in memory, and how much of the computer's memory is left (percent; None where it is not known)."""
 
     programs: int
@@ -277,7 +278,7 @@ class HelpGroup(Struct, frozen=True):
     words: tuple[str, ...]
 
 
-class HelpOverview(Struct, frozen=True):
+class HelpOverview(Spoken, frozen=True):
     """HELP: every word, in groups."""
 
     groups: tuple[HelpGroup, ...]
@@ -294,7 +295,7 @@ class HelpEntry(Struct, frozen=True):
     note: str = ""
 
 
-class HelpPage(Struct, frozen=True):
+class HelpPage(Spoken, frozen=True):
     """HELP word."""
 
     word: str
@@ -304,7 +305,7 @@ class HelpPage(Struct, frozen=True):
 # --- the timeline --------------------------------------------------------------------------------------------------
 
 
-class Displaced(Struct, frozen=True):
+class Displaced(Spoken, frozen=True):
     """What a command did to motions that were scheduled already."""
 
     displacement: Displacement
@@ -321,7 +322,7 @@ class SegmentRow(Struct, frozen=True):
     space: str
 
 
-class TimelineTable(Struct, frozen=True):
+class TimelineTable(Spoken, frozen=True):
     """TIMELINE: the commands and what the planner made of them; `stops`: segments after which a motion rests on its
     way."""
 
@@ -341,13 +342,13 @@ class BranchRow(Struct, frozen=True):
     clock: float
 
 
-class BranchTable(Struct, frozen=True):
+class BranchTable(Spoken, frozen=True):
     """BRANCH."""
 
     rows: tuple[BranchRow, ...]
 
 
-class ComparisonTable(Struct, frozen=True):
+class ComparisonTable(Spoken, frozen=True):
     """COMPARE: two branches by name, and what is different."""
 
     a: str
@@ -364,7 +365,7 @@ class Curve(Struct, frozen=True):
     values: tuple[float, ...]
 
 
-class Plot(Struct, frozen=True):
+class Plot(Spoken, frozen=True):
     """PLOT: curves over the same times [s], already in the unit that is shown."""
 
     title: str
@@ -382,13 +383,13 @@ class ReplayRow(Struct, frozen=True):
     T_world_tool: Transform
 
 
-class ReplayTable(Struct, frozen=True):
+class ReplayTable(Spoken, frozen=True):
     """REPLAY where nothing can be animated: the initial pose, and the end of each motion."""
 
     rows: tuple[ReplayRow, ...]
 
 
-class Farewell(Struct, frozen=True):
+class Farewell(Spoken, frozen=True):
     """EXIT, QUIT: the shell ends."""
 
 

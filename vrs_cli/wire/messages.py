@@ -9,7 +9,6 @@ motion, and what has motions, is written as the records of a trajectory file.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from enum import Enum
 from functools import cache
 from typing import Any, NamedTuple, get_args
 
@@ -23,6 +22,7 @@ from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import Place, VrsError
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.version import __version__
+from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.records import (
     Count,
     DeltaRecord,
@@ -37,11 +37,6 @@ from vrs_cli.wire.records import (
 )
 
 VERSION = 1
-
-
-class Encoding(Enum):
-    JSON = "json"
-    MSGPACK = "msgpack"
 
 
 class Refusal(msgspec.Struct, frozen=True):

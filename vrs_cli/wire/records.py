@@ -53,6 +53,9 @@ Fraction = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
 Rate = Annotated[float, msgspec.Meta(gt=0.0, le=LARGEST)]
 Length = Annotated[float, msgspec.Meta(ge=0.0, le=LARGEST)]
 Duration = Annotated[float, msgspec.Meta(ge=0.0, le=LATEST)]
+Joints = Annotated[tuple[Number, ...], msgspec.Meta(min_length=1, max_length=64)]
+Name = Annotated[str, msgspec.Meta(max_length=200)]
+Text = Annotated[str, msgspec.Meta(max_length=100_000)]
 
 
 class Record(msgspec.Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True):

@@ -9,25 +9,26 @@ from __future__ import annotations
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vrs_cli.dialogue.spoken import Spoken
 from vrs_cli.errors import LeaseHeld
 
 USUAL_LENGTH = 10.0  # [s] that a lease lasts after a heartbeat
 
 
-class Granted(Struct, frozen=True):
+class Granted(Spoken, frozen=True):
     """`to` drives from now on."""
 
     to: str
 
 
-class Requested(Struct, frozen=True):
+class Requested(Spoken, frozen=True):
     """`by` would like to drive; the holder `of` the lease is told."""
 
     of: str
     by: str
 
 
-class Lost(Struct, frozen=True):
+class Lost(Spoken, frozen=True):
     """`by` has taken the lease `of` somebody whose heartbeat did not come; that one is told."""
 
     of: str

@@ -1,0 +1,67 @@
+"""What is read is what was sent, to the bit, in both forms; bytes of anybody else are refused with one error."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.values import values
+from vrs_cli.net.messages import FromClient, FromServer, Line, Told
+from vrs_cli.wire.codec import Encoding, Frame, Reader, UnknownType, encode
+from vrs_cli.wire.records import RecordError
+
+FROM_CLIENT: Reader[FromClient] = Reader(FromClient)
+FROM_SERVER: Reader[FromServer] = Reader(FromServer)
+ALL = [(kind, FROM_CLIENT) for kind in get_args(FromClient)] + [(kind, FROM_SERVER) for kind in get_args(FromServer)]
+
+
+@pytest.mark.parametrize("encoding", Encoding)
+@pytest.mark.parametrize(("kind", "reader"), ALL, ids=lambda kind: getattr(kind, "__name__", ""))
+def test_what_is_read_is_what_was_sent(kind: type, reader: Reader[Any], encoding: Encoding) -> None:
+    @settings(max_examples=15, deadline=None, database=None, derandomize=True, suppress_health_check=list(HealthCheck))
+    @given(values(kind))
+    def law(message: Any) -> None:
+        frame = encode(message, encoding)
+        again = reader.read(frame)
+        assert again == message
+        assert repr(again) == repr(message)  # which tells -0.0 from 0.0
+        assert encode(again, encoding) == frame
+
+    law()
+
+
+def test_a_message_as_it_is_written() -> None:
+    assert encode(Line(3, "MOVE a"), Encoding.JSON) == '{"type":"line","id":3,"text":"MOVE a"}'
+    frame = '{"type":"told","reply":{"kind":"Message","text":"hi","tone":"note"},"id":3,"seq":7}'
+    told = FROM_SERVER.read(frame)
+    assert isinstance(told, Told)
+    assert encode(told, Encoding.JSON) == frame
+
+
+def test_a_server_refuses_a_key_that_it_does_not_know_and_a_client_passes_over_it() -> None:
+    with pytest.raises(RecordError, match="no message: Object contains unknown field `colour`"):
+        FROM_CLIENT.read('{"type":"abort","id":1,"colour":"red"}')
+    assert FROM_SERVER.read('{"type":"missed","count":1,"colour":"red"}')
+
+
+@pytest.mark.parametrize("reader", [FROM_CLIENT, FROM_SERVER])
+def test_a_type_of_a_later_version_is_told_from_garbage(reader: Reader[Any]) -> None:
+    with pytest.raises(UnknownType, match="a message of the unknown type 'hologram'"):
+        reader.read('{"type":"hologram","id":1}')
+
+
+@pytest.mark.parametrize("frame", ["", "[" * 100_000, '{"type":7}', b"", b"\xff" * 9, b"\x91" * 100_000, "\ud800"])
+def test_garbage_is_refused_in_one_way(frame: Frame) -> None:
+    with pytest.raises(RecordError, match=r"^no message: "):
+        FROM_CLIENT.read(frame)
+
+
+@settings(max_examples=300, deadline=None)
+@given(frame=st.text() | st.binary())
+def test_whatever_comes_there_is_one_error(frame: Frame) -> None:
+    for reader in (FROM_CLIENT, FROM_SERVER):
+        with pytest.raises(RecordError):
+            reader.read(frame)

@@ -1,0 +1,556 @@
+"""What goes over a connection between a robot and somebody who holds it from afar, as values.
+
+A message is one frame. `type`, the lower-case name of its class, tells it from others; a field that holds its default
+is not written. Metres, radians and seconds; times are those of the robot's clock where nothing else is said.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Any
+
+from msgspec import Struct
+
+from vrs_cli.dialogue.questions import Answer as Answered
+from vrs_cli.dialogue.questions import Question
+from vrs_cli.dialogue.replies import Reply
+from vrs_cli.engine.position import Position
+from vrs_cli.interfaces.roles.lease import Notice
+from vrs_cli.language.text.diagnostics import Diagnostic
+from vrs_cli.wire.codec import Encoding
+from vrs_cli.wire.messages import Refusal, SnapshotRecord
+from vrs_cli.wire.records import Count, DeltaRecord, Joints, Length, Name, Number, Text, Time
+
+VERSION = 1
+
+Ids = tuple[Count, ...]
+
+
+class _Typed(Struct, frozen=True, tag_field="type", tag=str.lower, omit_defaults=True):
+    """`type` is written before the fields of a message."""
+
+
+class ClientMessage(_Typed, frozen=True, forbid_unknown_fields=True):
+    """What who holds a robot sends. A server refuses what it does not know."""
+
+
+class ServerMessage(_Typed, frozen=True):
+    """What a server sends. A client passes over what it does not know: a later version may have it."""
+
+
+class Request(ClientMessage, frozen=True):
+    """What is answered by a message with the same `id`. The ids of one holder grow."""
+
+    id: Count
+
+
+class Command(Request, frozen=True):
+    """What is done once, however often it is sent: a known id is answered from memory. `Done` is its answer."""
+
+
+class Numbered(ServerMessage, frozen=True, kw_only=True):
+    """What who holds the robot hears exactly once, also over a cut connection. `seq` counts these messages of one
+    holder, from 1; the connection fills it in.
+    """
+
+    seq: Count = 0
+
+
+class Change(ServerMessage, frozen=True, kw_only=True):
+    """What makes up the timeline of whoever follows it. `number` counts these messages of one robot, from 1: they are
+    the same for all.
+    """
+
+    number: Count = 0
+
+
+# --- from the client: a connection ----------------------------------------------------------------------------------
+
+
+class Resume(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True):
+    """The connection that was cut, the last `seq` that was heard of it, and the commands without an answer."""
+
+    connection: Name
+    seq: Count
+    unanswered: Ids = ()
+
+
+class Hello(ClientMessage, frozen=True):
+    """The first message, always JSON: the versions that the client speaks, and the form that it wants to hear.
+
+    `robot`: the one it is about, empty for the only one. `name`: what others call this holder. `full`: deltas and
+    snapshots hold all that a client cannot compute by itself. `delay`: the longest way of a command [s] that it claims.
+    """
+
+    versions: tuple[Count, ...]
+    token: Name = ""
+    robot: Name = ""
+    format: Encoding = Encoding.JSON
+    name: Name = ""
+    full: bool = False
+    delay: Length | None = None
+    resume: Resume | None = None
+
+
+class Ping(ClientMessage, frozen=True):
+    """`sent`: when, by the clock of who sends it [s]."""
+
+    sent: Number
+
+
+class Bye(ClientMessage, frozen=True):
+    """The holder leaves for good."""
+
+
+# --- from the client: the conversation ------------------------------------------------------------------------------
+
+
+class Line(Command, frozen=True):
+    """A line of the conversation. `issued`: when it was given, by the clock of the holder [s]."""
+
+    text: Text
+    issued: Number | None = None
+
+
+class Abort(Command, frozen=True):
+    """The emergency stop: it overtakes all, and who drives does not matter."""
+
+
+class Interrupt(ClientMessage, frozen=True):
+    """Ctrl-C: what this holder waits for is stopped."""
+
+
+class How(Enum):
+    """How a question has ended: by an answer, by Ctrl-C, by the end of the input."""
+
+    ANSWERED = "answered"
+    INTERRUPTED = "interrupted"
+    ENDED = "ended"
+
+
+class Answer(ClientMessage, frozen=True):
+    """To the question with this number."""
+
+    question: Count
+    value: Answered = None
+    how: How = How.ANSWERED
+
+
+class Complete(Request, frozen=True):
+    """What may come next after a text; `everything`: also where nothing is begun. `Completed` answers."""
+
+    text: Text
+    everything: bool = False
+
+
+class Check(Request, frozen=True):
+    """The mistake in a line that is not sent yet. `Checked` answers."""
+
+    text: Text
+
+
+# --- from the client: looking ---------------------------------------------------------------------------------------
+
+
+class Subscribe(Request, frozen=True):
+    """What is heard from now on, in place of what was before. `Done` answers.
+
+    `deltas`: the timeline of the last `window` seconds (None: all of it), and every change; `after`: the number of the
+    last change that is known, if the connection was cut. `rate`: so many samples in a second, 0 for none. `console`:
+    what the programs of others TYPE.
+    """
+
+    deltas: bool = False
+    rate: Length = 0.0
+    console: bool = False
+    window: Length | None = None
+    after: Count | None = None
+
+
+class Step(Enum):
+    """What a viewer of samples does with what it is shown."""
+
+    PLAY = "play"
+    PAUSE = "pause"
+    REWIND = "rewind"
+    SEEK = "seek"
+    RATE = "rate"
+    FOLLOW = "follow"
+
+
+class Play(ClientMessage, frozen=True):
+    """`value`: the time to SEEK [s], or the RATE."""
+
+    step: Step
+    value: Number = 0.0
+
+
+class Resync(ClientMessage, frozen=True):
+    """What was heard does not fit together: `Replaced` comes; `full` asks for the full form from then on."""
+
+    full: bool = False
+
+
+class Positions(Request, frozen=True):
+    """Where the robot is at these times. `Located` answers."""
+
+    times: tuple[Time, ...]
+
+
+class Window(Request, frozen=True):
+    """The timeline from `begin` to `end`; None for its end. `Shown` answers."""
+
+    begin: Time
+    end: Time | None = None
+
+
+class Who(Request, frozen=True):
+    """The robots, and who holds this one. `Present` answers."""
+
+
+# --- from the client: driving, and files ----------------------------------------------------------------------------
+
+
+class Act(Enum):
+    """What is done with the lease."""
+
+    ACQUIRE = "acquire"
+    ASK = "ask"
+    GIVE = "give"
+    RELEASE = "release"
+    RENEW = "renew"
+
+
+class Drive(Request, frozen=True):
+    """`to`: who is given the lease. `Done` answers."""
+
+    act: Act
+    to: Name = ""
+
+
+class Put(Command, frozen=True):
+    """A file for the robot's folder."""
+
+    name: Name
+    data: bytes
+    replace: bool = False
+
+
+class Get(Request, frozen=True):
+    """A file of the robot's folder. `Fetched` answers."""
+
+    name: Name
+
+
+class Names(Request, frozen=True):
+    """The files in the robot's folder. `Listed` answers."""
+
+
+FromClient = (
+    Hello
+    | Ping
+    | Bye
+    | Line
+    | Abort
+    | Interrupt
+    | Answer
+    | Complete
+    | Check
+    | Subscribe
+    | Play
+    | Resync
+    | Positions
+    | Window
+    | Who
+    | Drive
+    | Put
+    | Get
+    | Names
+)
+
+
+# --- from the server: a connection ----------------------------------------------------------------------------------
+
+
+class Clock(ServerMessage, frozen=True):
+    """The robot's clock `now` [s], at the time `wall` [s] of the server; how fast it goes, if it goes by itself."""
+
+    now: float
+    rate: float = 1.0
+    paused: bool = False
+    realtime: bool = False
+    wall: float = 0.0
+
+
+class Outcome(Enum):
+    """What has become of a command: it was done, it was refused, it is being done (`Done` comes), it never came, or
+    that was so long ago that nobody knows.
+    """
+
+    DONE = "done"
+    REFUSED = "refused"
+    TAKEN = "taken"
+    UNSEEN = "unseen"
+    FORGOTTEN = "forgotten"
+
+
+class Fate(Struct, frozen=True, omit_defaults=True):
+    """The outcome of the command with this id."""
+
+    id: Count
+    outcome: Outcome
+
+
+class Welcome(ServerMessage, frozen=True):
+    """The first answer. `connection` is the key to resume it with; `seq`: the number of the last `Numbered` message
+    that came before; `resumed`: those after the `seq` of `Resume` come now.
+
+    `life` names this run of the robot: another one counts its changes anew. `model`: the robot as data.
+    """
+
+    version: Count
+    connection: str
+    robot: str
+    life: str
+    role: str
+    name: str
+    clock: Clock
+    model: dict[str, Any]
+    robots: tuple[str, ...] = ()
+    server: str = ""
+    seq: Count = 0
+    resumed: bool = False
+    fates: tuple[Fate, ...] = ()
+
+
+class Refused(Numbered, frozen=True):
+    """A message that is not a command was not accepted; `id`: which, where it has one."""
+
+    refusal: Refusal
+    id: Count | None = None
+
+
+class Closing(ServerMessage, frozen=True):
+    """The server closes the connection."""
+
+    why: str
+    refusal: Refusal | None = None
+
+
+class Pong(ServerMessage, frozen=True):
+    """`sent` of the ping; when it came and when this was sent, by the clock of the server [s]; the robot's clock."""
+
+    sent: float
+    came: float
+    left: float
+    clock: float
+
+
+# --- from the server: the conversation ------------------------------------------------------------------------------
+
+
+class Status(ServerMessage, frozen=True):
+    """What stands around a prompt: sent when it changes."""
+
+    prompt: str = "."
+    in_program: str = ""
+    indent: int = 0
+    editing: str = ""
+    running: bool = False
+    asked: str = ""
+    clock: float = 0.0
+    end: float = 0.0
+    rate: float = 1.0
+    paused: bool = False
+    realtime: bool = False
+    monitor_speed: float = 100.0
+    program_speed: str = ""
+    configuration: str = ""
+    driver: str = ""
+    branch: str = ""
+
+
+class Typed(Numbered, frozen=True):
+    """What a program TYPEs. `newline`: the line ends with it."""
+
+    text: str
+    newline: bool = True
+
+
+class Told(Numbered, frozen=True):
+    """A reply; `id`: to which command, None for what the robot says by itself."""
+
+    reply: Reply
+    id: Count | None = None
+
+
+class Asked(Numbered, frozen=True):
+    """The question with this number; `id`: the command that asks it, None for a program."""
+
+    number: Count
+    question: Question
+    id: Count | None = None
+
+
+class Withdrawn(Numbered, frozen=True):
+    """The question with this number needs no answer any more."""
+
+    number: Count
+
+
+class Progress(ServerMessage, frozen=True):
+    """A program that a command waits for has come to this time of the robot's clock."""
+
+    id: Count
+    clock: float
+
+
+class Done(Numbered, frozen=True):
+    """The command, or the request, with this id has ended. `version` of the timeline: what it has changed is in it."""
+
+    id: Count
+    ok: bool = True
+    refusal: Refusal | None = None
+    version: Count = 0
+    status: Status | None = None
+
+
+# --- from the server: looking ---------------------------------------------------------------------------------------
+
+
+class Delta(Change, frozen=True):
+    """A change of the timeline; `applied`: the robot's clock then."""
+
+    delta: DeltaRecord
+    applied: float
+
+
+class Replaced(Change, frozen=True):
+    """Another timeline has taken the place of the one before."""
+
+    snapshot: SnapshotRecord
+
+
+class Missed(ServerMessage, frozen=True):
+    """Who listens was too slow: so many changes are left out. `Replaced` makes up for them."""
+
+    count: Count
+
+
+class Sample(ServerMessage, frozen=True):
+    """Where the robot is at the time `t` by timeline `version`, sent at `clock`. `late`: a later command has made it
+    invalid.
+    """
+
+    t: float
+    joints: Joints
+    version: Count = 0
+    clock: float = 0.0
+    late: bool = False
+
+
+class Lease(Numbered, frozen=True):
+    """Who drives: empty for nobody."""
+
+    holder: str
+    notice: Notice | None = None
+
+
+# --- from the server: answers ---------------------------------------------------------------------------------------
+
+
+class Result(ServerMessage, frozen=True):
+    """What the request with this id has asked for. Who hears none asks again."""
+
+    id: Count
+
+
+class Located(Result, frozen=True):
+    """For `Positions`: at these times, by timeline `version`."""
+
+    version: Count
+    positions: tuple[Position, ...]
+
+
+class Shown(Result, frozen=True):
+    """For `Window`."""
+
+    snapshot: SnapshotRecord
+
+
+class Choice(Struct, frozen=True, omit_defaults=True):
+    """What may come next; `start`: where it begins, counted back from the end of the text (0 or less)."""
+
+    text: str
+    start: int = 0
+    shown: str = ""
+    about: str = ""
+
+
+class Completed(Result, frozen=True):
+    """For `Complete`."""
+
+    choices: tuple[Choice, ...] = ()
+
+
+class Checked(Result, frozen=True):
+    """For `Check`: None where the line has no mistake."""
+
+    mistake: Diagnostic | None = None
+
+
+class Present(Result, frozen=True):
+    """For `Who`: the robots that the token may hold, the holders of this one, and who of them drives."""
+
+    robots: tuple[str, ...]
+    holders: tuple[str, ...]
+    driver: str = ""
+
+
+class Fetched(Result, frozen=True):
+    """For `Get`."""
+
+    name: str
+    data: bytes
+
+
+class StoredFile(Struct, frozen=True):
+    """`size` in bytes, `changed` in seconds of the server's clock."""
+
+    name: str
+    size: int
+    changed: float = 0.0
+
+
+class Listed(Result, frozen=True):
+    """For `Names`."""
+
+    files: tuple[StoredFile, ...] = ()
+
+
+FromServer = (
+    Welcome
+    | Refused
+    | Closing
+    | Pong
+    | Clock
+    | Status
+    | Typed
+    | Told
+    | Asked
+    | Withdrawn
+    | Progress
+    | Done
+    | Delta
+    | Replaced
+    | Missed
+    | Sample
+    | Lease
+    | Located
+    | Shown
+    | Completed
+    | Checked
+    | Present
+    | Fetched
+    | Listed
+)

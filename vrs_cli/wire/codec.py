@@ -1,0 +1,72 @@
+"""Messages as bytes and back: JSON in text frames, MessagePack in binary ones.
+
+A frame that is a `str` is a text frame, one of `bytes` a binary frame: each says by itself which form it has.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Any, Generic, TypeVar
+
+import msgspec
+
+from vrs_cli.wire.records import RecordError
+
+Frame = str | bytes
+UNREADABLE = (msgspec.MsgspecError, UnicodeError, RecursionError)
+M = TypeVar("M")
+
+
+class Encoding(Enum):
+    JSON = "json"
+    MSGPACK = "msgpack"
+
+
+class UnknownType(RecordError):
+    """A message of a type that is not known here: a later version may have it."""
+
+
+class _Marked(msgspec.Struct):
+    """What tells messages apart."""
+
+    type: str
+
+
+_text_type, _binary_type = msgspec.json.Decoder(_Marked), msgspec.msgpack.Decoder(_Marked)
+_json, _msgpack = msgspec.json.Encoder(), msgspec.msgpack.Encoder()
+
+
+def encode(message: msgspec.Struct, encoding: Encoding) -> Frame:
+    """A message as a frame. The same messages give the same bytes."""
+    if encoding is Encoding.JSON:
+        return _json.encode(message).decode()
+    return _msgpack.encode(message)
+
+
+class Reader(Generic[M]):
+    """Reads frames as messages of one union of types, which have the key `type` as their tag."""
+
+    def __init__(self, kinds: Any) -> None:
+        self._text = msgspec.json.Decoder(kinds)
+        self._binary = msgspec.msgpack.Decoder(kinds)
+        tagged = getattr(kinds, "__args__", (kinds,))
+        self._types = frozenset(str(kind.__struct_config__.tag) for kind in tagged)
+
+    def read(self, frame: Frame) -> M:
+        """The message of a frame. Raises RecordError, and no other error, whatever the frame is."""
+        try:
+            message: M = self._text.decode(frame) if isinstance(frame, str) else self._binary.decode(frame)
+        except UNREADABLE as error:
+            found = type_of(frame)
+            if found and found not in self._types:
+                raise UnknownType(f"a message of the unknown type {found[:40]!r}") from None
+            raise RecordError(f"no message: {error}") from None
+        return message
+
+
+def type_of(frame: Frame) -> str:
+    """What a frame says to be; empty where it is no message."""
+    try:
+        return (_text_type.decode(frame) if isinstance(frame, str) else _binary_type.decode(frame)).type
+    except UNREADABLE:
+        return ""
