@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 
 from vrs_cli.cli.command_line import Parser
-from vrs_cli.cli.main import status_of
+from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.sources import Source, has_errors, read_source
+from vrs_cli.dialogue.numbers import count
 from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:
     from vrs_cli.language.text.diagnostics import Diagnostic
 
-OK, FAILED = 0, 1
 
 EPILOG = """\
 Exit status: 0 without errors (there may be warnings), 1 with errors.
@@ -62,55 +62,41 @@ def _parser(prog: str) -> Parser:
 
 
 def _text(findings: Sequence[Finding]) -> str:
+    """All of them, and how many there are; nothing for files without fault."""
     told = "".join(finding.source.shown(finding.diagnostics) for finding in findings)
-    return told + _summary(findings)
-
-
-def _summary(findings: Sequence[Finding]) -> str:
-    """How many there are; nothing for files without fault."""
     everything = [diagnostic for finding in findings for diagnostic in finding.diagnostics]
     errors = sum(has_errors([diagnostic]) for diagnostic in everything)
     if not everything:
-        return ""
-    return f"{_counted(errors, 'error')}, {_counted(len(everything) - errors, 'warning')}\n"
-
-
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+        return told
+    return f"{told}{count(errors, 'error')}, {count(len(everything) - errors, 'warning')}\n"
 
 
 def _json(findings: Sequence[Finding]) -> str:
     import json
 
-    return json.dumps({"files": [_object(finding) for finding in findings]}, indent=2) + "\n"
+    files = [
+        {"path": finding.source.path, "diagnostics": [_object(one) for one in finding.diagnostics]}
+        for finding in findings
+    ]
+    return json.dumps({"files": files}, indent=2) + "\n"
 
 
-def _object(finding: Finding) -> dict[str, Any]:
+def _object(one: Diagnostic) -> dict[str, Any]:
     return {
-        "path": finding.source.path,
-        "diagnostics": [
-            {
-                "severity": one.severity.value,
-                "code": one.code,
-                "message": one.message,
-                "text": one.text,
-                "detail": one.detail,
-                "hint": one.hint,
-                "line": one.span.line,
-                "column": one.span.column,
-                "end": one.span.end,
-            }
-            for one in finding.diagnostics
-        ],
+        "severity": one.severity.value,
+        "code": one.code,
+        "message": one.message,
+        "text": one.text,
+        "detail": one.detail,
+        "hint": one.hint,
+        "line": one.span.line,
+        "column": one.span.column,
+        "end": one.span.end,
     }
 
 
-def _github(findings: Sequence[Finding]) -> str:
-    """Workflow commands, one a line, as GitHub Actions reads them from the output of a step."""
-    return "".join(_command(finding.source.path, one) for finding in findings for one in finding.diagnostics)
-
-
 def _command(path: str, one: Diagnostic) -> str:
+    """A workflow command, as GitHub Actions reads it from the output of a step."""
     span = one.span
     properties = {
         "file": path,
@@ -130,6 +116,10 @@ _PROPERTY: Mapping[str, str] = {**_DATA, ":": "%3A", ",": "%2C"}
 
 def _escaped(text: str, table: Mapping[str, str]) -> str:
     return text.translate({ord(character): code for character, code in table.items()})
+
+
+def _github(findings: Sequence[Finding]) -> str:
+    return "".join(_command(finding.source.path, one) for finding in findings for one in finding.diagnostics)
 
 
 _FORMATS = {"text": _text, "json": _json, "github": _github}

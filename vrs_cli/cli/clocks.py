@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Sequence
+from math import isnan
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import positive
+from vrs_cli.cli.command_line import float_of, positive
 
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import WallClock
@@ -37,15 +38,7 @@ def clock_rate(text: str) -> float:
 def with_rate(arguments: Sequence[str]) -> Iterator[str]:
     """`--realtime FILE` means `--realtime=1 FILE`: what follows the option is a rate only if it is a number."""
     for argument, following in zip(arguments, [*arguments[1:], ""], strict=False):
-        yield "--realtime=1" if argument == "--realtime" and not _is_number(following) else argument
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+        yield "--realtime=1" if argument == "--realtime" and isnan(float_of(following)) else argument
 
 
 def clock_of(rate: float | None) -> WallClock | None:

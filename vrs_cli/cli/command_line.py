@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable, Sequence
 from functools import partial
-from math import isfinite
+from math import isfinite, nan
 from typing import NoReturn
 
 from vrs_cli.errors import UsageError
@@ -83,12 +83,17 @@ def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
 # --- kinds of values: a wrong one becomes one line that names its option ---------------------------------
 
 
+def float_of(text: str) -> float:
+    """The number that a text is; no number (nan) where it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return nan
+
+
 def number(text: str) -> float:
     """Any finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
+    value = float_of(text)
     if not isfinite(value):
         raise argparse.ArgumentTypeError(f"{text!r} is not a number")
     return value
@@ -98,14 +103,6 @@ def positive(text: str) -> float:
     """A number above zero."""
     value = number(text)
     if not value > 0.0:
-        raise argparse.ArgumentTypeError(f"{text} is not above 0")
-    return value
-
-
-def count(text: str) -> int:
-    """A whole number above zero."""
-    value = whole(text)
-    if value < 1:
         raise argparse.ArgumentTypeError(f"{text} is not above 0")
     return value
 

@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from msgspec import Struct
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser
+from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.sources import Source, read_source
-
-OK, FAILED = 0, 1
 
 EPILOG = """\
 A file with mistakes is left as it is. Formatting twice changes nothing more.
@@ -41,12 +40,15 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     for one in formatted:
         if one.text is None:
             continue
-        if options.check:
-            _tell_change(one)
-        elif options.write:
-            _write(one)
-        else:
+        if not (options.check or options.write):
             print(one.text, end="")
+        elif one.changed and options.check:
+            print(f"{one.source.path} would change")
+        elif one.changed:
+            from vrs_cli.files.atomic import write_atomically
+
+            write_atomically(one.source.path, one.text)
+            print(f"{one.source.path} rewritten")
     wrong = any(one.text is None or (options.check and one.changed) for one in formatted)
     return FAILED if wrong else OK
 
@@ -69,16 +71,3 @@ def _formatted(source: Source) -> Formatted:
         return Formatted(source, text)
     print(source.shown(text), end="", file=sys.stderr)
     return Formatted(source, None)
-
-
-def _tell_change(one: Formatted) -> None:
-    if one.changed:
-        print(f"{one.source.path} would change")
-
-
-def _write(one: Formatted) -> None:
-    from vrs_cli.files.atomic import write_atomically
-
-    if one.changed and one.text is not None:
-        write_atomically(one.source.path, one.text)
-        print(f"{one.source.path} rewritten")

@@ -10,8 +10,6 @@ from importlib.util import find_spec
 from vrs_cli.cli.command_line import CommandLineError, Parser
 from vrs_cli.extras import how_to_install
 
-OK = 0
-
 EPILOG = """\
 Diagnostics while you type, completion, help under the pointer, go to definition, outline, formatting.
 How editors are told to start it: docs/editors.md.
@@ -20,7 +18,10 @@ How editors are told to start it: docs/editors.md.
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Serve one editor over standard input and output until it says goodbye."""
-    options = _parser(prog).parse(arguments)
+    parser = Parser(prog, "The VAL-II language server (LSP), over standard input and output.", EPILOG)
+    parser.add_argument("--stdio", action="store_true", help="the only way it speaks; some editors say so")
+    parser.add_robot()
+    options = parser.parse(arguments)
     if find_spec("pygls") is None:
         raise CommandLineError("the language server needs pygls, which is not installed", how_to_install("pygls"))
     from vrs_cli.kinematics.robot_file import load_robot
@@ -28,11 +29,4 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 
     output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # pygls closes what it writes to
     server(load_robot(options.robot)).start_io(sys.stdin.buffer, output)
-    return OK
-
-
-def _parser(prog: str) -> Parser:
-    parser = Parser(prog, "The VAL-II language server (LSP), over standard input and output.", EPILOG)
-    parser.add_argument("--stdio", action="store_true", help="the only way it speaks; some editors say so")
-    parser.add_robot()
-    return parser
+    return 0

@@ -13,7 +13,6 @@ from vrs_cli.trajectory.instant import shown
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
-    from vrs_cli.engine.history import CommandRecord
     from vrs_cli.interfaces.tasks.runs import RunResult
     from vrs_cli.language.run.effects import ProgramFault
     from vrs_cli.language.text.diagnostics import Diagnostic
@@ -32,17 +31,20 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
         "cycles": result.cycles if result else 0,
         "duration_s": shown(result.ended - result.started) if result else 0.0,
         "segments": len(engine.timeline) - len(engine.initial),
-        "commands": [_command_object(record) for record in engine.records()],
+        "commands": [
+            {
+                "text": record.text,
+                "t_iss": record.issued,
+                "t_asked": record.asked,  # None for a motion that follows another
+                "t_exec": record.executed,
+                "t_end": record.end,
+            }
+            for record in engine.records()
+        ],
         "final": position_object(engine.position(engine.end), engine.model.units),
         "typed": list(result.typed) if result else [],
         "errors": errors,
     }
-
-
-def _command_object(record: CommandRecord) -> Object:
-    """A command; `t_asked`: the time that was given with it, None for a motion that follows another."""
-    times = {"t_iss": record.issued, "t_asked": record.asked, "t_exec": record.executed, "t_end": record.end}
-    return {"text": record.text, **times}
 
 
 def fault_object(fault: ProgramFault) -> Object:

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.render.blocks import Block
 
-OK = 0
 
 EPILOG = """\
 With the name of one of them, or with a TOML or URDF file: its joints, its poses, and how its locations are solved.
@@ -28,16 +27,12 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     from vrs_cli.kinematics.robot_file import load_robot
     from vrs_cli.render.text import text_of
 
-    options = _parser(prog).parse(arguments)
-    shown = _list() if options.robot is None else _one(arm_for(load_robot(options.robot)))
-    print(text_of(shown), end="")
-    return OK
-
-
-def _parser(prog: str) -> Parser:
     parser = Parser(prog, "The robots that are built in, or all about one robot.", EPILOG)
     parser.add_argument("robot", metavar="NAME|FILE", nargs="?", help="a robot's name, or its TOML or URDF file")
-    return parser
+    robot = parser.parse(arguments).robot
+    shown = _list() if robot is None else _one(arm_for(load_robot(robot)))
+    print(text_of(shown), end="")
+    return 0
 
 
 def _list() -> Iterator[Block]:

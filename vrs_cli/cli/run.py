@@ -11,7 +11,7 @@ from contextlib import nullcontext
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
@@ -19,6 +19,7 @@ from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
 from vrs_cli.cli.command_line import CommandLineError, Parser, positive, size, whole
 from vrs_cli.cli.fence import Alone, Enough, memory, wall
 from vrs_cli.cli.journal import journal
+from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.outputs import Outputs, add_output_options
 from vrs_cli.cli.sources import Source, has_errors, read_source
 from vrs_cli.errors import FileError, LimitReached, UndefinedName
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from vrs_cli.render.progress import RunProgress
     from vrs_cli.repl.interrupt import Stoppable
 
-OK, FAILED = 0, 1
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options and limits
 SANDBOX: Mapping[str, float] = {  # its limits, where no others are given; the last two where the system has such
     "max_steps": 100_000_000,
@@ -143,8 +143,9 @@ class _Batch(Struct, frozen=True):
         options = self.options
         alone = Alone() if options.sandbox is not None else nullcontext()
         running = RunProgress(self.source.path, options.max_time)
+        aside = options.json or self.outputs.takes_standard_output  # where TYPE and PROMPT write
         with memory(options.max_memory) as enough, running as progress, alone:
-            terminal = BatchTerminal(self._typed_to(), progress, options.quiet)
+            terminal = BatchTerminal(sys.stderr if aside else sys.stdout, progress, options.quiet)
             station = self._station(terminal)
             try:
                 with enough(), wall(options.max_wall, station.driver.end_by):
@@ -177,10 +178,6 @@ class _Batch(Struct, frozen=True):
             except LimitReached as error:
                 result = station.driver.broken_off(error)
         return result, sound()
-
-    def _typed_to(self) -> TextIO:
-        """Where TYPE and PROMPT write: standard output, when nothing else is to stand there."""
-        return sys.stderr if self.options.json or self.outputs.takes_standard_output else sys.stdout
 
     def _station(self, terminal: BatchTerminal) -> Station:
         from vrs_cli.files.bounds import FREE, Folder

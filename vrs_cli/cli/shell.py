@@ -23,13 +23,6 @@ All subcommands: vrs --help
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Hand over to the shell; returns its exit status."""
-    options = _parser(prog).parse(list(with_rate(arguments)))
-    from vrs_cli.repl.shell import main as shell
-
-    return shell(robot=options.robot, file=options.file, save=options.save, clock=clock_of(options.realtime))
-
-
-def _parser(prog: str) -> Parser:
     parser = Parser(prog, "The interactive VAL-II shell of a virtual robot.", EPILOG)
     parser.add_argument("file", metavar="FILE.v2", nargs="?", help="a program file to load first")
     parser.add_argument(
@@ -37,4 +30,7 @@ def _parser(prog: str) -> Parser:
     )
     parser.add_robot(default=None)
     add_realtime_option(parser)
-    return parser
+    options = parser.parse(list(with_rate(arguments)))
+    from vrs_cli.repl.shell import main as shell
+
+    return shell(robot=options.robot, file=options.file, save=options.save, clock=clock_of(options.realtime))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -27,20 +27,13 @@ class Source(Struct, frozen=True):
         from vrs_cli.language.text.diagnostics import show
 
         everything = ordered(diagnostics)
-        chosen = everything if most is None else ordered(sorted(everything, key=_is_warning)[:most])
-        lines = self.text.split("\n")
-        told = "".join(f"{show(one, _line(lines, one.span.line), self.path)}\n" for one in chosen)
+        chosen = everything
+        if most is not None:  # errors before warnings
+            chosen = ordered(sorted(everything, key=lambda one: not has_errors([one]))[:most])
+        lines = ["", *self.text.split("\n"), ""]  # counted from 1; a finding may stand behind the last
+        told = "".join(f"{show(one, lines[one.span.line], self.path)}\n" for one in chosen)
         rest = len(everything) - len(chosen)
         return f"{told}{rest} more (vrs check {self.path} shows all)\n" if rest else told
-
-
-def _line(lines: Sequence[str], number: int) -> str:
-    """A line, counted from 1; empty where there is none."""
-    return lines[number - 1] if 1 <= number <= len(lines) else ""
-
-
-def _is_warning(diagnostic: Diagnostic) -> bool:
-    return not has_errors([diagnostic])
 
 
 def read_source(path: str) -> Source:

@@ -16,6 +16,6 @@ def seconds(value: float) -> str:
     return f"{fixed(value)} s"
 
 
-def count(number: int, one: str, many: str = "") -> str:
+def count(number: int, one: str) -> str:
     """`1 step`, `2 steps`."""
-    return f"{number} {one if number == 1 else many or one + 's'}"
+    return f"{number} {one}{'s' * (number != 1)}"

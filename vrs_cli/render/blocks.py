@@ -98,7 +98,8 @@ def split(grid: Grid, width: int | None) -> tuple[Grid, ...]:
         if column.fold:
             return (_folded(grid, i, max(room, LEAST_FOLD)),)
         if column.cut and room >= LEAST_FOLD:
-            return (_shortened(grid, i, room),)
+            cut = (tuple(shortened(cell, room) if k == i else cell for k, cell in enumerate(row)) for row in grid.rows)
+            return (replace(grid, rows=tuple(cut)),)
     parts: list[list[int]] = []
     keys = list(range(grid.keys))
     room = 0
@@ -108,7 +109,14 @@ def split(grid: Grid, width: int | None) -> tuple[Grid, ...]:
             room = width - sum(widths[k] + gap for k in keys) + gap
         parts[-1].append(i)
         room -= widths[i] + gap
-    return tuple(_columns(grid, part) for part in parts)
+    return tuple(
+        replace(
+            grid,
+            columns=tuple(grid.columns[i] for i in part),
+            rows=tuple(tuple(row[i] for i in part) for row in grid.rows),
+        )
+        for part in parts
+    )
 
 
 def _folded(grid: Grid, i: int, room: int) -> Grid:
@@ -121,24 +129,9 @@ def _folded(grid: Grid, i: int, room: int) -> Grid:
     return replace(grid, rows=tuple(rows))
 
 
-def _shortened(grid: Grid, i: int, room: int) -> Grid:
-    """The grid with its column `i` cut to fit into `room`."""
-    return replace(grid, rows=tuple((*cells[:i], shortened(cells[i], room), *cells[i + 1 :]) for cells in grid.rows))
-
-
 def shortened(text: str, room: int) -> str:
     """A text that is too long ends in three dots."""
     return text if len(text) <= room else f"{text[: room - 3]}..."
-
-
-def _columns(grid: Grid, chosen: list[int]) -> Grid:
-    return Grid(
-        tuple(grid.columns[i] for i in chosen),
-        tuple(tuple(row[i] for i in chosen) for row in grid.rows),
-        grid.tight,
-        grid.boxed,
-        grid.keys,
-    )
 
 
 def grid_lines(grid: Grid) -> tuple[Line, ...]:

@@ -26,7 +26,10 @@ DOTS_WIDE, DOTS_HIGH = 2, 4
 def chart(plot: Plot, page: Page) -> Iterator[Line]:
     """The title, the drawing, the time axis and the legend."""
     width = WIDTH if page.width is None else max(LEAST_WIDTH, min(page.width - LABEL - 2, 2 * WIDTH))
-    low, high = _range(plot.curves)
+    low = min(min(curve.values) for curve in plot.curves)
+    high = max(max(curve.values) for curve in plot.curves)
+    if high - low <= 1e-9:  # all the same: with some room
+        low, high = low - 1.0, high + 1.0
     yield line(f"{plot.title} [{plot.unit}]", Ink.HEADING)
     fine = page.unicode and page.colours
     canvas = Canvas(width, HEIGHT, *((DOTS_WIDE, DOTS_HIGH) if fine else (1, 1)))
@@ -72,13 +75,6 @@ def _at(values: Sequence[float], fraction: float) -> float:
     i = min(int(place), max(len(values) - 2, 0))
     follower = values[min(i + 1, len(values) - 1)]
     return values[i] + (follower - values[i]) * (place - i)
-
-
-def _range(curves: Sequence[Curve]) -> tuple[float, float]:
-    """The least and the greatest value, with some room where they are all the same."""
-    low = min(min(curve.values) for curve in curves)
-    high = max(max(curve.values) for curve in curves)
-    return (low, high) if high - low > 1e-9 else (low - 1.0, high + 1.0)
 
 
 def _figure(row: int, low: float, high: float) -> Piece:

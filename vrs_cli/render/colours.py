@@ -93,16 +93,13 @@ BARS: Mapping[Bar, tuple[str, str]] = {
 def rich_style(ink: Ink) -> str:
     """The style in rich's words."""
     colour, bold = COLOURS[ink]
-    return " ".join(word for word in ("bold" if bold else "", colour) if word)
+    return " ".join(("bold",) * bold + (colour,) * bool(colour))
 
 
 def toolkit_style(ink: Ink) -> str:
     """The style in prompt-toolkit's words."""
     colour, bold = COLOURS[ink]
-    words = ["bold"] if bold else []
-    if colour:
-        words.append(f"fg:{colour}")
-    return " ".join(words)
+    return " ".join(("bold",) * bold + (f"fg:{colour}",) * bool(colour))
 
 
 def bar_style(bar: Bar) -> str:

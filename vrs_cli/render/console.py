@@ -37,24 +37,18 @@ class TerminalRenderer:
     def draw(self, reply: Reply) -> None:
         page = self.page
         for block in blocks(reply, page):
-            for renderable in _renderables(block, page):
-                self.console.print(renderable)
+            for part in (block,) if isinstance(block, Line) else _fitted(block, page):
+                self.console.print(_table(part) if isinstance(part, Grid) else _text(part))
 
 
-def _renderables(block: Block, page: Page) -> Iterator[Text | Table]:
-    if isinstance(block, Line):
-        yield rich_text(block)
-        return
-    rules = RULES * len(block.columns) if block.boxed else 0
-    for grid in split(block, None if page.width is None else page.width - rules):
-        if grid.boxed and page.unicode:
-            yield _table(grid)
-        else:
-            yield from map(rich_text, grid_lines(grid))
+def _fitted(grid: Grid, page: Page) -> Iterator[Block]:
+    """The grids that fit into a page, or their lines where it has no rules."""
+    rules = RULES * len(grid.columns) if grid.boxed else 0
+    for part in split(grid, None if page.width is None else page.width - rules):
+        yield from (part,) if part.boxed and page.unicode else grid_lines(part)
 
 
-def rich_text(line: Line) -> Text:
-    """A line with its colours."""
+def _text(line: Line) -> Text:
     return Text.assemble(*((visible(text), rich_style(ink)) for text, ink in line.pieces))
 
 

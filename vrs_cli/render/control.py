@@ -12,17 +12,12 @@ from typing import TextIO
 # the codes of TYPE itself stay: /B the bell, /U n lines up; so do tab and both ends of a line
 _OBEYED = r"\x1b\[[0-9]{1,4}A"
 _CONTROL = re.compile(rf"({_OBEYED})|[\x00-\x06\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]")
-_META = 0x80
+_CARETS = [f"{'M-' * (code >= 0x80)}^{chr(code % 0x80 ^ 0x40)}" for code in range(0xA0)]
 
 
 def visible(text: str) -> str:
     """The text with control characters as `cat -v` shows them: ^[ for escape, ^? for delete, M-^[ for 0x9b."""
-    return _CONTROL.sub(lambda found: found[1] or _caret(ord(found[0])), text)
-
-
-def _caret(code: int) -> str:
-    meta = "M-" if code >= _META else ""
-    return f"{meta}^{chr(code % _META ^ 0x40)}"
+    return _CONTROL.sub(lambda found: found[1] or _CARETS[ord(found[0])], text)
 
 
 def for_stream(text: str, stream: TextIO) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from vrs_cli.dialogue.numbers import seconds
+from vrs_cli.dialogue.numbers import count, seconds
 from vrs_cli.engine.displacement import SAME_TIME, Displacement, Moved
 
 NAMED = 5  # motions; of the rest it is said how many they are
@@ -21,9 +21,7 @@ def sentences(it: Displacement) -> Iterator[str]:
 
 
 def _count(moved: Sequence[Moved], more: bool) -> str:
-    if more:
-        return f"{len(moved)} later motions and more"
-    return f"{len(moved)} later motion{'' if len(moved) == 1 else 's'}"
+    return f"{len(moved)} later motions and more" if more else count(len(moved), "later motion")
 
 
 def _by(moved: Sequence[Moved]) -> str:

@@ -13,13 +13,11 @@ from msgspec.structs import replace
 from vrs_cli.dialogue import replies
 from vrs_cli.dialogue.numbers import count, fixed, seconds
 from vrs_cli.dialogue.replies import Reply, Tone
-from vrs_cli.engine.comparison import Comparison, Extent, Pair
+from vrs_cli.engine.comparison import Comparison, Extent
 from vrs_cli.engine.history import CommandRecord
 from vrs_cli.engine.line_check import LineCheck, WayOut
-from vrs_cli.engine.position import Position
 from vrs_cli.engine.reach import Option, Overrun
-from vrs_cli.kinematics.joints import Joints, JointUnits
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.text.diagnostics import Severity, show
 from vrs_cli.language.words.values import default_form, numbers_of
 from vrs_cli.render.blocks import Block, Column, Grid, Line, Page, line, number_column, number_columns
@@ -84,33 +82,26 @@ def _program_stopped(reply: replies.ProgramStopped, _page: Page) -> Iterator[Blo
 def _whereabouts(reply: replies.Whereabouts, _page: Page) -> Iterator[Block]:
     position = reply.position
     if reply.stamped:
-        yield line(f"At {seconds(position.time)}, {_doing(position)}", Ink.NOTE)
-    yield _figures((*POSE, "Hand"), (*numbers_of(position.T_world_tool), position.hand))
+        doing = position.text or "moving" if position.moving else "standing still"
+        yield line(f"At {seconds(position.time)}, {doing}", Ink.NOTE)
     joints = numbers_of(position.joints, reply.units)
-    yield _figures(_joints(len(joints)), joints)
+    tool = (*numbers_of(position.T_world_tool), position.hand)
+    for headings, values in (((*POSE, "Hand"), tool), (_joints(len(joints)), joints)):
+        yield Grid(number_columns(*headings), (tuple(map(fixed, values)),), tight=True)
 
 
 def _joints(count: int) -> tuple[str, ...]:
     return tuple(f"JT{i}" for i in range(1, count + 1))
 
 
-def _doing(position: Position) -> str:
-    return position.text or "moving" if position.moving else "standing still"
-
-
-def _figures(headings: tuple[str, ...], values: tuple[float, ...]) -> Grid:
-    return Grid(number_columns(*headings), (tuple(map(fixed, values)),), tight=True)
-
-
 def _whereabouts_table(reply: replies.WhereaboutsTable, _page: Page) -> Iterator[Block]:
     joints = len(reply.positions[0].joints) if reply.positions else 0
     headings = ("t", *POSE, "Hand", *_joints(joints))
-    rows = tuple(tuple(map(fixed, _row(position, reply.units))) for position in reply.positions)
-    yield Grid(number_columns(*headings), rows, tight=True, keys=1)
-
-
-def _row(position: Position, units: JointUnits) -> tuple[float, ...]:
-    return (position.time, *numbers_of(position.T_world_tool), position.hand, *numbers_of(position.joints, units))
+    rows = (
+        (one.time, *numbers_of(one.T_world_tool), one.hand, *numbers_of(one.joints, reply.units))
+        for one in reply.positions
+    )
+    yield Grid(number_columns(*headings), tuple(tuple(map(fixed, row)) for row in rows), tight=True, keys=1)
 
 
 def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
@@ -193,24 +184,22 @@ def _told(text: str, ink: Ink, page: Page) -> Iterator[Block]:
 
 
 def _locations(reply: replies.LocationTable, _page: Page) -> Iterator[Block]:
-    rows = [(row.name, *_location_cells(row.pose or row.joints, reply.units)) for row in reply.rows]
+    values = ((row.name, row.pose or row.joints) for row in reply.rows)
+    rows = [
+        (name, *(("undefined",) if value is None else map(fixed, numbers_of(value, reply.units))))
+        for name, value in values
+    ]
     size = max(len(POSE) + 1, *map(len, rows))
     headings = [f"{POSE[i]}/JT{i + 1}" if i < len(POSE) else f"JT{i + 1}" for i in range(size - 1)]
     columns = (NAMES, *number_columns(*headings))
     yield Grid(columns, tuple(row + ("",) * (size - len(row)) for row in rows), tight=True, keys=1)
 
 
-def _location_cells(value: Transform | Joints | None, units: JointUnits) -> tuple[str, ...]:
-    return ("undefined",) if value is None else tuple(map(fixed, numbers_of(value, units)))
-
-
 def _reals(reply: replies.RealTable, _page: Page) -> Iterator[Block]:
-    rows = tuple((name, _real(value, reply.truths)) for name, value in reply.rows)
-    yield Grid((NAMES, Column("", Ink.NUMBER)), rows, tight=True)
-
-
-def _real(value: float, truth: bool) -> str:
-    return f"{default_form(value)} ({'TRUE' if value else 'FALSE'})" if truth else default_form(value)
+    rows = (
+        (name, default_form(value) + (" (TRUE)" if value else " (FALSE)") * reply.truths) for name, value in reply.rows
+    )
+    yield Grid((NAMES, Column("", Ink.NUMBER)), tuple(rows), tight=True)
 
 
 def _strings(reply: replies.StringTable, _page: Page) -> Iterator[Block]:
@@ -235,10 +224,6 @@ def _program_part(listed: replies.ProgramText | replies.ProgramPart, _page: Page
         mark = "?" if step.bad else " "
         text = ((step.text, Ink.ERROR),) if step.bad else tuple(scan(step.text, variables))
         yield Line(((f"{step.number:5d} {mark} ", Ink.NOTE), *text))
-
-
-def _file_text(reply: replies.FileText, _page: Page) -> Iterator[Block]:
-    yield from (Line(tuple(scan(text))) for text in reply.lines)
 
 
 def _file_table(reply: replies.FileTable, _page: Page) -> Iterator[Block]:
@@ -292,18 +277,15 @@ def _facts(*facts: tuple[str, str]) -> Iterator[Block]:
 
 
 def _signals(reply: replies.SignalTable, _page: Page) -> Iterator[Block]:
+    columns = (Column("", Ink.NOTE, right=True, width=6), Column("", Ink.NUMBER))
     for bank in reply.banks:
+        rows = []
+        for i in range(0, len(bank.states), SIGNALS_A_ROW):
+            digits = "".join("01"[on] for on in bank.states[i : i + SIGNALS_A_ROW])
+            if i < ROWS_ALWAYS * SIGNALS_A_ROW or "1" in digits:
+                rows.append((f"{bank.first + i}-", " ".join(digits[j : j + 4] for j in range(0, len(digits), 4))))
         yield line(bank.title, Ink.HEADING)
-        columns = (Column("", Ink.NOTE, right=True, width=6), Column("", Ink.NUMBER))
-        yield Grid(columns, tuple(_signal_rows(bank)))
-
-
-def _signal_rows(bank: replies.SignalBank) -> Iterator[tuple[str, str]]:
-    for i in range(0, len(bank.states), SIGNALS_A_ROW):
-        states = bank.states[i : i + SIGNALS_A_ROW]
-        if i < ROWS_ALWAYS * SIGNALS_A_ROW or any(states):
-            digits = "".join("1" if on else "0" for on in states)
-            yield f"{bank.first + i}-", " ".join(digits[j : j + 4] for j in range(0, len(digits), 4))
+        yield Grid(columns, tuple(rows))
 
 
 def _settings(reply: replies.SettingTable, _page: Page) -> Iterator[Block]:
@@ -413,10 +395,6 @@ def _asked(record: CommandRecord | None) -> str:
     return "" if record is None or record.asked is None else fixed(record.asked)
 
 
-def _displaced(reply: replies.Displaced, _page: Page) -> Iterator[Block]:
-    yield from (line(sentence, Ink.WARNING) for sentence in sentences(reply.displacement))
-
-
 def _segment_grid(segments: Sequence[replies.SegmentRow]) -> Grid:
     columns = (
         number_column("No.", 3),
@@ -478,13 +456,13 @@ def _fates(reply: replies.ComparisonTable) -> Grid:
         Column("Command", Ink.INSTRUCTION, width=NAME_COLUMN),
         *number_columns(*("asked",) * displaced, *headings, width=8),
     )
-    rows = tuple((pair.text, *(_asked(pair.a or pair.b),) * displaced, *_fate(pair)) for pair in pairs)
-    return Grid(columns, rows, boxed=True)
-
-
-def _fate(pair: Pair) -> tuple[str, ...]:
-    ends = [record.end for record in (pair.a, pair.b) if record is not None and record.end is not None]
-    return (*_times(pair.a), *_times(pair.b), _change(ends[1] - ends[0]) if len(ends) == 2 else "")
+    rows = []
+    for pair in pairs:
+        ends = [record.end for record in (pair.a, pair.b) if record is not None and record.end is not None]
+        change = _change(ends[1] - ends[0]) if len(ends) == 2 else ""
+        asked = (_asked(pair.a or pair.b),) * displaced
+        rows.append((pair.text, *asked, *_times(pair.a), *_times(pair.b), change))
+    return Grid(columns, tuple(rows), boxed=True)
 
 
 def _times(record: CommandRecord | None) -> tuple[str, str]:
@@ -536,7 +514,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.StringTable: _strings,
     replies.ProgramText: _program_text,
     replies.ProgramPart: _program_part,
-    replies.FileText: _file_text,
+    replies.FileText: lambda reply, _page: (Line(tuple(scan(text))) for text in reply.lines),
     replies.FileTable: _file_table,
     replies.ProgramNames: _program_names,
     replies.StatusReport: _status,
@@ -547,7 +525,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.FreeReport: _free,
     replies.HelpOverview: _help_overview,
     replies.HelpPage: _help_page,
-    replies.Displaced: _displaced,
+    replies.Displaced: lambda reply, _page: (line(text, Ink.WARNING) for text in sentences(reply.displacement)),
     replies.TimelineTable: _timeline,
     replies.BranchTable: _branches,
     replies.ComparisonTable: _comparison,

@@ -105,7 +105,9 @@ def _drawn(times: Floats, panels: Sequence[Curves], title: str, form: str) -> by
         for axis, panel in zip(axes, panels, strict=True):
             _draw_panel(axis, times, panel)
         axes[-1].set_xlabel("t [s]")
-        return _saved(figure, form)
+        buffer, undated = BytesIO(), {"svg": {"Date": None}, "png": {"Software": None}}
+        figure.savefig(buffer, format=form, metadata=undated[form])  # without the date of today
+        return buffer.getvalue()
 
 
 def _draw_panel(axis: Any, times: Floats, panel: Curves) -> None:
@@ -115,11 +117,3 @@ def _draw_panel(axis: Any, times: Floats, panel: Curves) -> None:
     axis.grid(visible=True, alpha=0.3)
     axis.margins(x=0.0)
     axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
-
-
-def _saved(figure: Any, form: str) -> bytes:
-    """The bytes of the picture, without the date of today."""
-    buffer = BytesIO()
-    undated = {"svg": {"Date": None}, "png": {"Software": None}}
-    figure.savefig(buffer, format=form, metadata=undated[form])
-    return buffer.getvalue()

@@ -35,9 +35,17 @@ class RunProgress:
 
     def __call__(self, t: float) -> None:
         now = self._wall()
-        if now >= self._next:
-            self._next = now + PERIOD
-            self._show(t)
+        if now < self._next:
+            return
+        self._next = now + PERIOD
+        if self._bar is None:
+            self._bar = _progress(self._what, self._total)
+        self._bar.update(self._bar.task_ids[0], completed=t, shown=self._told(t))
+        if self._visible:
+            self._bar.refresh()
+        else:
+            self._bar.start()
+            self._visible = True
 
     def hide(self) -> None:
         """Take the line away until the next call that shows it."""
@@ -55,16 +63,6 @@ class RunProgress:
 
     def __exit__(self, *_error: object) -> None:
         self.hide()
-
-    def _show(self, t: float) -> None:
-        if self._bar is None:
-            self._bar = _progress(self._what, self._total)
-        self._bar.update(self._bar.task_ids[0], completed=t, shown=self._told(t))
-        if self._visible:
-            self._bar.refresh()
-        else:
-            self._bar.start()
-            self._visible = True
 
 
 def reading(path: str) -> RunProgress:

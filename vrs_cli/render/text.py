@@ -19,9 +19,5 @@ def plain_text(reply: Reply) -> str:
 
 def text_of(shown: Iterable[Block]) -> str:
     """The text of blocks, each line ended."""
-    return "".join(f"{text}\n" for block in shown for text in _lines(block))
-
-
-def _lines(block: Block) -> list[str]:
-    lines = grid_lines(block) if isinstance(block, Grid) else (block,)
-    return [line.text.rstrip() for line in lines]
+    lines = (line for block in shown for line in (grid_lines(block) if isinstance(block, Grid) else (block,)))
+    return "".join(f"{line.text.rstrip()}\n" for line in lines)
