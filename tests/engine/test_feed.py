@@ -93,7 +93,7 @@ def test_a_reader_in_another_thread_waits_for_events_until_it_ends() -> None:
     reader.start()
     for number in range(3):
         feed.publish([number])
-    while subscription._queue.qsize():
+    while len(subscription._queue):
         pass
     subscription.end()
     reader.join(10.0)

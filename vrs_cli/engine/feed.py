@@ -6,12 +6,12 @@ A subscriber that does not take its events loses them: it is told how many, and 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
-from queue import Empty, SimpleQueue
 from typing import Generic, TypeVar
 from weakref import WeakSet
 
 from msgspec import Struct
+
+from vrs_cli.engine.inbox import Inbox
 
 MOST = 1000  # events that wait for one subscriber
 
@@ -36,7 +36,7 @@ class Subscription(Generic[E]):
     def __init__(self, most: int = MOST) -> None:
         self.most = most
         self.ended = False
-        self._queue: SimpleQueue[E | Missed | _End] = SimpleQueue()
+        self._queue: Inbox[E | Missed | _End] = Inbox()
 
     # --- who tells ---
 
@@ -44,15 +44,13 @@ class Subscription(Generic[E]):
         """Events that have all happened. Never waits: where there is no room, all that waits is left out with them, and
         `instead` makes up for it.
         """
-        if self._queue.qsize() + len(events) <= self.most:
+        if len(self._queue) + len(events) <= self.most:
             for event in events:
                 self._queue.put(event)
             return
         missed = len(events)
-        with suppress(Empty):
-            while True:
-                left_out = self._queue.get_nowait()
-                missed += left_out.count - 1 if isinstance(left_out, Missed) else 1  # not what made up for them
+        for left_out in self._queue.taken():
+            missed += left_out.count - 1 if isinstance(left_out, Missed) else 1  # not what made up for them
         self._queue.put(Missed(missed))
         self._queue.put(instead())
 
@@ -60,15 +58,12 @@ class Subscription(Generic[E]):
 
     def take(self, timeout: float | None = None) -> E | Missed | None:
         """The next event; None where none comes within so many seconds [s], and where there are no more."""
-        try:
-            event = self._queue.get(timeout=timeout)
-        except Empty:
-            return None
+        event = self._queue.take(timeout)
         return None if isinstance(event, _End) else event
 
     def taken(self) -> list[E | Missed]:
         """All that is there now."""
-        return list(iter(lambda: self.take(0.0), None))
+        return [event for event in self._queue.taken() if not isinstance(event, _End)]
 
     def __iter__(self) -> Iterator[E | Missed]:
         """Wait for event after event, until the subscription is ended."""

@@ -24,8 +24,8 @@ from vrs_cli.dialogue.replies import Message, Reply, Tone
 from vrs_cli.dialogue.talk import Running, Said, Slice, Talk, Terminal, Work
 from vrs_cli.engine.book import Journal
 from vrs_cli.engine.clock import WallClock
+from vrs_cli.engine.inbox import Inbox
 from vrs_cli.errors import FileError, RequestRefused, VrsError
-from vrs_cli.interfaces.actor.inbox import Inbox
 from vrs_cli.interfaces.actor.ticket import Reaction, Ticket
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE

@@ -143,7 +143,7 @@ class Driver:
         """A task is waited for no longer."""
         run = next(run for run in self._runs if run.track is track)
         self._runs.remove(run)
-        track.awaited = self._interrupted = False
+        track.awaited = False
         self._transcript.end_line()
         self._bound()
         return run
@@ -157,7 +157,8 @@ class Driver:
             self.settle(self.engine.now)
             return self.engine.now
         run = self._runs[-1]
-        if self._interrupted:  # until it has stopped, whatever it was in the middle of
+        if self._interrupted:
+            self._interrupted = False
             self.abort(run.track.number)
         if self._ended_by is not None:
             error, self._ended_by = self._ended_by, None
