@@ -9,13 +9,14 @@ from typing import NamedTuple
 from vrs_cli.files.layout import Layout
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.analysis.declarations import own_variables
+from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.variables import NamedValue
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Entry, File, Program, Section, Span
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.kind import SIGIL_KINDS, Kind, key_of
-from vrs_cli.language.words.values import numbers_of
+from vrs_cli.language.words.values import kind_of_value, numbers_of
 from vrs_cli.language.words.word import Shape
 
 NO_LAYOUT = Layout()
@@ -84,12 +85,19 @@ def text_of(parts: Sequence[Program | Section], layout: Layout = NO_LAYOUT, *, e
 
 def _section(environment: Environment, row: _SectionRow, used: Collection[str] | None) -> Iterator[Section]:
     """The section, if it has any entry."""
-    entries = tuple(
-        _entry(variable, environment.units)
-        for kind in row.kinds
-        for variable in environment.variables(kind)
-        if used is None or _key(variable) in used
-    )
+    named = (one for kind in row.kinds for one in environment.variables(kind) if used is None or _key(one) in used)
+    return _of_kinds(row, named, environment.units)
+
+
+def sections_of(environment: Environment, items: Iterable[Item]) -> File:
+    """These variables alone, those of them that have a value."""
+    there = [(item, value) for item in items if (value := environment.value(item)) is not None]
+    named = [NamedValue(environment.name_of(item), value) for item, value in there]
+    return File(tuple(section for row in _SECTIONS for section in _of_kinds(row, named, environment.units)))
+
+
+def _of_kinds(row: _SectionRow, named: Iterable[NamedValue], units: JointUnits) -> Iterator[Section]:
+    entries = tuple(_entry(one, units) for one in named if kind_of_value(one.value) in row.kinds)
     if entries:
         yield Section(row.name, entries, NOWHERE)
 

@@ -32,6 +32,7 @@ class Unstored:
         self._changed: set[Item] = set()  # since they were looked at
         self._before: Mapping[Item, Value] | None = None  # when the program that runs began
         self._version = 0
+        self._news: set[Item] = set()
 
     def watch(self) -> None:
         """Note from now on which variables change."""
@@ -55,9 +56,21 @@ class Unstored:
         values = ((item, self._environment.value(item)) for item in self._items)
         return [item for item, value in values if value is not None and (not kinds or kind_of_value(value) in kinds)]
 
+    @property
+    def fresh(self) -> bool:
+        """Whether `news` has any."""
+        return bool(self._news or self._changed)
+
+    def news(self) -> set[Item]:
+        """The variables that have changed since this was asked for, also those that were deleted."""
+        self._look()
+        news, self._news = self._news, set()
+        return news
+
     def _look(self) -> None:
         """Compare the variables that have changed with what files have of them."""
         self._version += bool(self._changed)
+        self._news |= self._changed
         for item in self._changed:
             value = self._environment.value(item)
             if value is None or value == self._values.get(item):

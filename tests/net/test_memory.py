@@ -1,0 +1,138 @@
+"""The memory of a robot that is served: what a command has changed is there again, whatever was cut short."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.errors import FileError
+from vrs_cli.files.growing import GrowingFile
+from vrs_cli.files.store import store
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.net.memory import Memory
+
+LINES = (
+    "n = 1/3",
+    "row[3,4] = -1e-9",
+    '$s = "a ; part 00000000"',
+    "SET here = TRANS(1/3, -2.5, 1e3, 10, 20, 30)",
+    "SET #p = #PPOINT(1, 2, 3, 4, 5, 6)",
+    "DO SPEED 30 ALWAYS",
+    "SPEED 40",
+    "PARAMETER CAUSALITY = ABORT",
+)
+PROGRAM = ".PROGRAM p(a)\n; what it does\nMOVE here\nTYPE a\n.END\n"
+
+
+def opened(path: Path) -> tuple[Session, Memory]:
+    session = Session(RecordingTerminal())
+    memory = Memory(session, path)
+    assert not memory.bring_back()
+    return session, memory
+
+
+def carry_out(session: Session, memory: Memory, *lines: str) -> None:
+    for line in lines:
+        session.perform(line)
+        memory.note()
+        memory.write()
+
+
+def held(session: Session) -> object:
+    """Locations as files have them: to 1e-9 mm."""
+    return store(session.environment), session.engine.settings
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "cell1.v2"
+
+
+def test_what_was_changed_is_there_again(path: Path) -> None:
+    session, memory = opened(path)
+    carry_out(session, memory, *LINES)
+    session.load_text(PROGRAM)
+    carry_out(session, memory, "n = n + 1")
+    again, _ = opened(path)
+    assert held(again) == held(session)
+
+
+def test_what_was_deleted_is_not(path: Path) -> None:
+    session, memory = opened(path)
+    session.load_text(PROGRAM)
+    carry_out(session, memory, "n = 1", "m = 2", "DELETER n", "DELETEP p")
+    again, _ = opened(path)
+    assert held(again) == held(session)
+    assert not again.programs
+
+
+def test_it_grows_by_what_has_changed(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    session, memory = opened(path)
+    session.load_text(".REALS\n" + "".join(f"x{n} {n}\n" for n in range(100)) + ".END\n")
+    carry_out(session, memory, "x1 = 7")
+    before = path.stat().st_size
+    carry_out(session, memory, "x2 = 7", "WHERE", "TYPE x2")
+    assert path.stat().st_size - before < 100
+    monkeypatch.setattr("vrs_cli.net.memory.SLACK", 500)
+    sizes = set()
+    for n in range(120):
+        session.environment.reference("x3").assign(float(n))
+        memory.note()
+        memory.write()
+        sizes.add(path.stat().st_size)
+    assert max(sizes) < 2.2 * min(sizes) + 500, "what is out of date is left out in time"
+    again, _ = opened(path)
+    assert held(again) == held(session)
+
+
+def test_a_last_part_that_is_cut_short_is_left_out_at_every_byte(path: Path) -> None:
+    session, memory = opened(path)
+    carry_out(session, memory, "n = 1")
+    whole = path.read_bytes()
+    carry_out(session, memory, "n = 22", "m = 33")
+    longer = path.read_bytes()
+    middle = longer.index(b"; part", len(whole)) + len("; part 00000000\n")
+    for cut in range(len(whole), len(longer)):
+        path.write_bytes(longer[:cut])
+        again, _ = opened(path)
+        values = {key: value for (key, _), value in again.environment.values().items()}
+        assert values == ({"n": 1.0} if cut < middle else {"n": 22.0}), cut
+
+
+def test_a_part_that_was_changed_ends_what_is_taken(path: Path) -> None:
+    session, memory = opened(path)
+    carry_out(session, memory, "n = 1", "n = 2", "n = 3")
+    path.write_bytes(re.sub(rb"(n\s+)2\b", rb"\g<1>9", path.read_bytes()))
+    again, _ = opened(path)
+    assert again.environment.values() == {("n", None): 1.0}
+
+
+def test_a_disk_that_takes_nothing(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    session, memory = opened(path)
+    carry_out(session, memory, "n = 1")
+
+    def full(*_data: object, **_how: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(GrowingFile, "add", full)
+        with pytest.raises(FileError, match="no space left"):
+            carry_out(session, memory, "n = 2")
+        assert "no space left" in memory.failing
+    carry_out(session, memory, "m = 3")
+    assert not memory.failing
+    again, _ = opened(path)
+    assert held(again) == held(session), "also what could not be written before"
+
+
+def test_it_is_a_program_file_that_load_reads(path: Path) -> None:
+    session, memory = opened(path)
+    session.load_text(PROGRAM)
+    carry_out(session, memory, *LINES)
+    reader = Session(terminal := RecordingTerminal())
+    reader.perform(f"LOAD {path}")
+    assert store(reader.environment) == store(session.environment)
+    assert [str(getattr(reply, "text", reply)) for reply in terminal.replies] == [f"{path} loaded: p"]

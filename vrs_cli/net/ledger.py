@@ -1,0 +1,55 @@
+"""What a robot that is served writes down before anybody is answered: its timeline in the journal, and its memory.
+
+It stands where the book has its journal, so that both go to the disk when `settle` is due, one time for many commands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vrs_cli.engine.book import Journal
+from vrs_cli.errors import LimitReached
+from vrs_cli.net.memory import Memory
+from vrs_cli.trajectory.delta import TimelineDelta
+
+
+class Ledger:
+    """`journal` and `memory` of one robot, None where it has no folder for them. `most`: segments of its timeline."""
+
+    def __init__(self, most: int, journal: Journal | None = None, memory: Memory | None = None) -> None:
+        self._most, self._journal, self._memory = most, journal, memory
+
+    def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
+        """Raises FileError, and LimitReached for a timeline that is as long as it may be."""
+        ends = deltas[-1]
+        if ends.keep + len(ends.segments) > self._most and not happens:
+            what = f"the timeline has {self._most} segments, and the server allows no more"
+            raise LimitReached(what, "UNDO takes some back")
+        if self._journal is not None:
+            self._journal.record(deltas, happens=happens)
+
+    @property
+    def unsettled(self) -> bool:
+        journal, memory = self._journal, self._memory
+        return (journal is not None and journal.unsettled) or (memory is not None and memory.changed)
+
+    def settle(self) -> None:
+        """All of it is on the disk. Raises FileError."""
+        try:
+            if self._journal is not None:
+                self._journal.settle()
+        finally:
+            if self._memory is not None:
+                self._memory.write()
+
+    def note(self) -> None:
+        """A command has been carried out, which may have changed what is in memory."""
+        if self._memory is not None:
+            self._memory.note()
+
+    def check(self) -> None:
+        """What could not be written is written now. Raises FileError where the disk takes nothing yet."""
+        memory = self._memory
+        if memory is not None and memory.failing:
+            memory.changed = True
+            memory.write()

@@ -1,0 +1,150 @@
+"""What a robot that is served has in its memory, in a file: programs, variables and settings are there again when the
+server is. It is a program file (.v2), which LOAD reads too.
+
+It grows by what a command has changed, and is on the disk before that is answered. Each part ends in a line with its
+checksum; a last part that was not written to its end is left out. Where something is deleted, and where most of the
+file has been overwritten by later parts, it is written anew.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from zlib import crc32
+
+from vrs_cli.engine.settings import Settings
+from vrs_cli.engine.snapshot import Snapshot
+from vrs_cli.errors import FileError
+from vrs_cli.files.atomic import write_atomically, writing
+from vrs_cli.files.growing import GrowingFile
+from vrs_cli.files.opening import unreadable
+from vrs_cli.files.store import sections_of, store
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.language.text.ast import Program
+from vrs_cli.language.text.diagnostics import Diagnostic
+from vrs_cli.language.text.printer import print_file, print_program
+from vrs_cli.wire.messages import decode, encode
+from vrs_cli.wire.records import Form, RecordError
+
+SLACK = 100_000  # bytes that may be out of date before the file is written anew
+_SEAL = re.compile(rb"; part ([0-9a-f]{8})\n")
+_SETTINGS = "; settings "
+
+
+class Memory:
+    """The file of one session. `failing`: why it cannot be written now; empty where it can. Raises FileError."""
+
+    def __init__(self, session: Session, path: Path) -> None:
+        self.path, self.failing = path, ""
+        self.changed = False  # since it was written
+        self._session = session
+        session.unstored.watch()
+        self._file: GrowingFile | None = None
+        self._programs: Mapping[str, Program] = {}  # as the file has them
+        self._settings: Settings | None = None
+        self._least = 0  # bytes of the file when it was written anew
+
+    def bring_back(self) -> tuple[Diagnostic, ...]:
+        """Load what the file has, if it is there, and write it anew; what is wrong with it."""
+        found: tuple[Diagnostic, ...] = ()
+        if self.path.exists():
+            text = _sound(self.path)
+            found = self._session.load_text(text)
+            self._bring_settings(text)
+        self._session.unstored.news()
+        self._replace()
+        return found
+
+    def _bring_settings(self, text: str) -> None:
+        lines = [line for line in text.splitlines() if line.startswith(_SETTINGS)]
+        if not lines:
+            return
+        engine = self._session.engine
+        try:
+            snapshot = decode(lines[-1].removeprefix(_SETTINGS).encode(), Form.of(engine.arm))
+        except RecordError:
+            return  # of another version: the usual ones hold
+        if isinstance(snapshot, Snapshot):
+            engine.settings = snapshot.settings
+
+    def note(self) -> None:
+        """A command has been carried out, which may have changed something."""
+        if not self.changed:
+            self.changed = (
+                self._session.unstored.fresh
+                or self._session.engine.settings is not self._settings
+                or self._now() != self._programs
+            )
+
+    def write(self) -> None:
+        """What has changed is on the disk. Raises FileError; what is to be written is written with what comes next."""
+        if not self.changed:
+            return
+        self.changed = False
+        try:
+            self._write()
+        except FileError as error:
+            self.failing = str(error)
+            self._least = -1  # anew, the next time
+            raise
+        self.failing = ""
+
+    def close(self) -> None:
+        file, self._file = self._file, None
+        if file is not None:
+            file.close()
+
+    def _now(self) -> dict[str, Program]:
+        return {key: stored.program for key, stored in self._session.environment.programs.items()}
+
+    def _write(self) -> None:
+        items, programs = self._session.unstored.news(), self._now()
+        environment = self._session.environment
+        gone = not self._programs.keys() <= programs.keys()
+        gone = gone or any(environment.value(item) is None for item in items)
+        file = self._file
+        if gone or file is None or self._least < 0 or file.size > 2 * self._least + SLACK or file.changed():
+            self._replace()
+            return
+        new = [print_program(one) for key, one in programs.items() if self._programs.get(key) is not one]
+        text = "".join(new) + print_file(sections_of(environment, items)) + "".join(self._settings_line())
+        with writing(self.path):
+            file.add(_sealed(text), durable=True)
+        self._programs, self._settings = programs, self._session.engine.settings
+
+    def _settings_line(self) -> Iterator[str]:
+        settings = self._session.engine.settings
+        if settings is not self._settings:
+            yield f"{_SETTINGS}{encode(Snapshot(0, (), settings)).decode()}\n"
+
+    def _replace(self) -> None:
+        """A new file with all that there is."""
+        self._settings = None
+        text = store(self._session.environment) + "".join(self._settings_line())
+        write_atomically(self.path, _sealed(text).decode())
+        self.close()
+        with writing(self.path):
+            self._file = GrowingFile(self.path)
+        self._least = self._file.size
+        self._programs, self._settings = self._now(), self._session.engine.settings
+
+
+def _sealed(text: str) -> bytes:
+    data = text.encode("utf-8")
+    return data + b"; part %08x\n" % crc32(data)
+
+
+def _sound(path: Path) -> str:
+    """The parts of a file up to the first that is not whole. A file without any (somebody's own) is taken as it is."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise unreadable(path, error) from None
+    begin = 0
+    seals = list(_SEAL.finditer(data))
+    for seal in seals:
+        if crc32(data[begin : seal.start()]) != int(seal[1], 16):
+            break
+        begin = seal.end()
+    return (data[:begin] if seals else data).decode("utf-8", "replace")
