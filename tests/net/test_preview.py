@@ -1,0 +1,152 @@
+"""A preview is what the robot will do, with all that is on its way, and says how far that is confirmed."""
+
+from __future__ import annotations
+
+from math import inf, radians
+from random import Random
+
+import pytest
+
+from tests.engine.wall import ManualWall
+from tests.examples import some
+from vrs_cli.engine.commands import JointTarget, Move, Request, SetParameter, SetSpeed, Stamp
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import joints_at
+from vrs_cli.errors import JointOutOfRange, TooLate, VrsError
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.net.mirror import Mirror
+from vrs_cli.net.preview import Preview
+from vrs_cli.trajectory.timeline import Timeline
+
+MODEL = load_robot("puma560")
+ARM = arm_for(MODEL)
+FORWARD, BACKWARD = 0.25, 0.125
+READY = MODEL.poses["ready"]
+
+
+def move(jt1: float, at: float | None = None) -> Move:
+    target = JointTarget((radians(jt1), *READY[1:]))
+    return Move(target, False, stamp=None if at is None else Stamp(at), text=f"MOVE {jt1:g}")
+
+
+class Line:
+    """A robot, who commands it from afar, and constant delays between them."""
+
+    def __init__(self, policy: str = "ABORT", forward: float = FORWARD) -> None:
+        self.wall = ManualWall(0.0)
+        self.robot = Engine(MODEL, clock=self.wall.clock())
+        self.robot.perform(SetParameter("CAUSALITY", policy))
+        self.heard = self.robot.events.subscribe()
+        self.heard.take()
+        self.mirror = Mirror(self.robot.arm, self.robot.snapshot(), 0, self.wall)
+        self.preview = Preview(self.mirror, forward)
+
+    def carried_out(self, id: int, request: Request, issued: float) -> bool:
+        """The command arrives at the robot; its answer comes back, and the change not yet."""
+        done = self.arrived(request, issued)
+        if done:
+            self.preview.done(id, self.robot.timeline.version)
+        else:
+            self.preview.refused(id)
+        return done
+
+    def arrived(self, request: Request, issued: float) -> bool:
+        self.wall.seconds = issued + FORWARD
+        self.robot.clock.advance(self.robot.clock.reached)
+        try:
+            self.robot.begin(request, program=False, issued=issued)
+        except VrsError:
+            return False
+        return True
+
+    def changes_arrive(self) -> None:
+        for event in self.heard.taken():
+            self.mirror.change(event, self.mirror.seq + 1)  # type: ignore[arg-type]
+
+
+def paths(timeline: Timeline) -> list[object]:
+    """All but the numbers of motions, which a preview does not know."""
+    return [(it.start, it.finish, it.path, it.phase, it.motion._replace(number=0)) for it in timeline]
+
+
+def test_a_command_is_seen_at_once_and_confirmed_when_its_change_has_come() -> None:
+    line, request = Line(), move(30.0, at=1.0)
+    expected = line.preview.sent(1, request, 0.5)
+    assert (expected.begin, expected.refused) == (1.0, None)
+    assert line.preview.unconfirmed == 1.0
+    before = paths(line.preview.timeline)
+    assert len(line.mirror.timeline) < len(line.preview.timeline)
+    assert line.carried_out(1, request, 0.5)
+    assert line.preview.unconfirmed == 1.0, "the answer has come, the change has not"
+    line.changes_arrive()
+    assert line.preview.unconfirmed == inf
+    assert line.preview.timeline is line.mirror.timeline
+    assert paths(line.robot.timeline) == before, "the robot did what was seen"
+
+
+def test_the_change_may_come_before_the_answer() -> None:
+    line, request = Line(), move(30.0, at=1.0)
+    line.preview.sent(1, request, 0.5)
+    assert line.arrived(request, 0.5)
+    line.changes_arrive()
+    assert line.preview.unconfirmed == 1.0
+    line.preview.done(1, line.robot.timeline.version)
+    assert line.preview.unconfirmed == inf
+
+
+def test_a_command_that_will_come_too_late_is_told_when_it_is_sent() -> None:
+    expected = Line().preview.sent(1, move(30.0, at=0.6), 0.5)
+    assert isinstance(expected.refused, TooLate)
+    assert expected.begin is None
+
+
+def test_a_command_that_will_be_postponed_is_seen_where_it_will_be() -> None:
+    line, first, second = Line("POSTPONE"), move(30.0, at=1.0), move(-30.0, at=1.2)
+    line.preview.sent(1, first, 0.5)
+    expected = line.preview.sent(2, second, 1.1)
+    seen = paths(line.preview.timeline)
+    assert line.carried_out(1, first, 0.5)
+    assert line.carried_out(2, second, 1.1)
+    assert expected.begin == line.robot.deltas[-1].cut > 1.1 + FORWARD
+    assert paths(line.robot.timeline) == seen
+
+
+def test_what_is_refused_is_seen_no_longer() -> None:
+    line = Line()
+    assert isinstance(line.preview.sent(1, move(400.0, at=2.0), 0.5).refused, JointOutOfRange)
+    line.preview.sent(2, move(30.0, at=2.0), 0.6)
+    line.preview.refused(2)
+    assert line.preview.timeline == line.mirror.timeline
+    assert line.preview.unconfirmed == inf
+
+
+def test_settings_count_for_what_is_sent_after_them() -> None:
+    line, slow, request = Line(), SetSpeed(10.0, always=True), move(30.0, at=1.0)
+    line.preview.sent(1, slow, 0.4)
+    line.preview.sent(2, request, 0.5)
+    seen = paths(line.preview.timeline)
+    assert line.carried_out(1, slow, 0.4)
+    line.changes_arrive()
+    assert line.preview.expected[0].id == 2, "a setting is confirmed by its answer: no change comes of it"
+    assert paths(line.preview.timeline) == seen
+    assert line.carried_out(2, request, 0.5)
+    assert paths(line.robot.timeline) == seen
+
+
+@pytest.mark.parametrize("policy", ["ABORT", "POSTPONE"])
+@pytest.mark.parametrize("seed", range(some(8)))
+def test_with_delays_that_are_known_the_robot_does_what_was_seen(seed: int, policy: str) -> None:
+    """A supervisor alone at a robot: what is seen of any time, all that is commanded before being known, happens."""
+    line, random, t = Line(policy), Random(seed), 0.0
+    for number in range(12):
+        t += random.uniform(FORWARD + BACKWARD, 1.0)
+        request = move(random.uniform(-100, 100), at=t + random.uniform(0.0, 0.8))
+        line.preview.sent(number, request, t)
+        looks = [t + random.uniform(0.0, 2.0) for _ in range(5)]
+        seen = [joints_at(ARM, line.preview.timeline, look) for look in looks]
+        expected = line.preview.expected[-1]
+        assert line.carried_out(number, request, t) is (expected.refused is None)
+        assert [joints_at(ARM, line.robot.timeline, look) for look in looks] == seen
+        line.changes_arrive()
+        assert line.preview.unconfirmed == inf

@@ -1,0 +1,65 @@
+"""Which of the positions that somebody was shown were wrong, because a command that changes them was not known yet.
+
+A viewer that has the timeline, or a part of it, shows g at the time of its look, or `ahead` of it. A change of the
+timeline that is applied at the robot, and arrives a while later, makes wrong what was shown meanwhile of the times
+after its cut. Pure: in the robot's times [s].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from msgspec import Struct
+
+
+class Window(Struct, frozen=True, order=True):
+    """Times from `begin` on, up to `end` [s]."""
+
+    begin: float
+    end: float
+
+    @property
+    def length(self) -> float:
+        return self.end - self.begin
+
+
+class Flags:
+    """What was shown of these times was wrong. `ahead`: a viewer shows so much more than the present [s]."""
+
+    def __init__(self, ahead: float = 0.0) -> None:
+        self.ahead = ahead
+        self._windows: list[Window] = []
+
+    def arrived(self, cut: float, applied: float, at: float) -> Window | None:
+        """A change of what is after `cut`, `applied` at the robot, is known at a viewer: the times of which something
+        wrong was shown, None where nothing was.
+        """
+        window = Window(max(cut, applied), at + self.ahead)
+        if window.length <= 0.0:
+            return None
+        self._windows.append(window)
+        return window
+
+    @property
+    def windows(self) -> tuple[Window, ...]:
+        """All of them, in order, and none that touches another."""
+        return merged(self._windows)
+
+    def __contains__(self, t: float) -> bool:
+        """Whether something wrong was shown of time t."""
+        return any(window.begin <= t < window.end for window in self._windows)
+
+    def forget(self, before: float) -> None:
+        """What ended before that time is of no interest any more."""
+        self._windows = [window for window in self._windows if window.end >= before]
+
+
+def merged(windows: Iterable[Window]) -> tuple[Window, ...]:
+    """The same times, in order, in windows that do not touch each other."""
+    found: list[Window] = []
+    for window in sorted(windows):
+        if found and window.begin <= found[-1].end:
+            found[-1] = Window(found[-1].begin, max(found[-1].end, window.end))
+        else:
+            found.append(window)
+    return tuple(found)

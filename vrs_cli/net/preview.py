@@ -1,0 +1,147 @@
+"""What a robot behind a line with delays will do, with the commands that are still on their way to it. Pure.
+
+Who commands knows what is on its way, and can plan it as the robot will: f of the same timeline, at the time at which
+the command is expected there. What it changes is unconfirmed until the robot's own change has come.
+"""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Protocol
+
+from msgspec import Struct, structs
+
+from vrs_cli.engine.book import Book
+from vrs_cli.engine.clock import VirtualClock
+from vrs_cli.engine.commands import Request
+from vrs_cli.engine.engine import Bookmark, Engine
+from vrs_cli.engine.settings import Settings
+from vrs_cli.errors import VrsError
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.timeline import Timeline
+
+UNCONFIRMED = 1 << 40  # added to the numbers of motions that are previewed: no motion of a robot has such a number
+
+
+class Followed(Protocol):
+    """A robot as it is known here: a mirror."""
+
+    @property
+    def arm(self) -> RobotArm: ...
+    @property
+    def timeline(self) -> Timeline: ...
+    @property
+    def settings(self) -> Settings: ...
+
+
+class Underway(Struct, frozen=True):
+    """A command that is not in the timeline that is known here, issued at that time of the robot's clock [s].
+    `version`: of the timeline with it, where the robot has said that it is done.
+    """
+
+    request: Request
+    issued: float
+    version: int | None = None
+
+
+class Expected(Struct, frozen=True):
+    """What is expected of a command: from `begin` on it changes the timeline [s] (None: it does not), or `refused` says
+    why the robot will not do it. `settings`: those in force after it.
+    """
+
+    id: int
+    begin: float | None
+    refused: VrsError | None
+    settings: Settings
+
+
+class _ArrivalClock(VirtualClock):
+    """The robot's clock when a command is expected there: what is before has happened by then."""
+
+    realtime = True
+
+
+class _Plan(Struct, frozen=True):
+    """What all that is under way makes of the timeline that is `known`."""
+
+    known: Timeline
+    timeline: Timeline
+    expected: tuple[Expected, ...]
+
+
+class Preview:
+    """What is known of a robot, with all that is on its way to it. `forward`: the delay D_f that is expected [s]."""
+
+    def __init__(self, followed: Followed, forward: float) -> None:
+        self.forward = forward
+        self._followed = followed
+        self._engine = Engine(followed.arm.model, clock=_ArrivalClock())
+        self._underway: dict[int, Underway] = {}  # in the order of sending
+        self._told = self._settings = followed.settings  # by the robot, and with what it has done since
+        self._plan = self._planned_after(followed.timeline)
+        self._stale = False
+
+    # --- what is sent, and what is answered ---
+
+    def sent(self, id: int, request: Request, issued: float) -> Expected:
+        """A command is on its way, issued at that time of the robot's clock [s]; what is expected of it."""
+        self._underway[id], self._stale = Underway(request, issued), True
+        return self.expected[-1]
+
+    def done(self, id: int, version: int) -> None:
+        """The robot has done it. The timeline has that version since, which may still be on its way."""
+        if id in self._underway:
+            self._underway[id], self._stale = structs.replace(self._underway[id], version=version), True
+
+    def refused(self, id: int) -> None:
+        """The robot has not done it."""
+        self._underway.pop(id, None)
+        self._stale = True
+
+    # --- what is expected ---
+
+    @property
+    def timeline(self) -> Timeline:
+        """With all that is under way."""
+        return self._planned().timeline
+
+    @property
+    def expected(self) -> tuple[Expected, ...]:
+        """What is expected of each command that is under way, in the order of sending."""
+        return self._planned().expected
+
+    @property
+    def unconfirmed(self) -> float:
+        """From when on [s] the timeline is not what the robot has said; infinity where it is."""
+        return min((it.begin for it in self.expected if it.begin is not None), default=inf)
+
+    def _planned(self) -> _Plan:
+        """Plan anew where something was sent, or the robot's own change has come."""
+        known = self._followed.timeline
+        if self._stale or self._plan.known is not known:
+            self._confirm(known.version)
+            self._plan, self._stale = self._planned_after(known), False
+        return self._plan
+
+    def _confirm(self, version: int) -> None:
+        """What the timeline of that version has is no longer under way."""
+        if self._told is not self._followed.settings:
+            self._told = self._settings = self._followed.settings
+        confirmed = {id for id, it in self._underway.items() if it.version is not None and it.version <= version}
+        for it in self._plan.expected:
+            self._settings = it.settings if it.id in confirmed else self._settings
+        self._underway = {id: it for id, it in self._underway.items() if id not in confirmed}
+
+    def _planned_after(self, known: Timeline) -> _Plan:
+        engine, expected = self._engine, []
+        engine.take_up(Bookmark(Book(known, known, number=UNCONFIRMED), self._settings, known.start))
+        for id, it in self._underway.items():
+            engine.clock.advance(it.issued + self.forward)
+            count, refused = len(engine.deltas), None
+            try:
+                engine.begin(it.request, program=False, issued=it.issued)
+            except VrsError as error:
+                refused = error
+            begin = min((delta.cut for delta in engine.deltas[count:]), default=None)
+            expected.append(Expected(id, begin, refused, engine.settings))
+        return _Plan(known, engine.timeline, tuple(expected))
