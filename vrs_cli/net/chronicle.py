@@ -13,7 +13,7 @@ from vrs_cli.net.memory import Memory
 from vrs_cli.trajectory.delta import TimelineDelta
 
 
-class Ledger:
+class Chronicle:
     """`journal` and `memory` of one robot, None where it has no folder for them. `most`: segments of its timeline."""
 
     def __init__(self, most: int, journal: Journal | None = None, memory: Memory | None = None) -> None:

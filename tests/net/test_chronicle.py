@@ -1,4 +1,4 @@
-"""The ledger: nothing is answered before it is on the disk, and nothing happens that cannot be."""
+"""The chronicle: nothing is answered before it is on the disk, and nothing happens that cannot be."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.journal import take_up
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.net.ledger import Ledger
+from vrs_cli.net.chronicle import Chronicle
 from vrs_cli.net.memory import Memory
 
 
-def kept(folder: Path, most: int = 1000) -> tuple[Session, Ledger]:
+def kept(folder: Path, most: int = 1000) -> tuple[Session, Chronicle]:
     session = Session(RecordingTerminal())
     journal = keep_journal(take_up(folder / "cell1.vrst"), session.engine, together=True)
     memory = Memory(session, folder / "cell1.v2")
     memory.bring_back()
-    ledger = session.engine.book.journal = Ledger(most, journal, memory)
-    return session, ledger
+    chronicle = session.engine.book.journal = Chronicle(most, journal, memory)
+    return session, chronicle
 
 
 def test_motions_and_memory_go_to_the_disk_with_one_settling(tmp_path: Path) -> None:
-    session, ledger = kept(tmp_path)
-    assert not ledger.unsettled
+    session, chronicle = kept(tmp_path)
+    assert not chronicle.unsettled
     session.perform("DRIVE 1, 10, 50")
     session.perform("n = 3")
-    ledger.note()
-    assert ledger.unsettled
-    ledger.settle()
-    assert not ledger.unsettled
+    chronicle.note()
+    assert chronicle.unsettled
+    chronicle.settle()
+    assert not chronicle.unsettled
     assert "n" in (tmp_path / "cell1.v2").read_text()
     assert len(read_trajectory(tmp_path / "cell1.vrst").deltas) == 1
 
@@ -55,7 +55,7 @@ def test_a_timeline_that_is_too_long_is_not_made_longer(tmp_path: Path) -> None:
 def test_braking_is_no_matter_of_limits(tmp_path: Path) -> None:
     session, _ = kept(tmp_path, most=20)
     session.perform("DRIVE 1, 90, 10 AT 0.5")
-    full = session.engine.book.journal = Ledger(1)
+    full = session.engine.book.journal = Chronicle(1)
     assert not full.unsettled
     session.abort()
     assert session.engine.end < 5.0
@@ -64,7 +64,7 @@ def test_braking_is_no_matter_of_limits(tmp_path: Path) -> None:
 def test_what_could_not_be_written_is_tried_before_the_next_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    session, ledger = kept(tmp_path)
+    session, chronicle = kept(tmp_path)
 
     def full(*_data: object, **_how: object) -> None:
         raise OSError(28, "No space left on device")
@@ -73,11 +73,11 @@ def test_what_could_not_be_written_is_tried_before_the_next_command(
         broken.setattr(GrowingFile, "add", full)
         broken.setattr("vrs_cli.files.atomic.create_beside", full)
         session.perform("n = 3")
-        ledger.note()
-        for act in (ledger.settle, ledger.check, ledger.check):
+        chronicle.note()
+        for act in (chronicle.settle, chronicle.check, chronicle.check):
             with pytest.raises(FileError):
                 act()
-        assert not ledger.unsettled, "the robot does not try without end"
-    ledger.check()
+        assert not chronicle.unsettled, "the robot does not try without end"
+    chronicle.check()
     assert "n" in (tmp_path / "cell1.v2").read_text()
-    ledger.check()
+    chronicle.check()
