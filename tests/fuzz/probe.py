@@ -15,7 +15,7 @@ from vrs_cli.engine.commands import SetParameter
 from vrs_cli.errors import EndOfInput, VrsError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.runs import Limits
+from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.text.ast import Program

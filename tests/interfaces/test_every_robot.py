@@ -12,6 +12,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue.replies import LocationTable, Plot, Whereabouts
+from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at, positions_at
 from vrs_cli.errors import IllegalJoint, IllegalValue, LocationOutOfRange, NotAvailable, VrsError
@@ -19,7 +20,6 @@ from vrs_cli.files.exports import EXPORTERS, export
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.runs import Outcome
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot, robot_names

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.runs import Limits, Outcome
+from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.diagnostics import LineRefused, Severity
 from vrs_cli.language.text.parser import parse_step

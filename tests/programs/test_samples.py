@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.engine.position import position_at
 from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.runs import Outcome
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 

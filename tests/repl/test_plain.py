@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.runs import Outcome
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.repl import shell
 from vrs_cli.repl.interrupt import Ended, ending

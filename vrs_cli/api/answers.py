@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vrs_cli.dialogue.replies import Plot, Reply, is_error
+from vrs_cli.dialogue.runs import Outcome, RunResult
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.tasks.runs import Outcome, RunResult
 from vrs_cli.render.html import html
 from vrs_cli.render.svg import picture
 from vrs_cli.render.text import plain_text

@@ -12,8 +12,8 @@ from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.trajectory.instant import shown
 
 if TYPE_CHECKING:
+    from vrs_cli.dialogue.runs import RunResult
     from vrs_cli.engine.engine import Engine
-    from vrs_cli.interfaces.tasks.runs import RunResult
     from vrs_cli.language.run.effects import ProgramFault
     from vrs_cli.language.text.diagnostics import Diagnostic
 

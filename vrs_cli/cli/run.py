@@ -27,8 +27,9 @@ from vrs_cli.errors import FileError, LimitReached, UndefinedName
 if TYPE_CHECKING:
     from vrs_cli.cli.batch import BatchTerminal
     from vrs_cli.cli.reports import Object
+    from vrs_cli.dialogue.runs import Beside, RunResult
     from vrs_cli.interfaces.station.station import Station
-    from vrs_cli.interfaces.tasks.runs import Beside, Limits, RunResult
+    from vrs_cli.interfaces.tasks.limits import Limits
     from vrs_cli.language.text.diagnostics import Diagnostic
     from vrs_cli.render.progress import RunProgress
     from vrs_cli.repl.interrupt import Stoppable
@@ -197,7 +198,7 @@ class _Batch(Struct, frozen=True):
 
     def _limits(self) -> Limits:
         """Those of the options, and the usual ones of the rest."""
-        from vrs_cli.interfaces.tasks.runs import Limits
+        from vrs_cli.interfaces.tasks.limits import Limits
 
         given = {name: value for name in COUNTED if (value := getattr(self.options, name)) is not None}
         return Limits(**given, told_by=_help)

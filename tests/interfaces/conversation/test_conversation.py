@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.runs import Limits
+from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.repl.terminal import PlainTerminal

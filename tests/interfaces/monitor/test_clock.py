@@ -10,12 +10,12 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import robot_for
 from vrs_cli.dialogue.replies import ClockReport, Message, Whereabouts
+from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.engine.commands import SetParameter
 from vrs_cli.errors import ClockPaused, TooLate, UsageError, VrsError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.runs import Outcome
 from vrs_cli.repl.toolbar import toolbar
 from vrs_cli.trajectory.instant import TICK
 

@@ -14,7 +14,7 @@ from vrs_cli.dialogue.questions import LineWanted
 from vrs_cli.dialogue.replies import Farewell, Message, ProgramStopped
 from vrs_cli.errors import TaskActive, UsageError
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.runs import Limits
+from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import BESIDE, COMMANDS
 

@@ -7,10 +7,10 @@ import pytest
 from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue.replies import ProgramStopped, Reply
+from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.errors import FileError, ProgramInterlocked, TaskActive, TaskNotActive
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.runs import Outcome
 from vrs_cli.language.run.effects import TaskState
 
 

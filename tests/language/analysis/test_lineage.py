@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.errors import NotAvailable, ProgramNotExecutable
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.runs import Outcome
 from vrs_cli.language.analysis.lineage import beyond_val2
 from vrs_cli.language.text.diagnostics import LineRefused, Severity
 from vrs_cli.language.text.parser import parse_prompt, parse_step

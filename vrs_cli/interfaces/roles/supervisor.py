@@ -11,6 +11,7 @@ from weakref import finalize
 
 from vrs_cli.dialogue.questions import Answer, Confirmation, LineWanted, Parting, Question
 from vrs_cli.dialogue.replies import Message, Reply
+from vrs_cli.dialogue.runs import RunResult
 from vrs_cli.dialogue.talk import Reading, Running, Talk
 from vrs_cli.engine.clock import SLICE, WallClock
 from vrs_cli.engine.commands import Break, Request
@@ -23,7 +24,6 @@ from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.roles.designer import Designer
 from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.runs import RunResult
 from vrs_cli.language.run.prompt import arguments_of, evaluate
 from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction, Variable
 from vrs_cli.language.text.diagnostics import Severity

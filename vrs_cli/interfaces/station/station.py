@@ -9,6 +9,7 @@ from weakref import WeakSet, finalize
 
 from vrs_cli.dialogue.questions import Answer
 from vrs_cli.dialogue.replies import Message, ProgramStopped, Tone
+from vrs_cli.dialogue.runs import Beside, Outcome, RunResult
 from vrs_cli.dialogue.talk import Slice, Talk, Terminal, at_once
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
@@ -29,8 +30,8 @@ from vrs_cli.interfaces.station.sections import define_sections
 from vrs_cli.interfaces.station.unstored import Unstored
 from vrs_cli.interfaces.tasks.debugging import Stepping
 from vrs_cli.interfaces.tasks.driver import Driver
+from vrs_cli.interfaces.tasks.limits import USUAL, Limits
 from vrs_cli.interfaces.tasks.readings import Readings
-from vrs_cli.interfaces.tasks.runs import USUAL, Beside, Limits, Outcome, RunResult
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel

@@ -16,6 +16,7 @@ from typing import TypeVar, cast
 
 from msgspec import Struct
 
+from vrs_cli.dialogue.runs import Outcome, RunResult
 from vrs_cli.dialogue.talk import Slice, Talk, Terminal
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, LimitReached, VrsError
@@ -24,8 +25,8 @@ from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.tasks.debugging import Debugging
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.endless import UNTIMED, endless, in_vain
+from vrs_cli.interfaces.tasks.limits import GO_ON, USUAL, Limits, Spent
 from vrs_cli.interfaces.tasks.performing import Performer
-from vrs_cli.interfaces.tasks.runs import GO_ON, USUAL, Limits, Outcome, RunResult, Spent
 from vrs_cli.interfaces.tasks.system import SystemReadings
 from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Asked, Pending, Track

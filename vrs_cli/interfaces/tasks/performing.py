@@ -10,12 +10,13 @@ from itertools import count
 from math import inf
 from typing import Any
 
+from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.engine.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, IllegalValue, TaskNotActive, VrsError
 from vrs_cli.interfaces.tasks.debugging import Onward, Stopped
 from vrs_cli.interfaces.tasks.devices import Devices
-from vrs_cli.interfaces.tasks.runs import GO_ON, USUAL, Outcome
+from vrs_cli.interfaces.tasks.limits import GO_ON, USUAL
 from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.interfaces.tasks.track import Aborted, Asked, Pending, Track
 from vrs_cli.interfaces.tasks.transcript import Transcript

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from vrs_cli.dialogue.runs import Beside, Outcome
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive
 from vrs_cli.files.disk import Disk
-from vrs_cli.interfaces.tasks.runs import Beside, Outcome
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Track
 from vrs_cli.language.run.effects import AttachRobot, TaskState, Wait
 from vrs_cli.language.run.environment import Environment

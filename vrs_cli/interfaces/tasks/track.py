@@ -5,10 +5,10 @@ from __future__ import annotations
 from msgspec import Struct, field
 
 from vrs_cli.dialogue.questions import LineWanted
+from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.engine.commands import Request
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.tasks.debugging import Onward, Stepping, Stopped
-from vrs_cli.interfaces.tasks.runs import Outcome
 from vrs_cli.language.run.effects import Event, ProgramFault, Prompt, Wait, WaitEvent
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.units import AwaitLine, ReadRecord

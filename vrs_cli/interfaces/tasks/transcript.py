@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vrs_cli.dialogue.talk import Terminal
 from vrs_cli.engine.engine import Engine
-from vrs_cli.interfaces.tasks.runs import Limits, Spent
+from vrs_cli.interfaces.tasks.limits import Limits, Spent
 
 
 class Transcript:
