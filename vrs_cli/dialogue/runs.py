@@ -6,6 +6,7 @@ from enum import Enum
 
 from msgspec import Struct
 
+from vrs_cli.dialogue.spoken import Spoken
 from vrs_cli.language.run.effects import ProgramFault
 
 
@@ -34,7 +35,7 @@ class Beside(Struct, frozen=True):
         return f"task {self.number} at {self.at:.3f} s"
 
 
-class RunResult(Struct, frozen=True):
+class RunResult(Spoken, frozen=True):
     """A run of a program: cycles completed, robot clock at begin and end [s], what it typed, what went wrong.
 
     `beside`: the other tasks that stopped with an error; `detail`: what a watched expression has become.

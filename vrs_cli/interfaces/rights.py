@@ -8,10 +8,17 @@ from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import BESIDE, COMMANDS
 from vrs_cli.language.words.word import Role
 
+CHANGE = "a change of a variable"
+
 
 def check_role(statement: Statement, role: Role) -> None:
     """Raises RoleWanted, which names the word, for a line that its sender may not send."""
     said, wanted = _needed(statement)
+    check_may(said, wanted, role)
+
+
+def check_may(said: str, wanted: Role, role: Role) -> None:
+    """Raises RoleWanted where somebody has not the role that is wanted."""
     if wanted not in role:
         raise RoleWanted(f"{said} is for {wanted.spoken}", f"you are {role.spoken}")
 
@@ -19,8 +26,18 @@ def check_role(statement: Statement, role: Role) -> None:
 def check_beside(statement: Statement) -> None:
     """Raises UsageError for a line that waits until the robot program has stopped."""
     said, role = _needed(statement)
-    if not (isinstance(_inner(statement), Assignment) or said in BESIDE or role is Role.OBSERVER):
+    check_goes_beside(CHANGE if isinstance(_inner(statement), Assignment) else said, role)
+
+
+def check_goes_beside(said: str, role: Role) -> None:
+    """Raises UsageError for what waits until the robot program has stopped."""
+    if not (said == CHANGE or said in BESIDE or role is Role.OBSERVER):
         raise UsageError(f"{said} has to wait until the program stops", "ABORT stops it")
+
+
+def role_of(word: str) -> Role:
+    """The role that a word needs."""
+    return (COMMANDS.get(word) or INSTRUCTIONS[word]).role
 
 
 def _needed(statement: Statement) -> tuple[str, Role]:
@@ -29,8 +46,7 @@ def _needed(statement: Statement) -> tuple[str, Role]:
     if isinstance(statement, Show):
         return "a look at a value", Role.OBSERVER
     if isinstance(statement, Instruction):
-        row = COMMANDS.get(statement.word) or INSTRUCTIONS[statement.word]
-        return statement.word, row.role
+        return statement.word, role_of(statement.word)
     return "a change of a variable or a program", Role.SUPERVISOR
 
 

@@ -48,7 +48,7 @@ def _counted(texts: Sequence[str], what: str) -> str:
 def _branch(station: Station, it: Instruction) -> Talk[None]:
     branches, asked = station.branches, operand(it, 0)
     if asked is None:
-        yield BranchTable(tuple(_branch_row(station, name) for name in branches.names))
+        yield branch_table(station)
         return
     name = word(asked)
     if not name[:1].isalpha():
@@ -61,6 +61,11 @@ def _branch(station: Station, it: Instruction) -> Talk[None]:
         origin = branches.present
         branches.make(name)
         yield Message(f"On {name}, a new branch of {origin}; the clock is at {station.engine.now:.3f} s")
+
+
+def branch_table(station: Station) -> BranchTable:
+    """All branches, main first."""
+    return BranchTable(tuple(_branch_row(station, name) for name in station.branches.names))
 
 
 def _branch_row(station: Station, name: str) -> BranchRow:

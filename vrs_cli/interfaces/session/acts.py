@@ -1,0 +1,381 @@
+"""What is asked of a robot by value: what a line of the prompt says in words and digits, to the bit.
+
+An act is data, and goes over a connection; `act_on` carries it out in a session. The role that it needs is that of the
+word that does the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import isfinite
+from typing import Any, Generic, NamedTuple, TypeVar, cast
+
+from msgspec import Struct
+
+from vrs_cli.dialogue.replies import BranchTable, ComparisonTable, ReachReport, TimelineTable
+from vrs_cli.dialogue.runs import RunResult
+from vrs_cli.dialogue.spoken import Spoken
+from vrs_cli.dialogue.talk import Talk, beside
+from vrs_cli.engine.commands import Break, JointTarget, Move, NamedTarget, PoseTarget, Stamp, Target
+from vrs_cli.engine.history import CommandRecord
+from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
+from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, timeline_table
+from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, check_may, role_of
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.run.prompt import arguments_of, evaluate
+from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction, Variable
+from vrs_cli.language.text.diagnostics import Severity
+from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.language.words.values import Value
+from vrs_cli.language.words.word import Role
+from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
+
+T = TypeVar("T", covariant=True)
+
+ORTHONORMAL = 1e-6  # products of the axes of a rotation
+
+
+# --- parts ----------------------------------------------------------------------------------------------------------
+
+
+class Goal(Struct, frozen=True, omit_defaults=True):
+    """Where a motion goes: exactly one of these. `joint` is changed by `change`; `offset` is that of DEPART."""
+
+    pose: Transform | None = None
+    joints: Joints | None = None
+    named: str | None = None
+    joint: int | None = None
+    change: float = 0.0
+    offset: Transform | None = None
+    aligned: bool = False
+
+    @classmethod
+    def of(cls, target: Target) -> Goal:
+        match target:
+            case PoseTarget():
+                return cls(pose=target.T_world_tool)
+            case JointTarget():
+                return cls(joints=target.joints)
+            case NamedTarget():
+                return cls(named=target.name)
+            case JointOffsetTarget():
+                return cls(joint=target.joint, change=target.change)
+            case ToolOffsetTarget():
+                return cls(offset=target.T_destination_target)
+            case AlignedTarget():
+                return cls(aligned=True)
+
+    @property
+    def target(self) -> Target:
+        """Raises IllegalValue for what is no place."""
+        if self.pose is not None:
+            return PoseTarget(_rotating(self.pose))
+        if self.joints is not None:
+            return JointTarget(_finite(self.joints))
+        if self.named is not None:
+            return NamedTarget(self.named)
+        if self.joint is not None:
+            return JointOffsetTarget(self.joint, *_finite((self.change,)))
+        if self.offset is not None:
+            return ToolOffsetTarget(_rotating(self.offset))
+        if self.aligned:
+            return AlignedTarget()
+        raise IllegalValue("a motion to nowhere", "a pose, joints, or the name of a pose")
+
+
+class Valued(Spoken, frozen=True, omit_defaults=True):
+    """The value of a variable or an expression: exactly one of these."""
+
+    real: float | None = None
+    text: str | None = None
+    location: Transform | None = None
+    joints: Joints | None = None
+
+    @classmethod
+    def of(cls, value: Value) -> Valued:
+        if isinstance(value, Transform):
+            return cls(location=value)
+        if isinstance(value, tuple):
+            return cls(joints=value)
+        return cls(text=value) if isinstance(value, str) else cls(real=value)
+
+    @property
+    def value(self) -> Value:
+        """Raises IllegalValue for what is no value."""
+        if self.location is not None:
+            return _rotating(self.location)
+        if self.joints is not None:
+            return _finite(self.joints)
+        if self.text is not None:
+            return self.text
+        if self.real is not None:
+            return _finite((self.real,))[0]
+        raise IllegalValue("no value at all", "a number, a text, a location or joints")
+
+
+def _finite(numbers: Joints) -> Joints:
+    """Raises IllegalValue for what is no number."""
+    for number in numbers:
+        if not isfinite(number):
+            raise IllegalValue(f"{number}", "a finite number")
+    return numbers
+
+
+def _rotating(T: Transform) -> Transform:
+    """Raises IllegalValue for a matrix that is no location."""
+    _finite(T)
+    rows = T[0:3], T[4:7], T[8:11]
+    for i, a in enumerate(rows):
+        for b in rows[: i + 1]:
+            if abs(sum(x * y for x, y in zip(a, b, strict=True)) - (a is b)) > ORTHONORMAL:
+                raise IllegalValue("a location whose axes are not at right angles, or not of length 1")
+    return T
+
+
+# --- acts -----------------------------------------------------------------------------------------------------------
+
+
+class Act(Spoken, Generic[T], frozen=True):
+    """Something to be done; what comes of it is a T."""
+
+
+class Go(Act[None], frozen=True, omit_defaults=True):
+    """A motion: `executed` is t_exec [s], after the last motion where that is None; `speed` the fraction of nominal."""
+
+    goal: Goal
+    straight: bool = False
+    executed: float | None = None
+    speed: float | None = None
+    text: str = ""
+
+
+class Rest(Act[None], frozen=True):
+    """In virtual time: go on to when the robot stands."""
+
+
+class Undo(Act[None], frozen=True):
+    count: int = 1
+
+
+class Redo(Act[None], frozen=True):
+    count: int = 1
+
+
+class Explain(Act[ReachReport], frozen=True):
+    """WHY; `name`: how the goal is called in the report."""
+
+    goal: Goal
+    name: str
+
+
+class Compare(Act[ComparisonTable], frozen=True):
+    """Two branches."""
+
+    a: str
+    b: str
+
+
+class Evaluate(Act[Valued], frozen=True):
+    expression: str
+
+
+class Assign(Act[None], frozen=True):
+    """Give a variable, or an element of an array, a value."""
+
+    variable: str
+    value: Valued
+
+
+class Defined(Spoken, frozen=True):
+    """The names of programs that were put in memory."""
+
+    names: tuple[str, ...]
+
+
+class Define(Act[Defined], frozen=True):
+    """Put the programs and variables of a text in memory; `where` stands before the number of a wrong line."""
+
+    text: str
+    where: str = "line "
+
+
+class Execute(Act[RunResult], frozen=True):
+    """A program that is in memory, to its end."""
+
+    program: str
+    cycles: int = 1
+
+
+class CommandList(Spoken, frozen=True):
+    commands: tuple[CommandRecord, ...]
+
+
+class ListCommands(Act[CommandList], frozen=True):
+    """All motion commands that hold."""
+
+
+class ListBranches(Act[BranchTable], frozen=True):
+    """All branches, main first."""
+
+
+class ListMotions(Act[TimelineTable], frozen=True):
+    """The timeline as a table."""
+
+
+RobotAct = (
+    Go
+    | Rest
+    | Undo
+    | Redo
+    | Explain
+    | Compare
+    | Evaluate
+    | Assign
+    | Define
+    | Execute
+    | ListCommands
+    | ListBranches
+    | ListMotions
+)
+RobotFound = Valued | Defined | RunResult | CommandList | BranchTable | TimelineTable | ReachReport | ComparisonTable
+
+
+# --- how they are done ----------------------------------------------------------------------------------------------
+
+
+def act_on(session: Session, act: Act[T], role: Role = Role.SUPERVISOR, issued: float | None = None) -> Talk[T]:
+    """Do it; what comes of it. `issued`: when it was asked for, where that was earlier than now [s]. Raises RoleWanted,
+    and UsageError for what has to wait until the program stops, as a line does; VrsError.
+    """
+    row = ACTS[type(act)]
+    check_may(row.said, row.role, role)
+    if session.running:
+        check_goes_beside(row.said, row.role)
+    return cast(T, (yield from row.do(session, act, issued)))
+
+
+def _go(session: Session, act: Go, issued: float | None) -> Talk[None]:
+    yield from ()
+    for number in (act.executed, act.speed):
+        _finite(() if number is None else (number,))
+    if act.speed is not None and not 0.0 < act.speed <= 1.0:
+        raise IllegalValue(f"{act.speed:g} of nominal speed", "more than 0, at most 1", value=act.speed)
+    stamp = None if act.executed is None else Stamp(act.executed)
+    move = Move(act.goal.target, act.straight, speed=act.speed, stamp=stamp, text=act.text)
+    session.engine.clock.advance(session.engine.begin(move, program=False, issued=issued))
+
+
+def _rest(session: Session, _act: Rest, _issued: float | None) -> Talk[None]:
+    yield from ()
+    clock = session.engine.clock
+    if clock.paused or not clock.realtime:
+        session.engine.perform(Break())
+
+
+def _undo(session: Session, act: Undo, _issued: float | None) -> Talk[None]:
+    yield from ()
+    session.engine.undo(act.count)
+
+
+def _redo(session: Session, act: Redo, _issued: float | None) -> Talk[None]:
+    yield from ()
+    session.engine.redo(act.count)
+
+
+def _explain(session: Session, act: Explain, _issued: float | None) -> Talk[ReachReport]:
+    target = act.goal.target
+    if not isinstance(target, PoseTarget | JointTarget):
+        raise UsageError("WHY of no place", "WHY explains a location")
+    reach = yield from beside(lambda: session.engine.explain(target))
+    return ReachReport(act.name, reach, session.units)
+
+
+def _compare(session: Session, act: Compare, _issued: float | None) -> Talk[ComparisonTable]:
+    return (yield from comparison(session, act.a, act.b))
+
+
+def _evaluate(session: Session, act: Evaluate, _issued: float | None) -> Talk[Valued]:
+    yield from ()
+    return Valued.of(evaluate(session.environment, session.robot, _expression(session, act.expression)))
+
+
+def _assign(session: Session, act: Assign, _issued: float | None) -> Talk[None]:
+    yield from ()
+    target = _expression(session, act.variable)
+    if not isinstance(target, Variable) or target.grouped:
+        raise UsageError(f"{act.variable} is no variable", "a name, or row[3]")
+    (reference,) = arguments_of(session.environment, session.robot, (target,))
+    assert reference is not None
+    reference.assign(act.value.value)
+
+
+def _expression(session: Session, text: str) -> Expression:
+    """Raises LineRefused, and UsageError for what is a command."""
+    line = parse_prompt(f"TYPE {text}", session.names())
+    typed = line.statement if isinstance(line, DoInstruction) else None
+    arguments = typed.arguments if isinstance(typed, Instruction) else ()
+    if len(arguments) != 1 or arguments[0] is None:
+        raise UsageError(f"{text} is no expression", "one variable or one expression")
+    return arguments[0]
+
+
+def _define(session: Session, act: Define, _issued: float | None) -> Talk[Defined]:
+    yield from ()
+    before = dict(session.programs)
+    wrong = [one for one in session.load_text(act.text) if one.severity is Severity.ERROR]
+    if wrong:
+        more = f", and {len(wrong) - 1} more mistakes" if len(wrong) > 1 else ""
+        raise ProgramNotExecutable(f"{act.where}{wrong[0].span.line}: {wrong[0].message}{more}")
+    return Defined(tuple(stored.name for key, stored in session.programs.items() if before.get(key) is not stored))
+
+
+def _execute(session: Session, act: Execute, _issued: float | None) -> Talk[RunResult]:
+    return (yield from session.wait(session.begin(act.program, cycles=act.cycles)))
+
+
+def _list_commands(session: Session, _act: ListCommands, _issued: float | None) -> Talk[CommandList]:
+    yield from ()
+    return CommandList(session.engine.records())
+
+
+def _list_branches(session: Session, _act: ListBranches, _issued: float | None) -> Talk[BranchTable]:
+    yield from ()
+    return branch_table(session)
+
+
+def _list_motions(session: Session, _act: ListMotions, _issued: float | None) -> Talk[TimelineTable]:
+    engine = session.engine
+    timeline, done, now = engine.timeline, tuple(engine.book.history.done), engine.now
+    return (yield from beside(lambda: timeline_table(timeline, done, now)))
+
+
+class _Row(NamedTuple):
+    """How an act is called, the role that it needs, and how it is done."""
+
+    said: str
+    role: Role
+    do: Callable[[Session, Any, float | None], Talk[object]]
+
+
+def _as(word: str, do: Callable[[Session, Any, float | None], Talk[object]]) -> _Row:
+    """An act that does what a word does."""
+    return _Row(word, role_of(word), do)
+
+
+ACTS: Mapping[type[Act[Any]], _Row] = {
+    Go: _as("MOVE", _go),
+    Rest: _as("BREAK", _rest),
+    Undo: _as("UNDO", _undo),
+    Redo: _as("REDO", _redo),
+    Explain: _as("WHY", _explain),
+    Compare: _as("COMPARE", _compare),
+    Evaluate: _Row("a look at a value", Role.OBSERVER, _evaluate),
+    Assign: _Row(CHANGE, Role.SUPERVISOR, _assign),
+    Define: _as("LOAD", _define),
+    Execute: _as("EXECUTE", _execute),
+    ListCommands: _as("TIMELINE", _list_commands),
+    ListBranches: _Row("a look at the branches", Role.OBSERVER, _list_branches),
+    ListMotions: _as("TIMELINE", _list_motions),
+}
