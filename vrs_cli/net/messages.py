@@ -75,11 +75,12 @@ class Resume(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True
     unanswered: Ids = ()
 
 
-class Hello(ClientMessage, frozen=True):
+class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
     """The first message, always JSON: the versions that the client speaks, and the form that it wants to hear.
 
-    `robot`: the one it is about, empty for the only one. `name`: what others call this holder. `full`: deltas and
-    snapshots hold all that a client cannot compute by itself. `delay`: the longest way of a command [s] that it claims.
+    `robot`: the one it is about, empty for the only one. `name`: what others call this holder. `full`: deltas hold all
+    that a client cannot compute by itself. `attended`: a person is there, who can be asked. `delay`: the longest way of
+    a command [s] that it claims.
     """
 
     versions: tuple[Count, ...]
@@ -88,6 +89,7 @@ class Hello(ClientMessage, frozen=True):
     format: Encoding = Encoding.JSON
     name: Name = ""
     full: bool = False
+    attended: bool = False
     delay: Length | None = None
     resume: Resume | None = None
 
@@ -129,7 +131,7 @@ class How(Enum):
 
 
 class Answer(ClientMessage, frozen=True):
-    """To the question with this number."""
+    """To the question with this number. `Withdrawn` says that it has come."""
 
     question: Count
     value: Answered = None
@@ -211,7 +213,7 @@ class Who(Request, frozen=True):
 # --- from the client: driving, and files ----------------------------------------------------------------------------
 
 
-class Act(Enum):
+class LeaseAct(Enum):
     """What is done with the lease."""
 
     ACQUIRE = "acquire"
@@ -221,10 +223,10 @@ class Act(Enum):
     RENEW = "renew"
 
 
-class Drive(Request, frozen=True):
-    """`to`: who is given the lease. `Done` answers."""
+class Drive(Command, frozen=True):
+    """`to`: who is given the lease."""
 
-    act: Act
+    act: LeaseAct
     to: Name = ""
 
 
@@ -303,7 +305,8 @@ class Fate(Struct, frozen=True, omit_defaults=True):
 
 class Welcome(ServerMessage, frozen=True):
     """The first answer. `connection` is the key to resume it with; `seq`: the number of the last `Numbered` message
-    that came before; `resumed`: those after the `seq` of `Resume` come now.
+    that was sent before this connection; `resumed`: those after the `seq` of `Resume` follow. Where it is false, the
+    ends of the commands that were asked about follow, under new numbers. Questions that are open come again.
 
     `life` names this run of the robot: another one counts its changes anew. `model`: the robot as data.
     """

@@ -26,13 +26,18 @@ class UnknownType(RecordError):
     """A message of a type that is not known here: a later version may have it."""
 
 
-class _Marked(msgspec.Struct):
-    """What tells messages apart."""
+class Marks(msgspec.Struct):
+    """What tells messages apart, whatever else they hold."""
 
     type: str
+    id: Any = None
+
+    @property
+    def known_id(self) -> int | None:
+        return self.id if type(self.id) is int and self.id >= 0 else None
 
 
-_text_type, _binary_type = msgspec.json.Decoder(_Marked), msgspec.msgpack.Decoder(_Marked)
+_text_marks, _binary_marks = msgspec.json.Decoder(Marks), msgspec.msgpack.Decoder(Marks)
 _json, _msgpack = msgspec.json.Encoder(), msgspec.msgpack.Encoder()
 
 
@@ -57,16 +62,16 @@ class Reader(Generic[M]):
         try:
             message: M = self._text.decode(frame) if isinstance(frame, str) else self._binary.decode(frame)
         except UNREADABLE as error:
-            found = type_of(frame)
-            if found and found not in self._types:
-                raise UnknownType(f"a message of the unknown type {found[:40]!r}") from None
+            marks = marks_of(frame)
+            if marks is not None and marks.type not in self._types:
+                raise UnknownType(f"a message of the unknown type {marks.type[:40]!r}") from None
             raise RecordError(f"no message: {error}") from None
         return message
 
 
-def type_of(frame: Frame) -> str:
-    """What a frame says to be; empty where it is no message."""
+def marks_of(frame: Frame) -> Marks | None:
+    """What a frame says to be; None where it is no message."""
     try:
-        return (_text_type.decode(frame) if isinstance(frame, str) else _binary_type.decode(frame)).type
+        return _text_marks.decode(frame) if isinstance(frame, str) else _binary_marks.decode(frame)
     except UNREADABLE:
-        return ""
+        return None

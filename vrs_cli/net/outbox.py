@@ -1,0 +1,47 @@
+"""What is to be sent over one connection, in order, until its socket takes it; bounded in bytes."""
+
+from __future__ import annotations
+
+from msgspec import Struct
+
+from vrs_cli.net.messages import Clock, Progress, Sample, Status
+from vrs_cli.wire.codec import Encoding, Frame, encode
+
+NEWEST_WINS = (Sample, Clock, Status, Progress)  # what was not sent yet is out of date when the next one comes
+
+
+class Outbox:
+    """`size`: the bytes that wait. `overflown`: there were too many, and they were dropped; nothing more is taken."""
+
+    def __init__(self, most: int) -> None:
+        self.most, self.size, self.overflown = most, 0, False
+        self.encoding = Encoding.JSON
+        self._waiting: dict[object, Frame | Struct] = {}
+        self._count = 0
+
+    def put(self, frame: Frame) -> None:
+        if self.overflown:
+            return
+        self._count += 1
+        self._waiting[self._count] = frame
+        self.size += len(frame)
+        if self.size > self.most:
+            self.drop()
+            self.overflown = True
+
+    def send(self, message: Struct) -> None:
+        if isinstance(message, NEWEST_WINS):
+            place = (type(message), message.id) if isinstance(message, Progress) else type(message)
+            self._waiting.pop(place, None)
+            self._waiting[place] = message
+        else:
+            self.put(encode(message, self.encoding))
+
+    def drop(self) -> None:
+        self._waiting.clear()
+        self.size = 0
+
+    def taken(self) -> list[Frame]:
+        """All that waits, for the socket."""
+        waiting, self._waiting, self.size = self._waiting, {}, 0
+        return [encode(one, self.encoding) if isinstance(one, Struct) else one for one in waiting.values()]

@@ -1,0 +1,413 @@
+"""The two ends of a connection, without sockets: frames in, messages and frames out; the time of the day is passed in.
+
+    connection = ServerConnection(now)
+    for message in connection.receive(frame, now):
+        ...                                 # a Hello first; `welcome` or `close` answers it
+    connection.send(Told(Message("hello")), now)
+    for frame in connection.frames():
+        ...                                 # to the socket
+    connection.closing                      # close the socket, when its frames are sent
+
+Nothing that comes raises an exception.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from msgspec.structs import replace
+
+from vrs_cli.errors import RequestRefused
+from vrs_cli.net.ledger import Ledger
+from vrs_cli.net.messages import (
+    VERSION,
+    Answer,
+    Asked,
+    Bye,
+    Change,
+    ClientMessage,
+    Closing,
+    Command,
+    Delta,
+    Done,
+    Fate,
+    FromClient,
+    FromServer,
+    Hello,
+    Numbered,
+    Outcome,
+    Refused,
+    Replaced,
+    Request,
+    Result,
+    Resume,
+    Resync,
+    ServerMessage,
+    Subscribe,
+    Welcome,
+    Withdrawn,
+)
+from vrs_cli.net.outbox import Outbox
+from vrs_cli.wire.codec import Frame, Reader, UnknownType, marks_of
+from vrs_cli.wire.messages import Refusal
+from vrs_cli.wire.records import RecordError
+
+HELLO_SECONDS = 10.0  # in which a client says who it is
+HELLO_BYTES = 32_000
+CLIENT_BYTES = 2_000_000  # of one message of a client
+SERVER_BYTES = 256_000_000  # of one message of a server: a snapshot
+BACKLOG = 4_000_000  # bytes that wait for a socket
+MOST_WAITING = 1000  # requests of a client without an answer, and questions to it
+
+_from_client: Reader[FromClient] = Reader(FromClient)
+_from_server: Reader[FromServer] = Reader(FromServer)
+
+
+class State(Enum):
+    """What a connection waits for: a socket, the first message, the answer to it, anything, its end."""
+
+    CUT = "cut"
+    HELLO = "hello"
+    WELCOME = "welcome"
+    OPEN = "open"
+    CLOSING = "closing"
+
+
+class ServerConnection:
+    """One connection at the server. `hello`: what the client has said of itself; `ledger`: what is known of the holder,
+    which another connection may resume; `why` it is closed.
+    """
+
+    def __init__(self, now: float, most: int = CLIENT_BYTES, backlog: int = BACKLOG) -> None:
+        self.state = State.HELLO
+        self.hello: Hello | None = None
+        self.ledger: Ledger | None = None
+        self.version, self.why = 0, ""
+        self._until, self._most = now + HELLO_SECONDS, most
+        self._outbox = Outbox(backlog)
+
+    # --- what comes ---
+
+    def receive(self, frame: Frame, now: float) -> list[ClientMessage]:
+        """What is to be done about a frame. Commands come once, whatever the client repeats."""
+        self.look(now)
+        if self.state is State.CLOSING:
+            return []
+        most = HELLO_BYTES if self.state is State.HELLO else self._most
+        if len(frame) > most:
+            self._refuse(f"a message of {len(frame)} bytes", f"at most {most}")
+            return []
+        try:
+            message = _from_client.read(frame)
+        except RecordError as error:
+            self._misunderstood(frame, error, now)
+            return []
+        if self.ledger is not None and not isinstance(message, Hello):
+            return self._heard(message, self.ledger, now)
+        return self._greeted(message, frame)
+
+    def _misunderstood(self, frame: Frame, error: RecordError, now: float) -> None:
+        """A message that a later client may send is refused; whoever sends anything else is no client."""
+        marks = marks_of(frame)
+        if self.ledger is None or marks is None:
+            self._refuse(str(error), "see docs/protocol.md")
+        else:
+            self.ledger.tell(Refused(_refusal(str(error)), marks.known_id), now)
+
+    def _greeted(self, message: ClientMessage, frame: Frame) -> list[ClientMessage]:
+        if not isinstance(message, Hello) or self.state is not State.HELLO or isinstance(frame, bytes):
+            self._refuse("hello comes first, as JSON, and once; then the welcome of the server", "")
+            return []
+        if VERSION not in message.versions:
+            spoken = ", ".join(map(str, message.versions)) or "none"
+            self._refuse(f"the client speaks version {spoken}, this server {VERSION}", "install the same vrs on both")
+            return []
+        self.state, self.version, self.hello = State.WELCOME, VERSION, message
+        return [message]
+
+    def _heard(self, message: ClientMessage, ledger: Ledger, now: float) -> list[ClientMessage]:
+        match message:
+            case Command(id):
+                return [message] if self._is_new(id, ledger, now) else []
+            case Answer(number):
+                if not ledger.asks(number):
+                    return []  # it was withdrawn, or answered, meanwhile
+                ledger.tell(Withdrawn(number), now)
+            case Bye():
+                self.state = State.CLOSING
+        return [message]
+
+    def _is_new(self, id: int, ledger: Ledger, now: float) -> bool:
+        """Whether a command was never seen. One that was is answered from memory, or by its end when that comes."""
+        outcome, done = ledger.outcome(id), ledger.done(id)
+        if outcome is Outcome.UNSEEN:
+            if ledger.begin(id):
+                return True
+            ledger.tell(Refused(_refusal(f"{ledger.bounds.waiting} commands wait already", "wait for some"), id), now)
+        elif outcome is Outcome.FORGOTTEN:
+            ledger.tell(Refused(_refusal(f"command {id} was there before; its end is forgotten"), id), now)
+        elif done is not None:
+            ledger.tell(done, now)
+        return False
+
+    def look(self, now: float) -> None:
+        """Time has passed: a client that says nothing is not waited for, and one that is at another connection now is
+        not heard here, where what was lost may still come.
+        """
+        if self.state is State.HELLO and now > self._until:
+            self._refuse(f"no hello came within {HELLO_SECONDS:g} s", "")
+        elif self.ledger is not None and self.ledger.put != self._outbox.put:
+            self.close("the holder is at another connection now")
+
+    # --- what is sent ---
+
+    def welcome(self, welcome: Welcome, ledger: Ledger, now: float) -> None:
+        """Answer the hello: with what the caller says of the robot, and what is known of the holder. What it has missed
+        follows.
+        """
+        assert self.hello is not None, "hello comes first"
+        resume, known = self.hello.resume, self.hello.resume is not None and self.hello.resume.connection == ledger.key
+        missed = ledger.since(resume.seq) if resume is not None and known else None
+        fates = [
+            Fate(id, ledger.outcome(id) if known else Outcome.FORGOTTEN) for id in (resume.unanswered if resume else ())
+        ]
+        self.state, self.ledger = State.OPEN, ledger
+        self._outbox.encoding = self.hello.format
+        ledger.attach(self._outbox.put, self.hello.format)
+        self._outbox.send(
+            replace(
+                welcome,
+                version=self.version,
+                connection=ledger.key,
+                seq=ledger.seq,
+                resumed=missed is not None,
+                fates=tuple(fates),
+            )
+        )
+        for frame in missed or ():
+            self._outbox.put(frame)
+        self._say_again([] if missed is not None else [fate.id for fate in fates], ledger, now)
+
+    def _say_again(self, ids: list[int], ledger: Ledger, now: float) -> None:
+        """What has ended while nobody heard of it, and what waits for an answer."""
+        for id in ids:
+            done = ledger.done(id)
+            if done is not None:
+                ledger.tell(done, now)
+        for question in ledger.questions:
+            ledger.tell(question, now)
+
+    def send(self, message: ServerMessage, now: float) -> None:
+        """Numbered messages are remembered for a connection that is cut."""
+        if isinstance(message, Numbered):
+            assert self.ledger is not None, "welcome comes first"
+            self.ledger.tell(message, now)
+        elif self.state is State.OPEN:
+            self._outbox.send(message)
+
+    def close(self, why: str, refusal: Refusal | None = None) -> None:
+        """Say why, and no more. The holder may resume."""
+        if self.state is not State.CLOSING:
+            self.state, self.why = State.CLOSING, why
+            self._outbox.send(Closing(why, refusal))
+
+    def _refuse(self, detail: str, hint: str) -> None:
+        self.close(detail, _refusal(detail, hint))
+
+    def cut(self, now: float) -> None:
+        """The socket is gone."""
+        self.state = State.CLOSING
+        if self.ledger is not None and self.ledger.put == self._outbox.put:
+            self.ledger.cut(now)
+
+    def frames(self) -> list[Frame]:
+        """What the socket is to send now."""
+        if self._outbox.overflown and self.state is not State.CLOSING:
+            self.state, self.why = State.CLOSING, f"the client has not taken {self._outbox.most} bytes"
+        return self._outbox.taken()
+
+    @property
+    def closing(self) -> bool:
+        return self.state is State.CLOSING or self._outbox.overflown
+
+
+class ClientConnection:
+    """A holder's end of a connection, over all the sockets that it has one after the other.
+
+    `begin` when there is a socket, `cut` when it is gone; `receive` and `frames` in between. After a cut nothing that
+    was commanded is done by itself: `unseen` are the commands that never reached the robot, to be repeated or dropped.
+    """
+
+    def __init__(self, hello: Hello, most: int = SERVER_BYTES) -> None:
+        self.hello, self.state, self.why = hello, State.CUT, ""
+        self.welcomed: Welcome | None = None
+        self.unseen: dict[int, Command] = {}
+        self._most = most
+        self._outbox = Outbox(BACKLOG)
+        self._id = 0
+        self._heard = 0  # the number of the last message of those that are numbered
+        self._unanswered: dict[int, Request] = {}
+        self._questions: dict[int, bool] = {}  # by number: whether the answer was sent
+        self._followed: Subscribe | None = None
+        self._change: int | None = None  # the number of the last change; None: a snapshot is to come
+
+    # --- sockets ---
+
+    def begin(self) -> None:
+        """There is a socket: say hello."""
+        self._outbox = Outbox(BACKLOG)
+        resume = None
+        if self.welcomed is not None:
+            commands = (id for id, request in self._unanswered.items() if isinstance(request, Command))
+            resume = Resume(self.welcomed.connection, self._heard, tuple(commands))
+        self._outbox.send(replace(self.hello, resume=resume))
+        self._outbox.encoding = self.hello.format
+        self.state, self.why = State.WELCOME, ""
+
+    def cut(self) -> None:
+        """The socket is gone."""
+        self.state = State.CUT
+
+    def frames(self) -> list[Frame]:
+        """What the socket is to send now."""
+        return self._outbox.taken()
+
+    @property
+    def closing(self) -> bool:
+        return self.state is State.CLOSING or self._outbox.overflown
+
+    # --- what is sent ---
+
+    def next_id(self) -> int:
+        """For the next request."""
+        self._id += 1
+        return self._id
+
+    def send(self, message: ClientMessage) -> None:
+        """Raises RequestRefused where there is no connection, or too much waits for an answer."""
+        if self.state is not State.OPEN:
+            raise RequestRefused("there is no connection", "connect again")
+        if isinstance(message, Request):
+            if len(self._unanswered) >= MOST_WAITING:
+                raise RequestRefused(f"{MOST_WAITING} requests wait already", "wait for some answers first")
+            self._unanswered[message.id] = message
+        if isinstance(message, Subscribe):
+            self._followed, self._change = message, message.after
+        elif isinstance(message, Answer) and message.question in self._questions:
+            self._questions[message.question] = True
+        self._outbox.send(message)
+
+    def repeat(self, id: int) -> None:
+        """Give a command again that was never seen. Raises RequestRefused as `send` does."""
+        self.send(self.unseen[id])
+        del self.unseen[id]
+
+    # --- what comes ---
+
+    def receive(self, frame: Frame) -> list[ServerMessage]:
+        """The messages of a frame, each once. `Closing` is the last one, also where what came could not be read."""
+        if self.state not in (State.WELCOME, State.OPEN):
+            return []
+        if len(frame) > self._most:
+            return self._close(f"a message of {len(frame)} bytes; at most {self._most} are taken")
+        try:
+            message = _from_server.read(frame)
+        except UnknownType:
+            return []  # of a later version
+        except RecordError as error:
+            return self._close(str(error))
+        if isinstance(message, Closing):
+            self.state, self.why = State.CLOSING, message.why
+            return [message]
+        if isinstance(message, Welcome) is not (self.state is State.WELCOME):
+            return self._close("welcome comes first, and once")
+        return self._began(message) if isinstance(message, Welcome) else self._took(message)
+
+    def _close(self, why: str) -> list[ServerMessage]:
+        self.state, self.why = State.CLOSING, why
+        return [Closing(why)]
+
+    def _began(self, welcome: Welcome) -> list[ServerMessage]:
+        """What is new begins with what was lost of the old."""
+        if welcome.version not in self.hello.versions:
+            return self._close(f"the server speaks version {welcome.version}")
+        before, self.welcomed, self.state = self.welcomed, welcome, State.OPEN
+        if not welcome.resumed:
+            self._heard = welcome.seq
+            self._questions.clear()
+        if before is not None and before.life != welcome.life:
+            self._change = None
+        lost = self._settled(welcome)
+        self._ask_again()
+        return [welcome, *lost]
+
+    def _ask_again(self) -> None:
+        """What changes nothing."""
+        for request in tuple(self._unanswered.values()):
+            if isinstance(request, Subscribe):
+                del self._unanswered[request.id]
+            elif not isinstance(request, Command):
+                self._outbox.send(request)
+        if self._followed is not None:
+            self._unanswered[self._followed.id] = self._followed
+            self._outbox.send(replace(self._followed, after=self._change))
+
+    def _settled(self, welcome: Welcome) -> list[ServerMessage]:
+        """What is known of the commands that had no answer: the ends that nobody knows."""
+        lost: list[ServerMessage] = []
+        for fate in welcome.fates:
+            command = self._unanswered.get(fate.id)
+            if not isinstance(command, Command):
+                continue
+            if fate.outcome is Outcome.UNSEEN:
+                self.unseen[fate.id] = command
+                del self._unanswered[fate.id]
+            elif fate.outcome is Outcome.FORGOTTEN:
+                del self._unanswered[fate.id]
+                lost.append(Done(fate.id, ok=False, refusal=_refusal("nobody knows whether it was done")))
+        return lost
+
+    def _took(self, message: ServerMessage) -> list[ServerMessage]:
+        if isinstance(message, Numbered):
+            if message.seq <= self._heard:
+                return []
+            if message.seq != self._heard + 1:
+                return self._close(f"message {message.seq} came after {self._heard}")
+            self._heard = message.seq
+        if isinstance(message, Change) and not self._fits(message):
+            return []
+        match message:
+            case Done(id) | Refused(id=int(id)) | Result(id):
+                self._unanswered.pop(id, None)
+            case Asked(number):
+                return [message] if self._is_asked(number) else []
+            case Withdrawn(number):
+                self._questions.pop(number, None)
+        return [message]
+
+    def _is_asked(self, number: int) -> bool:
+        """Whether a question is new, or its answer was lost; it is asked until it is withdrawn."""
+        if self._questions.get(number) is False:
+            return False
+        self._questions[number] = False
+        if len(self._questions) > MOST_WAITING:
+            del self._questions[next(iter(self._questions))]
+        return True
+
+    def _fits(self, change: Change) -> bool:
+        """Whether a change is the next one. Where one is missing, a snapshot is asked for."""
+        if isinstance(change, Replaced):
+            self._change = change.number
+            return True
+        if self._change is None or not isinstance(change, Delta) or change.number <= self._change:
+            return False
+        if change.number == self._change + 1:
+            self._change = change.number
+            return True
+        self._change = None
+        self._outbox.send(Resync())
+        return False
+
+
+def _refusal(detail: str, hint: str = "") -> Refusal:
+    return Refusal.of(RequestRefused(detail, hint))
