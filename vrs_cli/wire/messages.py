@@ -80,12 +80,12 @@ def _delta(record: DeltaRecord, form: Form) -> TimelineDelta:
     return delta_of(record, Motions(), form)
 
 
-def _snapshot_record(snapshot: Snapshot) -> SnapshotRecord:
+def snapshot_record(snapshot: Snapshot) -> SnapshotRecord:
     segments = segment_records(snapshot.segments, Motions(), None)
     return SnapshotRecord(snapshot.version, segments, snapshot.settings, snapshot.first)
 
 
-def _snapshot(record: SnapshotRecord, form: Form) -> Snapshot:
+def snapshot_of(record: SnapshotRecord, form: Form) -> Snapshot:
     segments = segments_of(record.segments, Motions(), None, form)
     return Snapshot(record.version, segments, record.settings, record.first)
 
@@ -100,7 +100,7 @@ class _AsRecord(NamedTuple):
 
 _AS_RECORD: Mapping[type, _AsRecord] = {
     TimelineDelta: _AsRecord(DeltaRecord, _delta_record, _delta),
-    Snapshot: _AsRecord(SnapshotRecord, _snapshot_record, _snapshot),
+    Snapshot: _AsRecord(SnapshotRecord, snapshot_record, snapshot_of),
 }
 
 

@@ -1,0 +1,535 @@
+"""One robot told to many: who hears what, when, in which bytes; in virtual time, without a socket."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import pytest
+
+from tests.net.edits import Edits
+from vrs_cli.engine.commands import JointTarget, Move
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.feed import Missed as LeftOut
+from vrs_cli.engine.position import Position, joints_at, position_at
+from vrs_cli.engine.snapshot import Replaced as Other
+from vrs_cli.errors import IllegalValue
+from vrs_cli.interfaces.roles import viewer as viewers
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.net import broadcast
+from vrs_cli.net import stream as streams
+from vrs_cli.net.broadcast import AGAIN, MOST_WAITING, SLICE, Broadcast, Listener
+from vrs_cli.net.messages import (
+    Clock,
+    Delta,
+    FromServer,
+    Missed,
+    Play,
+    Replaced,
+    Sample,
+    ServerMessage,
+    Step,
+    Subscribe,
+)
+from vrs_cli.net.mirror import Mirror
+from vrs_cli.net.packets import Form, Packet
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.wire.codec import Reader
+from vrs_cli.wire.messages import snapshot_of
+from vrs_cli.wire.records import Form as RobotForm
+from vrs_cli.wire.records import Motions, delta_of
+
+JSON, MSGPACK = Form(text=True), Form(text=False)
+READER: Reader[ServerMessage] = Reader(FromServer)
+M = TypeVar("M", bound=ServerMessage)
+
+
+@dataclass
+class Line:
+    """A connection, and who hears at its other end, with one context to inflate with. `stalled`: nothing is taken."""
+
+    stalled: bool = False
+    queue: list[Packet] = field(default_factory=list)
+    heard: list[ServerMessage] = field(default_factory=list)
+    packets: list[Packet] = field(default_factory=list)  # all that were taken
+
+    def __post_init__(self) -> None:
+        self._inflate = zlib.decompressobj(-15)
+
+    @property
+    def waiting(self) -> int:
+        return sum(len(packet.data) for packet in self.queue)
+
+    def send(self, packet: Packet) -> None:
+        self.queue.append(packet)
+        if not self.stalled:
+            self.take()
+
+    def take(self) -> None:
+        for packet in self.queue:
+            data = packet.data if packet.place is None else self._inflate.decompress(packet.data + b"\x00\x00\xff\xff")
+            self.heard.append(READER.read(data.decode() if packet.text else data))
+        self.packets += self.queue
+        self.queue.clear()
+
+    def news(self, kind: type[M]) -> list[M]:
+        """What was heard since the last time, which is all of one kind."""
+        heard, self.heard = self.heard, []
+        assert {type(message) for message in heard} <= {kind}
+        return heard  # type: ignore[return-value]
+
+
+class Hall:
+    """A robot that is edited, and its broadcast, in virtual time."""
+
+    def __init__(self) -> None:
+        self.engine, self.wall = Engine(load_robot("puma560")), 0.0
+        self._events = self.engine.events.subscribe(10**9)
+        begin = self._events.take()
+        assert isinstance(begin, Other)
+        self.broadcast = Broadcast(self, begin, lambda: self.wall)
+
+    @property
+    def arm(self) -> RobotArm:
+        return self.engine.arm
+
+    @property
+    def timeline(self) -> Timeline:
+        return self.engine.timeline
+
+    @property
+    def now(self) -> float:
+        return self.engine.now
+
+    def move(self, angle: float = 0.1) -> None:
+        """One more motion, there or back, and all hear of it."""
+        first, *others = self.engine.position(self.engine.end).joints
+        turn = -angle if first > 0.0 else angle
+        self.engine.perform(Move(JointTarget((first + turn, *others)), False))
+        self.tell()
+
+    def tell(self) -> None:
+        """All hear of what has happened."""
+        for event in self._events.taken():
+            assert not isinstance(event, LeftOut)
+            self.broadcast.tell(event, self.now)
+        self.until(self.wall)
+
+    def until(self, wall: float) -> None:
+        """Time goes on; what becomes due is done when it is due."""
+        while (due := self.broadcast.peek()) <= wall:
+            self.wall = max(self.wall, due)
+            self.broadcast.step()
+        self.wall = wall
+
+    def listen(
+        self, wanted: Subscribe, form: Form = MSGPACK, *, deflates: bool = False, stalled: bool = False
+    ) -> tuple[Line, Listener]:
+        line = Line(stalled)
+        listener = self.broadcast.join(line, form, deflates=deflates)
+        self.broadcast.subscribe(listener, wanted)
+        return line, listener
+
+
+CHANGES = Subscribe(1, deltas=True)
+
+
+def samples(rate: float) -> Subscribe:
+    return Subscribe(1, rate=rate)
+
+
+@pytest.fixture
+def hall() -> Hall:
+    return Hall()
+
+
+class Follower:
+    """A mirror at the end of a line. `missed`: how many changes it was told of that it has missed."""
+
+    def __init__(self, hall: Hall, line: Line) -> None:
+        self._arm, self._form, self._line = hall.arm, RobotForm.of(hall.arm), line
+        self.mirror: Mirror | None = None
+        self.missed = 0
+
+    def hear(self) -> Mirror:
+        for message in self._line.heard:
+            match message:
+                case Missed():
+                    self.missed += message.count
+                case Replaced():
+                    snapshot = snapshot_of(message.snapshot, self._form)
+                    if self.mirror is None:
+                        self.mirror = Mirror(self._arm, snapshot, message.number, lambda: 0.0)
+                    else:
+                        self.mirror.replace(snapshot, message.number)
+                case Delta():
+                    assert self.mirror is not None
+                    self.mirror.change(delta_of(message.delta, Motions(), self._form), message.number)
+        self._line.heard.clear()
+        assert self.mirror is not None
+        return self.mirror
+
+
+# --- changes --------------------------------------------------------------------------------------------------------
+
+
+def test_who_comes_late_hears_a_snapshot_and_every_change_after_it(hall: Hall) -> None:
+    hall.move()
+    line, _ = hall.listen(CHANGES)
+    [snapshot] = line.news(Replaced)
+    assert (snapshot.number, snapshot.snapshot.version) == (1, 1)
+    hall.move()
+    first = hall.now
+    hall.move()
+    assert [(change.number, change.applied) for change in line.news(Delta)] == [(2, first), (3, hall.now)]
+
+
+def test_one_encoding_for_all_of_one_form(hall: Hall) -> None:
+    lines = [hall.listen(CHANGES, form, deflates=deflates)[0] for form in (JSON, MSGPACK) for deflates in (0, 0, 1, 1)]
+    hall.move()
+    last = [line.packets[-1] for line in lines]
+    assert len({id(packet) for packet in last}) == 4
+    assert all(a is b for a, b in zip(last[::2], last[1::2], strict=True))
+    assert len({repr(line.heard[-1]) for line in lines}) == 1
+
+
+def test_what_is_deflated_is_a_third(hall: Hall) -> None:
+    plain, _ = hall.listen(CHANGES)
+    small, _ = hall.listen(CHANGES, deflates=True)
+    for _ in range(20):
+        hall.move()
+    assert plain.heard[1:] == small.heard[1:]
+    sizes = [sum(len(packet.data) for packet in line.packets[1:]) for line in (plain, small)]
+    assert sizes[1] < sizes[0] / 3
+
+
+def test_who_joins_later_can_inflate_what_is_deflated_for_all(hall: Hall) -> None:
+    early, _ = hall.listen(CHANGES, deflates=True)
+    hall.move()
+    hall.move()
+    late, _ = hall.listen(CHANGES, deflates=True)
+    hall.move()
+    hall.move()
+    assert early.heard[-2:] == late.heard[-2:]
+    assert all(a is b for a, b in zip(early.packets[-2:], late.packets[-2:], strict=True))
+    assert late.packets[-1].place is not None
+
+
+def test_another_timeline_takes_the_place_of_the_one_before_for_all(hall: Hall) -> None:
+    (line, _), edits = hall.listen(CHANGES), Edits(3, hall.engine)
+    hall.tell()
+    line.heard.clear()
+    edits.load()
+    hall.tell()
+    [other] = line.news(Replaced)
+    assert other.number == hall.broadcast.stream.number
+
+
+def test_a_window_is_what_it_was_asked_for(hall: Hall) -> None:
+    for _ in range(10):
+        hall.move()
+    line, _ = hall.listen(Subscribe(1, deltas=True, window=0.5))
+    [message] = line.news(Replaced)
+    snapshot = snapshot_of(message.snapshot, RobotForm.of(hall.arm))
+    assert 1 < len(snapshot.segments) < len(hall.timeline)
+    for t in (hall.now - 0.5, hall.now - 0.1, hall.now):
+        assert joints_at(hall.arm, snapshot.timeline(), t) == joints_at(hall.arm, hall.timeline, t)
+
+
+def test_older_parts_are_to_be_had_and_long_ones_begin_later(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+    for _ in range(10):
+        hall.move()
+    part = hall.broadcast.stream.part(1.0, 2.0)
+    for t in (1.0, 1.5, 2.0):
+        assert joints_at(hall.arm, part.timeline(), t) == joints_at(hall.arm, hall.timeline, t)
+    monkeypatch.setattr(streams, "SEGMENTS", 5)
+    assert hall.broadcast.stream.part(0.0).segments == tuple(hall.timeline)[-5:]
+    line, _ = hall.listen(CHANGES)
+    [message] = line.news(Replaced)
+    assert len(message.snapshot.segments) == 5
+    assert message.snapshot.first == len(hall.timeline) - 5
+
+
+def test_a_snapshot_is_bounded_in_bytes(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+    for _ in range(40):
+        hall.move()
+    monkeypatch.setattr(streams, "SNAPSHOT_BYTES", 10_000)
+    line, _ = hall.listen(CHANGES)
+    assert 2000 < len(line.packets[-1].data) <= 10_000
+    [message] = line.news(Replaced)
+    assert message.snapshot.first > 0
+
+
+# --- after a cut ----------------------------------------------------------------------------------------------------
+
+
+def test_who_was_cut_off_hears_what_it_has_missed_and_nothing_twice(hall: Hall) -> None:
+    _, listener = hall.listen(CHANGES)
+    hall.move()
+    hall.broadcast.leave(listener)
+    hall.move()
+    hall.move()
+    again, _ = hall.listen(Subscribe(2, deltas=True, after=1), deflates=True)
+    assert [change.number for change in again.news(Delta)] == [2, 3]
+    hall.move()
+    assert [change.number for change in again.news(Delta)] == [4]
+
+
+def test_what_is_not_remembered_is_missed_and_made_up_for(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(streams, "REMEMBERED", 3)
+    for _ in range(10):
+        hall.move()
+    line, _ = hall.listen(Subscribe(1, deltas=True, after=2))
+    missed, replaced = line.heard
+    assert missed == Missed(8)
+    assert isinstance(replaced, Replaced)
+    line, _ = hall.listen(Subscribe(1, deltas=True, after=7))
+    assert [change.number for change in line.news(Delta)] == [8, 9, 10]
+
+
+def test_a_number_of_another_life_gets_a_snapshot(hall: Hall) -> None:
+    line, _ = hall.listen(Subscribe(1, deltas=True, after=99))
+    assert len(line.news(Replaced)) == 1
+
+
+def test_resync_gives_a_snapshot(hall: Hall) -> None:
+    line, listener = hall.listen(CHANGES)
+    hall.move()
+    line.heard.clear()
+    hall.broadcast.resync(listener, full=True)
+    [snapshot] = line.news(Replaced)
+    assert snapshot.number == 1
+    assert listener.form.full
+
+
+# --- who is slow ----------------------------------------------------------------------------------------------------
+
+
+def test_a_line_that_takes_nothing_holds_little_and_delays_nobody(hall: Hall) -> None:
+    slow, listener = hall.listen(CHANGES, JSON, stalled=True)
+    fast, _ = hall.listen(CHANGES, JSON)
+    most = 0
+    for _ in range(1500):
+        hall.move()
+        most = max(most, slow.waiting)
+    assert MOST_WAITING / 2 < most <= MOST_WAITING
+    assert len(fast.heard) == 1501
+    got = listener.number
+    slow.take()
+    slow.stalled = False
+    slow.heard.clear()
+    hall.until(hall.wall + AGAIN)
+    missed, replaced = slow.heard
+    assert missed == Missed(1500 - got)
+    assert isinstance(replaced, Replaced)
+    assert replaced.number == 1500
+    hall.move()
+    assert slow.heard[-1] == fast.heard[-1]
+
+
+def test_who_stalls_for_a_moment_misses_nothing(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(broadcast, "MOST_WAITING", 3000)
+    line, _ = hall.listen(CHANGES)
+    line.stalled = True
+    for _ in range(10):
+        hall.move()
+    assert 0 < line.waiting <= 3000
+    line.stalled = False
+    line.take()
+    hall.until(hall.wall + AGAIN)
+    numbers = [message.number for message in line.heard[1:] if isinstance(message, Delta)]
+    assert numbers == list(range(1, 11))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_mirrors_are_equal_to_the_bit_however_slow_their_lines_are(
+    hall: Hall, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(broadcast, "MOST_WAITING", 5000)
+    monkeypatch.setattr(streams, "REMEMBERED", 5)
+    edits = Edits(seed, hall.engine)
+    hall.tell()
+    random = edits.random
+    lines = [hall.listen(CHANGES, form, deflates=deflates)[0] for form in (JSON, MSGPACK) for deflates in (True, False)]
+    followers = [Follower(hall, line) for line in lines]
+    for _ in range(100):
+        edits.edit()
+        line = random.choice(lines)
+        line.stalled = not line.stalled
+        if not line.stalled:
+            line.take()
+        hall.tell()
+    for line in lines:
+        line.stalled = False
+        line.take()
+    hall.until(hall.wall + AGAIN)
+    for follower in followers:
+        assert repr(list(follower.hear().timeline)) == repr(list(hall.timeline))
+        assert follower.missed
+
+
+# --- samples --------------------------------------------------------------------------------------------------------
+
+
+def test_samples_come_at_the_rate_of_each(hall: Hall) -> None:
+    hall.move()
+    (slow, _), (fast, _) = hall.listen(samples(5.0)), hall.listen(samples(20.0), JSON)
+    hall.until(2.0)
+    assert len(slow.news(Sample)) == 10
+    seen = fast.news(Sample)
+    assert len(seen) == 40
+    for sample in seen:
+        assert sample.joints == joints_at(hall.arm, hall.timeline, sample.t)
+    assert {(sample.version, sample.clock) for sample in seen} == {(1, hall.now)}
+
+
+def test_who_follows_at_one_rate_shares_one_evaluation_and_one_encoding(
+    hall: Hall, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def counted(arm: RobotArm, timeline: Timeline, t: float) -> Position:
+        asked.append(t)
+        return position_at(arm, timeline, t)
+
+    monkeypatch.setattr(viewers, "position_at", counted)
+    lines = []
+    for moment in (0.0, 0.003, 0.017):  # they come at any time, and look together
+        hall.until(moment)
+        lines.append(hall.listen(samples(50.0))[0])
+    asked.clear()
+    hall.until(1.0)
+    assert len(asked) == 50
+    assert all(
+        len({id(packet) for packet in packets}) == 1
+        for packets in zip(*[line.packets[-40:] for line in lines], strict=True)
+    )
+
+
+def test_a_viewer_plays_by_itself_and_follows_again(hall: Hall) -> None:
+    hall.move(2.0)
+    (line, listener), (other, _) = hall.listen(samples(4.0)), hall.listen(samples(4.0))
+
+    def shown() -> list[float]:
+        line.heard.clear()
+        hall.until(hall.wall + 0.5)
+        return [sample.t for sample in line.news(Sample)]
+
+    hall.broadcast.play(listener, Play(Step.REWIND))
+    assert shown() == [0.25, 0.5]
+    hall.broadcast.play(listener, Play(Step.PAUSE))
+    assert shown() == [0.5, 0.5]
+    hall.broadcast.play(listener, Play(Step.RATE, 0.1))
+    hall.broadcast.play(listener, Play(Step.PLAY))
+    assert shown() == pytest.approx([0.525, 0.55])
+    hall.broadcast.play(listener, Play(Step.SEEK, 0.1))
+    assert shown() == pytest.approx([0.125, 0.15])
+    assert {sample.t for sample in other.news(Sample)} == {hall.now}
+    hall.broadcast.play(listener, Play(Step.FOLLOW))
+    assert shown() == [hall.now, hall.now]
+    assert line.packets[-1] is other.packets[-1]
+
+
+def test_who_follows_later_does_not_wait_for_those_whom_virtual_time_has_left_behind(hall: Hall) -> None:
+    early, _ = hall.listen(samples(4.0))
+    hall.until(1.0)
+    hall.move(1.0)
+    late, _ = hall.listen(samples(4.0))
+    hall.until(1.25)
+    assert early.news(Sample)[-1].t == 0.25
+    assert late.news(Sample)[-1].t == hall.now
+
+
+def test_a_stalled_viewer_gets_the_newest_sample_and_no_burst(hall: Hall) -> None:
+    line, _ = hall.listen(samples(50.0), stalled=True)
+    hall.until(10.0)
+    assert len(line.queue) == 1
+    line.stalled = False
+    line.take()
+    line.heard.clear()
+    hall.until(10.1)
+    assert len(line.news(Sample)) == 5
+
+
+def test_a_server_that_stalls_sends_no_burst(hall: Hall) -> None:
+    line, _ = hall.listen(samples(50.0))
+    hall.wall = 10.0
+    hall.until(10.0)
+    assert len(line.news(Sample)) == 1
+
+
+@pytest.mark.parametrize("rate", [201.0, -1.0, float("nan")])
+def test_a_rate_that_is_none_is_refused_and_changes_nothing(hall: Hall, rate: float) -> None:
+    line, listener = hall.listen(samples(50.0))
+    with pytest.raises(IllegalValue, match="samples a second"):
+        hall.broadcast.subscribe(listener, samples(rate))
+    hall.until(1.0)
+    assert len(line.heard) == 50
+
+
+def test_nothing_is_due_where_nobody_listens(hall: Hall) -> None:
+    _, listener = hall.listen(Subscribe(1, deltas=True, rate=50.0))
+    hall.broadcast.leave(listener)
+    hall.broadcast.tell(Other(hall.timeline, hall.engine.settings), 0.0)
+    assert hall.broadcast.peek() == float("inf")
+
+
+# --- slices ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_step_is_a_slice(hall: Hall) -> None:
+    lines = [hall.listen(CHANGES)[0] for _ in range(3 * SLICE)]
+    hall.engine.perform(Move(JointTarget((0.1, -1.0, 1.0, 0.0, 0.5, 0.0)), False))
+    hall.broadcast.tell(hall.engine.deltas[-1:][0], 0.0)
+    for number in range(1, 4):
+        hall.broadcast.step()
+        assert sum(len(line.packets) == 2 for line in lines) == number * SLICE
+    assert hall.broadcast.peek() > hall.wall
+
+
+def test_where_there_is_no_time_for_all_each_misses_the_same(hall: Hall) -> None:
+    lines = [hall.listen(samples(50.0))[0] for _ in range(3 * SLICE)]
+    for number in range(1, 31):
+        hall.wall = number / 50.0
+        hall.broadcast.step()
+        hall.broadcast.step()
+    assert {len(line.packets) for line in lines} == {20}
+
+
+def test_who_leaves_in_the_middle_of_a_round_costs_nobody_a_turn(hall: Hall) -> None:
+    joined = [hall.listen(samples(50.0)) for _ in range(2 * SLICE)]
+    hall.wall = 0.02
+    hall.broadcast.step()
+    for _, listener in (*joined[:10], *joined[-10:]):
+        hall.broadcast.leave(listener)
+    hall.until(0.02)
+    assert {len(line.packets) for line, _ in joined[:-10]} == {1}
+    assert {len(line.packets) for line, _ in joined[-10:]} == {0}
+
+
+# --- news -----------------------------------------------------------------------------------------------------------
+
+
+def test_news_are_heard_by_all_and_by_who_comes_later(hall: Hall) -> None:
+    line, _ = hall.listen(samples(1.0))
+    hall.broadcast.announce(Clock(1.0, rate=2.0))
+    hall.broadcast.announce(Clock(2.0, rate=3.0))
+    hall.tell()
+    assert [clock.now for clock in line.news(Clock)] == [2.0]
+    later, _ = hall.listen(CHANGES)
+    assert later.heard[0] == Clock(2.0, rate=3.0)
+
+
+def test_who_is_stalled_hears_the_last_news_of_a_type(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(broadcast, "MOST_WAITING", 10)
+    line, _ = hall.listen(Subscribe(1), stalled=True)
+    for number in range(10):
+        hall.broadcast.announce(Clock(float(number)))
+        hall.tell()
+    assert len(line.queue) == 1
+    line.stalled = False
+    line.take()
+    hall.until(AGAIN)
+    assert [clock.now for clock in line.news(Clock)] == [0.0, 9.0]

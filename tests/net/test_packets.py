@@ -1,0 +1,62 @@
+"""Bytes that many share: whoever has got what came before in a context can take what follows, and nobody else."""
+
+from __future__ import annotations
+
+import zlib
+
+import pytest
+
+from vrs_cli.net.messages import Missed, ServerMessage
+from vrs_cli.net.packets import Context, Form, Letter, Packet, Place
+
+TAIL = b"\x00\x00\xff\xff"
+
+
+def test_a_message_is_made_once_in_each_form() -> None:
+    made = []
+
+    def make(full: bool) -> ServerMessage:
+        made.append(full)
+        return Missed(3)
+
+    letter = Letter(make)
+    packets = [letter.packet(form) for form in (Form(True), Form(False), Form(False, True), Form(True))]
+    assert made == [False, False, True]
+    assert packets[0] is packets[3]
+    assert packets[0].data == b'{"type":"missed","count":3}'
+    assert letter.size == sum(len(packet.data) for packet in packets[:3])
+
+
+def test_messages_of_one_context_are_inflated_one_after_the_other() -> None:
+    context, inflate = Context(), zlib.decompressobj(-15)
+    texts = [b"joint 1 at %d degrees; " % number * 20 for number in range(5)]
+    for text in texts:
+        packet = context.deflated(Packet(text, True))
+        assert packet.text
+        assert len(packet.data) < len(text) / 4
+        assert inflate.decompress(packet.data + TAIL) == text
+
+
+def test_another_context_refers_to_nothing_before_it() -> None:
+    inflate = zlib.decompressobj(-15)
+    for context in (Context(), Context()):
+        for text in (b"what was said before", b"what was said before, again"):
+            assert inflate.decompress(context.deflated(Packet(text, True)).data + TAIL) == text
+
+
+@pytest.mark.parametrize(
+    ("place", "last", "follows"),
+    [
+        (None, None, True),
+        (None, Place(1, 4), True),
+        (Place(2, 0), None, True),
+        (Place(2, 0), Place(1, 4), True),
+        (Place(1, 5), Place(1, 4), True),
+        (Place(1, 5), Place(1, 3), False),
+        (Place(1, 5), Place(1, 5), False),
+        (Place(2, 5), Place(1, 4), False),
+        (Place(1, 5), None, False),
+    ],
+)
+def test_what_follows(place: Place | None, last: Place | None, follows: bool) -> None:
+    assert Packet(b"", True, place).follows(last) is follows

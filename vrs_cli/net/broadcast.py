@@ -1,0 +1,306 @@
+"""One robot told to many connections at once: samples of where it is, its changes, and news such as its clock.
+
+Everything is encoded once for all. Nobody waits for anybody: a connection that does not take what it is sent is left
+out of samples, and its place in the changes stays where it is until it takes them again. So nothing queues up but what
+the connection itself holds, which is bounded, and what comes after a stall is the present.
+
+Pure: connections are sinks, the wall clock is an argument. Whoever drives it asks when something is due (`peek`) and
+does a slice of it (`step`), with other work between two slices: who commands is answered before a thousand others hear.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from math import inf
+from typing import Protocol
+
+from vrs_cli.engine.engine import Event
+from vrs_cli.engine.snapshot import Replaced
+from vrs_cli.interfaces.roles.observer import Watched
+from vrs_cli.interfaces.roles.viewer import Audience, Frame, Viewer, checked_rate
+from vrs_cli.net import messages
+from vrs_cli.net.messages import Play, ServerMessage, Step, Subscribe
+from vrs_cli.net.packets import Form, Letter, Packet, Place
+from vrs_cli.net.stream import Listening, Stream
+
+HIGHEST_RATE = 200.0  # samples a second
+MOST_WAITING = 256 * 1024  # bytes that one connection holds of changes
+SLICE = 50  # packets of one step: half a millisecond
+AGAIN = 0.05  # [s] after which a connection that took nothing is looked at again
+
+
+class Sink(Protocol):
+    """A connection, to whoever sends something. It never waits and never raises."""
+
+    @property
+    def waiting(self) -> int:
+        """Bytes that were sent and that nobody has taken so far."""
+
+    def send(self, packet: Packet) -> None: ...
+
+
+class Listener:
+    """One connection. `number`: of the last change that it was sent; `news`: of the last of these."""
+
+    def __init__(self, sink: Sink, form: Form, deflates: bool) -> None:
+        self.sink, self.form = sink, form
+        self.deflates = deflates
+        self.listening: Listening | None = None  # to changes
+        self.number, self.news = NOTHING, 0
+        self.place: Place | None = None
+        self.channel: Channel | None = None  # of samples
+
+    def takes(self, packet: Packet) -> bool:
+        """Whether it takes one more packet: one that is too long where nothing else waits."""
+        waiting = self.sink.waiting
+        return not waiting or waiting + len(packet.data) <= MOST_WAITING
+
+    def send(self, packet: Packet) -> None:
+        self.place = packet.place or self.place
+        self.sink.send(packet)
+
+
+NOTHING = -1  # the number of somebody who has got nothing so far
+
+
+class Round:
+    """Listeners to be served one after the other, `left` of them in this round. Who comes last in one that is not
+    finished comes first in the next.
+    """
+
+    def __init__(self) -> None:
+        self._order: deque[Listener] = deque()
+        self.left = 0
+
+    def __len__(self) -> int:
+        return len(self._order)
+
+    def begin(self) -> None:
+        self.left = len(self._order)
+
+    def next(self) -> Listener:
+        self.left -= 1
+        listener = self._order[0]
+        self._order.rotate(-1)
+        return listener
+
+    def add(self, listener: Listener) -> None:
+        """From the next round on."""
+        self._order.append(listener)
+
+    def remove(self, listener: Listener) -> None:
+        self.left -= self._order.index(listener) < self.left
+        self._order.remove(listener)
+
+
+class Channel:
+    """Samples for all who see the same: those of one rate who follow the robot, or one with a playback of its own."""
+
+    def __init__(self, viewer: Viewer) -> None:
+        self.viewer, self.round = viewer, Round()
+        self.sample: Letter | None = None
+
+    def show(self, frame: Frame, clock: float) -> None:
+        """The next sample; who has not got the one before gets this one."""
+        position, version = frame.position, frame.version
+        self.sample = Letter(lambda _full: messages.Sample(position.time, position.joints, version, clock))
+        self.round.begin()
+
+    def serve(self) -> None:
+        """The next listener."""
+        listener = self.round.next()
+        if self.sample is not None and not listener.sink.waiting:
+            listener.sink.send(self.sample.packet(listener.form))
+
+
+STEPS: Mapping[Step, Callable[[Viewer, float], None]] = {
+    Step.PLAY: lambda viewer, _: viewer.play(),
+    Step.PAUSE: lambda viewer, _: viewer.pause(),
+    Step.REWIND: lambda viewer, _: viewer.rewind(),
+    Step.SEEK: lambda viewer, t: viewer.seek(t),
+    Step.RATE: lambda viewer, rate: viewer.play_at(rate),
+    Step.FOLLOW: lambda viewer, _: viewer.follow(),
+}
+
+
+class Broadcast:
+    """Tells of one robot. `stream`: its changes."""
+
+    def __init__(self, watched: Watched, begin: Replaced, wall: Callable[[], float]) -> None:
+        self.stream = Stream(begin)
+        self._watched, self._wall = watched, wall
+        self._everybody = Round()
+        self._behind: set[Listener] = set()
+        self._again = inf  # [s] on the wall: when those are looked at again
+        self._news: dict[type[ServerMessage], tuple[int, Letter]] = {}
+        self._last_news = 0
+        self._audience = Audience(watched, wall)
+        self._channels: dict[Viewer, Channel] = {}
+        self._shared: dict[float, Channel] = {}
+
+    # --- who listens ---
+
+    def join(self, sink: Sink, form: Form, *, deflates: bool = False) -> Listener:
+        """One more connection: it hears news, and nothing else so far."""
+        listener = Listener(sink, form, deflates)
+        self._everybody.add(listener)
+        self._catch_up(listener)
+        return listener
+
+    def leave(self, listener: Listener) -> None:
+        self._leave_channel(listener)
+        self._behind.discard(listener)
+        self._everybody.remove(listener)
+
+    def subscribe(self, listener: Listener, wanted: Subscribe) -> None:
+        """Hear this from now on, in place of what was before. Raises IllegalValue for a rate that is none."""
+        if wanted.rate:
+            checked_rate(wanted.rate, "samples a second", HIGHEST_RATE)
+        self._leave_channel(listener)
+        if wanted.rate:
+            self._enter_channel(listener, self._following(wanted.rate))
+        listener.listening = Listening(listener.form, listener.deflates, wanted.window) if wanted.deltas else None
+        known = wanted.after if wanted.after is not None else NOTHING
+        listener.number = known if known <= self.stream.number else NOTHING
+        self._catch_up(listener)
+
+    def resync(self, listener: Listener, *, full: bool = False) -> None:
+        """Hear a snapshot, in place of what was heard; if `full`, everything in the full form from now on."""
+        listener.form = listener.form._replace(full=full or listener.form.full)
+        if listener.listening is not None:
+            listener.listening = listener.listening._replace(form=listener.form)
+        listener.number = NOTHING
+        self._catch_up(listener)
+
+    # --- who plays ---
+
+    def play(self, listener: Listener, wish: Play) -> None:
+        """Show it another time of the timeline, or at another rate. Raises IllegalValue for a rate that is none."""
+        if listener.channel is None:
+            return
+        if wish.step is Step.FOLLOW:
+            rate = listener.channel.viewer.rate
+            self._leave_channel(listener)
+            self._enter_channel(listener, self._following(rate))
+        else:
+            STEPS[wish.step](self._own(listener, listener.channel).viewer, wish.value)
+
+    def _following(self, rate: float) -> Channel:
+        """The samples of those who follow the robot; new ones where the others are still behind it, as virtual time
+        has jumped.
+        """
+        shared = self._shared.get(rate)
+        if shared is None or self._watched.now - shared.viewer.playback.shown > 1.0 / rate:
+            shared = self._shared[rate] = self._channel(rate)
+        return shared
+
+    def _own(self, listener: Listener, channel: Channel) -> Channel:
+        """Samples for one who goes on alone from where all others of its channel are."""
+        if len(channel.round) == 1 and channel not in self._shared.values():
+            return channel
+        own = self._channel(channel.viewer.rate)
+        own.viewer.playback = channel.viewer.playback
+        self._leave_channel(listener)
+        self._enter_channel(listener, own)
+        return own
+
+    def _channel(self, rate: float) -> Channel:
+        channel = Channel(self._audience.join(rate))
+        self._channels[channel.viewer] = channel
+        return channel
+
+    def _enter_channel(self, listener: Listener, channel: Channel) -> None:
+        listener.channel = channel
+        channel.round.add(listener)
+
+    def _leave_channel(self, listener: Listener) -> None:
+        channel, listener.channel = listener.channel, None
+        if channel is None:
+            return
+        channel.round.remove(listener)
+        if not len(channel.round):
+            self._audience.leave(channel.viewer)
+            del self._channels[channel.viewer]
+            if self._shared.get(channel.viewer.rate) is channel:
+                del self._shared[channel.viewer.rate]
+
+    # --- what happens ---
+
+    def tell(self, event: Event, applied: float) -> None:
+        """The timeline has changed; the robot's clock was at `applied` [s] then."""
+        self.stream.tell(event, applied)
+        self._everybody.begin()
+
+    def announce(self, news: ServerMessage) -> None:
+        """All hear this, and who comes later too; who does not take it hears later the last of its type."""
+        self._last_news += 1
+        self._news.pop(type(news), None)  # so that they stand in the order in which they came
+        self._news[type(news)] = self._last_news, Letter(lambda _full: news)
+        self._everybody.begin()
+
+    # --- sending, slice by slice ---
+
+    def peek(self) -> float:
+        """When something is to be sent, on the wall [s]; infinity where nothing is until something happens."""
+        if self._everybody.left or any(channel.round.left for channel in self._channels.values()):
+            return self._wall()
+        return min(self._again, self._audience.peek())
+
+    def step(self) -> None:
+        """Look where the robot is, if somebody is to see it now, and send a slice of what is to be sent."""
+        for viewer, frame in self._audience.step():
+            self._channels[viewer].show(frame, self._watched.now)
+        if self._again <= self._wall():
+            self._again = inf
+            for listener in tuple(self._behind):
+                self._catch_up(listener)
+        left = SLICE
+        while left and self._everybody.left:
+            self._catch_up(self._everybody.next())
+            left -= 1
+        for channel in self._channels.values():
+            while left and channel.round.left:
+                channel.serve()
+                left -= 1
+
+    def _catch_up(self, listener: Listener) -> None:
+        if self._send_changes(listener) and self._send_news(listener):
+            self._behind.discard(listener)
+        else:
+            self._behind.add(listener)
+            self._again = min(self._again, self._wall() + AGAIN)
+
+    def _send_changes(self, listener: Listener) -> bool:
+        """Those that it has not got; whether it takes them all."""
+        stream, listening = self.stream, listener.listening
+        while listening is not None and listener.number < stream.number:
+            packet = stream.after(listener.number, listening, listener.place)
+            if packet is None:
+                return self._send_snapshot(listener, listening)
+            if not listener.takes(packet):
+                return False
+            listener.send(packet)
+            listener.number += 1
+        return True
+
+    def _send_snapshot(self, listener: Listener, listening: Listening) -> bool:
+        stream = self.stream
+        if listener.sink.waiting:
+            return False
+        missed = 0 if listener.number == NOTHING else stream.missed(listener.number)
+        if missed:
+            listener.send(Letter(lambda _full: messages.Missed(missed)).packet(listener.form))
+        listener.send(stream.snapshot(listening, self._watched.now))
+        listener.number = stream.number
+        return True
+
+    def _send_news(self, listener: Listener) -> bool:
+        for number, letter in self._news.values():
+            if number > listener.news:
+                packet = letter.packet(listener.form)
+                if not listener.takes(packet):
+                    return False
+                listener.send(packet)
+                listener.news = number
+        return True

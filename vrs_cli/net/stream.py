@@ -1,0 +1,138 @@
+"""The changes of one robot, as all hear them who hold its timeline: numbered, and remembered for those who are behind.
+
+Who listens has got all up to some number. What comes after it is remembered for a while; who is further behind gets a
+snapshot in its place, as does everybody where another timeline has taken the place of the one before. Pure: it reads no
+clock, and knows nobody who listens.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from vrs_cli.engine.engine import Event
+from vrs_cli.engine.settings import Settings
+from vrs_cli.engine.snapshot import Replaced, Snapshot
+from vrs_cli.net import messages
+from vrs_cli.net.packets import Context, Form, Letter, Packet, Place
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.wire.messages import snapshot_record
+from vrs_cli.wire.records import Motions, delta_record
+
+REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # changes
+SEGMENTS, SNAPSHOT_BYTES = 2000, 512 * 1024  # of a snapshot: where there would be more, it begins later
+
+
+class Listening(NamedTuple):
+    """How somebody hears changes: in which form, deflated or not, and the last how many seconds of them (None: all)."""
+
+    form: Form
+    deflates: bool = False
+    window: float | None = None
+
+
+class _Change(Letter):
+    """A change; `deflated` in the forms in which somebody wanted it while it was the last."""
+
+    def __init__(self, make: Callable[[bool], messages.ServerMessage]) -> None:
+        super().__init__(make)
+        self.deflated: dict[Form, Packet] = {}
+
+
+class Stream:
+    """`number`: of the last change; `timeline` and `settings`: as they are after it."""
+
+    def __init__(self, begin: Replaced) -> None:
+        self.number = 0
+        self.timeline: Timeline = begin.timeline
+        self.settings: Settings = begin.settings
+        self._replaced = 0  # the last change that was another timeline
+        self._changes: dict[int, _Change] = {}
+        self._bytes = 0
+        self._contexts: dict[Form, Context] = {}
+        self._snapshots: dict[Listening, Packet] = {}
+
+    # --- the robot tells ---
+
+    def tell(self, event: Event, applied: float) -> None:
+        """The next change; the robot's clock was at `applied` [s] then. Raises ValueError for one that does not fit."""
+        number = self.number + 1
+        if isinstance(event, Replaced):
+            self.timeline, self.settings, self._replaced = event.timeline, event.settings, number
+            self._forget(0)
+        else:
+            self.timeline = self.timeline.apply(event)
+            self._changes[number] = _Change(
+                lambda _full: messages.Delta(delta_record(event, Motions()), applied, number=number)
+            )
+            self._forget(REMEMBERED)
+        self.number = number
+        self._snapshots.clear()
+
+    def _forget(self, most: int) -> None:
+        """The oldest, so that so many are left."""
+        while self._changes and (len(self._changes) > most or self._bytes > REMEMBERED_BYTES):
+            self._bytes -= self._changes.pop(next(iter(self._changes))).size
+
+    # --- somebody hears ---
+
+    def after(self, number: int, listening: Listening, last: Place | None) -> Packet | None:
+        """The change after that number, for somebody who has got what was deflated up to the place `last`; None where
+        it is not remembered.
+        """
+        change = self._changes.get(number + 1)
+        if change is None:
+            return None
+        form, size = listening.form, change.size
+        packet = change.packet(form)
+        self._bytes += change.size - size
+        return self._deflated(number + 1, change, packet, form, last) if listening.deflates else packet
+
+    def _deflated(self, number: int, change: _Change, packet: Packet, form: Form, last: Place | None) -> Packet:
+        """A change deflated, if it is or can be, and follows on what somebody has got. Who gets it as it is can take
+        what is deflated next.
+        """
+        if form not in change.deflated and number == self.number:
+            change.deflated[form] = self._contexts.setdefault(form, Context()).deflated(packet)
+        found = change.deflated.get(form, packet)
+        if found.follows(last) and found is not packet:
+            return found
+        self._contexts.pop(form, None)
+        return packet
+
+    def missed(self, number: int) -> int:
+        """How many changes somebody has not got, of the timeline that there is."""
+        return max(0, self.number - max(number, self._replaced))
+
+    def snapshot(self, listening: Listening, now: float) -> Packet:
+        """All up to now, in place of what was before: in the window before `now` [s], and after it."""
+        found = self._snapshots.get(listening)
+        if found is None:
+            found = self._snapshots[listening] = self._snapshot(listening, now)
+        if listening.deflates:
+            self._contexts.pop(listening.form, None)
+        return found
+
+    def _snapshot(self, listening: Listening, now: float) -> Packet:
+        window, count = listening.window, len(self.timeline)
+        first = 0 if window is None else self.timeline.index_at(now - window)
+        first = max(first, count - SEGMENTS)
+        while True:
+            packet = self._letter(self._part(first, count)).packet(listening.form)
+            if len(packet.data) <= SNAPSHOT_BYTES or first == count - 1:
+                return Context().deflated(packet) if listening.deflates else packet
+            first = (first + count) // 2
+
+    def _letter(self, snapshot: Snapshot) -> Letter:
+        return Letter(lambda _full: messages.Replaced(snapshot_record(snapshot), number=self.number))
+
+    def part(self, begin: float, end: float | None = None) -> Snapshot:
+        """The timeline from `begin` to `end` [s]; where that is too much, its last part."""
+        timeline = self.timeline
+        after = len(timeline) if end is None else timeline.index_at(end) + 1
+        return self._part(max(timeline.index_at(begin), after - SEGMENTS), after)
+
+    def _part(self, first: int, after: int) -> Snapshot:
+        """The segments from one number to before another."""
+        segments = tuple([self.timeline[index] for index in range(first, after)])
+        return Snapshot(self.timeline.version, segments, self.settings, first)
