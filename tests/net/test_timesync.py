@@ -1,0 +1,113 @@
+"""Time measured over a line: within half of what its two ways differ in, whatever the jitter, the drift, the jumps."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.examples import examples
+from vrs_cli.net.delay_line import DelayLine, Gamma
+from vrs_cli.net.timesync import Estimate, TimeSync
+
+
+class Clocks:
+    """A clock there that is ahead and drifts, and delays of the way there and of the way back."""
+
+    def __init__(self, seed: int, ahead: float = 100.0, drift: float = 0.0) -> None:
+        self.random, self.ahead, self.drift = Random(seed), ahead, drift
+
+    def there(self, t: float) -> float:
+        return t + self.ahead + self.drift * t
+
+    def exchange(self, t: float, forward: float, backward: float, works: float = 0.001) -> tuple[float, ...]:
+        return t, self.there(t + forward), self.there(t + forward + works), t + forward + works + backward
+
+
+def measured(sync: TimeSync) -> Estimate:
+    assert sync.estimate is not None
+    return sync.estimate
+
+
+delays = st.floats(0.0, 2.0)
+
+
+@examples(200)
+@given(st.floats(-1e6, 1e6), st.lists(st.tuples(st.floats(0.1, 5.0), delays, delays), min_size=1, max_size=30))
+def test_the_offset_is_wrong_by_half_of_the_asymmetry_at_most(
+    ahead: float, exchanges: list[tuple[float, float, float]]
+) -> None:
+    clocks, sync, t = Clocks(0, ahead), TimeSync(), 0.0
+    for gap, forward, backward in exchanges:
+        t += gap + forward + backward
+        sync.heard(*clocks.exchange(t, forward, backward))
+    found = measured(sync)
+    _, forward, backward = min(exchanges, key=lambda it: it[1] + it[2])
+    assert abs(found.offset - ahead) <= found.error + 1e-5
+    assert found.round_trip == pytest.approx(forward + backward, abs=1e-5)
+    asymmetry = max(abs(f - b) for _, f, b in exchanges if abs(f + b - forward - backward) < 1e-5)
+    assert abs(found.offset - ahead) <= asymmetry / 2 + 1e-5
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_jitter_of_both_ways_is_filtered_out(seed: int) -> None:
+    """Ways of 40 and 60 ms at least, with jitter of 80 ms: the offset is the asymmetry of the least delays off."""
+    clocks, sync = Clocks(seed), TimeSync()
+    for k in range(300):
+        late = (0.04 + clocks.random.gammavariate(1, 0.08), 0.06 + clocks.random.gammavariate(1, 0.08))
+        sync.heard(*clocks.exchange(float(k), *late))
+    found = measured(sync)
+    assert found.offset == pytest.approx(100.0 - 0.01, abs=0.01)
+    assert found.round_trip == pytest.approx(0.1, abs=0.02)
+
+
+@pytest.mark.parametrize("drift", [0.0, 50e-6, -50e-6, 400e-6])
+def test_drift_is_measured(drift: float) -> None:
+    clocks, sync = Clocks(1, drift=drift), TimeSync()
+    for k in range(0, 600, 2):
+        late = (0.02 + clocks.random.gammavariate(1, 0.005), 0.02 + clocks.random.gammavariate(1, 0.005))
+        sync.heard(*clocks.exchange(float(k), *late))
+    found, soon = measured(sync), 610.0
+    assert found.drift == pytest.approx(drift, abs=6e-6)
+    assert found.there(soon) == pytest.approx(clocks.there(soon), abs=0.004)
+    assert found.here(found.there(soon)) == pytest.approx(soon)
+
+
+def test_few_exchanges_tell_no_drift() -> None:
+    clocks, sync = Clocks(1), TimeSync()
+    for k in range(40):
+        sync.heard(*clocks.exchange(0.1 * k, clocks.random.random(), clocks.random.random()))
+    assert measured(sync).drift == 0.0
+
+
+def test_a_clock_that_was_set_is_measured_anew() -> None:
+    clocks, sync = Clocks(1), TimeSync()
+    for k in range(10):
+        sync.heard(*clocks.exchange(float(k), 0.01, 0.01))
+    clocks.ahead = 40.0
+    sync.heard(*clocks.exchange(10.0, 0.5, 0.5))
+    assert measured(sync).offset == pytest.approx(40.0)
+    sync.heard(12.0, 60.0, 60.001, 11.0)  # the clock here was set during the exchange
+    assert measured(sync).offset == pytest.approx(40.0)
+
+
+def test_old_exchanges_count_no_longer() -> None:
+    clocks, sync = Clocks(1), TimeSync(window=10.0)
+    sync.heard(*clocks.exchange(0.0, 0.01, 0.01))
+    sync.heard(*clocks.exchange(20.0, 0.1, 0.2))
+    assert measured(sync).round_trip == pytest.approx(0.3)
+
+
+def test_shares_of_the_round_trip_tell_what_lead_is_enough() -> None:
+    sync, there, back = TimeSync(1e9), DelayLine(Gamma(0.2, 0.08), "a"), DelayLine(Gamma(0.2, 0.08), "b")
+    for k in range(2000):
+        t1 = there.arrival(10.0 * k)
+        sync.heard(10.0 * k, t1, t1, back.arrival(t1))
+    assert sync.round_trip(0.5) == pytest.approx(0.4, abs=0.02)
+    assert sync.round_trip(0.0) < sync.round_trip(0.5) < sync.round_trip(0.95) < sync.round_trip(1.0)
+
+
+def test_nothing_is_known_before_the_first() -> None:
+    assert TimeSync().estimate is None

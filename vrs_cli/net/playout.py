@@ -1,0 +1,63 @@
+"""A playout buffer: what comes over a line with jitter is shown as evenly as it was sent, a little later. Pure.
+
+How much later is measured: so much that a share of what was sent is there in time. Times of sending and of arrival may
+be of different clocks, as long as these run alike.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, insort
+from collections import deque
+from typing import Generic, TypeVar
+
+from vrs_cli.errors import IllegalValue
+
+WINDOW = 200  # samples by which the jitter is measured
+USUAL_PERCENTILE = 95.0
+
+T = TypeVar("T")
+
+
+class Playout(Generic[T]):
+    """`percentile`: so many of a hundred samples are to be there when they are due. What waits is bounded by `most`."""
+
+    def __init__(self, percentile: float = USUAL_PERCENTILE, window: int = WINDOW, most: int = 10 * WINDOW) -> None:
+        if not 0.0 < percentile <= 100.0:
+            raise IllegalValue(
+                f"percentile {percentile:g}", "above 0, up to 100", value=percentile, lower=0.0, upper=100.0
+            )
+        self.percentile, self.window = percentile, window
+        self.late = 0  # samples that came when another one was shown already
+        self._waiting: deque[tuple[float, T]] = deque(maxlen=most)
+        self._transits: deque[float] = deque()
+        self._ordered: list[float] = []
+        self._shown_at = float("-inf")
+        self._shown: T | None = None
+
+    @property
+    def delay(self) -> float:
+        """How long after it was sent something is shown [s], by both clocks; 0 before anything has come."""
+        count = len(self._ordered)
+        return self._ordered[min(int(count * self.percentile / 100.0), count - 1)] if count else 0.0
+
+    def put(self, sent: float, value: T, arrived: float) -> None:
+        """What was sent at that time has arrived [s], in the order of sending."""
+        self._measure(arrived - sent)
+        if sent < self._shown_at:
+            self.late += 1
+        self._waiting.append((sent, value))
+
+    def take(self, now: float) -> T | None:
+        """What is to be shown now: the last that is due. The same as before where no other is; None before the first.
+        Time that is shown never goes back, also when the delay grows.
+        """
+        self._shown_at = max(self._shown_at, now - self.delay)
+        while self._waiting and self._waiting[0][0] <= self._shown_at:
+            self._shown = self._waiting.popleft()[1]
+        return self._shown
+
+    def _measure(self, transit: float) -> None:
+        self._transits.append(transit)
+        insort(self._ordered, transit)
+        if len(self._transits) > self.window:
+            del self._ordered[bisect_left(self._ordered, self._transits.popleft())]
