@@ -45,8 +45,8 @@ INNER_FLOORS = {  # the same inside a folder; a file beside these floors may imp
         "monitor",
         "session",
         "holders",
-        "roles",
         "conversation",
+        "roles",
     ),
 }
 LIVES_IN = {

@@ -20,25 +20,23 @@ from vrs_cli.api.kinematics import Ways
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, number, numbers
 from vrs_cli.api.posture import Posture, place_text
-from vrs_cli.dialogue.replies import ReachReport, TimelineTable
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, Clock, VirtualClock, WallClock
 from vrs_cli.engine.commands import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.engine.history import CommandRecord
 from vrs_cli.errors import JointOutOfRange, UsageError
 from vrs_cli.files.continuing import bookmark_of
-from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
-from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
-from vrs_cli.interfaces.monitor.timeline import comparison, timeline_table
-from vrs_cli.interfaces.roles.supervisor import Answers, Notes, Supervisor, no_answer
+from vrs_cli.interfaces.roles.held import Answers, Held, no_answer
+from vrs_cli.interfaces.roles.local import LocalRobot, Notes
+from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.values import Value, numbers_of, plain
-from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.timeline import Timeline
 
 MOST_SAMPLES = 5_000_000  # of 256 bytes each
@@ -67,7 +65,16 @@ class Robot:
         self._model = robot if isinstance(robot, RobotModel) else load_robot(robot)
         joints = None if start is None else self._joints(start, "start")
         notes = Notes()
-        self._robot = Supervisor(Session(notes, self._model, start=joints, clock=_clock(realtime)), notes)
+        session = Session(notes, self._model, start=joints, clock=_clock(realtime))
+        self._robot = Supervisor(LocalRobot(session, notes))
+
+    @classmethod
+    def of(cls, held: Held, units: str | Units = Units.VAL) -> Robot:
+        """A robot that is there already, here or afar."""
+        robot = cls.__new__(cls)
+        robot.units, robot._model = Units.of(units), held.arm.model
+        robot._robot = Supervisor(held)
+        return robot
 
     def in_units(self, units: str | Units) -> Robot:
         """The same robot, spoken to in other units: "VAL" or "SI"."""
@@ -207,8 +214,7 @@ class Robot:
         A ReachReport: `reach.options`, `reach.chosen`, `reach.reason`, `reach.line`, in metres and radians.
         """
         target, shown = self._target(to)
-        reach = self._robot.alone(lambda session: session.engine.explain(target))
-        return Replies((ReachReport(shown, reach, self._model.units),))
+        return Replies((self._robot.explain(target, shown),))
 
     # --- programs and words ---
 
@@ -222,13 +228,7 @@ class Robot:
 
     def prompt(self, text: str, answer: Answers = no_answer) -> Replies:
         """Several lines as if they were typed at the prompt, programs among them. Mistakes are among the replies."""
-
-        def talk(session: Session) -> None:
-            conversation = Conversation(session)
-            conversation.take(text)
-            conversation.leave_entry("the text ends; ")
-
-        return Replies(self._robot.talk(talk, answer))
+        return Replies(self._robot.held.type(text, answer))
 
     def define(self, text: str) -> tuple[str, ...]:
         """Put programs and variables in memory, from the text of a file (.PROGRAM to .END); the names of the programs.
@@ -279,27 +279,27 @@ class Robot:
     @property
     def commands(self) -> tuple[CommandRecord, ...]:
         """All motion commands that hold: number, text, when they were issued, begin and end [s]."""
-        return self._robot.alone(lambda session: session.engine.records())
+        return self._robot.commands()
 
     def undo(self, count: int = 1) -> Robot:
         """Take the last motion commands back. Raises UsageError where there are not so many."""
-        self._robot.alone(lambda session: session.engine.undo(count))
+        self._robot.undo(count)
         return self
 
     def redo(self, count: int = 1) -> Robot:
         """Do again what `undo` took back."""
-        self._robot.alone(lambda session: session.engine.redo(count))
+        self._robot.redo(count)
         return self
 
     @property
     def branches(self) -> tuple[str, ...]:
         """The names of all branches, main first."""
-        return self._robot.alone(lambda session: session.branches.names)
+        return tuple(row.name for row in self._robot.branches().rows)
 
     @property
     def branch(self) -> str:
         """The name of the present branch."""
-        return self._robot.alone(lambda session: session.branches.present)
+        return next(row.name for row in self._robot.branches().rows if row.present)
 
     @contextmanager
     def what_if(self, name: str) -> Iterator[Robot]:
@@ -315,8 +315,7 @@ class Robot:
 
     def compare(self, a: str, b: str) -> Replies:
         """Two branches side by side: `comparison.a.duration`, `comparison.tool.distance`, ... [s, m, rad]."""
-
-        return Replies((self._robot.done(lambda session: comparison(session, a, b)),))
+        return Replies((self._robot.compare(a, b),))
 
     def merge(self, name: str) -> Robot:
         """Make what a branch has become the main timeline."""
@@ -326,12 +325,7 @@ class Robot:
 
     def save(self, path: str | Path) -> None:
         """Write the trajectory to a .vrst file. Raises FileError."""
-
-        def parts(session: Session) -> tuple[RobotModel, Timeline, tuple[TimelineDelta, ...]]:
-            engine = session.engine
-            return engine.model, engine.initial, tuple(engine.deltas)
-
-        write_trajectory(path, *self._robot.alone(parts))
+        self._robot.held.save(Path(path))
 
     def subscribe(self, callback: Callable[[Change], object]) -> Callable[[], None]:
         """Have every change of the timeline told to a callback, in a thread of its own; what is returned ends that.
@@ -355,14 +349,7 @@ class Robot:
         return f"<Robot {self._model.name}: {motions} motions to {self.end:.3f} s, now {self.now:.3f} s, {here}>"
 
     def _repr_html_(self) -> str:
-        return f"<p>{self._model.title}</p>{self._table()._repr_html_()}"
-
-    def _table(self) -> Replies:
-        def table(session: Session) -> TimelineTable:
-            engine = session.engine
-            return timeline_table(engine.timeline, engine.book.history.done, engine.now)
-
-        return Replies((self._robot.alone(table),))
+        return f"<p>{self._model.title}</p>{Replies((self._robot.motions(),))._repr_html_()}"
 
     # --- the edge: numbers in, numbers out ---
 
@@ -406,9 +393,10 @@ def load(path: str | Path, *, units: str | Units = Units.VAL) -> Robot:
     recording = read_trajectory(path)
     for warning in (*recording.warnings, *[TORN] * recording.dropped_tail):
         warnings.warn(f"{path}: {warning}", stacklevel=2)
-    robot = Robot(recording.model, units=units)
-    robot._robot.alone(lambda session: session.engine.take_up(bookmark_of(path, recording, session.engine)))
-    return robot
+    notes = Notes()
+    session = Session(notes, recording.model)
+    session.engine.take_up(bookmark_of(path, recording, session.engine))
+    return Robot.of(LocalRobot(session, notes), units)
 
 
 def _in_order(answers: Iterable[str]) -> Answers:

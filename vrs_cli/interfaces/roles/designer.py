@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from vrs_cli.engine.commands import Move, Request, Stamp, Target
+from vrs_cli.engine.commands import Target
+from vrs_cli.interfaces.session.acts import Go, Goal
 
-Performs = Callable[[Request, float | None], None]  # a request, and when it was issued [s] (None: now)
+Performs = Callable[[Go, float | None], None]  # a motion, and when it was issued [s] (None: now)
 
 
 class Designer:
@@ -30,5 +31,4 @@ class Designer:
 
         Raises MotionError, IllegalValue, FileError.
         """
-        stamp = None if executed is None else Stamp(executed)
-        self.perform(Move(target, straight, speed=speed, stamp=stamp, text=text), issued)
+        self.perform(Go(Goal.of(target), straight, executed, speed, text), issued)

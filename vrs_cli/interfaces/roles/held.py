@@ -1,0 +1,50 @@
+"""A robot in somebody's hands, here or afar: what supervisors stand on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol, TypeVar
+
+from vrs_cli.dialogue.questions import Question
+from vrs_cli.dialogue.replies import Reply
+from vrs_cli.engine.engine import Event
+from vrs_cli.engine.feed import Subscription
+from vrs_cli.interfaces.roles.observer import Watched
+from vrs_cli.interfaces.session.acts import Act
+
+T = TypeVar("T")
+
+Answers = Callable[[Question], str | None]  # what is typed after a question; None where nobody answers
+
+
+def no_answer(_question: Question) -> None:
+    """Nobody is there to be asked."""
+
+
+class Held(Watched, Protocol):
+    """Any thread may call any method: one thing is done at a time, in the order in which it was asked for. What the
+    robot refuses is raised as VrsError.
+    """
+
+    @property
+    def rate(self) -> float | None:
+        """How many seconds of the robot pass in one; None where time does not pass by itself."""
+
+    def act(self, act: Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
+        """Do it; what comes of it. `answer`: to what is asked meanwhile. `issued`: t_iss [s], where not now."""
+
+    def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
+        """A line of the prompt; what is answered, and typed. Raises LineRefused."""
+
+    def type(self, text: str, answer: Answers) -> tuple[Reply, ...]:
+        """Lines as they are typed at a prompt, programs among them; mistakes are among what is answered."""
+
+    def abort(self) -> None:
+        """Stop the program and the motion now, before all else that was asked for."""
+
+    def save(self, path: Path) -> None:
+        """Write the trajectory to a file here. Raises FileError."""
+
+    def subscribe(self) -> Subscription[Event]:
+        """The timeline, and every change of it from then on."""

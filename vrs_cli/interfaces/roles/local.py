@@ -1,0 +1,172 @@
+"""A robot in this process, held by one who drives it whenever something is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Lock
+from typing import TypeVar
+
+from vrs_cli.dialogue.questions import Answer, Confirmation, LineWanted, Parting, Question
+from vrs_cli.dialogue.replies import Message, Reply
+from vrs_cli.dialogue.talk import Reading, Running
+from vrs_cli.engine.clock import WallClock
+from vrs_cli.engine.engine import Event
+from vrs_cli.engine.feed import Subscription
+from vrs_cli.errors import EndOfInput, VrsError
+from vrs_cli.files.trajectory_file import write_trajectory
+from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.holders.holder import Holder
+from vrs_cli.interfaces.roles.held import Answers, no_answer
+from vrs_cli.interfaces.session.acts import Act, act_on
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.timeline import Timeline
+
+PATIENCE = 0.005  # [s] between two looks whether another thread, which drives the robot, has done what was asked for
+T = TypeVar("T")
+
+
+class Notes:
+    """A terminal that keeps what is said."""
+
+    attended = False
+
+    def __init__(self) -> None:
+        self.begin(no_answer)
+
+    def begin(self, answer: Answers) -> None:
+        self._said: list[Reply] = []
+        self._answer, self._line = answer, ""
+
+    def taken(self) -> tuple[Reply, ...]:
+        """All that was said since."""
+        if self._line:
+            self.type("", newline=True)
+        return tuple(self._said)
+
+    def show(self, reply: Reply) -> None:
+        self._said.append(reply)
+
+    def type(self, text: str, newline: bool) -> None:
+        self._line += text
+        if newline:
+            self._said.append(Message(self._line))
+            self._line = ""
+
+    def progress(self, doing: Running | Reading) -> None:
+        """Nobody watches."""
+
+    def ask(self, question: Question) -> Answer:
+        """Raises EndOfInput where a program is not answered."""
+        return answer_of(question, self._answer)
+
+
+def answer_of(question: Question, answer: Answers) -> Answer:
+    """What a typed answer means. Raises EndOfInput where a program is not answered."""
+    typed = answer(question)
+    if isinstance(question, Confirmation | Parting):
+        return None if typed is None else typed.strip().upper().startswith("Y")
+    if typed is None and isinstance(question, LineWanted):
+        raise EndOfInput(f"PROMPT {question.text!r} has nothing more to read", "give it one more answer")
+    return typed
+
+
+class LocalRobot:
+    """Any thread may call any method. Who waits for the end of something drives the robot meanwhile, unless another
+    thread does already.
+    """
+
+    def __init__(self, session: Session, notes: Notes) -> None:
+        self._session, self._notes = session, notes
+        self._holder = Holder(session)
+        self._holder.desk = session.desk
+        self._driving = Lock()
+        self._talking = Lock()  # what is typed has one place
+
+    # --- reading ---
+
+    @property
+    def arm(self) -> RobotArm:
+        return self._holder.arm
+
+    @property
+    def timeline(self) -> Timeline:
+        return self._holder.timeline
+
+    @property
+    def now(self) -> float:
+        return self._holder.now
+
+    @property
+    def rate(self) -> float | None:
+        clock = self._session.engine.clock
+        return clock.rate if isinstance(clock, WallClock) and not clock.paused else None
+
+    # --- asking ---
+
+    def act(self, act: Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
+        talk = act_on(self._session, act, issued=issued)
+        if answer is None:
+            return self._end(self._holder.submit(talk))
+        with self._conversing(answer):
+            return self._end(self._holder.submit(talk))
+
+    def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
+        with self._conversing(answer):
+            self._end(self._holder.ask(line))
+            return self._notes.taken()
+
+    def type(self, text: str, answer: Answers) -> tuple[Reply, ...]:
+        with self._conversing(answer), self._driving:
+            conversation = Conversation(self._session)
+            conversation.take(text)
+            conversation.leave_entry("the text ends; ")
+            return self._notes.taken()
+
+    def abort(self) -> None:
+        self._end(self._holder.call(Session.abort, urgent=True))
+
+    def save(self, path: Path) -> None:
+        def course(session: Session) -> tuple[Timeline, tuple[TimelineDelta, ...]]:
+            return session.engine.initial, tuple(session.engine.deltas)
+
+        write_trajectory(path, self.arm.model, *self._end(self._holder.call(course)))
+
+    def subscribe(self) -> Subscription[Event]:
+        return self._end(self._holder.subscribe())
+
+    # --- driving ---
+
+    @contextmanager
+    def _conversing(self, answer: Answers) -> Iterator[None]:
+        with self._talking:
+            self._notes.begin(answer)
+            yield
+
+    def _end(self, ticket: Ticket[T]) -> T:
+        """Wait until a request is over; what comes of it. A refusal does not show how the robot works inside."""
+        try:
+            return self._drive(ticket)
+        except VrsError as refusal:
+            raise refusal.with_traceback(None) from None
+
+    def _drive(self, ticket: Ticket[T]) -> T:
+        """Let the robot do what is due, unless another thread does, until a request is over."""
+        while not ticket.done():
+            if self._driving.acquire(timeout=PATIENCE):
+                try:
+                    return self._session.actor.finish(ticket, self._notes)
+                finally:
+                    self._driving.release()
+            self._hear(ticket)
+        self._hear(ticket)
+        return ticket.result()
+
+    def _hear(self, ticket: Ticket[T]) -> None:
+        """What was said while another thread drove."""
+        for said in ticket.heard():
+            self._session.actor.put(said, ticket, self._notes)
