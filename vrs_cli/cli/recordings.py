@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 DIGITS = 12  # decimals of degrees and millimetres in JSON: noise goes, nothing that can be measured
 
-Numbers = list[float]
-
 
 def add_lenient_option(parser: Parser) -> None:
     parser.add_argument("--lenient", action="store_true", help="read what can be read of a damaged file, with warnings")
@@ -40,20 +38,15 @@ def read_recording(prog: str, path: str, *, lenient: bool = False, told: bool = 
     return recording
 
 
-def position_object(position: Position, units: JointUnits) -> dict[str, Numbers | list[str]]:
+def position_object(position: Position, units: JointUnits) -> dict[str, list[float] | list[str]]:
     """A position as JSON objects tell it: `joints_deg`, `xyz_mm`, `oat_deg`; `joint_units` where a joint slides."""
     T = position.T_world_tool
     return {
         "joints_deg": [tidy(number) for number in units.shown(position.joints)],
-        **_units(units, len(position.joints)),
+        **units.told(len(position.joints)),
         "xyz_mm": [tidy(1000.0 * x) for x in (T.px, T.py, T.pz)],
         "oat_deg": [tidy(degrees(angle)) for angle in to_oat(T)],
     }
-
-
-def _units(units: JointUnits, count: int) -> dict[str, Numbers | list[str]]:
-    said = [units.unit(joint) for joint in range(1, count + 1)]
-    return {"joint_units": said} if "mm" in said else {}
 
 
 def tidy(value: float) -> float:

@@ -24,11 +24,12 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     """Tell what is wrong in a file, line by line, or that nothing is."""
     options = _parser(prog).parse(arguments)
     recording = read_recording(prog, options.file, lenient=True, told=False)
-    from vrs_cli.files.soundness import faults_along
+    from vrs_cli.engine.breaches import on_lines
+    from vrs_cli.files.soundness import in_lines
     from vrs_cli.files.trajectory_file import MOST_FAULTS
     from vrs_cli.kinematics.forms import arm_for
 
-    along = faults_along(arm_for(recording.model), recording.timeline, recording.deltas)
+    along = in_lines(on_lines(arm_for(recording.model), recording.timeline), recording.timeline, recording.deltas)
     wrong = [*recording.warnings, *map(str, islice(along, MOST_FAULTS))]
     checksums = recording.checksum is not None
     if options.json:

@@ -138,7 +138,10 @@ class Disk(Struct, eq=False):
         with one.attempt():
             if one.path is not None:
                 raise FileOpened(one.path.name, "FCLOSE closes it")
-            self._check_shared(path, access)
+            others = [other for other in self._units.values() if other.path == path]
+            written = any(isinstance(other.file, Beside) for other in others)
+            if written or (others and access is not Access.READ):  # many may read a file, or one may write it
+                raise FileOpened(path.name, "it is open on another unit")
             one.file = _opened(path, access, self.folder)
             one.path = path
 
@@ -220,12 +223,6 @@ class Disk(Struct, eq=False):
 
     def _of(self, task: int) -> Iterator[_Unit]:
         return (one for (owner, _), one in list(self._units.items()) if owner == task)
-
-    def _check_shared(self, path: Path, access: Access) -> None:
-        """Many may read a file, or one may write it. Raises FileOpened."""
-        others = [one for one in self._units.values() if one.path == path]
-        if any(isinstance(one.file, Beside) for one in others) or (others and access is not Access.READ):
-            raise FileOpened(path.name, "it is open on another unit")
 
 
 def _opened(path: Path, access: Access, within: Folder) -> StringIO | Beside:

@@ -99,7 +99,7 @@ def shown_joints(q: Floats, units: JointUnits) -> Floats:
 def write_json(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
     """A list with an object for every sample, as `vrs where --json` tells a position."""
     n = arm.model.joint_count
-    units = _joint_units(arm)
+    units = arm.model.units.told(n)
     before = "[\n  "
     for times in sample_times(timeline, rate):
         places = places_at(arm, timeline, times)
@@ -110,12 +110,6 @@ def write_json(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float)
             stream.write(f"{before}{json.dumps(one)}".encode("ascii"))
             before = ",\n  "
     stream.write(b"\n]\n")
-
-
-def _joint_units(arm: RobotArm) -> dict[str, list[str]]:
-    """`joint_units`, where a joint slides."""
-    units = [arm.model.units.unit(joint) for joint in range(1, arm.model.joint_count + 1)]
-    return {"joint_units": units} if "mm" in units else {}
 
 
 # --- NumPy ---------------------------------------------------------------------------------------------------

@@ -10,9 +10,8 @@ import errno
 import os
 import stat
 import time
-from contextlib import ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack, suppress
 from pathlib import Path
-from typing import Self
 
 from vrs_cli.errors import FileOpened
 
@@ -23,7 +22,7 @@ NO_LOCKS = frozenset({errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUP
 SHUT_FOLDER = frozenset({errno.EACCES, errno.EPERM, errno.EROFS})
 
 
-class Hold:
+class Hold(AbstractContextManager["Hold"]):
     """A lock that is held until `release`. `firm`: nobody else has it; that cannot be said of a disk without locks,
     or of a folder that cannot be written, where there is no handle."""
 
@@ -45,9 +44,6 @@ class Hold:
         if WINDOWS and there:
             with suppress(OSError):  # another one may have it already
                 self._path.unlink()
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_error: object) -> None:
         self.release()

@@ -8,9 +8,10 @@ from pathlib import Path
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
 from vrs_cli.files.bounds import FREE, Folder, check_length
 from vrs_cli.files.opening import neighbours, text_of, unreadable
+from vrs_cli.language.text.source import DISK_END
 
 EXTENSION = ".v2"
-DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
+
 LARGEST = 64 * 2**20  # bytes; a text this long is no program
 
 
@@ -33,7 +34,13 @@ def decode_program(name: str, data: bytes) -> str:
     """The text of a program file's bytes; `name` is for the message. Raises FileDamaged when it is no text."""
     if len(data) > LARGEST:
         raise FileDamaged(f"{name} is longer than {LARGEST // 2**20} MB", "a program file is VAL-II text")
-    return _lines(_decoded(name, data))
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        text = data.decode("utf-16", errors="replace")
+    elif b"\0" in data:
+        raise FileDamaged(f"{name} is not a text", "a program file is VAL-II text")
+    else:
+        text = text_of(data)
+    return text.replace("\r\n", "\n").replace("\r", "\n").rstrip(DISK_END)
 
 
 def find_program_file(path: str | Path) -> Path:
@@ -50,18 +57,6 @@ def find_program_file(path: str | Path) -> Path:
     if named.is_dir():
         raise FileError(f"{named} is a folder", "name a program file")
     raise NonexistentFile(str(named), _near(named))
-
-
-def _decoded(name: str, data: bytes) -> str:
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return data.decode("utf-16", errors="replace")
-    if b"\0" in data:
-        raise FileDamaged(f"{name} is not a text", "a program file is VAL-II text")
-    return text_of(data)
-
-
-def _lines(text: str) -> str:
-    return text.replace("\r\n", "\n").replace("\r", "\n").rstrip(DISK_END)
 
 
 def _near(path: Path) -> str:

@@ -5,11 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import pairwise
 
+from msgspec import Struct
+
 from vrs_cli.engine.history import History, Step
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.records import RecordError
+
+
+class Fault(Struct, frozen=True):
+    """What is wrong in a file, and the line that says so."""
+
+    line: int
+    what: str
+
+    def __str__(self) -> str:
+        return f"line {self.line}: {self.what}"
 
 
 def apply(timeline: Timeline, delta: TimelineDelta) -> Timeline:
@@ -21,14 +33,17 @@ def apply(timeline: Timeline, delta: TimelineDelta) -> Timeline:
         raise RecordError(f"keeps {delta.keep} and drops {delta.drop} of {count} segments")
     if after == count and not delta.keep and not delta.segments:
         raise RecordError("leaves a timeline without segments")
-    edges = _edges(delta.segments)
-    if delta.keep:
-        last = timeline[delta.keep - 1]
-        edges = [last.start, min(last.finish, delta.cut), *edges]
-    if after < count:
-        edges.append(timeline[after].start + delta.shift)
-    _check_order(edges)
+    last = timeline[delta.keep - 1] if delta.keep else None
+    before = () if last is None else (last.start, min(last.finish, delta.cut))
+    check_order(delta.segments, before, (timeline[after].start + delta.shift,) if after < count else ())
     return timeline.apply(delta)
+
+
+def check_order(segments: Iterable[Segment], before: Iterable[float] = (), behind: Iterable[float] = ()) -> None:
+    """Raises RecordError where segments overlap in time, or the times `before` and `behind` them."""
+    edges = (*before, *(edge for segment in segments for edge in (segment.start, segment.finish)), *behind)
+    if not all(earlier <= later for earlier, later in pairwise(edges)):
+        raise RecordError("the segments overlap in time")
 
 
 # --- what can be undone ------------------------------------------------------------------------------------------
@@ -42,7 +57,8 @@ def history_of(initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> H
     """
     history, timeline, streaming = History(), Timeline(initial), False
     for delta in deltas:
-        goes_on = _goes_on(history, delta)
+        number = history.done[-1].delta.motion.number if history.done else None
+        goes_on = delta.cause is Cause.COMMAND and delta.motion.number == number  # one more target of the stream
         if streaming and not goes_on:
             history.lengthen_last(timeline)
         streaming = goes_on
@@ -51,19 +67,11 @@ def history_of(initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> H
         elif delta.cause is Cause.REDO:
             history.do_again()
         elif not goes_on:
-            insert = not _overrides(timeline, delta)
-            history.add(Step.of(timeline, delta, delta.issued, insert=insert))
+            history.add(Step.of(timeline, delta, delta.issued, insert=not _overrides(timeline, delta)))
         timeline = apply(timeline, delta)
     if streaming:
         history.lengthen_last(timeline)
     return history
-
-
-def _goes_on(history: History, delta: TimelineDelta) -> bool:
-    """Whether a delta has one more target of the stream that is the last command."""
-    if delta.cause is not Cause.COMMAND or not history.done:
-        return False
-    return delta.motion.number == history.done[-1].delta.motion.number
 
 
 def _overrides(before: Timeline, delta: TimelineDelta) -> bool:
@@ -72,17 +80,3 @@ def _overrides(before: Timeline, delta: TimelineDelta) -> bool:
     planned = {segment.motion.number for segment in delta.segments}
     interrupted = before[delta.keep - 1].motion.number if delta.keep else 0
     return bool(dropped - planned - {interrupted})
-
-
-def _edges(segments: Iterable[Segment]) -> list[float]:
-    return [edge for segment in segments for edge in (segment.start, segment.finish)]
-
-
-def check_order(segments: Iterable[Segment]) -> None:
-    """Raises RecordError where segments overlap in time."""
-    _check_order(_edges(segments))
-
-
-def _check_order(edges: Iterable[float]) -> None:
-    if not all(earlier <= later for earlier, later in pairwise(edges)):
-        raise RecordError("the segments overlap in time")

@@ -104,17 +104,14 @@ def files_in(folder: Path) -> list[Path]:
 
 
 def left(folder: Path) -> list[Left]:
-    """The files that shells have left, the oldest first. What cannot be read is passed over."""
-    _forget_old(folder)
-    found = [one for path in files_in(folder) if (one := _taken(path)) is not None]
-    return sorted(found, key=lambda one: one.written)
-
-
-def _forget_old(folder: Path) -> None:
+    """The files that shells have left, the oldest first; those that nobody wanted go in time. What cannot be read is
+    passed over."""
     for path in folder.glob(f"{DECLINED}*{EXTENSION}"):
         with suppress(OSError):
             if time.time() - path.stat().st_mtime > MONTH:
                 path.unlink()
+    found = [one for path in files_in(folder) if (one := _taken(path)) is not None]
+    return sorted(found, key=lambda one: one.written)
 
 
 def _taken(path: Path) -> Left | None:

@@ -18,9 +18,8 @@ from msgspec import Struct
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.bounds import FREE, Folder
-from vrs_cli.files.fault import Fault
 from vrs_cli.files.opening import unreadable
-from vrs_cli.files.rebuild import apply, check_order
+from vrs_cli.files.rebuild import Fault, apply, check_order
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
@@ -30,7 +29,7 @@ from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.version import __version__
 from vrs_cli.wire.checksum import START, Checksums
-from vrs_cli.wire.lines import FORMAT, HeaderRecord, LineEncoder, decode_delta, decode_header, decode_marks, is_object
+from vrs_cli.wire.lines import FORMAT, HeaderRecord, LineEncoder, Marks, decode, decode_delta, is_object
 from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
 
 EXTENSION = ".vrst"
@@ -213,7 +212,7 @@ class _Lines:
 
 def _header_record(path: Path, line: bytes) -> HeaderRecord:
     try:
-        marks = decode_marks(line)
+        marks = decode(line, Marks)
     except RecordError:
         raise _no_header(path) from None
     if marks.vrst != FORMAT:
@@ -223,7 +222,7 @@ def _header_record(path: Path, line: bytes) -> HeaderRecord:
             f"this vrs {__version__} reads version {FORMAT}",
         )
     try:
-        return decode_header(line)
+        return decode(line, HeaderRecord)
     except RecordError as error:
         raise _damaged(path, 1, str(error)) from None
 

@@ -62,7 +62,8 @@ class Inspector:
 
     def __init__(self, model: RobotModel) -> None:
         self._engine = Engine(model)
-        self._constants = _constants(model)
+        robot = Engine(model)  # which may be asked anything
+        self._constants = Constants(Context(Environment(units=model.units), Readings(robot)), robot.perform)
         self._known: dict[tuple[str, ...], Part] = {}
         self._inspected: dict[Part, _Inspected] = {}
         self._ways: dict[Part, tuple[_Way, ...]] = {}
@@ -130,13 +131,11 @@ class _Memory(Struct, frozen=True):
 
     def inspected(self, program: Program) -> _Inspected:
         analysis = analyze_among(self.surroundings, program)
-        of_running = tuple(self._of_running(analysis)) if analysis.executable else ()
+        of_running: tuple[Diagnostic, ...] = ()
+        if analysis.executable:
+            never = unreachable(program, analysis.blocks, analysis.labels)
+            of_running = (*never, *delays(program), *self.constants.findings(program))
         return _Inspected(self.basis(analysis), analysis, of_running)
-
-    def _of_running(self, analysis: Analysis) -> Iterator[Diagnostic]:
-        yield from unreachable(analysis.program, analysis.blocks, analysis.labels)
-        yield from delays(analysis.program)
-        yield from self.constants.findings(analysis.program)
 
     def basis(self, analysis: Analysis) -> _Basis:
         """What the findings in a program depend on, besides its text."""
@@ -154,12 +153,6 @@ class _Memory(Struct, frozen=True):
         return program.name, tuple((one.sigil, one.name) for one in program.parameters)
 
 
-def _constants(model: RobotModel) -> Constants:
-    """With a robot of their own, which may be asked anything."""
-    engine = Engine(model)
-    return Constants(Context(Environment(units=model.units), Readings(engine)), engine.perform)
-
-
 # --- switches and parameters ------------------------------------------------------------------------------------
 
 
@@ -169,16 +162,11 @@ def _unknown_settings(program: Program) -> Iterator[Diagnostic]:
         if isinstance(step.statement, ast.Instruction) and step.statement.word in _SETTING:
             table, what = _SETTING[step.statement.word]
             for word in step.statement.arguments:
-                if isinstance(word, ast.Word) and (refused := _refused(table, word.text, what)) is not None:
-                    yield error(UsageError, word.span, refused.detail, refused.hint)
-
-
-def _refused(table: Mapping[str, Switch] | Mapping[str, ParameterRow], name: str, what: str) -> UsageError | None:
-    try:
-        row_of(table, name, what)
-    except UsageError as refused:
-        return refused
-    return None
+                if isinstance(word, ast.Word):
+                    try:
+                        row_of(table, word.text, what)
+                    except UsageError as refused:
+                        yield error(UsageError, word.span, refused.detail, refused.hint)
 
 
 _SETTING: Mapping[str, tuple[Mapping[str, Switch] | Mapping[str, ParameterRow], str]] = {
@@ -216,10 +204,13 @@ def _ways(program: Program) -> tuple[_Way, ...]:
 def _way(statement: ast.Instruction) -> _Way | None:
     if statement.word in CHANGING_FRAMES:
         return _CHANGES_FRAMES
-    target = statement.arguments[0] if statement.arguments else None
-    distance = _distance(statement)
-    known = isinstance(target, ast.Variable) or (isinstance(target, ast.Call) and _numbers(target) is not None)
-    return _Way(target, distance) if distance is not None and known else None  # type: ignore[arg-type]
+    target, distance = (*statement.arguments, None, None)[:2]
+    if isinstance(target, ast.Variable) or (isinstance(target, ast.Call) and _numbers(target) is not None):
+        if statement.word in TO_PLACE:
+            return _Way(target, 0.0)
+        if statement.word in IN_FRONT and isinstance(distance, ast.Number):
+            return _Way(target, distance.value / 1000.0)
+    return None
 
 
 def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
@@ -247,14 +238,6 @@ def _unreached(way: _Way, places: _Places) -> Diagnostic | None:
     return Diagnostic(Severity.WARNING, refusal.code, refusal.title, detail, refusal.hint, target.span)
 
 
-def _distance(statement: ast.Instruction) -> float | None:
-    """How far in front of its location a motion ends [m]; None for what goes to no place that can be known."""
-    if statement.word in TO_PLACE:
-        return 0.0
-    distance = statement.arguments[1] if statement.word in IN_FRONT and len(statement.arguments) > 1 else None
-    return distance.value / 1000.0 if isinstance(distance, ast.Number) else None
-
-
 class _Places(Struct, frozen=True):
     """The locations that the file defines, and the arm that is to reach them."""
 
@@ -267,16 +250,14 @@ class _Places(Struct, frozen=True):
         place = self._value(target) if isinstance(target, ast.Variable) else _given(target, joint_count)
         try:
             if isinstance(place, Transform):
-                self._try(engine, compose(place, translation(0.0, 0.0, -distance)))
+                pose = compose(place, translation(0.0, 0.0, -distance))
+                if not any(solution.usable for solution in engine.arm.inverse_all(pose)):
+                    engine.joints_for(pose)
             elif place is not None and not distance:
                 check_joint_limits(engine.model, place)
         except (MotionError, IllegalValue) as refusal:
             return refusal
         return None
-
-    def _try(self, engine: Engine, T_world_tool: Transform) -> None:
-        if not any(solution.usable for solution in engine.arm.inverse_all(T_world_tool)):
-            engine.joints_for(T_world_tool)
 
     def _value(self, target: ast.Variable) -> Transform | tuple[float, ...] | None:
         numbers = [index.value for index in target.indexes or () if isinstance(index, ast.Number)]

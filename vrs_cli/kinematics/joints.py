@@ -51,10 +51,10 @@ class JointUnits:
         """The unit of a joint, counted from 1."""
         return "mm" if self.slides(joint) else "deg"
 
-    @property
-    def mixed(self) -> bool:
-        """Whether there are joints of both kinds."""
-        return len(set(self.kinds)) > 1
+    def told(self, count: int) -> dict[str, list[str]]:
+        """What a position in JSON says of its joints: `joint_units`, where one slides."""
+        units = [self.unit(joint) for joint in range(1, count + 1)]
+        return {"joint_units": units} if "mm" in units else {}
 
     def _slides(self) -> Iterator[bool]:
         yield from (kind is JointKind.PRISMATIC for kind in self.kinds)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Self
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -14,7 +15,7 @@ DELAY = 0.5  # [s] a run that is shorter shows nothing
 PERIOD = 0.1  # [s] between two pictures
 
 
-class RunProgress:
+class RunProgress(AbstractContextManager["RunProgress"]):
     """Call it with the robot's time [s] as often as you like. `total`: the time at which the run is over at last.
 
     `told` puts the time, or what else is counted, into words; `wall` tells real time. Nothing is shown unless stderr is
@@ -57,9 +58,6 @@ class RunProgress:
         """A line on stderr, in place of the picture."""
         self.hide()
         print(text, file=sys.stderr)
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_error: object) -> None:
         self.hide()

@@ -54,8 +54,7 @@ class Marks(msgspec.Struct):
 _Record = TypeVar("_Record", Marks, HeaderRecord)
 
 _encoder = msgspec.json.Encoder()
-_header_decoder = msgspec.json.Decoder(HeaderRecord)
-_marks_decoder = msgspec.json.Decoder(Marks)
+
 _delta_decoder = msgspec.json.Decoder(DeltaRecord)
 _object_decoder = msgspec.json.Decoder(dict[str, msgspec.Raw])
 
@@ -93,14 +92,12 @@ class LineEncoder:
 # --- reading --------------------------------------------------------------------------------------------
 
 
-def decode_marks(line: bytes) -> Marks:
-    """Raises RecordError."""
-    return _decoded(_marks_decoder, line)
-
-
-def decode_header(line: bytes) -> HeaderRecord:
-    """Raises RecordError."""
-    return _decoded(_header_decoder, line)
+def decode(line: bytes, kind: type[_Record]) -> _Record:
+    """A line of that kind. Raises RecordError."""
+    try:
+        return msgspec.json.decode(line, type=kind)
+    except UNREADABLE as error:
+        raise RecordError(str(error)) from None
 
 
 def decode_delta(line: bytes, motions: Motions, form: Form) -> TimelineDelta:
@@ -118,10 +115,3 @@ def is_object(line: bytes) -> bool:
     except UNREADABLE:
         return False
     return True
-
-
-def _decoded(decoder: msgspec.json.Decoder[_Record], line: bytes) -> _Record:
-    try:
-        return decoder.decode(line)
-    except UNREADABLE as error:
-        raise RecordError(str(error)) from None

@@ -179,7 +179,19 @@ class Motions(dict[int, Motion]):
 
 def segment_records(segments: Iterable[Segment], motions: Motions, owner: Motion | None) -> tuple[SegmentRecord, ...]:
     """`owner`: the motion of the delta, to which its segments need not refer."""
-    return tuple([_segment_record(segment, motions, owner) for segment in segments])
+    return tuple(
+        [
+            SegmentRecord(
+                start=segment.start,
+                finish=segment.finish,
+                phase=segment.phase,
+                motion=None if segment.motion in (owner,) else motions.reference(segment.motion),  # `is`, then `==`
+                joints=segment.path.coefficients if isinstance(segment.path, JointPath) else None,
+                line=_line_record(segment.path) if isinstance(segment.path, CartesianPath) else None,
+            )
+            for segment in segments
+        ]
+    )
 
 
 def delta_record(delta: TimelineDelta, motions: Motions) -> DeltaRecord:
@@ -189,19 +201,6 @@ def delta_record(delta: TimelineDelta, motions: Motions) -> DeltaRecord:
     values["segments"] = segment_records(delta.segments, motions, delta.motion)
     values["shift"] = _default(delta.shift, ZERO)
     return DeltaRecord(**values)
-
-
-def _segment_record(segment: Segment, motions: Motions, owner: Motion | None) -> SegmentRecord:
-    own = segment.motion is owner or segment.motion == owner
-    path = segment.path
-    return SegmentRecord(
-        start=segment.start,
-        finish=segment.finish,
-        phase=segment.phase,
-        motion=None if own else motions.reference(segment.motion),
-        joints=path.coefficients if isinstance(path, JointPath) else None,
-        line=_line_record(path) if isinstance(path, CartesianPath) else None,
-    )
 
 
 def _line_record(path: CartesianPath) -> LineRecord:
@@ -220,7 +219,8 @@ def _motion_record(motion: Motion) -> MotionRecord:
     for name, default in DEFAULTS:
         values[name] = _default(values[name], default)
     values["pose"] = None if motion.pose is None else _rows(motion.pose)
-    values["frames"] = _frames_record(motion.frames)
+    frames = FramesRecord(*map(_rows_unless_identity, (motion.frames.base, motion.frames.tool)))
+    values["frames"] = None if frames == FramesRecord() else frames
     values["relative"] = None if motion.relative is None else _relative_record(motion.relative)
     return MotionRecord(**values)
 
@@ -231,11 +231,6 @@ def _relative_record(target: RelativeTarget) -> RelativeRecord:
     if isinstance(target, ToolOffsetTarget):
         return RelativeRecord(offset=_rows(target.T_destination_target))
     return RelativeRecord(aligned=True)
-
-
-def _frames_record(frames: Frames) -> FramesRecord | None:
-    record = FramesRecord(_rows_unless_identity(frames.base), _rows_unless_identity(frames.tool))
-    return None if record == FramesRecord() else record
 
 
 def _rows(T: Transform) -> Rows:
@@ -323,7 +318,11 @@ def _motion_of(record: MotionRecord, form: Form) -> Motion:
         raise _wrong_count(len(record.goal), form)
     values = structs.asdict(record)
     values["pose"] = None if record.pose is None else _transform(record.pose)
-    values["frames"] = NO_FRAMES if record.frames is None else _frames(record.frames)
+    if record.frames is None:
+        values["frames"] = NO_FRAMES
+    else:
+        both = (record.frames.base, record.frames.tool)
+        values["frames"] = Frames(*(IDENTITY if rows is None else _transform(rows) for rows in both))
     values["relative"] = None if record.relative is None else _relative(record.relative, form)
     return Motion(**values)
 
@@ -338,11 +337,6 @@ def _relative(record: RelativeRecord, form: Form) -> RelativeTarget:
     if record.aligned:
         return AlignedTarget()
     raise RecordError("a relative target needs joint and change, or offset, or aligned")
-
-
-def _frames(record: FramesRecord) -> Frames:
-    base, tool = (IDENTITY if rows is None else _transform(rows) for rows in (record.base, record.tool))
-    return Frames(base, tool)
 
 
 def _transform(rows: Rows) -> Transform:

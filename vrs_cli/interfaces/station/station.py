@@ -295,8 +295,10 @@ class Station:
 
     def _executable(self, name: str) -> StoredProgram:
         stored = self.environment.program(name)
-        if not stored.analysis.executable:
-            raise ProgramNotExecutable(stored.name, _why_not(stored))
+        if any(isinstance(step.statement, BadLine) for step in stored.program.steps):
+            raise ProgramNotExecutable(stored.name, f"LISTP {stored.name} shows its bad lines with a ?")
+        if (mistake := first_error(stored.analysis.diagnostics)) is not None:
+            raise ProgramNotExecutable(stored.name, mistake.detail)
         if not self.robot.switch("VPLUS"):
             self.environment.executable(stored).refuse_beyond_val2()
         return stored
@@ -402,11 +404,3 @@ class Station:
             raise LineStopped
         if track.error is not None:
             raise track.error
-
-
-def _why_not(stored: StoredProgram) -> str:
-    """Why a program is not executable: its bad lines, or its first mistake."""
-    if any(isinstance(step.statement, BadLine) for step in stored.program.steps):
-        return f"LISTP {stored.name} shows its bad lines with a ?"
-    mistake = first_error(stored.analysis.diagnostics)
-    return "" if mistake is None else mistake.detail

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from msgspec import Struct, field
 
@@ -38,7 +37,34 @@ class Devices(Struct, eq=False):
 
     def perform(self, task: int, effect: UnitEffect) -> str | None:
         """Do what a task asks for; the answer to it. Raises UnitNotAttached, FileOutside."""
-        return _ACTS[type(effect)](self, task, effect)
+        disk = self.disk
+        match effect:
+            case AttachUnit(unit=unit) if unit == TERMINAL:
+                self._status = SUCCESS
+            case AttachUnit(unit=asked):
+                unit = disk.free(task) if asked is None else asked
+                disk.attach(task, unit)
+                return str(unit)
+            case DetachUnit(unit=unit) if unit != TERMINAL:
+                disk.detach(task, unit)
+            case OpenFile():
+                disk.open(task, effect.unit, effect.name, effect.access)
+            case CloseFile():
+                disk.close(task, effect.unit)
+            case DeleteFile():
+                disk.delete(task, effect.unit, effect.name)
+            case ReadRecord():
+                return disk.read(task, effect.unit)
+            case WriteRecord(unit=unit) if unit == TERMINAL:
+                self.show(effect.text, effect.newline)
+                self._status, self._length = SUCCESS, len(effect.text)
+            case WriteRecord():
+                disk.write(task, effect.unit, effect.text + ("\n" if effect.newline else ""))
+            case RecordRefused(unit=unit) if unit == TERMINAL:
+                self._status = effect.code
+            case RecordRefused():
+                disk.refuse(task, effect.unit, effect.code)
+        return None
 
     def status(self, task: int, unit: int) -> int:
         return self._status if unit == TERMINAL else self.disk.status(task, unit)
@@ -65,54 +91,3 @@ class Devices(Struct, eq=False):
         self._ended = of_getc and line is None
         self._status, self._length = (EndOfInput.code, 0) if line is None else (SUCCESS, len(line))
         return line
-
-    # --- what is asked for ---
-
-    def _attach(self, task: int, effect: AttachUnit) -> str | None:
-        if effect.unit != TERMINAL:
-            unit = self.disk.free(task) if effect.unit is None else effect.unit
-            self.disk.attach(task, unit)
-            return str(unit)
-        self._status = SUCCESS
-        return None
-
-    def _detach(self, task: int, effect: DetachUnit) -> None:
-        if effect.unit != TERMINAL:
-            self.disk.detach(task, effect.unit)
-
-    def _open(self, task: int, effect: OpenFile) -> None:
-        self.disk.open(task, effect.unit, effect.name, effect.access)
-
-    def _close(self, task: int, effect: CloseFile) -> None:
-        self.disk.close(task, effect.unit)
-
-    def _delete(self, task: int, effect: DeleteFile) -> None:
-        self.disk.delete(task, effect.unit, effect.name)
-
-    def _read(self, task: int, effect: ReadRecord) -> str | None:
-        return self.disk.read(task, effect.unit)
-
-    def _write(self, task: int, effect: WriteRecord) -> None:
-        if effect.unit == TERMINAL:
-            self.show(effect.text, effect.newline)
-            self._status, self._length = SUCCESS, len(effect.text)
-        else:
-            self.disk.write(task, effect.unit, effect.text + ("\n" if effect.newline else ""))
-
-    def _refuse(self, task: int, effect: RecordRefused) -> None:
-        if effect.unit == TERMINAL:
-            self._status = effect.code
-        else:
-            self.disk.refuse(task, effect.unit, effect.code)
-
-
-_ACTS: dict[type, Callable[[Devices, int, Any], str | None]] = {
-    AttachUnit: Devices._attach,
-    DetachUnit: Devices._detach,
-    OpenFile: Devices._open,
-    CloseFile: Devices._close,
-    DeleteFile: Devices._delete,
-    ReadRecord: Devices._read,
-    WriteRecord: Devices._write,
-    RecordRefused: Devices._refuse,
-}

@@ -266,12 +266,14 @@ class Driver:
         now, coming = self.engine.now, self.peek()
         if isinstance(run.track.pending, UNTIMED) and self._in_vain():
             more = run.limits.told_by("signals")
-            error = endless(run.track, "" if more == GO_ON else more)
-            run.track.pending = None
-            self._performer.do(run.track, self._thrown(run.track, error))
+            self._fail(run.track, endless(run.track, "" if more == GO_ON else more))
         elif coming > run.last and not isinstance(run.track.pending, Failed | Aborted):
             self.engine.clock.advance(max(run.last, now))
-            self._overdue(run)
+            what = f"the program was still running after {run.limits.max_time:g} s of the robot's time"
+            late = (one.text for one in self.engine.records() if one.asked is not None and one.asked > run.last)
+            if text := next(late, None):  # the first motion that was asked for a later time is to blame
+                what += f", and {text} was asked for later than that"
+            self._exhausted(run.track, what, run.limits.told_by("max_time"))
         elif self._waited(run.track, coming):
             self._happen(self._budget(run))
             self._look()
@@ -283,11 +285,6 @@ class Driver:
             return False
         return in_vain(self.tasks.running, engine.now)
 
-    def _overdue(self, run: _Run) -> None:
-        limits = run.limits
-        what = f"the program was still running after {limits.max_time:g} s of the robot's time"
-        self._exhausted(run.track, what + self._asked_after(run.last), limits.told_by("max_time"))
-
     def _budget(self, run: _Run) -> int:
         """How many steps may be done at once; of those that may be done at all one more begins, and is not done."""
         most = run.limits.max_steps
@@ -296,47 +293,36 @@ class Driver:
     def _look(self) -> None:
         """Whether a limit of steps or of memory is reached."""
         for run in self._runs:
-            if run.track.running:
-                self._look_at(run)
-
-    def _tell_ends(self) -> None:
-        """The end of what nobody lets time go on for alone."""
-        for run in tuple(self._runs):
-            if run.then is not None and not run.track.running:
-                run.then(self._result(self._over(run.track)))
-
-    def _look_at(self, run: _Run) -> None:
-        limits, done = run.limits, self.tasks.steps_done - run.before
-        if limits.max_steps is not None and done > limits.max_steps:
-            what = f"the program was still running after {limits.max_steps} steps"
-            self._exhausted(run.track, what, limits.told_by("max_steps"))
-        elif limits.max_elements is not None and done >= run.look:
-            held = self.environment.held() + sum(track.task.held() for track in self.tasks)
-            run.look = done + max(held // ELEMENTS_A_STEP, (limits.max_elements - held) // MOST_A_STEP)
-            if held > limits.max_elements:
-                what = f"arrays and strings hold {held} elements, {limits.max_elements} at most"
-                self._exhausted(run.track, what, limits.told_by("max_elements"))
+            if not run.track.running:
+                continue
+            limits, done = run.limits, self.tasks.steps_done - run.before
+            if limits.max_steps is not None and done > limits.max_steps:
+                what = f"the program was still running after {limits.max_steps} steps"
+                self._exhausted(run.track, what, limits.told_by("max_steps"))
+            elif limits.max_elements is not None and done >= run.look:
+                held = self.environment.held() + sum(track.task.held() for track in self.tasks)
+                run.look = done + max(held // ELEMENTS_A_STEP, (limits.max_elements - held) // MOST_A_STEP)
+                if held > limits.max_elements:
+                    what = f"arrays and strings hold {held} elements, {limits.max_elements} at most"
+                    self._exhausted(run.track, what, limits.told_by("max_elements"))
 
     def _waited(self, foreground: Track, coming: float) -> bool:
         """Let time go on; whether it has come so far. On a clock that stands, the foreground waits in vain."""
         try:
             self.engine.clock.wait(coming)
         except ClockPaused as error:
-            foreground.pending = None
-            self._performer.do(foreground, self._thrown(foreground, error))
+            self._fail(foreground, error)
         return self.engine.now >= coming
 
     def _exhausted(self, foreground: Track, what: str, hint: str) -> None:
-        where = "; ".join(self._whereabouts(foreground))
-        foreground.pending = None
+        error = LimitReached(f"{what}: {'; '.join(self._whereabouts(foreground))}", hint)
         self.engine.stop()
-        self._performer.do(foreground, self._thrown(foreground, LimitReached(f"{what}: {where}", hint)))
+        self._fail(foreground, error)
 
-    def _asked_after(self, last: float) -> str:
-        """The first motion that was asked for a time after `last` [s], to say who is to blame."""
-        late = (one.text for one in self.engine.records() if one.asked is not None and one.asked > last)
-        text = next(late, None)
-        return "" if text is None else f", and {text} was asked for later than that"
+    def _fail(self, track: Track, error: VrsError) -> None:
+        """What a task waits for does not come."""
+        track.pending = None
+        self._performer.do(track, self._thrown(track, error))
 
     def _whereabouts(self, foreground: Track) -> Iterator[str]:
         """Where each task hangs, the one that was waited for first."""
@@ -359,7 +345,9 @@ class Driver:
             self._happen(BUDGET)
             self._look()
         clock.advance(until)
-        self._tell_ends()
+        for run in tuple(self._runs):  # the end of what nobody lets time go on for alone
+            if run.then is not None and not run.track.running:
+                run.then(self._result(self._over(run.track)))
 
     # --- what happens next ---
 
@@ -405,7 +393,8 @@ class Driver:
             return Budget()
         track.asked = self.engine.now
         answer, track.answer = track.answer, None
-        if self._careful(track):
+        looked_at = self.engine.settings.switch("TRACE") or track.stepping is not None or self.debugging.active
+        if looked_at and not track.at_prompt:  # each step, before it is done
             return self._asked_again(track, self.debugging.step(track.task, answer, track.stepping, self._trace))
         return self._asked_again(track, track.task.resume(answer, budget))
 
@@ -429,13 +418,6 @@ class Driver:
         if track.instant != self.engine.now:
             track.instant, track.before = self.engine.now, track.task.steps_done
         return BUDGET - (track.task.steps_done - track.before)
-
-    # --- one step at a time ---
-
-    def _careful(self, track: Track) -> bool:
-        """Whether each step is looked at before it is done."""
-        tracing = self.engine.settings.switch("TRACE")
-        return not track.at_prompt and (tracing or track.stepping is not None or self.debugging.active)
 
     def _trace(self, task: Task) -> None:
         if self.engine.settings.switch("TRACE"):

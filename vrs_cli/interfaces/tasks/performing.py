@@ -82,9 +82,6 @@ class Performer:
 
     # --- the terminal and the files ---
 
-    def _type(self, _track: Track, event: Type) -> None:
-        self._transcript.show(event.text, event.newline)
-
     def _prompt(self, track: Track, event: Prompt) -> None:
         self._transcript.count(event.text)
         self._ask(track, event)
@@ -143,9 +140,6 @@ class Performer:
     def _budget(self, track: Track, _event: Budget) -> None:
         track.wake = self.tick()
 
-    def _onward(self, track: Track, _event: Onward) -> None:
-        """The next step at once."""
-
     # --- the robot ---
 
     def _cycle_begins(self, track: Track, event: CycleBegins) -> None:
@@ -192,9 +186,6 @@ class Performer:
         self._tasks.release_robot(track)
 
     # --- other tasks ---
-
-    def _run_signal(self, track: Track, event: RunSignal) -> None:
-        self._tasks.set_run_signal(track, event.signal)
 
     def _start_task(self, _track: Track, event: StartTask) -> None:
         number = self._tasks.free() if event.number is None else event.number
@@ -245,18 +236,18 @@ _ENDINGS: dict[type, Outcome] = {
 }
 
 _ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {
-    Type: Performer._type,
+    Type: lambda performer, _track, event: performer._transcript.show(event.text, event.newline),
     Prompt: Performer._prompt,
     **dict.fromkeys(UnitEffect.__subclasses__(), Performer._unit),
     Wait: Performer._wait,
     WaitEvent: Performer._wait_event,
     SetEvent: Performer._set_event,
     Budget: Performer._budget,
-    Onward: Performer._onward,
+    Onward: lambda _performer, _track, _event: None,  # the next step at once
     CycleBegins: Performer._cycle_begins,
     AttachRobot: Performer._attach,
     DetachRobot: Performer._detach,
-    RunSignal: Performer._run_signal,
+    RunSignal: lambda performer, track, event: performer._tasks.set_run_signal(track, event.signal),
     StartTask: Performer._start_task,
     ControlTask: Performer._control_task,
     **dict.fromkeys((*_ENDINGS, Stopped), Performer._end),

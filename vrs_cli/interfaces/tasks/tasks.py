@@ -77,11 +77,10 @@ class Tasks:
 
     def free(self) -> int:
         """The first number that is not in use. Raises TaskActive."""
-        busy = {track.number for track in self.running}
-        for number in range(1, LAST_TASK + 1):
-            if number not in busy:
-                return number
-        raise TaskActive("every task is in use", "KILL clears one")
+        free = set(range(1, LAST_TASK + 1)) - {track.number for track in self.running}
+        if not free:
+            raise TaskActive("every task is in use", "KILL clears one")
+        return min(free)
 
     def prime(self, number: int, task: Task) -> Track:
         """Ready to run, and stopped before its first step. Raises TaskActive."""
@@ -95,22 +94,17 @@ class Tasks:
 
         Raises TaskNotActive, TaskActive.
         """
-        track = self._stopped(number)
+        track = self.get(number)
+        if track is None or (not track.running and track.task.ended):
+            raise TaskNotActive(f"task {number}", "EXECUTE starts one")
+        if track.running:
+            raise TaskActive(f"task {number} runs {track.task.program}")
         if retry:
             track.task.retry()
         track.outcome, track.fault, track.error, track.wake = None, None, None, self._engine.now
         track.driven_by = self.who
         self._take_robot(track)
         self._run_signal(track, running=True)
-        return track
-
-    def _stopped(self, number: int) -> Track:
-        """A task that can go on. Raises TaskNotActive, TaskActive."""
-        track = self.get(number)
-        if track is None or (not track.running and track.task.ended):
-            raise TaskNotActive(f"task {number}", "EXECUTE starts one")
-        if track.running:
-            raise TaskActive(f"task {number} runs {track.task.program}")
         return track
 
     # --- ending ---
@@ -145,17 +139,13 @@ class Tasks:
         track.outcome, track.pending, track.stepping = outcome, None, None
         self.release_robot(track)
         self._run_signal(track, running=False)
-        self._put_files(track)
+        if track.task.ended and not track.at_prompt:
+            self._disk.release(track.number)
+        else:  # it may go on: what it has written is in its files
+            self._disk.rest(track.number)
         if track.fault is not None and not track.awaited:
             self.failed.append(Beside(track.number, track.fault, self._engine.now))
             self.told(self.failed[-1])
-
-    def _put_files(self, track: Track) -> None:
-        """What a task has written is in its files when it stops; they are closed when it cannot go on."""
-        if track.task.ended and not track.at_prompt:
-            self._disk.release(track.number)
-        else:
-            self._disk.rest(track.number)
 
     def kill(self, number: int) -> None:
         """Forget a task that has stopped. Raises TaskNotActive, TaskActive."""

@@ -30,7 +30,7 @@ _BINARY = re.compile(r"[\x00-\x06\x0e-\x19\x1c-\x1f]")
 _LABEL = r"[ \t]*([0-9]+)(?![\w.])[ \t]*"
 _STEP_NUMBER = re.compile(r"[ \t]*([0-9]+)\.?(?![\w.])(?:[ \t]*\?)?[ \t]*")  # 3  or  3.  or  3.?
 _GOTO = r"(?i)\b(?:GOTO|THEN|GRASP\b[^;]*,)[ \t]*([0-9]+)"
-_DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
+DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
 
 
 def header_end(text: str) -> int | None:
@@ -65,7 +65,7 @@ class SourceLine(NamedTuple):
 
 def lines_of(text: str) -> list[SourceLine]:
     """A text as lines, whatever system it comes from."""
-    texts = _LINE_END.split(text.rstrip(_DISK_END).removeprefix("\ufeff"))
+    texts = _LINE_END.split(text.rstrip(DISK_END).removeprefix("\ufeff"))
     if texts and not texts[-1]:
         texts.pop()
     return [SourceLine(number, line, _directive(line)) for number, line in enumerate(texts, 1)]
@@ -97,7 +97,7 @@ class FileReader(Findings):
 
     def read(self, text: str) -> tuple[File, tuple[Diagnostic, ...]]:
         """The file and everything that is wrong with its lines."""
-        damaged = _BINARY.search(text.rstrip(_DISK_END))
+        damaged = _BINARY.search(text.rstrip(DISK_END))
         if damaged is not None:
             line = text.count("\n", 0, damaged.start()) + 1
             column = damaged.start() - text.rfind("\n", 0, damaged.start())
