@@ -48,11 +48,15 @@ def write_trajectory(
     within: Folder = FREE,
 ) -> None:
     """Save a trajectory: the whole file or, when that fails, what was there before. Raises FileError."""
-    lines = LineEncoder()
     with atomically(path, within) as stream:
-        stream.write(lines.header(model, initial))
-        for delta in deltas:
-            stream.write(lines.delta(delta))
+        stream.writelines(trajectory_lines(model, initial, deltas))
+
+
+def trajectory_lines(model: RobotModel, initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> Iterator[bytes]:
+    """The lines of a trajectory file."""
+    lines = LineEncoder()
+    yield lines.header(model, initial)
+    yield from map(lines.delta, deltas)
 
 
 # --- reading --------------------------------------------------------------------------------------------

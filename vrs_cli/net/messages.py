@@ -16,6 +16,7 @@ from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.engine.position import Position
 from vrs_cli.interfaces.roles.lease import Notice
+from vrs_cli.interfaces.session.acts import RobotAct, RobotFound
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.messages import Refusal, SnapshotRecord
@@ -111,6 +112,13 @@ class Line(Command, frozen=True):
     """A line of the conversation. `issued`: when it was given, by the clock of the holder [s]."""
 
     text: Text
+    issued: Number | None = None
+
+
+class At(Command, frozen=True):
+    """An act of the holder. `issued`: when, by the clock of the holder [s]. `found` of `Done` is what comes of it."""
+
+    act: RobotAct
     issued: Number | None = None
 
 
@@ -253,6 +261,7 @@ FromClient = (
     | Ping
     | Bye
     | Line
+    | At
     | Abort
     | Interrupt
     | Answer
@@ -409,13 +418,16 @@ class Progress(ServerMessage, frozen=True):
 
 
 class Done(Numbered, frozen=True):
-    """The command, or the request, with this id has ended. `version` of the timeline: what it has changed is in it."""
+    """The command, or the request, with this id has ended. `version` of the timeline: what it has changed is in it.
+    `found`: what has come of an act.
+    """
 
     id: Count
     ok: bool = True
     refusal: Refusal | None = None
     version: Count = 0
     status: Status | None = None
+    found: RobotFound | None = None
 
 
 # --- from the server: looking ---------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf, nan
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.engine.commands import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.errors import IllegalValue, JointOutOfRange, ProgramNotExecutable, RoleWanted, UsageError, VrsError
+from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.session.acts import (
     ACTS,
     Act,
@@ -25,6 +27,7 @@ from vrs_cli.interfaces.session.acts import (
     ListBranches,
     ListCommands,
     ListMotions,
+    Record,
     Redo,
     Rest,
     Undo,
@@ -60,6 +63,7 @@ EVERY: tuple[Act[Any], ...] = (
     ListCommands(),
     ListBranches(),
     ListMotions(),
+    Record(),
 )
 
 
@@ -136,6 +140,16 @@ def test_undo_and_what_is_listed(session: Session) -> None:
     assert len(done(session, ListCommands()).commands) == 1
     assert [row.name for row in done(session, ListBranches()).rows] == ["main"]
     assert done(session, Explain(Goal(joints=DOWN), "down")).name == "down"
+
+
+def test_what_is_recorded_is_a_trajectory_file(session: Session, tmp_path: Path) -> None:
+    done(session, Go(Goal(joints=DOWN), text="MOVE down"))
+    done(session, Undo())
+    path = tmp_path / "t.vrst"
+    path.write_bytes(done(session, Record()).data)
+    assert read_trajectory(path).timeline == session.engine.timeline
+    session.perform(f"SAVE {tmp_path / 'other.vrst'}")
+    assert path.read_bytes() == (tmp_path / "other.vrst").read_bytes()
 
 
 def test_programs_and_values(session: Session) -> None:

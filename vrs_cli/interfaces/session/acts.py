@@ -19,6 +19,7 @@ from vrs_cli.dialogue.talk import Talk, beside
 from vrs_cli.engine.commands import Break, JointTarget, Move, NamedTarget, PoseTarget, Stamp, Target
 from vrs_cli.engine.history import CommandRecord
 from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
+from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, timeline_table
 from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, check_may, role_of
 from vrs_cli.interfaces.session.session import Session
@@ -224,6 +225,16 @@ class ListMotions(Act[TimelineTable], frozen=True):
     """The timeline as a table."""
 
 
+class Recorded(Spoken, frozen=True):
+    """A trajectory file."""
+
+    data: bytes
+
+
+class Record(Act[Recorded], frozen=True):
+    """The trajectory as SAVE would write it to a file."""
+
+
 RobotAct = (
     Go
     | Rest
@@ -238,8 +249,11 @@ RobotAct = (
     | ListCommands
     | ListBranches
     | ListMotions
+    | Record
 )
-RobotFound = Valued | Defined | RunResult | CommandList | BranchTable | TimelineTable | ReachReport | ComparisonTable
+RobotFound = (
+    Valued | Defined | RunResult | CommandList | BranchTable | TimelineTable | ReachReport | ComparisonTable | Recorded
+)
 
 
 # --- how they are done ----------------------------------------------------------------------------------------------
@@ -351,6 +365,12 @@ def _list_motions(session: Session, _act: ListMotions, _issued: float | None) ->
     return (yield from beside(lambda: timeline_table(timeline, done, now)))
 
 
+def _record(session: Session, _act: Record, _issued: float | None) -> Talk[Recorded]:
+    engine = session.engine
+    course = engine.model, engine.initial, tuple(engine.deltas)
+    return Recorded((yield from beside(lambda: b"".join(trajectory_lines(*course)))))
+
+
 class _Row(NamedTuple):
     """How an act is called, the role that it needs, and how it is done."""
 
@@ -378,4 +398,5 @@ ACTS: Mapping[type[Act[Any]], _Row] = {
     ListCommands: _as("TIMELINE", _list_commands),
     ListBranches: _Row("a look at the branches", Role.OBSERVER, _list_branches),
     ListMotions: _as("TIMELINE", _list_motions),
+    Record: _Row("a look at the trajectory", Role.OBSERVER, _record),
 }
