@@ -12,10 +12,12 @@ from hypothesis import strategies as st
 
 from tests.files.trajectories import form, initial, planned
 from tests.values import values
+from vrs_cli import errors
 from vrs_cli.dialogue.replies import Message, Tone
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
-from vrs_cli.errors import JointOutOfRange
+from vrs_cli.errors import JointOutOfRange, VrsError
+from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.messages import KINDS, VERSION, Encoding, Refusal, decode, encode
 from vrs_cli.wire.records import RecordError
@@ -121,3 +123,29 @@ def test_a_body_that_is_not_of_its_kind_is_refused(body: object) -> None:
 def test_nesting_without_end_is_refused() -> None:
     with pytest.raises(RecordError):
         decode(b'{"v":1,"kind":"Message","body":' + b"[" * 100_000, form())
+
+
+def classes_of_errors() -> list[type[VrsError]]:
+    return [kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, VrsError)]
+
+
+def test_codes_tell_errors_apart() -> None:
+    told = [kind.code for kind in classes_of_errors() if "code" in vars(kind)]
+    assert len(told) == len(set(told))
+
+
+@pytest.mark.parametrize("kind", classes_of_errors(), ids=lambda kind: kind.__name__)
+def test_a_refusal_is_its_error_again(kind: type[VrsError]) -> None:
+    error = kind("the detail", "a hint", value=1.5, lower=-0.0, joint=2, place=(1.0, 2.0, 3.0))
+    again = through(Refusal.of(error), Encoding.MSGPACK).error()
+    assert str(again) == str(error)
+    assert (again.code, again.title, again.numbers) == (error.code, error.title, error.numbers)
+    assert "code" not in vars(kind) or type(again) is kind
+
+
+def test_a_line_that_is_refused_keeps_its_words() -> None:
+    with pytest.raises(VrsError) as caught:
+        parse_prompt("MOVEE a", ())
+    again = Refusal.of(caught.value).error()
+    assert str(again) == str(caught.value)
+    assert again.title == caught.value.title

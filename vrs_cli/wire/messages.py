@@ -10,16 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache
-from typing import Any, NamedTuple, get_args
+from typing import Any, Final, NamedTuple, get_args
 
 import msgspec
 
+from vrs_cli import errors
 from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.engine.engine import Postponement
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
-from vrs_cli.errors import Place, VrsError
+from vrs_cli.errors import Place, ProgramError, VrsError
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.version import __version__
 from vrs_cli.wire.codec import Encoding
@@ -57,6 +58,35 @@ class Refusal(msgspec.Struct, frozen=True):
     def of(cls, error: VrsError) -> Refusal:
         told: dict[str, Any] = error.numbers
         return cls(error.code, error.title, str(error), error.detail, error.hint, **told)
+
+    def error(self) -> VrsError:
+        """The error again: of its class, with the same message and numbers."""
+        kind = _KIND_OF_CODE.get(self.code, VrsError)
+        told = {name: getattr(self, name) for name in ("value", "lower", "upper", "joint", "place")}
+        made = kind(self.detail, self.hint, **told)
+        return made if str(made) == self.message else Quoted(self)
+
+
+class Quoted(ProgramError):
+    """A refusal in words of its own, as of a line that cannot be read."""
+
+    def __init__(self, refusal: Refusal) -> None:
+        super().__init__(refusal.detail, refusal.hint)
+        self.refusal: Final = refusal
+
+    def __str__(self) -> str:
+        return self.refusal.message
+
+    @property
+    def title(self) -> str:
+        return self.refusal.title
+
+
+_KIND_OF_CODE: Mapping[int, type[VrsError]] = {
+    kind.code: kind
+    for kind in vars(errors).values()
+    if isinstance(kind, type) and issubclass(kind, VrsError) and "code" in vars(kind)
+}
 
 
 Sendable = Reply | Question | TimelineDelta | Snapshot | Postponement | Refusal
