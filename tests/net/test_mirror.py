@@ -8,16 +8,20 @@ import pytest
 
 from tests.examples import some
 from tests.net.edits import Edits
+from tests.wire.test_steered import waves
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine, Event
 from vrs_cli.engine.feed import Missed
 from vrs_cli.engine.snapshot import Replaced, Snapshot
 from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.interfaces.roles.viewer import Audience
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.mirror import ClockReading, Mirror
+from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.messages import Encoding, decode, encode
 from vrs_cli.wire.records import Form
+from vrs_cli.wire.steered import SteeredRecord, steered_record
 
 
 def bits(timeline: Timeline) -> str:
@@ -205,3 +209,31 @@ def test_viewers_look_at_a_mirror_as_at_the_robot() -> None:
     (look,) = audience.step()
     assert repr(look.frame.position) == repr(edits.engine.position(0.5))
     assert look.frame.version == edits.engine.timeline.version
+
+
+def test_targets_of_steering_in_short_make_the_same_timeline() -> None:
+    engine = Engine(load_robot("puma560"))
+    line, arm = Line(engine), engine.arm
+    waves(engine, 20)
+    line.news()
+    before = engine.timeline
+    mirrors = line.mirror(), line.mirror(0.3)
+    waves(engine, 40)
+    short = 0
+    for event in line.heard.taken():
+        assert isinstance(event, TimelineDelta)
+        target = steered_record(event, before, arm)
+        before, line.seq, short = before.apply(event), line.seq + 1, short + (target is not None)
+        for mirror in mirrors:
+            if target is None:
+                mirror.change(event, line.seq)
+            else:
+                mirror.steer(target, line.seq)
+                mirror.steer(target, line.seq)  # again
+    assert short == 39  # but for the first, which is gone to
+    whole, part = mirrors
+    assert bits(whole.timeline) == bits(engine.timeline)
+    assert repr(list(part.timeline)) == repr(list(engine.timeline)[-len(part.timeline) :])
+    wrong = SteeredRecord(engine.timeline.version, engine.timeline.end, 2**24, (0.1,) * 6, 1)
+    whole.steer(wrong, line.seq + 1)
+    assert whole.lost

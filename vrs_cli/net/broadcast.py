@@ -128,7 +128,7 @@ class Broadcast:
     """Tells of one robot. `stream`: its changes."""
 
     def __init__(self, watched: Watched, begin: Replaced, wall: Callable[[], float]) -> None:
-        self.stream = Stream(begin)
+        self.stream = Stream(begin, watched.arm)
         self._watched, self._wall = watched, wall
         self._everybody = Round()
         self._behind: set[Listener] = set()

@@ -21,6 +21,7 @@ from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.messages import Refusal, SnapshotRecord
 from vrs_cli.wire.records import Count, DeltaRecord, Joints, Length, Name, Number, Text, Time
+from vrs_cli.wire.steered import SteeredRecord
 
 VERSION = 1
 
@@ -440,6 +441,12 @@ class Delta(Change, frozen=True):
     applied: float
 
 
+class Steered(Change, frozen=True):
+    """A change by one target of steering, in short: for who has not asked for the full form."""
+
+    target: SteeredRecord
+
+
 class Replaced(Change, frozen=True):
     """Another timeline has taken the place of the one before."""
 
@@ -557,6 +564,7 @@ FromServer = (
     | Progress
     | Done
     | Delta
+    | Steered
     | Replaced
     | Missed
     | Sample

@@ -21,6 +21,8 @@ from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.instant import down_to_grid
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.wire.records import Form, RecordError
+from vrs_cli.wire.steered import SteeredRecord, steered_delta
 
 
 class ClockReading(Struct, frozen=True):
@@ -57,7 +59,7 @@ class Mirror:
     def __init__(self, arm: RobotArm, snapshot: Snapshot, seq: int, wall: Callable[[], float]) -> None:
         self.arm, self._wall = arm, wall
         self.clock = ClockReading()
-        self.lost = False
+        self.lost, self._form = False, Form.of(arm)
         self._held = _Held(snapshot, snapshot.timeline(), seq)
         self.events: Feed[Event] = Feed(lambda: Replaced(self.timeline, self.settings))
 
@@ -108,6 +110,20 @@ class Mirror:
             return
         self._held = _Held(held.base, held.timeline.apply(fitted), seq)
         self.events.publish([fitted])
+
+    def steer(self, target: SteeredRecord, seq: int) -> None:
+        """The change of that number, which is one target of steering, in short. Where it does not become what it was,
+        the mirror is `lost`, and changes have to come in full.
+        """
+        held = self._held
+        if self.lost or seq <= held.seq:
+            return
+        try:
+            delta = steered_delta(target, held.timeline, self.arm, self._form, held.base.first)
+        except RecordError:
+            self.lost = True
+        else:
+            self.change(delta, seq)
 
     def extend(self, older: Snapshot) -> bool:
         """More of the past: an older window, which reaches up to what is known. False where it does not fit any more:

@@ -43,6 +43,7 @@ from vrs_cli.net.messages import (
     Resume,
     Resync,
     ServerMessage,
+    Steered,
     Subscribe,
     Welcome,
     Withdrawn,
@@ -399,7 +400,7 @@ class ClientConnection:
         if isinstance(change, Replaced):
             self._change = change.number
             return True
-        if self._change is None or not isinstance(change, Delta) or change.number <= self._change:
+        if self._change is None or not isinstance(change, Delta | Steered) or change.number <= self._change:
             return False
         if change.number == self._change + 1:
             self._change = change.number

@@ -13,11 +13,14 @@ from typing import NamedTuple
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Replaced, Snapshot
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net import messages
 from vrs_cli.net.packets import Context, Form, Letter, Packet, Place
+from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.messages import snapshot_record
 from vrs_cli.wire.records import Motions, delta_record
+from vrs_cli.wire.steered import steered_record
 
 REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # changes
 SEGMENTS, SNAPSHOT_BYTES = 2000, 512 * 1024  # of a snapshot: where there would be more, it begins later
@@ -42,8 +45,9 @@ class _Change(Letter):
 class Stream:
     """`number`: of the last change; `timeline` and `settings`: as they are after it."""
 
-    def __init__(self, begin: Replaced) -> None:
+    def __init__(self, begin: Replaced, arm: RobotArm) -> None:
         self.number = 0
+        self._arm = arm
         self.timeline: Timeline = begin.timeline
         self.settings: Settings = begin.settings
         self._replaced = 0  # the last change that was another timeline
@@ -61,13 +65,19 @@ class Stream:
             self.timeline, self.settings, self._replaced = event.timeline, event.settings, number
             self._forget(0)
         else:
-            self.timeline = self.timeline.apply(event)
-            self._changes[number] = _Change(
-                lambda _full: messages.Delta(delta_record(event, Motions()), applied, number=number)
-            )
+            before, self.timeline = self.timeline, self.timeline.apply(event)
+            self._changes[number] = _Change(lambda full: self._change(event, before, applied, number, full=full))
             self._forget(REMEMBERED)
         self.number = number
         self._snapshots.clear()
+
+    def _change(
+        self, delta: TimelineDelta, before: Timeline, applied: float, number: int, *, full: bool
+    ) -> messages.Change:
+        short = None if full else steered_record(delta, before, self._arm)
+        if short is not None:
+            return messages.Steered(short, number=number)
+        return messages.Delta(delta_record(delta, Motions()), applied, number=number)
 
     def _forget(self, most: int) -> None:
         """The oldest, so that so many are left."""

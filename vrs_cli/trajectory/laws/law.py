@@ -35,6 +35,8 @@ class Law(NamedTuple):
     `straight_stop(state, limits)`: the tool to rest on the line that it moves on. Raises NoTimes.
     `steer(state, target, limits, hardest, tick, start, motion, coming)`: a tick [s] towards a target that moves, then
     a stop; `hardest`: the limits of braking. Empty where neither a tick nor what is `coming` keeps the limits.
+    `steered(state, rates, limits, tick, start, motion)`: the same again from what `steering_of(segments)` says of each
+    joint; None where that is not enough.
     """
 
     smooth: bool
@@ -44,3 +46,5 @@ class Law(NamedTuple):
     straight_motion: Callable[[ToolState, Transform, ToolLimits, float], list[ToolStretch]]
     straight_stop: Callable[[ToolState, ToolLimits], list[ToolStretch]]
     steer: Callable[[JointState, Target, JointLimits, JointLimits, float, float, Motion, Coming], tuple[Segment, ...]]
+    steered: Callable[[JointState, Joints, JointLimits, float, float, Motion], tuple[Segment, ...]]
+    steering_of: Callable[[Sequence[Segment]], Joints | None]

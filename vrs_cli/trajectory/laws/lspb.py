@@ -13,7 +13,7 @@ from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose,
 from vrs_cli.kinematics.vector import length, rotated_back, scaled, subtracted
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law
-from vrs_cli.trajectory.laws.lspb_steering import steer
+from vrs_cli.trajectory.laws.lspb_steering import steer, steered, steering_of
 from vrs_cli.trajectory.laws.lspb_stops import joint_stops
 from vrs_cli.trajectory.laws.lspb_times import (
     Component,
@@ -183,4 +183,6 @@ LAW = Law(
     straight_motion=straight_motion,
     straight_stop=straight_stop,
     steer=steer,
+    steered=steered,
+    steering_of=steering_of,
 )

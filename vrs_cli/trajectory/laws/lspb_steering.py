@@ -11,7 +11,7 @@ before the end of its range; so it stays inside whatever comes, if it did at the
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import copysign, sqrt
 
 from vrs_cli.kinematics.joints import Joints
@@ -42,7 +42,7 @@ def steer(
     """A tick [s] towards the target, on the time grid, then coasting and braking to rest; braking at once, at the
     `hardest`, where the motion before has left no room for a whole tick.
     """
-    segments = _follow_and_stop(state, target, limits, tick, start, motion)
+    segments = steered(state, _next_velocities(state, target, limits, tick), limits, tick, start, motion)
     return (
         segments
         if stay_inside(segments, limits.lower, limits.upper)
@@ -50,10 +50,30 @@ def steer(
     )
 
 
-def _follow_and_stop(
-    state: JointState, target: Target, limits: JointLimits, tick: float, start: float, motion: Motion
+def steered(
+    state: JointState, v1: Joints, limits: JointLimits, tick: float, start: float, motion: Motion
 ) -> tuple[Segment, ...]:
-    v1 = tuple(
+    """A tick in which the joints come to the velocities v1, then coasting and braking to rest."""
+    chase = segments_of(start, motion, _chase(state, v1, tick))
+    last = chase[-1]
+    assert isinstance(last.path, JointPath)
+    after = JointState(last.path.joints(last.duration), v1)
+    return (*chase, *_stop(after, limits, last.finish, motion))
+
+
+def steering_of(segments: Sequence[Segment]) -> Joints | None:
+    """The velocities with which `steered` made the segments, if it did."""
+    path = segments[0].path
+    if segments[0].phase is not Phase.BLEND or not isinstance(path, JointPath):
+        return None
+    if len(segments) == 1:
+        return (0.0,) * len(path.coefficients)
+    coast = segments[1].path
+    return tuple(row[1] for row in coast.coefficients) if isinstance(coast, JointPath) and coast.degree == 1 else None
+
+
+def _next_velocities(state: JointState, target: Target, limits: JointLimits, tick: float) -> Joints:
+    return tuple(
         _next_velocity(q, v, p, w, v_max * SPARE, a_max * SPARE, low, high, tick)
         for q, v, p, w, v_max, a_max, low, high in zip(
             state.joints,
@@ -66,11 +86,6 @@ def _follow_and_stop(
             strict=True,
         )
     )
-    chase = segments_of(start, motion, _chase(state, v1, tick))
-    last = chase[-1]
-    assert isinstance(last.path, JointPath)
-    after = JointState(last.path.joints(last.duration), v1)
-    return (*chase, *_stop(after, limits, last.finish, motion))
 
 
 def _chase(state: JointState, v1: Joints, tick: float) -> Iterator[tuple[float, Phase, Path]]:

@@ -24,7 +24,7 @@ from vrs_cli.trajectory.laws.law import Law, NoTimes
 from vrs_cli.trajectory.laws.lspb_times import MARGIN
 from vrs_cli.trajectory.laws.scurve import spin_turns, straight_stop
 from vrs_cli.trajectory.laws.scurve_pieces import joint_stops
-from vrs_cli.trajectory.laws.scurve_steering import steer
+from vrs_cli.trajectory.laws.scurve_steering import steer, steered, steering_of
 from vrs_cli.trajectory.laws.scurve_times import PEAK
 from vrs_cli.trajectory.limits import JointLimits, ToolLimits
 from vrs_cli.trajectory.motion import Motion
@@ -249,4 +249,6 @@ LAW = Law(
     straight_motion=straight_motion,
     straight_stop=straight_stop,
     steer=steer,
+    steered=steered,
+    steering_of=steering_of,
 )

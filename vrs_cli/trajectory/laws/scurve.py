@@ -16,7 +16,7 @@ from vrs_cli.trajectory.laws.law import Law, NoTimes
 from vrs_cli.trajectory.laws.lspb_times import MARGIN
 from vrs_cli.trajectory.laws.scurve_pieces import joint_pieces, joint_stops
 from vrs_cli.trajectory.laws.scurve_separate import course_pieces, fastest, together
-from vrs_cli.trajectory.laws.scurve_steering import steer
+from vrs_cli.trajectory.laws.scurve_steering import steer, steered, steering_of
 from vrs_cli.trajectory.laws.scurve_times import (
     NONE,
     Bounds,
@@ -297,4 +297,6 @@ LAW = Law(
     straight_motion=straight_motion,
     straight_stop=straight_stop,
     steer=steer,
+    steered=steered,
+    steering_of=steering_of,
 )

@@ -13,9 +13,10 @@ goes on as it was planned before, to its stop at the latest; so it stays inside 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import copysign, sqrt
+from math import copysign, inf, nextafter, sqrt
 from typing import NamedTuple
 
+from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Coming, Pieces
 from vrs_cli.trajectory.laws.lspb_steering import COASTING, SPARE
@@ -23,6 +24,7 @@ from vrs_cli.trajectory.laws.scurve_pieces import farthest, joint_pieces, state_
 from vrs_cli.trajectory.laws.scurve_times import MOMENT, Change, ramps
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.motion import Motion
+from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
 from vrs_cli.trajectory.state import JointState, Target
 from vrs_cli.trajectory.stretch import segments_of
@@ -31,6 +33,7 @@ RESPONSE = 4.0  # ticks in which an error goes: the quickest without going beyon
 EASY = 0.25  # of acceleration and jerk, to come near a target with
 KEPT = 0.8  # of acceleration and jerk, to stop with: the rest makes up for whole ticks
 HALVINGS = 24
+CUBIC = 3  # degree of a path of constant jerk
 
 
 class Joint(NamedTuple):
@@ -79,6 +82,35 @@ def steer(
         for one, jerk, planned in zip(joints, jerks, before, strict=True)
     ]
     return segments_of(start, motion, joint_pieces(state, pieces, tick))
+
+
+def steered(
+    state: JointState, jerks: Joints, limits: JointLimits, tick: float, start: float, motion: Motion
+) -> tuple[Segment, ...]:
+    """A tick with these jerks, then all joints to rest together; nothing where there is no room for that."""
+    joints = _joints(state, Target(state.joints, state.velocity), limits)
+    return segments_of(start, motion, iter(_together(list(zip(joints, jerks, strict=True)), tick)))
+
+
+def steering_of(segments: Sequence[Segment]) -> Joints | None:
+    """The jerks with which `steered` made the segments, if it did."""
+    chase, *after = (segment.path.coefficients for segment in segments if isinstance(segment.path, JointPath))
+    if segments[0].phase is not Phase.BLEND or len(chase[0]) != CUBIC + 1:
+        return None
+    tick, coast = segments[0].duration, after[0] if after else ((),) * len(chase)
+    jerks = [_jerk_of(row, then, tick) for row, then in zip(chase, coast, strict=True)]
+    return None if None in jerks else tuple(jerks)  # type: ignore[arg-type]
+
+
+def _jerk_of(row: Polynomial, then: Polynomial, tick: float) -> float | None:
+    """The jerk of a joint in a tick, to the bit; `then`: what it does after it. Two numbers may have one sixth."""
+    q, v, half, sixth = row
+    near = 6.0 * sixth
+    for jerk in (near, nextafter(near, inf), nextafter(near, -inf)):
+        q1, v1, a1 = state_after(q, v, 2.0 * half, tick, jerk)
+        if jerk / 6.0 == sixth and then[:CUBIC] in ((), (q1, v1, 0.5 * a1)):
+            return jerk
+    return None
 
 
 def _joints(state: JointState, target: Target, limits: JointLimits) -> list[Joint]:
