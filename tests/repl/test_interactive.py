@@ -21,6 +21,7 @@ from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.word import Role
 from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.repl import interactive
 from vrs_cli.repl.interactive import LineValidator, Shell, ValCompleter
@@ -130,7 +131,7 @@ def test_a_line_that_cannot_be_done_does_not_end_the_shell(capsys: pytest.Captur
 def test_an_error_of_the_shell_itself_is_one_line(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(_session: Session, _line: str) -> None:
+    def broken(*_arguments: object) -> None:
         raise ZeroDivisionError("surprise")
 
     monkeypatch.setattr(Session, "answers", broken)
@@ -415,11 +416,11 @@ def test_without_a_place_for_the_history_there_is_one_note(
 # --- Ctrl-C while a program runs -----------------------------------------------------------------------------------
 
 
-def interrupting(when: Callable[[Session], bool]) -> Callable[[Session, str], Talk[None]]:
+def interrupting(when: Callable[[Session], bool]) -> Callable[..., Talk[None]]:
     """Session.answers, with Ctrl-C pressed as soon as the clock tells so."""
     answers = Session.answers
 
-    def pressed(session: Session, line: str) -> Talk[None]:
+    def pressed(session: Session, line: str, role: Role) -> Talk[None]:
         told = session.engine.book.told
 
         def press(deltas: Sequence[TimelineDelta]) -> None:
@@ -428,7 +429,7 @@ def interrupting(when: Callable[[Session], bool]) -> Callable[[Session, str], Ta
                 signal.raise_signal(signal.SIGINT)
 
         session.engine.book.told = press
-        return answers(session, line)
+        return answers(session, line, role)
 
     return pressed
 

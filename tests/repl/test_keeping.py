@@ -23,11 +23,11 @@ class Shell:
         self.terminal = Person(sure=sure)
         self.conversation = Conversation(Session(self.terminal))
         self.keeper = Keeper(self.conversation, folder)
-        self.conversation.after = self.keeper.keep
 
     def take(self, *lines: str) -> None:
         for line in lines:
             self.conversation.take(line)
+            self.keeper.keep()
         self.keeper._recovery.wait()
 
     def kill(self) -> None:

@@ -77,10 +77,10 @@ class Workplace:
 
         self.terminal: ShellTerminal = ShellTerminal(read, draw)
         session = Session(self.terminal, model, clock=clock)
-        session.lives = self.terminal.whole_lines = clock is not None
+        session.desk.lives = self.terminal.whole_lines = clock is not None
         self.conversation: Conversation = Conversation(session)
         self.keeper = Keeper(self.conversation, recovery_folder(os.environ))
-        self.conversation.after = self.terminal.line_left = self.keeper.keep
+        self.terminal.line_left = self.keeper.keep
         self.recorded = None if recorder is None else recorder.begin(session)
         self.noted = ""
         self.terminal.interrupt = self.interrupt
@@ -90,6 +90,17 @@ class Workplace:
         """Ctrl-C: stop the program that runs; False when none does."""
         self.terminal.echoed = True
         return self.conversation.session.interrupt()
+
+    def take(self, text: str) -> None:
+        self.conversation.take(text)
+        self.keep()
+
+    def keep(self) -> None:
+        """What is in memory alone outlives the shell, wherever that can be written."""
+        try:
+            self.keeper.keep()
+        except Exception as error:
+            self.note(error)
 
     def stop_program(self) -> None:
         """Ctrl-C on an empty line: the end of the program is told when the arm stands."""
@@ -222,7 +233,8 @@ class Shell:
                 work.terminal.show(work.recorded)
         if self.file is not None:
             with stoppable(self.backstage.wait().interrupt):
-                self.backstage.wait().conversation.load(self.file)
+                work = self.backstage.wait()
+                work.conversation.perform(work.conversation.load(self.file))
         self._recover()
         while self._unhurt_round():
             pass
@@ -271,9 +283,9 @@ class Shell:
         work.noted = ""
         with stoppable(work.interrupt), unechoed():
             if line == QUESTION:
-                work.conversation.answer()
+                work.conversation.perform(work.conversation.answer())
             else:
-                work.conversation.take(line)
+                work.take(line)
             work.terminal.end_progress()
         return not work.terminal.leaving
 
@@ -328,8 +340,8 @@ class Shell:
         work = self.backstage.ready
         if work is None or self._hung_up or not work.conversation.in_program:
             return False
-        work.conversation.leave_entry()
-        work.keeper.keep()
+        work.conversation.perform(work.conversation.leave_entry())
+        work.keep()
         return True
 
     def _leave(self) -> bool:
@@ -338,7 +350,7 @@ class Shell:
         if work is None or self._hung_up:
             return True
         with stoppable(work.interrupt):
-            work.conversation.leave()
+            work.conversation.perform(work.conversation.leave())
         return work.terminal.leaving
 
     # --- what the prompt shows ---

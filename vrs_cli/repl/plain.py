@@ -37,14 +37,15 @@ def run(
         terminal.show(recorder.begin(session))
     if file is not None:
         with stoppable(session.interrupt):
-            conversation.load(file)
+            conversation.perform(conversation.load(file))
     for line in terminal.lines:
         with stoppable(session.interrupt):
             conversation.take(line.rstrip("\r\n"))
         sink.flush()
         if terminal.leaving or session.desk.interrupted:
             break
-    conversation.leave_entry("the input ended: ")
+    with stoppable(session.interrupt):
+        conversation.perform(conversation.leave_entry("the input ended: "))
     return FAILED if terminal.failed or session.desk.interrupted else OK
 
 

@@ -7,11 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.examples import examples
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.desk import Desk
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.word import Role
 from vrs_cli.repl.terminal import PlainTerminal
 
 HARMLESS = sorted(
@@ -70,9 +73,56 @@ def test_several_lines_at_once() -> None:
 
 
 def test_a_broken_pipe_is_for_the_caller(monkeypatch: pytest.MonkeyPatch) -> None:
-    def gone(_session: Session, _line: str) -> None:
+    def gone(*_arguments: object) -> None:
         raise BrokenPipeError
 
     monkeypatch.setattr(Session, "answers", gone)
     with pytest.raises(BrokenPipeError):
         conversation().take("WHERE")
+
+
+# --- at a desk of one's own ----------------------------------------------------------------------------------------
+
+
+def said(session: Session, desk: Desk, talk: Talk[None]) -> list[str]:
+    """What a talk says at somebody's desk, as a pipe would have it."""
+    session.converse(session.at(desk, talk))
+    assert isinstance(session.terminal, PlainTerminal)
+    assert isinstance(session.terminal.stream, StringIO)
+    text = session.terminal.stream.getvalue()
+    session.terminal.stream.truncate(0)
+    session.terminal.stream.seek(0)
+    return text.splitlines()
+
+
+def test_two_who_type_do_not_hear_of_each_others_program() -> None:
+    session = Session(PlainTerminal(StringIO(), iter([])))
+    one, other = (Conversation(session, Desk()) for _ in range(2))
+    assert said(session, one.desk, one.lines(".PROGRAM p\na = 1")) == []
+    assert (one.status().prompt, one.status().indent, other.status().prompt) == ("    2.? ", "    ", ".")
+    assert said(session, other.desk, other.lines("LISTR 2")) == ["2                2"]
+    assert said(session, one.desk, one.lines(".END")) == ["Program p: 1 step"]
+
+
+def test_who_may_only_look_types_no_program() -> None:
+    session = Session(PlainTerminal(StringIO(), iter([])))
+    viewer = Conversation(session, Desk(), Role.OBSERVER)
+    assert said(session, viewer.desk, viewer.lines(".PROGRAM p\na = 1\n.END\nWHERE t"))[0].startswith(
+        "*Not in your role*"
+    )
+    assert not session.programs
+
+
+def test_who_leaves_a_robot_that_others_hold_is_asked_nothing() -> None:
+    session = Session(PlainTerminal(StringIO(), iter([])))
+    visitor = Conversation(session, Desk(attended=True))
+    assert said(session, visitor.desk, visitor.lines("a = 1\nEXIT")) == []
+
+
+def test_the_status_is_what_a_prompt_shows() -> None:
+    talk = conversation()
+    talk.take("SPEED 50\nDRIVE 1, 10\nhand = 3")
+    status = talk.status()
+    assert (status.prompt, status.running, status.monitor_speed, status.speed_unit) == (".", False, 50.0, "%")
+    assert status.clock == status.end > 0.0
+    assert (status.hidden, status.pace, status.branch) == (("hand",), None, "main")

@@ -27,7 +27,7 @@ def wall() -> ManualWall:
 @pytest.fixture
 def session(terminal: RecordingTerminal, wall: ManualWall) -> Session:
     session = Session(terminal, clock=wall.clock())
-    session.lives = True
+    session.desk.lives = True
     return session
 
 
@@ -129,7 +129,7 @@ def test_a_question_whose_program_is_stopped_needs_no_answer(session: Session, w
 
 def test_the_limits_of_a_program_hold_though_nobody_waits_for_it(terminal: RecordingTerminal, wall: ManualWall) -> None:
     session = Session(terminal, clock=wall.clock(), limits=Limits(max_elements=5000))
-    session.lives = True
+    session.desk.lives = True
     load(session, "FOR i = 1 TO 100000", "a[i] = i", "WAIT", "END")
     session.perform("EXECUTE main")
     later(session, wall, 1000.0)
@@ -140,7 +140,7 @@ def test_the_limits_of_a_program_hold_though_nobody_waits_for_it(terminal: Recor
 
 def test_what_is_typed_beside_a_program_is_not_stored_and_what_that_computes_does_not_count(wall: ManualWall) -> None:
     session = Session(Person(), clock=wall.clock())
-    session.lives = True
+    session.desk.lives = True
     load(session, "x = 1", "WAIT SIG(1001)", "y = 2")
     session.perform("EXECUTE main")
     session.perform("z = 3")
@@ -153,7 +153,7 @@ def test_what_is_typed_beside_a_program_is_not_stored_and_what_that_computes_doe
 def test_leaving_asks_while_a_program_runs(wall: ManualWall) -> None:
     person = Person(sure=False)
     session = Session(person, clock=wall.clock())
-    session.lives = True
+    session.desk.lives = True
     load(session, "WAIT SIG(1001)")
     session.unstored.stored(one.program for one in session.programs.values())
     session.perform("EXECUTE main")

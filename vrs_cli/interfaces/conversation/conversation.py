@@ -1,83 +1,112 @@
-"""Lines into a session, at a terminal or from a pipe: programs are gathered, errors become replies."""
+"""Lines into a session, from a terminal, a pipe or afar: programs are gathered, errors become replies."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 from vrs_cli.dialogue.numbers import count
 from vrs_cli.dialogue.questions import Parting
-from vrs_cli.dialogue.replies import Message, Tone, refusal, report
+from vrs_cli.dialogue.replies import Message, Reply, Tone, refusal, report
 from vrs_cli.dialogue.talk import Talk
+from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import ProgramExists, VrsError
+from vrs_cli.interfaces.conversation.complete import Suggestion, suggestions
 from vrs_cli.interfaces.conversation.entry import Entry, closes_entry, opens_entry
 from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.names import names_of
+from vrs_cli.interfaces.conversation.status import Pace, Status
 from vrs_cli.interfaces.conversation.validate import mistake_in_entry
 from vrs_cli.interfaces.monitor.consent import leave, may_replace
 from vrs_cli.interfaces.monitor.files import load
+from vrs_cli.interfaces.rights import check_may
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.desk import Desk
 from vrs_cli.language.text.diagnostics import Diagnostic
+from vrs_cli.language.text.parser import variables_in
+from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.word import Role
+
+RUNNING = "*"  # the prompt while a program runs
+CONSTANTS = tuple(name.lower() for name, row in FUNCTIONS.items() if row.constant)
 
 _NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
 
 
 class Conversation:
-    """One session and the program that is being typed, if one is. Nothing that a user types raises an exception."""
+    """Somebody's lines into a session, and the program that is being typed, if one is. What is done is a talk, for
+    whoever drives; nothing that a user types raises an exception in it.
 
-    def __init__(self, session: Session) -> None:
-        self.session = session
+    `desk`, `role`: of whoever types, where others hold the robot too (`Holder.submit` does talks there).
+    """
+
+    def __init__(self, session: Session, desk: Desk | None = None, role: Role = Role.SUPERVISOR) -> None:
+        self.session, self.desk, self.role = session, desk or session.desk, role
         self.entry: Entry | None = None
         self._refused = False
-        self.after: Callable[[], None] = lambda: None  # called after each line, or lines that were pasted together
 
     # --- lines ---
 
     def take(self, text: str) -> None:
-        """One line, or several that were pasted together; Ctrl-C in one of them forgets those after it."""
-        self.session.desk.interrupted = False
-        for line in text.splitlines() or [""]:
-            self._guarded(self._line(line), line)
-            if self.session.desk.interrupted:
-                break
-        if self._refused and self.session.terminal.attended:
-            self.entry, self._refused = None, False  # somebody is there, and knows that it was refused
-        self._guarded(self._after(), "")
+        """Carry out `lines` at the terminal of the session."""
+        self.perform(self.lines(text))
 
-    def _after(self) -> Talk[None]:
-        self.after()
-        yield from ()
-
-    def _guarded(self, talk: Talk[None], line: str) -> None:
-        """Whatever goes wrong is shown, and the next line may come."""
-        terminal = self.session.terminal
+    def perform(self, talk: Talk[None]) -> None:
+        """Drive a talk to its end at the terminal of the session. Whatever goes wrong is shown."""
         try:
             self.session.converse(talk)
-        except VrsError as error:
-            terminal.show(refusal(error, line))
-        except KeyboardInterrupt:
-            self.session.desk.interrupted = True
-            terminal.show(Message("interrupted", Tone.ERROR))
         except BrokenPipeError:
             raise  # whoever read us has gone
-        except Exception as error:
-            terminal.show(internal_error(error))
+        except (Exception, KeyboardInterrupt) as error:
+            self.session.terminal.show(self._told(error, ""))
 
-    def _line(self, line: str) -> Talk[None]:
-        if self.entry is not None:
-            yield from self._step(self.entry, line)
-        elif self.session.desk.editor is None and opens_entry(line):
-            yield from self._open(line)
-        elif self.session.desk.editor is not None or line.strip():
-            yield from self.session.answers(line)
+    def lines(self, text: str) -> Talk[None]:
+        """One line, or several that were pasted together; Ctrl-C in one of them forgets those after it."""
+        self.desk.interrupted = False
+        for line in text.splitlines() or [""]:
+            yield from self._guarded(self._line(line), line)
+            if self.desk.interrupted:
+                break
+        if self._refused and self.desk.attended:
+            self.entry, self._refused = None, False  # somebody is there, and knows that it was refused
 
-    def answer(self) -> None:
+    def load(self, path: str) -> Talk[None]:
+        """The file named on the command line."""
+        return self._guarded(load(self.session, Path(path)), "")
+
+    def answer(self) -> Talk[None]:
         """Put the questions that tasks have, which go on then."""
-        self._guarded(self._answer(), "")
+        return self._guarded(self._answer(), "")
 
     def _answer(self) -> Talk[None]:
         yield from self.session.driver.ask()
         self.session.settle()
+
+    def _guarded(self, talk: Talk[None], line: str) -> Talk[None]:
+        """Whatever goes wrong is said, and the next line may come."""
+        try:
+            yield from talk
+        except BrokenPipeError:
+            raise
+        except (Exception, KeyboardInterrupt) as error:
+            yield self._told(error, line)
+
+    def _told(self, error: BaseException, line: str) -> Reply:
+        """What is said of what went wrong with a line."""
+        if isinstance(error, VrsError):
+            return refusal(error, line)
+        if isinstance(error, KeyboardInterrupt):
+            self.desk.interrupted = True
+            return Message("interrupted", Tone.ERROR)
+        return internal_error(error)
+
+    def _line(self, line: str) -> Talk[None]:
+        if self.entry is not None:
+            yield from self._step(self.entry, line)
+        elif self.desk.editor is None and opens_entry(line):
+            yield from self._open(line)
+        elif self.desk.editor is not None or line.strip():
+            yield from self.session.answers(line, self.role)
 
     def mistake(self, text: str) -> Diagnostic | None:
         """The first mistake in a line that is not sent yet. Several lines (pasted) are not looked at."""
@@ -95,6 +124,7 @@ class Conversation:
     def _open(self, header: str) -> Talk[None]:
         """`.PROGRAM`: the lines after it are its steps, also when it is refused (they are dropped then)."""
         self.entry, self._refused = Entry(header), True
+        check_may("a program", Role.SUPERVISOR, self.role)
         name = _named(header)
         if name and not (yield from may_replace(self.session, name)):
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
@@ -121,30 +151,27 @@ class Conversation:
                 steps = count(len(stored.program.steps), "step")
                 yield Message(f"Program {stored.name}: {steps}{ready}")
 
-    def leave_entry(self, why: str = "") -> None:
+    def leave_entry(self, why: str = "") -> Talk[None]:
         """Ctrl-C, or the end of the input: what was typed of a program is forgotten, and said to be. Somebody who is
         there is asked first, if there is something to forget.
         """
-        self.session.converse(self._leave_entry(why))
-
-    def _leave_entry(self, why: str) -> Talk[None]:
         name, how = self._being_typed()
         if not name:
             return
-        loses = self._typed and self.session.terminal.attended
+        loses = self._typed and self.desk.attended
         if loses and not (yield Parting(f"{name} is not stored. Leave (Y/N)?")):
             return
-        self.entry = self.session.desk.editor = None
+        self.entry = self.desk.editor = None
         yield Message(f"{why}{name} is not stored ({how})", Tone.ERROR if why else Tone.NOTE)
 
-    def leave(self) -> None:
+    def leave(self) -> Talk[None]:
         """Ctrl-D: as EXIT, which an error of the shell itself does not keep the user from."""
-        self.session.converse(leave(self.session))
+        return leave(self.session)
 
     def _being_typed(self) -> tuple[str, str]:
         """The name of the program that is typed or edited, and how it would be stored; empty where there is none."""
-        if self.session.desk.editor is not None:
-            return self.session.desk.editor.name, "E would have stored it"
+        if self.desk.editor is not None:
+            return self.desk.editor.name, "E would have stored it"
         if self.entry is not None:
             return _named(self.entry.header) or "the program", ".END would have ended it"
         return "", ""
@@ -152,36 +179,67 @@ class Conversation:
     @property
     def _typed(self) -> bool:
         """Whether anything of it was typed."""
-        editor = self.session.desk.editor
+        editor = self.desk.editor
         return editor.changed if editor is not None else self.entry is not None and bool(self.entry.lines)
+
+    # --- what is seen while a line is typed ---
+
+    def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
+        """What may stand at the end of a line that is begun."""
+        return suggestions(text, names_of(self.session), in_program=self.in_program, everything=everything)
+
+    def status(self) -> Status:
+        """What the prompt and the toolbar show. For a desk of its own it is asked for as all else: `Holder.call`."""
+        session, engine = self.session, self.session.engine
+        clock, position = engine.clock, engine.position()
+        T, speed = position.T_world_tool, engine.settings.speed.always
+        waiting = session.driver.unasked()
+        return Status(
+            prompt=self.prompt or (RUNNING if session.running else session.prompt),
+            indent=self.entry.indent if self.entry is not None else "",
+            in_program=self.in_program,
+            typed=self._typed,
+            running=session.running,
+            asked=f"{waiting[0][0].task.program} asks: {waiting[0][1].question.text}" if waiting else "",
+            hidden=self._hidden(),
+            clock=engine.now,
+            end=engine.end,
+            pace=Pace(clock.rate, clock.paused) if isinstance(clock, WallClock) else None,
+            tool=(T.px, T.py, T.pz),
+            monitor_speed=engine.settings.monitor_speed,
+            speed=speed.value,
+            speed_unit=speed.unit.value,
+            configuration=str(engine.arm.configuration(position.joints)),
+            branch=session.branches.present,
+        )
+
+    def _hidden(self) -> tuple[str, ...]:
+        """The constants whose names variables bear: of the program that is typed, or of all that have a value."""
+        entry = self.entry
+        known = self.session.names() if entry is None else variables_in((entry.header, *entry.lines))
+        return tuple(name for name in CONSTANTS if name in known)
 
     @property
     def in_program(self) -> bool:
         """Whether the next line is one of a program."""
-        return self.entry is not None or self.session.desk.editor is not None
+        return self.entry is not None or self.desk.editor is not None
 
     @property
     def unfinished(self) -> str:
         """The program that is being typed or edited, as a file would hold it."""
 
-        if self.session.desk.editor is not None:
-            return self.session.desk.editor.text
-        if self.session.desk.drafted:
-            return self.session.desk.drafted
+        if self.desk.editor is not None:
+            return self.desk.editor.text
+        if self.desk.drafted:
+            return self.desk.drafted
         return self.entry.text if self.entry is not None and not self._refused else ""
 
     @property
     def prompt(self) -> str:
         """What stands before the next line where it is one of a program, "" where it is not."""
-        if self.session.desk.editor is not None:
-            return self.session.desk.editor.prompt
+        if self.desk.editor is not None:
+            return self.desk.editor.prompt
         return self.entry.prompt if self.entry is not None else ""
-
-    # --- files ---
-
-    def load(self, path: str) -> None:
-        """The file named on the command line."""
-        self._guarded(load(self.session, Path(path)), "")
 
 
 def _named(header: str) -> str:

@@ -33,8 +33,10 @@ def confirmed(station: Station, question: str) -> Talk[bool | None]:
 
 
 def leave(station: Station) -> Talk[None]:
-    """EXIT: Farewell, once the user knows what is not stored. Where nobody is there, at once."""
-    if station.terminal.attended and station.robot.switch("INTERACTIVE"):
+    """EXIT: Farewell, once the user knows what is not stored. At once where nobody is there, or
+    where the robot, with all that it has in memory, goes on for others.
+    """
+    if station.desk.attended and station.ends_with_desk and station.robot.switch("INTERACTIVE"):
         named = "; ".join(_not_stored(station))
         told = [f"{station.task.program} is running"] if station.task is not None and station.running else []
         told += [f"Not stored: {named}. STORE file stores all"] if named else []

@@ -93,7 +93,7 @@ def _kept(station: Station, sections: Iterable[Section]) -> Talk[dict[Item, Valu
     can be asked they are overwritten, as all variables are.
     """
     environment = station.environment
-    if not station.terminal.attended:
+    if not station.desk.attended:
         return {}
     taken = {item_of(entry) for section in sections for entry in section.entries}
     lost = [item for item in station.unstored.items(*PLACES) if item in taken]

@@ -130,7 +130,7 @@ def _counted_up(station: Station, name: Variable) -> Variable:
 def _defined(station: Station, it: Instruction) -> Talk[None]:
     """Show a location, and where somebody is there, ask for changes until an empty line."""
     reference = _defined_by(station, it)
-    if not station.terminal.attended:
+    if not station.desk.attended:
         if not reference.defined():
             raise UndefinedValue(reference.name, f"POINT {reference.name} = location gives it one")
         yield _one_location(station, reference.name, cast("Transform | Joints", reference.value()))

@@ -59,7 +59,7 @@ def _end_cycles(station: Station, number: int) -> Iterable[Reply]:
 
 def run(station: Station, track: Track) -> Talk[None]:
     """Wait for a program, and tell how it ended; where the prompt lives, that is told when it does."""
-    if station.lives and not station.desk.command_files:
+    if station.desk.lives and not station.desk.command_files:
         station.let_run(track, lambda result: station.terminal.show(ending(station, result)))
     else:
         yield ending(station, (yield from station.wait(track)))

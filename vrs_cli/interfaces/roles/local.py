@@ -124,7 +124,7 @@ class LocalRobot:
         with self._conversing(answer), self._driving:
             conversation = Conversation(self._session)
             conversation.take(text)
-            conversation.leave_entry("the text ends; ")
+            conversation.perform(conversation.leave_entry("the text ends; "))
             return self._notes.taken()
 
     def abort(self) -> None:

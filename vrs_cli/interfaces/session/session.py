@@ -98,7 +98,7 @@ class Session(Station):
 
     def _attend(self) -> Talk[None]:
         """Put the questions of tasks, which go on then. A prompt that lives puts them by itself."""
-        while not self.lives and self.driver.unasked():
+        while not self.desk.lives and self.driver.unasked():
             yield from self.driver.ask()
             self.settle()
 

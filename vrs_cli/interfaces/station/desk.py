@@ -38,12 +38,17 @@ class LineEditor(Protocol):
 
 @dataclass(eq=False)
 class Desk:
-    """`editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before. `drafted`:
-    the program in SEE while it is changed and not stored, as a file would hold it. `last_statement` is what a bare DO
+    """`attended`: a person is there, who can be asked. `lives`: whoever types goes on while a program runs, and nobody
+    waits for its end.
+
+    `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before. `drafted`: the
+    program in SEE while it is changed and not stored, as a file would hold it. `last_statement` is what a bare DO
     repeats, `command_files` are those that are carried out, the innermost last. `interrupted`, by Ctrl-C or ABORT: what
     was to come after the present line does not.
     """
 
+    attended: bool = False
+    lives: bool = False
     editor: LineEditor | None = None
     last_edited: str | None = None
     drafted: str = ""

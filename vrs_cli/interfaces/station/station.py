@@ -100,11 +100,10 @@ class Station:
         self._closing = finalize(self, self.driver.close)
         self.engine.postponed.append(self._postponed)
         self.last_program: str | None = None
-        self.desk = Desk()
+        self.desk = self._own_desk = Desk(attended=terminal.attended)
         self._desks: WeakSet[Desk] = WeakSet((self.desk,))
         self.layout = Layout()
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
-        self.lives = False  # the prompt, while a program runs: nobody waits for its end
 
     @property
     def desk(self) -> Desk:
@@ -114,6 +113,11 @@ class Station:
     @desk.setter
     def desk(self, desk: Desk) -> None:
         self._desk = self.branches.who = self.tasks.who = desk
+
+    @property
+    def ends_with_desk(self) -> bool:
+        """Whether the robot is there for whoever is served alone, and ends when that one leaves."""
+        return self.desk is self._own_desk
 
     @property
     def task(self) -> Task | None:
