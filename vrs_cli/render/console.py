@@ -38,7 +38,7 @@ class TerminalRenderer:
         page = self.page
         for block in blocks(reply, page):
             for part in (block,) if isinstance(block, Line) else _fitted(block, page):
-                self.console.print(_table(part) if isinstance(part, Grid) else _text(part))
+                self.console.print(_table(part) if isinstance(part, Grid) else rich_text(part))
 
 
 def _fitted(grid: Grid, page: Page) -> Iterator[Block]:
@@ -48,7 +48,7 @@ def _fitted(grid: Grid, page: Page) -> Iterator[Block]:
         yield from (part,) if part.boxed and page.unicode else grid_lines(part)
 
 
-def _text(line: Line) -> Text:
+def rich_text(line: Line) -> Text:
     return Text.assemble(*((visible(text), rich_style(ink)) for text, ink in line.pieces))
 
 
