@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import pytest
 from prompt_toolkit.application import create_app_session
 from prompt_toolkit.input import create_pipe_input
@@ -7,14 +9,17 @@ from prompt_toolkit.output import DummyOutput
 
 from tests.files.trajectories import planned, puma
 from vrs_cli.interfaces.roles.playback import Playback
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.repl.player import Player
+from vrs_cli.repl.player import Player, Recorded
+from vrs_cli.trajectory.timeline import Timeline
 
 
 def player_at(wall: float) -> Player:
     """A player whose wall clock stands still; it began to play at 0 s."""
     timeline, _ = planned(6)
-    return Player(arm_for(puma()), timeline, Playback.of(0.0, timeline.end, 1.0, 0.0), wall=lambda: wall)
+    recorded = Recorded(arm_for(puma()), timeline)
+    return Player(recorded, Playback.of(0.0, timeline.end, 1.0, 0.0), wall=lambda: wall)
 
 
 def press(player: Player, keys: str) -> Player:
@@ -59,3 +64,52 @@ def test_the_bar_is_full_at_the_end() -> None:
 )
 def test_keys(keys: str, told: str) -> None:
     assert told in press(player_at(0.1), keys).text()
+
+
+# --- a robot that others move ---------------------------------------------------------------------------------------
+
+
+@dataclass
+class Moved:
+    """A robot, and the clock on the wall of who watches it."""
+
+    arm: RobotArm = field(default_factory=lambda: arm_for(puma()))
+    timeline: Timeline = field(default_factory=lambda: planned(6)[0])
+    now: float = 2.0
+    wall: float = 0.0
+
+    def watcher(self) -> Player:
+        playback = Playback.following(0.0, self.timeline.end, self.now, 0.0)
+        return Player(self, playback, lambda: self.wall, lambda: "ann drives", live=True)
+
+
+def test_who_watches_sees_the_present_and_who_drives() -> None:
+    moved = Moved()
+    player = moved.watcher()
+    assert "    2.00 / " in player.text()
+    assert "   live, rate 1\nann drives\n" in player.text()
+    moved.now = moved.wall = 3.0
+    assert "3.00 / " in player.text().splitlines()[0]
+    moved.now = 9.0
+    assert "6.0 s behind" in player.text()
+    assert max(map(len, player.text().splitlines())) <= 80
+
+
+def test_who_watches_looks_back_and_follows_again() -> None:
+    player = press(Moved().watcher(), "rpq")
+    assert "]     0.00 / " in player.text()
+    assert "paused" in player.text()
+    assert "f follow" in player.text()
+    assert "   live" in press(player, "fq").text()
+
+
+def test_a_timeline_that_grows_is_seen_to_its_end() -> None:
+    moved = Moved()
+    player = moved.watcher()
+    moved.timeline = planned(12)[0]
+    assert f" / {moved.timeline.end:.2f} s" in player.text()
+
+
+def test_there_is_nothing_to_follow_in_a_file() -> None:
+    assert "follow" not in player_at(0.0).text()
+    assert "0.10 / " in press(player_at(0.1), "fq").text()

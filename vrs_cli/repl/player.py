@@ -1,9 +1,11 @@
-"""A trajectory played on the terminal, with prompt-toolkit: position and joints while time goes by."""
+"""A robot watched on the terminal, with prompt-toolkit: where it is while time goes by, of a trajectory or of one that
+others move.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -13,6 +15,7 @@ from prompt_toolkit.layout import FormattedTextControl, Layout, Window
 
 from vrs_cli.dialogue.replies import Whereabouts
 from vrs_cli.engine.position import position_at
+from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.text import plain_text
@@ -21,14 +24,17 @@ from vrs_cli.trajectory.timeline import Timeline
 REFRESH = 0.04  # [s]
 BAR = 30  # characters
 SKIP, FAR_SKIP = 1.0, 10.0  # [s]
+LIVE = 0.1  # [s] behind the robot, at most, is the present
 
 
 class Action(NamedTuple):
-    """What keys do: `change` makes the next playback; None leaves the player."""
+    """What keys do: `change` makes the next playback; None leaves the player. `live`: only where the robot is watched
+    while it moves."""
 
     keys: tuple[str, ...]
     shown: str
     change: Callable[[Playback, float], Playback] | None
+    live: bool = False
 
 
 ACTIONS: tuple[Action, ...] = (
@@ -39,35 +45,71 @@ ACTIONS: tuple[Action, ...] = (
     Action(("pagedown",), "", lambda p, wall: p.skip(FAR_SKIP, wall)),
     Action(("home", "r"), "r rewind", lambda p, wall: p.rewind(wall)),
     Action(("end", "e"), "e end", lambda p, wall: p.seek(p.end, wall)),
+    Action(("f",), "f follow", lambda p, wall: p.follow(wall), live=True),
     Action(("+", "="), "+/- rate", lambda p, wall: p.faster(wall)),
     Action(("-",), "", lambda p, wall: p.slower(wall)),
     Action(("q", "escape", "c-c", "c-d"), "q quit", None),
 )
 
 
-class Player(Struct):
-    """Holds the playback and draws it; `wall` tells the time of the day [s]."""
+class Recorded(NamedTuple):
+    """A trajectory as a robot to be watched: all of it has happened."""
 
     arm: RobotArm
     timeline: Timeline
+
+    @property
+    def now(self) -> float:
+        return self.timeline.end
+
+
+def nothing_else() -> str:
+    """There is nothing to tell of a trajectory but where the robot is."""
+    return ""
+
+
+class Player(Struct):
+    """Holds the playback and draws it; `wall` tells the time of the day [s]. `news`: a line of what else there is to
+    tell, such as who drives the robot; `live`: others move it.
+    """
+
+    watched: Watched
     playback: Playback
     wall: Callable[[], float] = time.monotonic
+    news: Callable[[], str] = nothing_else
+    live: bool = False
 
     def text(self) -> str:
         """What is shown now."""
-        wall = self.wall()
-        position = position_at(self.arm, self.timeline, self.playback.at(wall))
-        where = plain_text(Whereabouts(position, units=self.arm.model.units))
+        wall, watched = self.wall(), self.watched
+        timeline = watched.timeline
+        self.playback = self.playback.look(wall, timeline.start, timeline.end, watched.now)
+        position = position_at(watched.arm, timeline, self.playback.at(wall))
+        where = plain_text(Whereabouts(position, units=watched.arm.model.units))
         doing = position.text if position.moving else "at rest"
-        keys = "  ".join(action.shown for action in ACTIONS if action.shown)
-        return f"{self._bar(wall)}\n{doing}\n{where}{keys}"
+        lines = (self._bar(wall), self.news(), doing)
+        return "\n".join(line for line in lines if line) + f"\n{where}{self._keys()}"
 
     def _bar(self, wall: float) -> str:
         playback = self.playback
         t, length = playback.at(wall), playback.end - playback.start
         done = round(BAR * (t - playback.start) / length) if length > 0.0 else BAR
-        state = "ended" if playback.ended(wall) else "playing" if playback.playing else "paused"
-        return f"[{'#' * done:-<{BAR}}] {t:8.2f} / {playback.end:.2f} s   {state}, rate {playback.rate:g}"
+        return f"[{'#' * done:-<{BAR}}] {t:8.2f} / {playback.end:.2f} s   {self._state(wall)}, rate {playback.rate:g}"
+
+    def _state(self, wall: float) -> str:
+        playback = self.playback
+        if playback.follows and playback.playing:
+            behind = playback.behind(wall)
+            return "live" if behind < LIVE else f"{behind:.1f} s behind"
+        return "ended" if playback.ended(wall) else "playing" if playback.playing else "paused"
+
+    def _keys(self) -> str:
+        shown = [action.shown for action in self._actions() if action.shown]
+        rows = (shown[:-3], shown[-3:]) if self.live else (shown,)
+        return "\n".join("  ".join(row) for row in rows)
+
+    def _actions(self) -> list[Action]:
+        return [action for action in ACTIONS if self.live or not action.live]
 
     def run(self) -> None:
         """Play on the terminal until the user leaves."""
@@ -80,8 +122,9 @@ class Player(Struct):
 
     def _bindings(self) -> KeyBindings:
         bindings = KeyBindings()
-        for key, change in _changes().items():
-            bindings.add(key)(self._handler(change))
+        for action in self._actions():
+            for key in action.keys:
+                bindings.add(key)(self._handler(action.change))
         return bindings
 
     def _handler(self, change: Callable[[Playback, float], Playback] | None) -> Callable[[KeyPressEvent], None]:
@@ -94,11 +137,16 @@ class Player(Struct):
         return handle
 
 
-def _changes() -> Mapping[str, Callable[[Playback, float], Playback] | None]:
-    return {key: action.change for action in ACTIONS for key in action.keys}
-
-
 def play(arm: RobotArm, timeline: Timeline, rate: float) -> None:
     """Play a trajectory on the terminal, from its start, `rate` seconds of it in one second."""
     playback = Playback.of(timeline.start, timeline.end, rate, time.monotonic())
-    Player(arm, timeline, playback).run()
+    Player(Recorded(arm, timeline), playback).run()
+
+
+def watch(watched: Watched, news: Callable[[], str]) -> None:
+    """Watch a robot that others move, from where it is now on."""
+    timeline, wall = watched.timeline, time.monotonic()
+    playback = Playback.of(timeline.start, timeline.end, 1.0, wall).look(
+        wall, timeline.start, timeline.end, watched.now
+    )
+    Player(watched, playback.follow(wall), news=news, live=True).run()

@@ -32,6 +32,11 @@ class Playback(Struct, frozen=True):
         """Playing from the start, now."""
         return Playback(start, end, rate, shown=start, since=wall)
 
+    @staticmethod
+    def following(start: float, end: float, now: float, wall: float) -> Playback:
+        """Where the robot is, and on with it."""
+        return Playback.of(start, end, 1.0, wall).look(wall, start, end, now).follow(wall)
+
     # --- reading ---
 
     def at(self, wall: float) -> float:

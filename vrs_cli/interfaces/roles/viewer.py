@@ -85,9 +85,9 @@ class Audience:
         """One more viewer, which follows the robot. Raises IllegalValue for a rate [1/s] that is none."""
         checked_rate(rate, "looks a second", HIGHEST_RATE)
         wall = floor(self._wall() * rate) / rate  # on the grid, as those of its rate that are here
-        timeline, now = self._watched.timeline, self._watched.now
-        playback = Playback.of(timeline.start, timeline.end, 1.0, wall).look(wall, timeline.start, timeline.end, now)
-        self._viewers.append(Viewer(rate, playback.follow(wall), self._wall))
+        timeline = self._watched.timeline
+        playback = Playback.following(timeline.start, timeline.end, self._watched.now, wall)
+        self._viewers.append(Viewer(rate, playback, self._wall))
         return self._viewers[-1]
 
     def leave(self, viewer: Viewer) -> None:
