@@ -37,9 +37,9 @@ from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.packets import Form, Packet
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.codec import Reader
-from vrs_cli.wire.messages import snapshot_of
 from vrs_cli.wire.records import Form as RobotForm
 from vrs_cli.wire.records import Motions, delta_of
+from vrs_cli.wire.snapshots import snapshot_of
 
 JSON, MSGPACK = Form(text=True), Form(text=False)
 READER: Reader[ServerMessage] = Reader(FromServer)

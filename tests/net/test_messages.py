@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any, get_args
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.files.trajectories import planned
 from tests.values import values
-from vrs_cli.net.messages import FromClient, FromServer, Line, Told
+from vrs_cli.dialogue.questions import Question
+from vrs_cli.dialogue.replies import Reply
+from vrs_cli.errors import JointOutOfRange
+from vrs_cli.net.messages import Asked, Delta, FromClient, FromServer, Line, Refused, Told
 from vrs_cli.wire.codec import Encoding, Frame, Reader, UnknownType, encode
-from vrs_cli.wire.records import RecordError
+from vrs_cli.wire.records import Motions, RecordError, delta_record
+from vrs_cli.wire.refusal import Refusal
 
 FROM_CLIENT: Reader[FromClient] = Reader(FromClient)
 FROM_SERVER: Reader[FromServer] = Reader(FromServer)
@@ -31,6 +37,29 @@ def test_what_is_read_is_what_was_sent(kind: type, reader: Reader[Any], encoding
         assert encode(again, encoding) == frame
 
     law()
+
+
+@pytest.mark.parametrize("encoding", Encoding)
+@pytest.mark.parametrize("kind", get_args(Reply) + get_args(Question), ids=lambda kind: kind.__name__)
+def test_every_reply_and_question_comes_as_it_was(kind: type, encoding: Encoding) -> None:
+    @settings(max_examples=15, deadline=None, database=None, derandomize=True, suppress_health_check=list(HealthCheck))
+    @given(values(kind))
+    def law(value: Any) -> None:
+        message = Told(value) if isinstance(value, Reply) else Asked(1, value)
+        again = FROM_SERVER.read(encode(message, encoding))
+        assert repr(again) == repr(message)
+        assert again == message
+
+    law()
+
+
+def test_an_error_keeps_its_numbers() -> None:
+    error = JointOutOfRange("would be 9", "less", joint=3, value=9.0, lower=0.0, upper=1.0, place=(1.0, 2.0, 3.0))
+    message = FROM_SERVER.read(encode(Refused(Refusal.of(error)), Encoding.JSON))
+    assert isinstance(message, Refused)
+    assert message.refusal == Refusal(
+        -1023, "Joint 3 out of range", str(error), "would be 9", "less", 9.0, 0.0, 1.0, 3, (1.0, 2.0, 3.0)
+    )
 
 
 def test_a_message_as_it_is_written() -> None:
@@ -57,6 +86,24 @@ def test_a_type_of_a_later_version_is_told_from_garbage(reader: Reader[Any]) -> 
 def test_garbage_is_refused_in_one_way(frame: Frame) -> None:
     with pytest.raises(RecordError, match=r"^no message: "):
         FROM_CLIENT.read(frame)
+
+
+@pytest.mark.parametrize("reply", ['{"kind":"Message","text":5}', '{"kind":"Message"}', '{"kind":"x"}', "[]", "null"])
+def test_a_reply_that_is_not_of_its_kind_is_refused(reply: str) -> None:
+    with pytest.raises(RecordError, match="no message"):
+        FROM_SERVER.read(f'{{"type":"told","reply":{reply}}}')
+
+
+@pytest.mark.parametrize("encoding", Encoding)
+@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@given(junk=st.binary(max_size=60), place=st.floats(0.0, 1.0), cut=st.integers(0, 8))
+def test_a_damaged_message_is_refused_or_another(encoding: Encoding, junk: bytes, place: float, cut: int) -> None:
+    frame = encode(Delta(delta_record(planned(2)[1][1], Motions()), 0.0), encoding)
+    whole = frame.encode() if isinstance(frame, str) else frame
+    at = int(place * len(whole))
+    for data in (whole[:at] + junk + whole[at + cut :], whole[:at]):
+        with suppress(RecordError):
+            FROM_SERVER.read(data.decode(errors="replace") if encoding is Encoding.JSON else data)
 
 
 @settings(max_examples=300, deadline=None)

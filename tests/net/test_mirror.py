@@ -16,12 +16,17 @@ from vrs_cli.engine.snapshot import Replaced, Snapshot
 from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.interfaces.roles.viewer import Audience
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.net import messages
+from vrs_cli.net.messages import Delta, FromServer
 from vrs_cli.net.mirror import ClockReading, Mirror
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.wire.messages import Encoding, decode, encode
-from vrs_cli.wire.records import Form
+from vrs_cli.wire.codec import Encoding, Reader, encode
+from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
+from vrs_cli.wire.snapshots import snapshot_of, snapshot_record
 from vrs_cli.wire.steered import SteeredRecord, steered_record
+
+READER: Reader[FromServer] = Reader(FromServer)
 
 
 def bits(timeline: Timeline) -> str:
@@ -37,11 +42,19 @@ class Line:
         self.heard = engine.events.subscribe(10**9)
         self.heard.take()
 
-    def through(self, event: Event) -> object:
-        value = event.snapshot() if isinstance(event, Replaced) else event
-        return decode(encode(value, self.encoding), self.form, self.encoding)
+    def through(self, event: Event) -> Snapshot | TimelineDelta:
+        if isinstance(event, Replaced):
+            return self.sent(event.snapshot())
+        delta = READER.read(encode(Delta(delta_record(event, Motions()), 0.0), self.encoding))
+        assert isinstance(delta, Delta)
+        return delta_of(delta.delta, Motions(), self.form)
 
-    def news(self) -> list[tuple[int, object]]:
+    def sent(self, snapshot: Snapshot) -> Snapshot:
+        replaced = READER.read(encode(messages.Replaced(snapshot_record(snapshot)), self.encoding))
+        assert isinstance(replaced, messages.Replaced)
+        return snapshot_of(replaced.snapshot, self.form)
+
+    def news(self) -> list[tuple[int, Snapshot | TimelineDelta]]:
         """What has happened since the last time, with numbers."""
         told = []
         for event in self.heard.taken():
@@ -57,17 +70,15 @@ class Line:
 
     def window(self, begin: float, end: float = inf) -> Snapshot:
         snapshot = self.engine.snapshot()
-        sent = decode(encode(snapshot if begin == -inf else snapshot.window(begin, end)), self.form)
-        assert isinstance(sent, Snapshot)
-        return sent
+        return self.sent(snapshot if begin == -inf else snapshot.window(begin, end))
 
 
-def tell(mirror: Mirror, news: list[tuple[int, object]]) -> None:
+def tell(mirror: Mirror, news: list[tuple[int, Snapshot | TimelineDelta]]) -> None:
     for seq, value in news:
         if isinstance(value, Snapshot):
             mirror.replace(value, seq)
         else:
-            mirror.change(value, seq)  # type: ignore[arg-type]
+            mirror.change(value, seq)
 
 
 @pytest.mark.parametrize("encoding", Encoding)
@@ -111,7 +122,7 @@ def test_what_is_missing_is_noticed_and_made_up_for() -> None:
 def test_nothing_old_makes_a_mirror_lost() -> None:
     edits = Edits(3)
     line = Line(edits.engine)
-    mirror, everything = line.mirror(), list[tuple[int, object]]()
+    mirror, everything = line.mirror(), list[tuple[int, Snapshot | TimelineDelta]]()
     for _ in range(30):
         edits.edit()
         everything += line.news()

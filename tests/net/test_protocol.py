@@ -46,8 +46,8 @@ from vrs_cli.net.messages import (
 )
 from vrs_cli.net.protocol import HELLO_BYTES, ClientConnection, ServerConnection
 from vrs_cli.wire.codec import Encoding, Frame, encode
-from vrs_cli.wire.messages import SnapshotRecord
 from vrs_cli.wire.records import Motions, delta_record, segment_records
+from vrs_cli.wire.snapshots import SnapshotRecord
 
 HELLO = Hello((1,), format=Encoding.MSGPACK)
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from zlib import crc32
 
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import FileError
 from vrs_cli.files.atomic import write_atomically, writing
 from vrs_cli.files.growing import GrowingFile
@@ -24,12 +24,13 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.text.printer import print_file, print_program
-from vrs_cli.wire.messages import decode, encode
-from vrs_cli.wire.records import Form, RecordError
+from vrs_cli.wire.codec import Encoding, Reader, encode
+from vrs_cli.wire.records import RecordError
 
 SLACK = 100_000  # bytes that may be out of date before the file is written anew
 _SEAL = re.compile(rb"; part ([0-9a-f]{8})\n")
 _SETTINGS = "; settings "
+_settings: Reader[Settings] = Reader(Settings)
 
 
 class Memory:
@@ -60,13 +61,8 @@ class Memory:
         lines = [line for line in text.splitlines() if line.startswith(_SETTINGS)]
         if not lines:
             return
-        engine = self._session.engine
-        try:
-            snapshot = decode(lines[-1].removeprefix(_SETTINGS).encode(), Form.of(engine.arm))
-        except RecordError:
-            return  # of another version: the usual ones hold
-        if isinstance(snapshot, Snapshot):
-            engine.settings = snapshot.settings
+        with suppress(RecordError):  # of another version: the usual ones hold
+            self._session.engine.settings = _settings.read(lines[-1].removeprefix(_SETTINGS))
 
     def note(self) -> None:
         """A command has been carried out, which may have changed something."""
@@ -116,7 +112,7 @@ class Memory:
     def _settings_line(self) -> Iterator[str]:
         settings = self._session.engine.settings
         if settings is not self._settings:
-            yield f"{_SETTINGS}{encode(Snapshot(0, (), settings)).decode()}\n"
+            yield f"{_SETTINGS}{encode(settings, Encoding.JSON)}\n"
 
     def _replace(self) -> None:
         """A new file with all that there is."""

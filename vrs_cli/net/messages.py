@@ -19,8 +19,9 @@ from vrs_cli.interfaces.roles.lease import Notice
 from vrs_cli.interfaces.session.acts import RobotAct, RobotFound
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.wire.codec import Encoding
-from vrs_cli.wire.messages import Refusal, SnapshotRecord
 from vrs_cli.wire.records import Count, DeltaRecord, Joints, Length, Name, Number, Text, Time
+from vrs_cli.wire.refusal import Refusal
+from vrs_cli.wire.snapshots import SnapshotRecord
 from vrs_cli.wire.steered import SteeredRecord
 
 VERSION = 1

@@ -18,8 +18,8 @@ from vrs_cli.net import messages
 from vrs_cli.net.packets import Context, Form, Letter, Packet, Place
 from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.wire.messages import snapshot_record
 from vrs_cli.wire.records import Motions, delta_record
+from vrs_cli.wire.snapshots import snapshot_record
 from vrs_cli.wire.steered import steered_record
 
 REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # changes

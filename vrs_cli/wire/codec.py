@@ -6,7 +6,7 @@ A frame that is a `str` is a text frame, one of `bytes` a binary frame: each say
 from __future__ import annotations
 
 from enum import Enum
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Literal, TypeVar, overload
 
 import msgspec
 
@@ -41,6 +41,10 @@ _text_marks, _binary_marks = msgspec.json.Decoder(Marks), msgspec.msgpack.Decode
 _json, _msgpack = msgspec.json.Encoder(), msgspec.msgpack.Encoder()
 
 
+@overload
+def encode(message: msgspec.Struct, encoding: Literal[Encoding.JSON]) -> str: ...
+@overload
+def encode(message: msgspec.Struct, encoding: Encoding) -> Frame: ...
 def encode(message: msgspec.Struct, encoding: Encoding) -> Frame:
     """A message as a frame. The same messages give the same bytes."""
     if encoding is Encoding.JSON:
@@ -75,3 +79,15 @@ def marks_of(frame: Frame) -> Marks | None:
         return _text_marks.decode(frame) if isinstance(frame, str) else _binary_marks.decode(frame)
     except UNREADABLE:
         return None
+
+
+def schema_text(title: str, **kinds: Any) -> str:
+    """A JSON Schema in which each of the unions has its name, and each of its messages."""
+    (*unions,), components = msgspec.json.schema_components(kinds.values(), ref_template="#/$defs/{name}")
+    schema = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": title,
+        "anyOf": [{"$ref": f"#/$defs/{name}"} for name in kinds],
+        "$defs": {**dict(zip(kinds, unions, strict=True)), **components},
+    }
+    return msgspec.json.format(_json.encode(schema), indent=1).decode() + "\n"

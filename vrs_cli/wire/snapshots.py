@@ -1,0 +1,27 @@
+"""Snapshots as records, and the way between the two."""
+
+from __future__ import annotations
+
+from msgspec import Struct
+
+from vrs_cli.engine.settings import Settings
+from vrs_cli.engine.snapshot import Snapshot
+from vrs_cli.wire.records import Count, Form, Motions, SegmentRecord, segment_records, segments_of
+
+
+class SnapshotRecord(Struct, frozen=True):
+    version: Count
+    segments: tuple[SegmentRecord, ...]
+    settings: Settings
+    first: Count = 0
+
+
+def snapshot_record(snapshot: Snapshot) -> SnapshotRecord:
+    segments = segment_records(snapshot.segments, Motions(), None)
+    return SnapshotRecord(snapshot.version, segments, snapshot.settings, snapshot.first)
+
+
+def snapshot_of(record: SnapshotRecord, form: Form) -> Snapshot:
+    """Raises RecordError."""
+    segments = segments_of(record.segments, Motions(), None, form)
+    return Snapshot(record.version, segments, record.settings, record.first)
