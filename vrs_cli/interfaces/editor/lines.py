@@ -161,18 +161,12 @@ def _overlay(draft: Draft, _argument: str, line: str) -> Change:
     """What is typed under the present step takes the place of what stands above it; a blank leaves it."""
     if draft.at == len(draft.steps):
         raise IllegalValue("R", "there is no step here to change")
-    above = step_texts(draft.program)[draft.at]
-    below = _blanked(line)
+    above, first = step_texts(draft.program)[draft.at], len(line) - len(line.lstrip())
+    below = f"{line[:first]} {line[first + 1 :]}"  # without the letter, every other character in its column
     width = max(len(above), len(below.rstrip()))
     pairs = zip(above.ljust(width), below.ljust(width)[:width], strict=True)
     text = "".join(old if new.isspace() else new for old, new in pairs)
     return Change(replace(draft, inserting=False).entered(_step(text)).moved(draft.at))
-
-
-def _blanked(line: str) -> str:
-    """The line without the letter of its sub-command, every other character in its column."""
-    first = len(line) - len(line.lstrip())
-    return f"{line[:first]} {line[first + 1 :]}"
 
 
 def _teach(_draft: Draft, _argument: str, _line: str) -> Change:
@@ -326,7 +320,7 @@ class Editor:
     def _leave(self, argument: str) -> tuple[Reply, ...]:
         _nothing_after(argument, "E")
         self.done = True
-        return self._stored()
+        return stored(self._station, self.draft.program)
 
     def _change(self, argument: str) -> tuple[Reply, ...]:
         name, comma, step = (part.strip() for part in argument.partition(","))
@@ -335,13 +329,10 @@ class Editor:
         at = _number(step, "C program, step")
         program = named_program(name)
         refuse_running(self._station, program.name)
-        replies = self._stored()
+        replies = stored(self._station, self.draft.program)
         self.draft = opened(self._station, program, at)
         self._opened = self.draft.program
         return (*replies, *self.draft.screen())
-
-    def _stored(self) -> tuple[Reply, ...]:
-        return stored(self._station, self.draft.program)
 
 
 def stored(station: Station, program: Program) -> tuple[Reply, ...]:

@@ -51,7 +51,9 @@ class ScreenDraft:
         """The program and all findings, those of its structure too."""
         first, *rest = text.split("\n")
         header = read_header(first)
-        steps = [read_step(line, number) for number, line in enumerate(_trimmed(rest), 2)]
+        while rest and not rest[-1].strip():  # blank lines at the end are no steps
+            rest.pop()
+        steps = [read_step(line, number) for number, line in enumerate(rest, 2)]
         findings = [found for _, found in steps if found is not None]
         if isinstance(header, Diagnostic):
             return Reading(None, (header, *findings))
@@ -65,8 +67,10 @@ class ScreenDraft:
         program = self.read(text).program
         if program is None:
             return text
-        below = text.split("\n")[1 + len(program.steps) :]
-        return "\n".join((program_header(program), *_shown(program, text), *(line.strip() for line in below)))
+        typed, count = text.split("\n")[1:], len(program.steps)
+        rows = zip(program.steps, step_texts(program), typed, strict=False)
+        shown = (line if isinstance(step.statement, BadLine) else text for step, text, line in rows)
+        return "\n".join((program_header(program), *shown, *map(str.strip, typed[count:])))
 
     def canonical_line(self, text: str, row: int) -> str:
         """One line of the text (from 0), as it is when the cursor leaves it."""
@@ -87,20 +91,6 @@ class ScreenDraft:
         self.said = stored(self._station, program)
         self.name = self._station.desk.last_edited = program.name
         return next((reply.text for reply in reversed(self.said) if isinstance(reply, Message)), "")
-
-
-def _trimmed(lines: list[str]) -> list[str]:
-    """Without the blank lines at the end."""
-    count = len(lines)
-    while count and not lines[count - 1].strip():
-        count -= 1
-    return lines[:count]
-
-
-def _shown(program: Program, text: str) -> Iterable[str]:
-    typed = text.split("\n")[1:]
-    for step, canonical, line in zip(program.steps, step_texts(program), typed, strict=False):
-        yield line if isinstance(step.statement, BadLine) else canonical
 
 
 def read_header(line: str) -> ProgramHeader | Diagnostic:

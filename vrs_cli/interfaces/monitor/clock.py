@@ -18,9 +18,11 @@ RATES = f"CLOCK RATE = {SLOWEST_RATE:g} to {FASTEST_RATE:g}"
 def clock(station: Station, it: Instruction) -> Talk[None]:
     """CLOCK, CLOCK PAUSE, CLOCK GO, CLOCK RATE = r. Raises UsageError, IllegalValue."""
     if it.arguments:
-        word = it.arguments[0]
+        word, time = it.arguments[0], station.engine.clock
         assert isinstance(word, Word)
-        _change(_wall_clock(station), word.text.upper(), it.value)
+        if not isinstance(time, WallClock):
+            raise UsageError("time is the robot's own here, and passes only when something waits", "vrs --realtime")
+        _change(time, word.text.upper(), it.value)
         station.settle()  # it has gone on since the line was given, and may stand now
     yield clock_report(station)
 
@@ -29,13 +31,6 @@ def clock_report(station: Station) -> ClockReport:
     """The clock as it is."""
     time = station.engine.clock
     return ClockReport(time.now, time.rate if isinstance(time, WallClock) else None, time.paused)
-
-
-def _wall_clock(station: Station) -> WallClock:
-    time = station.engine.clock
-    if not isinstance(time, WallClock):
-        raise UsageError("time is the robot's own here, and passes only when something waits", "vrs --realtime")
-    return time
 
 
 def _change(time: WallClock, word: str, value: object) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 from vrs_cli.dialogue.questions import Confirmation, Parting
@@ -37,23 +36,17 @@ def leave(station: Station) -> Talk[None]:
     where the robot, with all that it has in memory, goes on for others.
     """
     if station.desk.attended and station.ends_with_desk and station.robot.switch("INTERACTIVE"):
-        named = "; ".join(_not_stored(station))
+        unstored, name_of = station.unstored, station.environment.name_of
+        rows = [("program", unstored.programs())]
+        for what, kinds in (("location", PLACES), ("real", (Kind.REAL,)), ("string", (Kind.STRING,))):
+            rows.append((what, sorted(map(name_of, unstored.items(*kinds)))))
+        named = "; ".join(listed(what, names) for what, names in rows if names)
         told = [f"{station.task.program} is running"] if station.task is not None and station.running else []
         told += [f"Not stored: {named}. STORE file stores all"] if named else []
         leaves = "Leave without storing (Y/N)?" if named else "Leave (Y/N)?"
         if told and not (yield Parting(leaves, "\n".join(told))):
             return
     yield Farewell()
-
-
-def _not_stored(station: Station) -> Iterator[str]:
-    """Programs and variables that no file has."""
-    unstored = station.unstored
-    if programs := unstored.programs():
-        yield listed("program", programs)
-    for what, kinds in (("location", PLACES), ("real", (Kind.REAL,)), ("string", (Kind.STRING,))):
-        if names := sorted(map(station.environment.name_of, unstored.items(*kinds))):
-            yield listed(what, names)
 
 
 MOST_NAMED = 10

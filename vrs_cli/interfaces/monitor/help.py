@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from itertools import islice
 
 from vrs_cli.dialogue.replies import HelpEntry, HelpGroup, HelpOverview, HelpPage
-from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch
+from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import UsageError, did_you_mean
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
@@ -32,24 +33,18 @@ RESULTS: Mapping[str, tuple[Kind, ...]] = {
 
 def overview() -> HelpOverview:
     """Every word that can be used, in groups."""
-    return HelpOverview(tuple(group for group in _groups() if group.words))
-
-
-def _groups() -> Iterator[HelpGroup]:
-    yield HelpGroup("Monitor commands", _usable(COMMANDS.values()))
-    for route, title in ROUTES.items():
-        yield HelpGroup(title, _usable(word for word in INSTRUCTIONS.values() if word.route is route))
-    yield HelpGroup("Control structures", _usable(CONTROL.values()))
-    for title, kinds in RESULTS.items():
-        yield HelpGroup(title, _usable(row for row in FUNCTIONS.values() if row.result in kinds))
-    yield HelpGroup("Operators", tuple(OPERATORS))
-    yield HelpGroup("Words that link", tuple(LINKS))
-    yield HelpGroup("Switches", tuple(SWITCHES))
-    yield HelpGroup("Parameters", tuple(PARAMETERS))
-
-
-def _usable(rows: Iterable[Row]) -> tuple[str, ...]:
-    return tuple(row.name for row in rows if row.state is State.SUPPORTED)
+    of_route = {title: [row for row in INSTRUCTIONS.values() if row.route is route] for route, title in ROUTES.items()}
+    of_kind = {title: [row for row in FUNCTIONS.values() if row.result in kinds] for title, kinds in RESULTS.items()}
+    rows: dict[str, Iterable[Row]] = {
+        "Monitor commands": COMMANDS.values(),
+        **of_route,
+        "Control structures": CONTROL.values(),
+        **of_kind,
+    }
+    groups = {title: tuple(row.name for row in of if row.state is State.SUPPORTED) for title, of in rows.items()}
+    groups |= {"Operators": tuple(OPERATORS), "Words that link": tuple(LINKS)}
+    groups |= {"Switches": tuple(SWITCHES), "Parameters": tuple(PARAMETERS)}
+    return HelpOverview(tuple(HelpGroup(title, words) for title, words in groups.items() if words))
 
 
 # --- one word ------------------------------------------------------------------------------------------------------
@@ -62,24 +57,22 @@ def page(typed: str) -> HelpPage:
     if not entries or name in LINKS:
         entries += tuple(_users(name))
     if not entries:
-        hint = did_you_mean(name, _all_names(), "HELP alone lists all words")
-        raise UsageError(f"there is no help on {name}", hint)
+        raise UsageError(f"there is no help on {name}", did_you_mean(name, ALL_NAMES, "HELP alone lists all words"))
     return HelpPage(name, entries)
 
 
-def _all_names() -> list[str]:
-    return [*COMMANDS, *INSTRUCTIONS, *CONTROL, *FUNCTIONS, *OPERATORS, *LINKS, *SWITCHES, *PARAMETERS]
+ALL_NAMES = [*COMMANDS, *INSTRUCTIONS, *CONTROL, *FUNCTIONS, *OPERATORS, *LINKS, *SWITCHES, *PARAMETERS]
 
 
 def _full_name(name: str) -> str:
     """The word itself, or the one that it is cut short from, or another spelling of."""
     name = next((row.name for row in OPERATORS.values() if row.also == name), name)
-    if name in _all_names() or any(_users(name)):
+    if name in ALL_NAMES or any(_users(name)):
         return name
     found = rows_for(name, COMMANDS, INSTRUCTIONS, CONTROL)
     if len(found) == 1:
         return found[0].name
-    starting = sorted({known for known in _all_names() if known.startswith(name)})
+    starting = sorted({known for known in ALL_NAMES if known.startswith(name)})
     if len(starting) > 1:
         raise UsageError(f"{name} can be {', '.join(starting)}", "write more of the word")
     return starting[0] if starting else name
@@ -112,14 +105,11 @@ def _entry(sort: str, row: Row, note: str) -> HelpEntry:
     return HelpEntry(sort, row.form, row.summary, "", row.where, "; ".join(filter(None, (row.state.value, note))))
 
 
-def _row(sort: str, table: Mapping[str, Row]) -> Callable[[str], Iterator[HelpEntry]]:
-    def entries(name: str) -> Iterator[HelpEntry]:
-        row = table.get(name)
-        if row is not None:
-            also = row.also if isinstance(row, Operator) else ""
-            yield _entry(sort, row, f"also written {also}" if also else row.note)
-
-    return entries
+def _row(sort: str, table: Mapping[str, Row], name: str) -> Iterator[HelpEntry]:
+    row = table.get(name)
+    if row is not None:
+        also = row.also if isinstance(row, Operator) else ""
+        yield _entry(sort, row, f"also written {also}" if also else row.note)
 
 
 def _function(name: str) -> Iterator[HelpEntry]:
@@ -127,28 +117,23 @@ def _function(name: str) -> Iterator[HelpEntry]:
         yield _entry("constant" if row.constant else f"function, {row.result.value}", row, "")
 
 
-def _switch(name: str) -> Iterator[HelpEntry]:
-    row: Switch | None = SWITCHES.get(name)
-    if row is not None:
-        default = "ON" if row.default else "OFF"
-        yield HelpEntry("switch", row.name, f"{row.summary}; {default} at the start", f"ENABLE {row.name}")
-
-
-def _parameter(name: str) -> Iterator[HelpEntry]:
-    row: ParameterRow | None = PARAMETERS.get(name)
-    if row is not None:
-        default = row.default if isinstance(row.default, str) else f"{plain(row.default)} {row.unit}".rstrip()
-        example = f"PARAMETER {row.name} = {row.default if isinstance(row.default, str) else plain(row.default)}"
-        yield HelpEntry("parameter", row.name, f"{row.summary}; {default} at the start", example)
+def _setting(name: str) -> Iterator[HelpEntry]:
+    """A switch, a parameter."""
+    if (switch := SWITCHES.get(name)) is not None:
+        default = "ON" if switch.default else "OFF"
+        yield HelpEntry("switch", name, f"{switch.summary}; {default} at the start", f"ENABLE {name}")
+    if (row := PARAMETERS.get(name)) is not None:
+        default = row.default if isinstance(row.default, str) else plain(row.default)
+        said = f"{row.summary}; {f'{default} {row.unit}'.rstrip()} at the start"
+        yield HelpEntry("parameter", name, said, f"PARAMETER {name} = {default}")
 
 
 _SOURCES: tuple[Callable[[str], Iterator[HelpEntry]], ...] = (
-    _row("monitor command", COMMANDS),
-    _row("instruction", INSTRUCTIONS),
-    _row("control structure", CONTROL),
+    partial(_row, "monitor command", COMMANDS),
+    partial(_row, "instruction", INSTRUCTIONS),
+    partial(_row, "control structure", CONTROL),
     _function,
-    _row("operator", OPERATORS),
-    _row("word that links", LINKS),
-    _switch,
-    _parameter,
+    partial(_row, "operator", OPERATORS),
+    partial(_row, "word that links", LINKS),
+    _setting,
 )

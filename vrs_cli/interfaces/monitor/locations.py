@@ -44,7 +44,9 @@ DEFAULT_ROWS = 10
 
 
 def _where(station: Station, it: Instruction) -> Talk[None]:
-    _only_robot(station, it, 0)
+    number = real_or(station, it, 0, 1.0)
+    if whole(number) != 1:
+        raise IllegalValue(f"robot {plain(number)}", "there is one robot, number 1")
     engine, at, units = station.engine, it.modifiers, station.units
     over_time = any(operand(it, index) is not None for index in (1, 2, 3))
     if over_time and (at.at is not None or at.within is not None):
@@ -59,12 +61,6 @@ def _where(station: Station, it: Instruction) -> Talk[None]:
         yield WhereaboutsTable(rows, units)
     else:
         yield Whereabouts(engine.position(), units=units)
-
-
-def _only_robot(station: Station, it: Instruction, index: int) -> None:
-    number = real_or(station, it, index, 1.0)
-    if whole(number) != 1:
-        raise IllegalValue(f"robot {plain(number)}", "there is one robot, number 1")
 
 
 def _times(station: Station, it: Instruction) -> Iterator[float]:
@@ -82,13 +78,9 @@ def _times(station: Station, it: Instruction) -> Iterator[float]:
         yield last
 
 
-def _here(station: Station, it: Instruction) -> Talk[None]:
-    yield from station.do(it)
-    yield from _defined(station, it)
-
-
-def _point(station: Station, it: Instruction) -> Talk[None]:
-    if it.value is not None:
+def _define(station: Station, it: Instruction) -> Talk[None]:
+    """HERE, POINT."""
+    if it.word == "HERE" or it.value is not None:
         yield from station.do(it)
     yield from _defined(station, it)
 
@@ -184,14 +176,11 @@ def _one_location(station: Station, name: str, value: Transform | Joints) -> Loc
     return LocationTable((NamedLocation.of(name, value),), station.units)
 
 
-def _tool(station: Station, it: Instruction) -> Talk[None]:
+def _frame(station: Station, it: Instruction) -> Talk[None]:
+    """TOOL, BASE."""
     yield from station.do(it)
-    yield _one_location(station, "TOOL", station.engine.frames.tool)
-
-
-def _base(station: Station, it: Instruction) -> Talk[None]:
-    yield from station.do(it)
-    yield _one_location(station, "BASE", station.engine.frames.base)
+    frames = station.engine.frames
+    yield _one_location(station, it.word, frames.tool if it.word == "TOOL" else frames.base)
 
 
 def _why(station: Station, it: Instruction) -> Talk[None]:
@@ -208,9 +197,9 @@ def _why(station: Station, it: Instruction) -> Talk[None]:
 LOCATIONS: Mapping[str, Handler] = {
     "WHERE": _where,
     "WHY": _why,
-    "HERE": _here,
-    "POINT": _point,
+    "HERE": _define,
+    "POINT": _define,
     "TEACH": _teach,
-    "TOOL": _tool,
-    "BASE": _base,
+    "TOOL": _frame,
+    "BASE": _frame,
 }

@@ -82,7 +82,8 @@ def plotted(arm: RobotArm, timeline: Timeline, asked: Selection) -> Plot:
         units = arm.model.units
         curves = _joint_curves(positions, first, asked.joints, units)
         return Plot(first.title, _unit(first, asked.joints, units), tuple(times.tolist()), curves)
-    curves = _tool_curves(positions, [curve for name in asked.names for curve in QUANTITIES[name].curves])
+    rows, names = _tool_values(positions), (curve for name in asked.names for curve in QUANTITIES[name].curves)
+    curves = tuple(Curve(name, name[0], tuple(rows[name].tolist())) for name in dict.fromkeys(names))
     return Plot(first.title, first.unit, tuple(times.tolist()), curves)
 
 
@@ -123,11 +124,6 @@ def _joint_curves(
     rows = getattr(positions, quantity.joints).T.tolist()
     columns = ((joint, [units.one_shown(joint, x) for x in rows[joint - 1]]) for joint in joints)
     return tuple(Curve(f"JT{joint}", str(joint), tuple(values)) for joint, values in columns)
-
-
-def _tool_curves(positions: Positions, names: Sequence[str]) -> tuple[Curve, ...]:
-    rows = _tool_values(positions)
-    return tuple(Curve(name, name[0], tuple(rows[name].tolist())) for name in dict.fromkeys(names))
 
 
 def _tool_values(positions: Positions) -> Mapping[str, Floats]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
-from vrs_cli.dialogue.replies import Message, ProgramStopped
+from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply
 from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.monitor.running import asked_program, run
@@ -18,20 +18,16 @@ from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import Value, numbers_of, plain, whole
 
 
-def _prime(station: Station, it: Instruction) -> Talk[None]:
+def _prime(station: Station, it: Instruction) -> Iterable[Reply]:
     task = station.prime(*asked_program(station, it)).task
     yield ProgramStopped("(PRIMED)", task.program, task.step)
 
 
-def _step(over: bool) -> Handler:
+def _step(station: Station, it: Instruction) -> Talk[None]:
     """SSTEP, XSTEP: of a program that is named, or of the one that has stopped."""
-
-    def step(station: Station, it: Instruction) -> Talk[None]:
-        if operand(it, 0) is not None:
-            station.prime(*asked_program(station, it))
-        yield from run(station, station.resume(stepping=Stepping(over)))
-
-    return step
+    if operand(it, 0) is not None:
+        station.prime(*asked_program(station, it))
+    return run(station, station.resume(stepping=Stepping(over=it.word != "XSTEP")))
 
 
 def _bpt(station: Station, it: Instruction) -> Talk[None]:
@@ -82,9 +78,9 @@ def _value_text(value: Value, units: JointUnits) -> str:
 
 STEPPING: Mapping[str, Handler] = {
     "PRIME": _prime,
-    "SSTEP": _step(over=True),
-    "XSTEP": _step(over=False),
-    "NEXT": _step(over=True),
+    "SSTEP": _step,
+    "XSTEP": _step,
+    "NEXT": _step,
     "BPT": _bpt,
     "WATCH": _watch,
 }

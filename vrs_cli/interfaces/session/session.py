@@ -29,7 +29,6 @@ from vrs_cli.interfaces.monitor.timeline import TIMELINE
 from vrs_cli.interfaces.monitor.variables import VARIABLES, shown_value
 from vrs_cli.interfaces.rights import check_beside, check_role
 from vrs_cli.interfaces.session.command_file import carry_out_file
-from vrs_cli.interfaces.station.desk import LineEditor
 from vrs_cli.interfaces.station.operands import path_of
 from vrs_cli.interfaces.station.schedule import Schedule
 from vrs_cli.interfaces.station.station import Station
@@ -90,8 +89,11 @@ class Session(Station):
         self.serve()
         self.settle()
         yield from self._attend()
-        if self.desk.editor is not None and role is Role.SUPERVISOR:
-            yield from self._edited(self.desk.editor, line)
+        editor = self.desk.editor
+        if editor is not None and role is Role.SUPERVISOR:
+            replies, self.desk.last_edited = editor.take(line), editor.name
+            self.desk.editor = None if editor.done else editor
+            yield from replies
         else:
             yield from self._answered(line, role)
         yield from self._attend()
@@ -138,13 +140,6 @@ class Session(Station):
         defined = frozenset(key for key, one in own.items() if one.defined())
         known = self.environment.kinds()
         return _Either(defined, known) if defined else known
-
-    def _edited(self, editor: LineEditor, line: str) -> Iterator[Reply]:
-        replies = editor.take(line)
-        self.desk.last_edited = editor.name
-        if editor.done:
-            self.desk.editor = None
-        yield from replies
 
     def mistake(self, line: str) -> Diagnostic | None:
         """The first mistake in a line that is not sent yet. One without is remembered: it need not be read again."""
