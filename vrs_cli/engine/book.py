@@ -11,7 +11,7 @@ from typing import Protocol
 
 from vrs_cli.engine.history import CommandRecord, History, Step, records
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import rest
 from vrs_cli.trajectory.timeline import Timeline
@@ -142,7 +142,8 @@ class Book:
     def redo(self, count: int) -> float:
         """Do again what was taken back last, all or none; the clock [s] that was then. Raises as `undo` does."""
         undone, version = self.history.last_undone(count), self.timeline.version
-        deltas = [one.step.doing_again(version + number) for number, one in enumerate(undone)]
+        again = enumerate(one.step.delta for one in undone)
+        deltas = [delta._replace(version=version + number, cause=Cause.REDO) for number, delta in again]
         self._change(deltas)
         for _ in undone:
             self.history.do_again()

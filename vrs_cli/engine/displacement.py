@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.history import CommandRecord
-from vrs_cli.trajectory.delta import Cause, TimelineDelta
+from vrs_cli.trajectory.delta import Cause
 from vrs_cli.trajectory.motion import Motion, Start
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -55,7 +55,11 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
     since = min(delta.cut for delta in changes)
     taken_back = {delta.motion.number for delta in changes if delta.cause is Cause.UNDO}
     old = list(islice(_begins(before, since), MOST + 1))
-    stamped = [(one.motion, one.executed) for one in changes[-MOST:-1] if _for_another_time(one)]
+    stamped = [
+        (one.motion, one.executed)
+        for one in changes[-MOST:-1]
+        if one.motion.start is Start.AT and abs(one.executed - one.issued) > SAME_TIME
+    ]
     new = {motion.number: begin for motion, begin in islice(_begins(book.timeline, since), 2 * MOST)}
     gone = len(new) < 2 * MOST  # what is not among these is nowhere
     rows = [
@@ -69,10 +73,6 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
     asked = {delta.motion.number: delta.executed for delta in deltas if delta.motion.start is Start.AT}
     moved = [Moved(motion.text, asked.get(motion.number), begin, then) for motion, begin, then in rows]
     return _sorted_out(moved, more=len(old) > MOST)
-
-
-def _for_another_time(delta: TimelineDelta) -> bool:
-    return delta.motion.start is Start.AT and abs(delta.executed - delta.issued) > SAME_TIME
 
 
 def _sorted_out(moved: Sequence[Moved], *, more: bool = False) -> Displacement:

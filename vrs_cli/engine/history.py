@@ -12,7 +12,7 @@ from typing import TypeVar
 from msgspec import Struct, structs
 
 from vrs_cli.errors import UsageError
-from vrs_cli.trajectory.delta import Cause, TimelineDelta
+from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.instant import shown
 from vrs_cli.trajectory.motion import Start
 from vrs_cli.trajectory.timeline import Timeline
@@ -70,10 +70,6 @@ class Step(Struct, frozen=True):
         back = self.back.inverse(self.delta) if isinstance(self.back, Timeline) else self.back
         return back._replace(version=version)
 
-    def doing_again(self, version: int) -> TimelineDelta:
-        """The delta that redoes it, for the timeline of that version."""
-        return self.delta._replace(version=version, cause=Cause.REDO)
-
 
 class Undone(Struct, frozen=True):
     """A step that was taken back, and the clock before that [s]."""
@@ -99,15 +95,11 @@ class History:
 
     def last_done(self, count: int) -> Sequence[Step]:
         """The steps that UNDO takes back, the last one first. Raises UsageError where there are not so many."""
-        if not self.done:
-            raise UsageError("there is no motion to undo")
         return _last(self.done, count, "undo")
 
     def last_undone(self, count: int) -> Sequence[Undone]:
         """The steps that REDO does again, the next one first. Raises UsageError where there are not so many."""
-        if not self.undone:
-            raise UsageError("there is no motion to redo", "REDO follows UNDO; a new motion ends it")
-        return _last(self.undone, count, "redo")
+        return _last(self.undone, count, "redo", "REDO follows UNDO; a new motion ends it")
 
     def take_back(self, clock: float) -> None:
         """Undo the last step; `clock` is the time now [s]. Raises UsageError where there is none."""
@@ -124,7 +116,9 @@ class History:
         self.done[-1] = self.done[-1].lengthened(timeline)
 
 
-def _last(steps: Sequence[_S], count: int, what: str) -> Sequence[_S]:
+def _last(steps: Sequence[_S], count: int, what: str, hint: str = "") -> Sequence[_S]:
+    if not steps:
+        raise UsageError(f"there is no motion to {what}", hint)
     if not 0 < count <= len(steps):
         raise UsageError(f"there are not {count} motions to {what}", f"at most {what.upper()} {len(steps)}")
     return steps[: -count - 1 : -1]

@@ -212,11 +212,8 @@ class RobotArm:
 
     def _joint_refusal(self, q: Joints, hint: str) -> JointOutOfRange:
         joint = self._outside(q)[0]
-        return self.model.refuse_joint(joint, q[joint - 1], hint or self._no_other_way)
-
-    @property
-    def _no_other_way(self) -> str:
-        return "no other configuration reaches the location either" if len(self.ways) > 1 else ""
+        no_other = "no other configuration reaches the location either" if len(self.ways) > 1 else ""
+        return self.model.refuse_joint(joint, q[joint - 1], hint or no_other)
 
     def _best_turns(self, q: Joints) -> Joints:
         """Each joint on the turn nearest to the middle of its range: outside only if every turn is."""

@@ -100,16 +100,9 @@ class MappedArm(RobotArm):
         return self.inner._out_of_reach(self._inner_pose(T), configuration, hint)
 
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-        seen, tool = self._inner_twist(twist), compose(self.way.chain.flange, T_flange_tool)
-        return self._with_signs(self.inner.joint_velocity(self.way.chain.of(q), seen, tool))
-
-    def _inner_twist(self, twist: Twist) -> Twist:
-        """A twist of the tool, or a rate of it, as the inner arm has it."""
-        return (*rotate(self.to_inner, twist[:3]), *rotate(self.to_inner, twist[3:]))
-
-    def _with_signs(self, rates: Joints) -> Joints:
-        """Rates of the joints as the inner arm has them, and the way back."""
-        return tuple([s * rate for s, rate in zip(self.way.chain.signs, rates, strict=True)])
+        chain, seen = self.way.chain, (*rotate(self.to_inner, twist[:3]), *rotate(self.to_inner, twist[3:]))
+        rates = self.inner.joint_velocity(chain.of(q), seen, compose(chain.flange, T_flange_tool))
+        return tuple([s * rate for s, rate in zip(chain.signs, rates, strict=True)])
 
     def singularity(self, q: Joints) -> Singularity:
         return self.inner.singularity(self.way.chain.of(q))

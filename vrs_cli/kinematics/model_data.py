@@ -71,10 +71,12 @@ TINY = 1e-9  # of what is above zero: slower is no motion
 
 def to_dict(model: RobotModel) -> dict[str, Any]:
     """Plain data in metres and radians, as in the header of a trajectory file; `from_dict` takes it back."""
+    usual = model.task is Task.POSE and model.joint_count >= ALL_PARTS
     return {
         "name": model.name,
         "title": model.title,
-        **_unless_usual(model),
+        **{key: list(T) for key in ("base", "flange") if (T := getattr(model, key)) != IDENTITY},
+        **({} if usual else {"task": model.task.value}),
         "joints": [
             {**_link_to_dict(link), **{key: getattr(model, key)[i] for key in JOINT_KEYS}}
             for i, link in enumerate(model.links)
@@ -90,12 +92,6 @@ def _link_to_dict(link: Link) -> dict[str, Any]:
     data["kind"] = link.kind.value
     usual = {"theta": 0.0, "kind": TURN}
     return {key: value for key, value in data.items() if key not in usual or value != usual[key]}
-
-
-def _unless_usual(model: RobotModel) -> dict[str, Any]:
-    frames = {key: list(T) for key in ("base", "flange") if (T := getattr(model, key)) != IDENTITY}
-    usual = model.task is Task.POSE and model.joint_count >= ALL_PARTS
-    return frames if usual else {**frames, "task": model.task.value}
 
 
 def from_dict(data: object, where: str = "robot model") -> RobotModel:
@@ -145,17 +141,14 @@ class ModelReader(NamedTuple):
                 joint[name] = self.number(table[name], f"{key}: {name}", quantity)
         for name in JOINT_KEYS:
             joint[name] = self.of_joint(table[name], f"{key}: {name}", name, kind)
-        self.check_range(joint, key, table)
+        if not joint["lower"] < joint["upper"]:
+            lower, upper = (table.get(end, joint[end]) for end in ("lower", "upper"))
+            raise self.wrong(key, f"lower {lower} is not below upper {upper}", "swap or mend the two limits")
         return joint
 
     def of_joint(self, value: object, key: str, name: str, kind: JointKind) -> float:
         quantity = JOINT_KEYS[name]
         return self.number(value, key, quantity.sliding() if kind is JointKind.PRISMATIC else quantity)
-
-    def check_range(self, joint: Mapping[str, Any], key: str, told: Mapping[str, object]) -> None:
-        if not joint["lower"] < joint["upper"]:
-            lower, upper = (told.get(end, joint[end]) for end in ("lower", "upper"))
-            raise self.wrong(key, f"lower {lower} is not below upper {upper}", "swap or mend the two limits")
 
     def kind(self, value: object, key: str) -> JointKind:
         if value not in (TURN, SLIDE):

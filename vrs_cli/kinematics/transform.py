@@ -215,11 +215,6 @@ def from_oat(x: float, y: float, z: float, o: float, a: float, t: float) -> Tran
 def to_oat(T: Transform) -> Vector:
     """VAL-II O, A, T [rad]: O and T in (-pi, pi], A in [-pi/2, pi/2]; O = pi/2 where the tool is vertical."""
     yaw, pitch, roll = to_ypr(T)
-    return oat_from_ypr(yaw, pitch, roll)
-
-
-def oat_from_ypr(yaw: float, pitch: float, roll: float) -> Vector:
-    """The same rotation in VAL-II's angles [rad]."""
     o = yaw + RIGHT_ANGLE
     return (o - TURN if o > pi else o) + 0.0, (pitch - RIGHT_ANGLE) + 0.0, roll
 

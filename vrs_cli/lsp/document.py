@@ -23,7 +23,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.analysis.formatting import canonical_text
 from vrs_cli.language.analysis.structure import BlockKind, structure_of
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Program, Section, Span, Statement
+from vrs_cli.language.text.ast import Program, Section, Span
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.text.lexer import LABEL_HIGH
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, definitions
@@ -197,8 +197,10 @@ class Document:
         """What may be typed at a place."""
         before = self.lines[line - 1][: column - 1] if line <= len(self.lines) else ""
         program = self._program_at(line)
-        if program is None:
-            return _headings(before)
+        if program is None:  # outside of programs
+            begun, note = before.strip().upper(), "a section of variables, up to .END"
+            rows = ((PROGRAM, "a program, up to .END"), *((name, note) for name in SECTIONS))
+            return [Suggestion(name, len(begun), note) for name, note in rows if name.startswith(begun)]
         if _GOTO.search(blanked(before)):
             return list(_labels(program, before))
         return suggestions(before, self._names, in_program=True)
@@ -231,8 +233,10 @@ class Document:
                 yield _Given(placed, entry.variable, kind, section.name)
         for placed, program in sorted(self._programs(), key=lambda one: one[0] is not first):
             for statement in (step.statement for step in program.steps if step.statement is not None):
+                row = INSTRUCTIONS.get(statement.word) if isinstance(statement, ast.Instruction) else None
+                located = row is not None and Shape.LOCATION_VARIABLE in row.wanted  # by SET, HERE and their like
                 for variable in definitions(statement):
-                    kind = SIGIL_KINDS.get(variable.sigil) or _bare_kind(statement)
+                    kind = SIGIL_KINDS.get(variable.sigil) or (Kind.LOCATION if located else Kind.REAL)
                     yield _Given(placed, variable, kind, program.name)
 
     # --- what a word means, and where it comes from ---
@@ -245,13 +249,10 @@ class Document:
         text, span = word
         if text[0].isdigit():
             return None
-        named = self.occurrence(line, column) is not None or not self._is_read(line)
+        unread = (one for placed in self._parts for one in placed.found(placed.part.diagnostics))
+        named = self.occurrence(line, column) is not None or any(one.span.line == line for one in unread)
         found = (self._own_meaning(text, line) if named else "") or _help(text)
         return Meaning(found, span) if found else None
-
-    def _is_read(self, line: int) -> bool:
-        """Whether the line could be read, so that it is known what its words are."""
-        return all(one.span.line != line for placed in self._parts for one in placed.found(placed.part.diagnostics))
 
     def definition(self, line: int, column: int) -> Span | None:
         """Where a program, a label or a variable is defined: a section first, then its first assignment."""
@@ -363,12 +364,6 @@ def _signature(program: Program) -> str:
     return f"{program.name}({parameters})"
 
 
-def _bare_kind(statement: Statement) -> Kind:
-    """What a name without a sigil becomes: a transformation by SET, HERE and their like, else a real."""
-    row = INSTRUCTIONS.get(statement.word) if isinstance(statement, ast.Instruction) else None
-    return Kind.LOCATION if row is not None and Shape.LOCATION_VARIABLE in row.wanted else Kind.REAL
-
-
 # --- texts ---------------------------------------------------------------------------------------------------------
 
 
@@ -393,13 +388,6 @@ def _labels(program: Program, before: str) -> Iterator[Suggestion]:
     for step in program.steps:
         if step.label is not None and str(step.label).startswith(begun):
             yield Suggestion(str(step.label), len(begun), _step_text(step))
-
-
-def _headings(before: str) -> list[Suggestion]:
-    """What may stand outside programs."""
-    begun = before.strip().upper()
-    rows = ((PROGRAM, "a program, up to .END"), *((name, "a section of variables, up to .END") for name in SECTIONS))
-    return [Suggestion(name, len(begun), note) for name, note in rows if name.startswith(begun)]
 
 
 def _help(word: str) -> str:

@@ -44,7 +44,8 @@ class Occurrence(Struct, frozen=True):
 def occurrences(part: Part) -> tuple[Occurrence, ...]:
     """All of a part, in the order of the text."""
     node = part.node
-    found = _of_program(part, node) if isinstance(node, Program) else _of_section(part, node) if node else ()
+    entries = node.entries if isinstance(node, Section) else ()
+    found = _of_program(part, node) if isinstance(node, Program) else (_variable(part, one.variable) for one in entries)
     return tuple(sorted(found, key=lambda one: (one.span.line, one.span.column)))
 
 
@@ -86,10 +87,6 @@ def _of_statement(part: Part, statement: ast.Statement) -> Iterator[Occurrence]:
             if argument.shape is Shape.PROGRAM and isinstance(given, ast.ProgramCall):
                 yield Occurrence(SymbolKind.PROGRAM, given.key, _as_written(part, given.name, given.span))
     yield from (_variable(part, node) for node in ast.nodes(statement) if isinstance(node, ast.Variable))
-
-
-def _of_section(part: Part, section: Section) -> Iterator[Occurrence]:
-    return (_variable(part, entry.variable) for entry in section.entries)
 
 
 # --- places --------------------------------------------------------------------------------------------------------

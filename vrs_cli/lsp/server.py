@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, Protocol
 
 from lsprotocol import types as lsp
@@ -21,7 +22,7 @@ from vrs_cli.interfaces.conversation.complete import Suggestion
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.text.ast import Span
-from vrs_cli.language.text.diagnostics import Diagnostic, Severity
+from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.lsp.document import Document, Symbol
 from vrs_cli.lsp.occurrences import SymbolKind
 from vrs_cli.version import __version__
@@ -42,11 +43,6 @@ _SYMBOLS: Mapping[SymbolKind, lsp.SymbolKind] = {
 
 class Refused(JsonRpcInvalidParams):
     """A request that cannot be done; the editor shows the message."""
-
-
-def _is_news(record: logging.LogRecord) -> bool:
-    """Whether the log should tell: what is refused has been answered, and is no fault of the server."""
-    return record.exc_info is None or not isinstance(record.exc_info[1], Refused)
 
 
 class Question(Protocol):
@@ -95,11 +91,6 @@ class Val2Server(LanguageServer):
         codec = self.workspace.get_text_document(uri).position_codec
         return lsp.Position(line - 1, codec.client_num_units(text[: column - 1]))
 
-    def whole_line(self, uri: str, line: int) -> lsp.Position:
-        """The end of a line."""
-        lines = self.document(uri).lines
-        return self._position(uri, line, len(lines[line - 1]) + 1 if line <= len(lines) else 1)
-
     # --- diagnostics ---
 
     def check_soon(self, uri: str) -> None:
@@ -110,7 +101,12 @@ class Val2Server(LanguageServer):
     def check(self, uri: str) -> None:
         """Tell the editor all that is wrong with a text."""
         document = self.workspace.get_text_document(uri)
-        found = [self._diagnostic(uri, one) for one in self.document(uri).diagnostics]
+        found = [
+            lsp.Diagnostic(
+                self.range(uri, one.span), one.message, _SEVERITIES[one.severity], code=one.code, source="vrs"
+            )
+            for one in self.document(uri).diagnostics
+        ]
         self.publish(uri, found, document.version)
 
     def publish(self, uri: str, found: list[lsp.Diagnostic], version: int | None = None) -> None:
@@ -130,17 +126,13 @@ class Val2Server(LanguageServer):
         self._inspectors.pop(uri, None)
         self.publish(uri, [])
 
-    def _diagnostic(self, uri: str, one: Diagnostic) -> lsp.Diagnostic:
-        return lsp.Diagnostic(
-            self.range(uri, one.span), one.message, _SEVERITIES[one.severity], code=one.code, source="vrs"
-        )
-
     # --- symbols ---
 
     def symbol(self, uri: str, symbol: Symbol) -> lsp.DocumentSymbol:
         """A symbol with its children."""
-        name = self.range(uri, symbol.span)
-        whole = lsp.Range(lsp.Position(symbol.span.line - 1, 0), self.whole_line(uri, symbol.last))
+        name, lines, last = self.range(uri, symbol.span), self.document(uri).lines, symbol.last
+        end = self._position(uri, last, len(lines[last - 1]) + 1 if last <= len(lines) else 1)
+        whole = lsp.Range(lsp.Position(symbol.span.line - 1, 0), end)
         children = [self.symbol(uri, child) for child in symbol.children]
         return lsp.DocumentSymbol(
             symbol.name, _SYMBOLS[symbol.kind], whole, name, symbol.detail or None, children=children
@@ -150,25 +142,17 @@ class Val2Server(LanguageServer):
 def server(model: RobotModel) -> Val2Server:
     """A server with all that it can do."""
     made = Val2Server(model)
-    logging.getLogger(json_rpc.__name__).addFilter(_is_news)
+    logging.getLogger(
+        json_rpc.__name__
+    ).addFilter(  # but what is refused: it has been answered, and is no fault of ours
+        lambda record: record.exc_info is None or not isinstance(record.exc_info[1], Refused)
+    )
     for name, (feature, options) in _FEATURES.items():
-        made.feature(name, options)(feature)
+        made.feature(name, options)(partial(feature, made))
     return made
 
 
 # --- features --------------------------------------------------------------------------------------------------------
-
-
-def _opened(server: Val2Server, params: lsp.DidOpenTextDocumentParams) -> None:
-    server.check(params.text_document.uri)
-
-
-def _changed(server: Val2Server, params: lsp.DidChangeTextDocumentParams) -> None:
-    server.check_soon(params.text_document.uri)
-
-
-def _closed(server: Val2Server, params: lsp.DidCloseTextDocumentParams) -> None:
-    server.close(params.text_document.uri)
 
 
 def _completion(server: Val2Server, params: lsp.CompletionParams) -> lsp.CompletionList:
@@ -256,9 +240,9 @@ def _signature(server: Val2Server, params: lsp.SignatureHelpParams) -> lsp.Signa
 
 
 _FEATURES: Mapping[str, tuple[Callable[[Val2Server, Any], Any], Any]] = {  # each with its options
-    lsp.TEXT_DOCUMENT_DID_OPEN: (_opened, None),
-    lsp.TEXT_DOCUMENT_DID_CHANGE: (_changed, None),
-    lsp.TEXT_DOCUMENT_DID_CLOSE: (_closed, None),
+    lsp.TEXT_DOCUMENT_DID_OPEN: (lambda server, params: server.check(params.text_document.uri), None),
+    lsp.TEXT_DOCUMENT_DID_CHANGE: (lambda server, params: server.check_soon(params.text_document.uri), None),
+    lsp.TEXT_DOCUMENT_DID_CLOSE: (lambda server, params: server.close(params.text_document.uri), None),
     lsp.TEXT_DOCUMENT_HOVER: (_hover, None),
     lsp.TEXT_DOCUMENT_DEFINITION: (_definition, None),
     lsp.TEXT_DOCUMENT_FORMATTING: (_formatting, None),

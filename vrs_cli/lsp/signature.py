@@ -43,15 +43,13 @@ def signature(before: str, programs: Mapping[str, Program]) -> Signature | None:
 
 
 def _called(name: str, rest: str, programs: Mapping[str, Program]) -> Signature | None:
-    row = FUNCTIONS.get(name.upper())
-    if row is not None:
+    if (row := FUNCTIONS.get(name.upper())) is not None:
         return _signature(row.form, row.summary, (argument.name for argument in row.arguments), rest)
     program = programs.get(key_of(name))
     if program is None:
         return None
     names = [parameter.sigil + parameter.name for parameter in program.parameters]
-    summary = (program.comment or "").strip()
-    return _signature(f"{program.name}({', '.join(names)})", summary, names, rest)
+    return _signature(f"{program.name}({', '.join(names)})", (program.comment or "").strip(), names, rest)
 
 
 def _signature(form: str, summary: str, names: Iterable[str], rest: str) -> Signature | None:

@@ -232,10 +232,9 @@ class Jogger:
         if engine.realtime:
             engine.redirect(goal, speed=speed, text=text)
             return
-        if isinstance(goal, Transform):
-            move = Move(PoseTarget(goal), straight=True, speed=speed, text=text)
-        else:
-            move = Move(JointTarget(goal), straight=False, speed=speed, text=text)
+        straight = isinstance(goal, Transform)
+        target = PoseTarget(goal) if isinstance(goal, Transform) else JointTarget(goal)
+        move = Move(target, straight=straight, speed=speed, text=text)
         self.station.settle(engine.begin(move, program=False))
 
     def stop(self) -> None:
@@ -305,16 +304,12 @@ class Jogger:
 def moved(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:
     """A pose after a step along or about an axis [mm, deg]; about an axis of the world the tool tip stays in place."""
     unit = UNITS[axis.index % 3]
-    if axis.turns:
-        turn = rotation_about(unit, radians(amount))
-        if axis.frame is Frame.TOOL:
-            return compose(T_world_tool, turn)
-        T = T_world_tool
-        return at_position(compose(turn, at_position(T, 0.0, 0.0, 0.0)), T.px, T.py, T.pz)
     x, y, z = (1e-3 * amount * u for u in unit)
+    step, T = rotation_about(unit, radians(amount)) if axis.turns else translation(x, y, z), T_world_tool
     if axis.frame is Frame.TOOL:
-        return compose(T_world_tool, translation(x, y, z))
-    T = T_world_tool
+        return compose(T, step)
+    if axis.turns:
+        return at_position(compose(step, at_position(T, 0.0, 0.0, 0.0)), T.px, T.py, T.pz)
     return at_position(T, T.px + x, T.py + y, T.pz + z)
 
 
