@@ -63,7 +63,7 @@ LIVES_IN = {
     "lsprotocol": {"lsp/server.py"},
     "numpy": {
         *("kinematics", "trajectory", "engine", "files", "api"),
-        *("interfaces/monitor/plotting.py", "interfaces/roles/observer.py", "render/plots.py"),
+        *("interfaces/monitor/plotting.py", "interfaces/roles/observer.py", "net/experiment.py", "render/plots.py"),
     },
 }
 
@@ -102,7 +102,7 @@ DEFERRED = (
     Deferred(
         (
             *("kinematics", "trajectory", "engine", "files"),
-            *("interfaces/monitor/plotting.py", "interfaces/roles/observer.py", "render/plots.py"),
+            *("interfaces/monitor/plotting.py", "interfaces/roles/observer.py", "net/experiment.py", "render/plots.py"),
         ),
         ("numpy",),
         "numpy takes longer to load than a short program runs, and one position needs none of it",

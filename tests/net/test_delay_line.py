@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.examples import examples
-from vrs_cli.net.delay_line import RETRANSMIT, Bursty, Constant, DelayLine, Delays, Gamma, Link, Lossy, Normal, Trace
+from vrs_cli.net.delay_line import RETRANSMIT, Bursty, Constant, DelayLine, Delays, Gamma, Lossy, Normal, Trace, Ways
 
 MANY = 20_000
 nanoseconds = st.integers(0, 3600 * 10**9) | st.integers(0, 10)
@@ -98,11 +98,11 @@ def test_what_is_lost_comes_after_one_wait_then_after_twice_that() -> None:
         assert share == pytest.approx(0.5 ** (losses + 1), rel=0.1)
 
 
-def test_a_link_gives_each_connection_lines_of_its_own() -> None:
-    def drawn_of(link: Link, connection: int) -> tuple[float, float]:
-        forward, backward = link.ways(connection)
+def test_a_ways_gives_each_connection_lines_of_its_own() -> None:
+    def drawn_of(ways: Ways, connection: int) -> tuple[float, float]:
+        forward, backward = ways.lines(connection)
         return forward.arrival(0.0), backward.arrival(0.0)
 
-    link = Link(Gamma(0.2, 0.08), Gamma(0.2, 0.08), seed=1)
-    assert drawn_of(link, 1) == drawn_of(link, 1)
-    assert len({*drawn_of(link, 1), *drawn_of(link, 2), *drawn_of(Link(link.forward, link.backward, 2), 1)}) == 6
+    ways = Ways(Gamma(0.2, 0.08), Gamma(0.2, 0.08), seed=1)
+    assert drawn_of(ways, 1) == drawn_of(ways, 1)
+    assert len({*drawn_of(ways, 1), *drawn_of(ways, 2), *drawn_of(Ways(ways.forward, ways.backward, 2), 1)}) == 6

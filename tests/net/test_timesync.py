@@ -102,10 +102,10 @@ def test_old_exchanges_count_no_longer() -> None:
 
 def test_shares_of_the_round_trip_tell_what_lead_is_enough() -> None:
     sync, there, back = TimeSync(1e9), DelayLine(Gamma(0.2, 0.08), "a"), DelayLine(Gamma(0.2, 0.08), "b")
-    for k in range(2000):
+    for k in range(500):
         t1 = there.arrival(10.0 * k)
         sync.heard(10.0 * k, t1, t1, back.arrival(t1))
-    assert sync.round_trip(0.5) == pytest.approx(0.4, abs=0.02)
+    assert sync.round_trip(0.5) == pytest.approx(0.4, abs=0.03)
     assert sync.round_trip(0.0) < sync.round_trip(0.5) < sync.round_trip(0.95) < sync.round_trip(1.0)
 
 

@@ -136,14 +136,14 @@ class DelayLine:
         return self._last
 
 
-class Link(Struct, frozen=True):
-    """Both directions of a line, as a value. Each connection has delay lines of its own, the same for the same seed."""
+class Ways(Struct, frozen=True):
+    """The way there and the way back, as a value. Each connection has lines of its own, the same for the same seed."""
 
     forward: Delays
     backward: Delays
     seed: int = 1
 
-    def ways(self, connection: int | str) -> tuple[DelayLine, DelayLine]:
-        """The way there, and the way back."""
+    def lines(self, connection: int | str) -> tuple[DelayLine, DelayLine]:
+        """Forward and backward."""
         seed = f"{self.seed} {connection}"
         return DelayLine(self.forward, f"{seed} forward"), DelayLine(self.backward, f"{seed} backward")

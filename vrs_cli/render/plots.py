@@ -5,7 +5,7 @@ Matplotlib draws it; it comes with the extra `plot`, is looked for before anythi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 from io import BytesIO
@@ -34,11 +34,12 @@ STYLE = {"svg.hashsalt": "vrs", "svg.fonttype": "none", "font.size": 9.0}
 
 
 class Curves(NamedTuple):
-    """One panel: its unit, and named columns of values (N, n)."""
+    """One panel: its unit, and named columns of values, each over the N values `along`."""
 
     title: str
     names: Sequence[str]
-    values: Floats
+    columns: Iterable[Sequence[float] | Floats]
+    along: Sequence[float] | Floats
 
 
 def check_plot(path: str | Path) -> None:
@@ -62,9 +63,13 @@ def plot_trajectory(path: str | Path, arm: RobotArm, timeline: Timeline, title: 
 
     Raises UsageError (no matplotlib, no picture file) or FileError.
     """
+    plot_panels(path, "t [s]", _panels(arm, timeline, _times(timeline)), title)
+
+
+def plot_panels(path: str | Path, along: str, panels: Sequence[Curves], title: str) -> None:
+    """Draw panels below each other. Raises as `plot_trajectory` does."""
     check_plot(path)
-    times = _times(timeline)
-    picture = _drawn(times, _panels(arm, timeline, times), title, Path(path).suffix.lower()[1:])
+    picture = _drawn(along, panels, title, Path(path).suffix.lower()[1:])
     with atomically(path) as stream:
         stream.write(picture)
 
@@ -89,13 +94,13 @@ def _panels(arm: RobotArm, timeline: Timeline, times: Floats) -> tuple[Curves, .
     at = positions_at(arm, timeline, times)
     joints = [f"JT{i}" for i in range(1, arm.model.joint_count + 1)]
     return (
-        Curves(f"joints [{unit}]", joints, shown_joints(at.joints, units)),
-        Curves(f"joint velocities [{rate}]", joints, shown_joints(at.velocity, units)),
-        Curves("tool [mm]", ("X", "Y", "Z"), at.T_world_tool[:, :, 3] * 1000.0),
+        Curves(f"joints [{unit}]", joints, shown_joints(at.joints, units).T, times),
+        Curves(f"joint velocities [{rate}]", joints, shown_joints(at.velocity, units).T, times),
+        Curves("tool [mm]", ("X", "Y", "Z"), at.T_world_tool[:, :, 3].T * 1000.0, times),
     )
 
 
-def _drawn(times: Floats, panels: Sequence[Curves], title: str, form: str) -> bytes:
+def _drawn(along: str, panels: Sequence[Curves], title: str, form: str) -> bytes:
     matplotlib: Any = import_module("matplotlib")
     figure_class: Any = import_module("matplotlib.figure").Figure
     with matplotlib.rc_context(STYLE):
@@ -103,16 +108,16 @@ def _drawn(times: Floats, panels: Sequence[Curves], title: str, form: str) -> by
         figure.suptitle(title)
         axes = figure.subplots(len(panels), 1, sharex=True)
         for axis, panel in zip(axes, panels, strict=True):
-            _draw_panel(axis, times, panel)
-        axes[-1].set_xlabel("t [s]")
+            _draw_panel(axis, panel)
+        axes[-1].set_xlabel(along)
         buffer, undated = BytesIO(), {"svg": {"Date": None}, "png": {"Software": None}}
         figure.savefig(buffer, format=form, metadata=undated[form])  # without the date of today
         return buffer.getvalue()
 
 
-def _draw_panel(axis: Any, times: Floats, panel: Curves) -> None:
-    for name, column in zip(panel.names, panel.values.T, strict=True):
-        axis.plot(times, column, label=name, linewidth=1.2)
+def _draw_panel(axis: Any, panel: Curves) -> None:
+    for name, column in zip(panel.names, panel.columns, strict=True):
+        axis.plot(panel.along, column, label=name, linewidth=1.2)
     axis.set_ylabel(panel.title)
     axis.grid(visible=True, alpha=0.3)
     axis.margins(x=0.0)

@@ -1,0 +1,106 @@
+"""`vrs experiment delays`: tables, JSON and pictures; what is wrong with its options is told."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from vrs_cli.cli.main import run
+
+SHORT = ("experiment", "delays", "--seeds", "2", "--seconds", "10")
+
+
+def out_of(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0) -> str:
+    assert run(arguments) == status
+    taken = capsys.readouterr()
+    return taken.err if status else taken.out
+
+
+def test_the_tables_have_a_row_for_each_lead_and_policy(capsys: pytest.CaptureFixture[str]) -> None:
+    text = out_of(capsys, *SHORT, "--jobs", "1")
+    assert text.startswith("Gamma 200ms 80ms each way; 2 x 10 s, 10 commands each\nMeasured: D_f + D_b is 0.")
+    for policy in ("ABORT", "POSTPONE"):
+        rows = [line.split()[1] for line in text.splitlines() if line.startswith(policy)]
+        assert rows == ["0", "0.2", "0.4", "0.6", "0.8"] * 3
+    assert "ABORT          0           -           -           -           -           -" in text, "nothing moved"
+    assert text.endswith(
+        "What is flagged are the times by the logs of both sides, in 20 courses\n"
+        "At all others the error of deltas is at most 0 deg, 0 mm\n"
+    )
+
+
+def test_processes_change_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    some = (*SHORT, "--lead", "200ms", "--policy", "abort")
+    assert out_of(capsys, *some, "--jobs", "2") == out_of(capsys, *some, "--jobs", "1")
+
+
+def test_delays_and_jitters_are_swept(capsys: pytest.CaptureFixture[str]) -> None:
+    few = ("--lead", "0.1", "--policy", "POSTPONE", "--jobs", "1", "--loss", "2%", "--robot", "cobra600")
+    text = out_of(capsys, *SHORT, "--delay", "50ms", "0.1", "--jitter", "0", "20ms", *few)
+    heads = [line.split(";")[0] for line in text.splitlines() if line.startswith("Gamma")]
+    assert heads == [
+        *("Gamma 50ms 0ms each way, loss 2.0%", "Gamma 50ms 20ms each way, loss 2.0%"),
+        *("Gamma 100ms 0ms each way, loss 2.0%", "Gamma 100ms 20ms each way, loss 2.0%"),
+    ]
+
+
+def test_json_has_all_figures(capsys: pytest.CaptureFixture[str]) -> None:
+    some = ("--forward", "constant 100ms", "--lead", "0", "0.3", "--policy", "ABORT", "--json", "--jobs", "1")
+    found = json.loads(out_of(capsys, *SHORT, *some))
+    assert (found["seeds"], found["seconds"], found["rate"]) == (2, 10.0, 25.0)
+    none, all_in_time = found["rows"]
+    assert none["delays"] == "Forward constant 100ms, backward 0"
+    assert none["errors"] is None
+    assert none["aborted"] == none["commands"]
+    assert (all_in_time["lead_s"], all_in_time["aborted"], all_in_time["postponed"]) == (0.3, 0, 0)
+    assert all_in_time["round_trip_s"] == {"median": pytest.approx(0.1), "95": pytest.approx(0.1)}
+    assert all_in_time["flags_agree"] is True
+    assert all_in_time["unflagged_error"] == {"max_deg": 0.0, "max_mm": 0.0}
+    assert all_in_time["errors"]["preview"] == {"mean_deg": 0.0, "max_deg": 0.0, "mean_mm": 0.0, "max_mm": 0.0}
+    assert {*all_in_time["errors"]} == {"frames", "predicted", "deltas", "ahead", "preview"}
+
+
+def test_curves_are_drawn_in_letters(capsys: pytest.CaptureFixture[str]) -> None:
+    leads = ("--lead", "0.4", "0.1", "0.2", "--policy", "POSTPONE", "--jobs", "1")
+    text = out_of(capsys, *SHORT, *leads, "--plot")
+    assert "Mean error over the lead, POSTPONE, Gamma 200ms 80ms each way [deg]" in text
+    assert "0.100           0.176" in text
+
+
+def test_curves_are_drawn_into_a_picture(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    picture = tmp_path / "delays.svg"
+    leads = ("--lead", "0.1", "0.2", "0.4", "--jobs", "1")
+    out_of(capsys, *SHORT, *leads, "--plot", str(picture))
+    text = picture.read_text()
+    assert "lead [s]" in text
+    assert "POSTPONE, Gamma 200ms 80ms each way [deg]" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((), "the following arguments are required: delays"),
+        (("jitter",), "delays: invalid choice: 'jitter'"),
+        (("delays", "--forward", "gama 1 2"), "--forward: 'gama 1 2' is no kind of delays; did you mean gamma?"),
+        (("delays", "--lead", "soon"), "--lead: 'soon' is no duration; as 200ms, 0.2s or 0.2"),
+        (("delays", "--loss", "60%"), "--loss: '60%' is no share that may be lost; from 0 to 50%"),
+        (("delays", "--delay", "1", "--forward", "1"), "--delay and --jitter are of both ways"),
+        (("delays", "--policy", "WAIT"), "--policy: invalid choice: 'WAIT'"),
+        (("delays", "--plot", "picture.pdf"), "picture.pdf is no picture file"),
+        (("delays", "--forward", "trace nowhere"), "--forward: nowhere cannot be read: No such file or directory"),
+        (("delays", "--seeds", "0"), "--seeds: 0 is not above 0"),
+    ],
+)
+def test_what_is_wrong_is_told(arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert said in out_of(capsys, "experiment", *arguments, status=2)
+
+
+def test_one_lead_is_no_curve(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    picture = tmp_path / "delays.png"
+    out = out_of(capsys, *SHORT, "--lead", "0.2", "--jobs", "1", "--plot", str(picture), status=2)
+    assert "a curve needs two leads" in out
+    assert not picture.exists()

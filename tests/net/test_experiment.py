@@ -1,0 +1,155 @@
+"""The experiment: what is flagged is what both logs say, and nothing else is wrong; the figures are those to expect."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from tests.examples import some
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.net.delay_line import Bursty, Constant, Delays, Gamma, Lossy, Normal, Trace, Ways
+from vrs_cli.net.experiment import (
+    Arrival,
+    Change,
+    Error,
+    Outcome,
+    Strategy,
+    Trial,
+    _Course,
+    outcome_of,
+    together,
+    windows_of_logs,
+)
+from vrs_cli.net.flags import Flags, Window
+
+NOTHING = Error(0.0, 0.0, 0.0, 0.0)
+USUAL = Gamma(0.2, 0.08)
+KINDS = (
+    Constant(0.2),
+    Normal(0.2, 0.1),
+    USUAL,
+    Bursty(0.05, 0.6, 3.0, 0.5),
+    Trace((0.1, 0.5, 0.2)),
+    Lossy(USUAL, 0.1),
+)
+
+
+def tried(
+    lead: float, policy: str = "ABORT", forward: Delays = USUAL, backward: Delays = USUAL, robot: str = "puma560"
+) -> Outcome:
+    return outcome_of(Trial(load_robot(robot), Ways(forward, backward, 7), lead, policy, seconds=40.0, rate=25.0))
+
+
+@pytest.mark.parametrize("policy", ["ABORT", "POSTPONE"])
+@pytest.mark.parametrize("kind", KINDS[: some(24)], ids=lambda kind: type(kind).__name__)
+def test_nothing_is_wrong_where_nothing_is_flagged(kind: Delays, policy: str) -> None:
+    found = tried(0.3, policy, kind, kind)
+    assert found.agreed
+    assert found.outside == NOTHING
+    assert found.errors[Strategy.DELTAS].most_degrees > 1.0, "and a lot is wrong where something is"
+    assert 0.0 < found.flagged < 0.3
+
+
+@pytest.mark.parametrize("robot", ["cobra600", "ur5e"])
+def test_other_robots_too(robot: str) -> None:
+    found = tried(0.3, "POSTPONE", robot=robot)
+    assert found.agreed
+    assert found.outside == NOTHING
+    assert found.errors[Strategy.DELTAS].most_mm > 1.0
+
+
+def test_without_flags_what_is_wrong_would_be_found() -> None:
+    course = _Course(Trial(load_robot("puma560"), Ways(USUAL, USUAL, 7), 0.3, "POSTPONE", 40.0, 25.0))
+    course.run()
+    right, course.flags = course.flags, Flags()
+    for window in right.windows[1:]:
+        course.flags.arrived(window.begin, window.begin, window.end)
+    found = course.outcome()
+    assert not found.agreed
+    assert found.outside.most_degrees > 0.0
+
+
+def test_who_leads_by_more_than_the_delays_sees_all_as_it_is() -> None:
+    found = tried(0.5, forward=Constant(0.2), backward=Constant(0.25))
+    assert (found.aborted, found.flagged) == (0, 0.0)
+    assert found.round_trip == (pytest.approx(0.45), pytest.approx(0.45))
+    assert found.errors[Strategy.DELTAS] == found.errors[Strategy.PREVIEW] == NOTHING
+    assert found.errors[Strategy.PREDICTED].most_degrees < 1e-9, "it reckons its times in another way"
+    assert found.errors[Strategy.FRAMES].degrees > 1.0
+
+
+def test_who_leads_by_the_way_there_once_more_sees_ahead_what_will_be() -> None:
+    found = tried(0.7, forward=Constant(0.2), backward=Constant(0.25))
+    assert found.errors[Strategy.AHEAD] == NOTHING
+    assert found.unconfirmed == 0.0
+
+
+def test_who_leads_by_more_than_the_way_there_is_in_time_and_previews_it_all() -> None:
+    found = tried(0.3, forward=Constant(0.2), backward=Constant(0.2))
+    assert found.aborted == 0
+    assert found.flagged > 0.0
+    assert found.unconfirmed > 0.0
+    assert found.errors[Strategy.PREVIEW] == NOTHING, "it plans what the robot will"
+    assert found.errors[Strategy.DELTAS].degrees > 0.0
+    assert found.errors[Strategy.AHEAD].degrees > found.errors[Strategy.DELTAS].degrees
+
+
+def test_who_does_not_lead_is_always_late() -> None:
+    aborted, postponed = tried(0.0, "ABORT"), tried(0.0, "POSTPONE")
+    assert aborted.aborted == aborted.commands == postponed.postponed
+    assert aborted.errors[Strategy.FRAMES] == NOTHING, "it never moved"
+    assert postponed.errors[Strategy.FRAMES].degrees > 1.0
+
+
+def test_without_delays_all_is_seen_as_it_is() -> None:
+    found = tried(0.0, forward=Constant(0.0), backward=Constant(0.0))
+    assert (found.aborted, found.flagged, found.unconfirmed) == (0, 0.0, 0.0)
+    assert all(error == NOTHING for error in found.errors.values())
+
+
+def test_the_same_trial_comes_out_the_same() -> None:
+    assert tried(0.3) == tried(0.3)
+
+
+def test_the_usual_table_is_what_a_prototype_found() -> None:
+    """Shares of commands aborted 43, 1.3 and 0 %, flagged 8.9, 4.1 and 0.3 %, at leads of 0.2, 0.4 and 0.6 s."""
+    robot = load_robot("puma560")
+    for lead, aborted, flagged in ((0.2, 0.43, 0.089), (0.4, 0.013, 0.041), (0.6, 0.0, 0.003)):
+        trials = (Trial(robot, Ways(USUAL, USUAL, seed), lead, "ABORT", 100.0, 25.0) for seed in range(1, 4))
+        found = together([outcome_of(trial) for trial in trials])
+        assert found.aborted / found.commands == pytest.approx(aborted, abs=0.05)
+        assert found.flagged == pytest.approx(flagged, abs=0.015)
+
+
+# --- the flags, another way --------------------------------------------------------------------------------------
+
+
+def test_logs_and_flags_say_the_same_of_any_events() -> None:
+    random = Random(1)
+    for _ in range(some(400)):
+        flags, changes, arrivals, applied, arrived = Flags(), [], [], 0.0, 0.0
+        for version in range(random.randint(0, 8)):
+            applied += random.choice((0.0, 0.25, 1.0))
+            arrived = max(arrived, applied + random.choice((0.0, 0.5, 2.0)))
+            cut = applied + random.choice((0.0, 0.5, 1.0, 3.0))
+            changes.append(Change(version, applied, cut))
+            arrivals.append(Arrival(version, arrived))
+            flags.arrived(cut, applied, arrived)
+        assert windows_of_logs(changes, arrivals) == flags.windows
+
+
+def test_windows_of_logs() -> None:
+    changes = [Change(1, 1.0, 1.5), Change(2, 1.25, 4.0)]
+    assert windows_of_logs(changes, [Arrival(1, 2.0), Arrival(2, 2.0)]) == (Window(1.5, 2.0),)
+    assert windows_of_logs([], []) == ()
+
+
+def test_outcomes_together_are_sums_means_and_the_greatest() -> None:
+    one, other = tried(0.2), tried(0.4)
+    both = together([one, other])
+    assert both.commands == one.commands + other.commands
+    assert both.flagged == pytest.approx((one.flagged + other.flagged) / 2)
+    errors = [it.errors[Strategy.AHEAD] for it in (one, other, both)]
+    assert errors[2].degrees == pytest.approx((errors[0].degrees + errors[1].degrees) / 2)
+    assert errors[2].most_mm == max(errors[0].most_mm, errors[1].most_mm)

@@ -1,0 +1,317 @@
+"""`vrs experiment delays`: what delays, jitter and lead do to commands, and to what is seen of a robot far away."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from itertools import groupby, product
+from operator import attrgetter
+from typing import TYPE_CHECKING
+
+from msgspec import Struct, structs
+
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, positive, size
+from vrs_cli.cli.delay_options import KINDS, add_line_options, duration
+
+if TYPE_CHECKING:
+    from vrs_cli.net.delay_line import Delays
+    from vrs_cli.net.experiment import Error, Outcome, Trial
+    from vrs_cli.render.blocks import Block, Grid
+
+OK, FAILED = 0, 1
+LEADS = (0.0, 0.2, 0.4, 0.6, 0.8)  # [s]
+POLICIES = ("ABORT", "POSTPONE")
+USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s]
+CHARTED = {"predicted": "p", "deltas": "d", "ahead": "a", "preview": "w"}  # plain frames are off by far more
+
+EPILOG = f"""\
+An operator commands a motion every second or so, each for LEAD seconds after it is issued. Somebody far away sees it
+  frames     by positions that are shown as they come
+  predicted  by positions D_b ahead, shown when their time has come
+  deltas     by the timeline, at the present
+  ahead      by the timeline, D_f later: where the robot will be when a command of now arrives
+  preview    the same, with the commands that are on their way
+A row is the mean over all seeds. All of it happens in virtual time, and is the same for the same seeds.
+
+{KINDS}
+  vrs experiment delays
+  vrs experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
+  vrs experiment delays --forward "trace up.txt" --backward "bursty 50ms 400ms 5s 500ms" --loss 1%
+  vrs experiment delays --plot delays.svg
+"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Try all, and print tables; returns 1 where the flags are not what the logs say, or miss an error."""
+    options = _parser(prog).parse(arguments)
+    picture = options.plot if options.plot != STANDARD_STREAM else None
+    if picture is not None:
+        from vrs_cli.render.plots import check_plot
+
+        check_plot(picture)
+    rows = _rows(options)
+    if options.json:
+        print(json.dumps(_object(options, rows), indent=2))
+    else:
+        from vrs_cli.render.text import text_of
+
+        print(text_of(_told(options, rows)), end="")
+    if picture is not None:
+        _draw(picture, rows)
+    return OK if all(row.sound for row in rows) else FAILED
+
+
+def _parser(prog: str) -> Parser:
+    parser = Parser(prog, "Try what delays do to who commands a robot from afar.", EPILOG)
+    parser.add_argument("what", metavar="delays", choices=("delays",), help="the experiment")
+    told = "mean delays, gamma distributed (default: 200ms)"
+    parser.add_argument("--delay", metavar="T", type=duration, nargs="+", help=told)
+    told = "their standard deviations (default: 80ms)"
+    parser.add_argument("--jitter", metavar="T", type=duration, nargs="+", help=told)
+    add_line_options(parser)
+    told = "when commands begin, counted from their issue (default: 0 to 0.8 s)"
+    parser.add_argument("--lead", metavar="T", type=duration, nargs="+", default=LEADS, help=told)
+    told = "what becomes of late commands (default: ABORT and POSTPONE)"
+    parser.add_argument("--policy", type=str.upper, choices=POLICIES, nargs="+", default=POLICIES, help=told)
+    parser.add_argument("--seeds", metavar="N", type=size, default=20, help="courses of events a row (default: 20)")
+    parser.add_argument("--seconds", metavar="T", type=positive, default=200.0, help="how long each is (default: 200)")
+    parser.add_argument("--rate", metavar="HZ", type=positive, default=25.0, help="looks a second (default: 25)")
+    parser.add_robot()
+    parser.add_argument("--jobs", metavar="N", type=size, help="processes (default: one for each core)")
+    told = "draw curves over the lead: into a file, or in letters"
+    parser.add_argument("--plot", metavar="OUT.svg|png", nargs="?", const=STANDARD_STREAM, help=told)
+    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    return parser
+
+
+# --- what is tried -----------------------------------------------------------------------------------------------
+
+
+class Row(Struct, frozen=True):
+    """One line of the tables: what it is tried with, the trial of the first seed, and what came of all of them."""
+
+    delays: str
+    trial: Trial
+    outcome: Outcome
+
+    @property
+    def sound(self) -> bool:
+        """Whether the flags say all that is wrong with deltas."""
+        outside = self.outcome.outside
+        return self.outcome.agreed and outside.most_degrees == outside.most_mm == 0.0
+
+    @property
+    def moved(self) -> bool:
+        return self.outcome.aborted < self.outcome.commands
+
+
+def _rows(options: argparse.Namespace) -> list[Row]:
+    """Try each case with all seeds."""
+    from vrs_cli.net.experiment import together
+
+    cases = list(_cases(options))
+    trials = [_with_seed(trial, number) for _, trial in cases for number in range(options.seeds)]
+    found = _outcomes(trials, min(options.jobs or _cores(), len(trials)))
+    parts = (found[first : first + options.seeds] for first in range(0, len(found), options.seeds))
+    return [Row(name, trial, together(part)) for (name, trial), part in zip(cases, parts, strict=True)]
+
+
+def _cases(options: argparse.Namespace) -> Iterator[tuple[str, Trial]]:
+    from vrs_cli.kinematics.robot_file import load_robot
+    from vrs_cli.net.delay_line import Ways
+    from vrs_cli.net.experiment import Trial
+
+    robot = load_robot(options.robot)
+    for (name, forward, backward), policy, lead in product(_lines(options), options.policy, options.lead):
+        ways = Ways(forward, backward, options.seed)
+        yield name, Trial(robot, ways, lead, policy, options.seconds, options.rate)
+
+
+def _lines(options: argparse.Namespace) -> Iterator[tuple[str, Delays, Delays]]:
+    """The delays of both ways, with a name. Raises CommandLineError."""
+    from vrs_cli.net.delay_line import Constant, Gamma
+    from vrs_cli.net.delay_text import with_loss
+
+    lost = f", loss {options.loss:.1%}" if options.loss else ""
+    if options.forward or options.backward:
+        if options.delay or options.jitter:
+            raise CommandLineError("--delay and --jitter are of both ways", "leave out --forward and --backward")
+        (there, forward), (back, backward) = (
+            way or ("0", Constant(0.0)) for way in (options.forward, options.backward)
+        )
+        name = f"Forward {there}, backward {back}{lost}"
+        yield name, with_loss(forward, options.loss), with_loss(backward, options.loss)
+        return
+    for mean, deviation in product(options.delay or (USUAL_DELAY,), options.jitter or (USUAL_JITTER,)):
+        each = with_loss(Gamma(mean, deviation), options.loss)
+        yield f"Gamma {1e3 * mean:g}ms {1e3 * deviation:g}ms each way{lost}", each, each
+
+
+def _with_seed(trial: Trial, number: int) -> Trial:
+    return structs.replace(trial, ways=structs.replace(trial.ways, seed=trial.ways.seed + number))
+
+
+def _outcomes(trials: Sequence[Trial], jobs: int) -> list[Outcome]:
+    from vrs_cli.net.experiment import outcome_of
+
+    if jobs == 1:
+        return list(map(outcome_of, trials))
+    with ProcessPoolExecutor(jobs, initializer=_leave_signals) as pool:
+        try:
+            return list(pool.map(outcome_of, trials))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _leave_signals() -> None:
+    """Ctrl-C is for the process that waits for this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+# --- what is told ------------------------------------------------------------------------------------------------
+
+
+def _told(options: argparse.Namespace, rows: Sequence[Row]) -> Iterator[Block]:
+    from vrs_cli.render.blocks import line
+
+    for name, group in groupby(rows, lambda row: row.delays):
+        some = list(group)
+        yield from _tables(options, name, some)
+        if options.plot == STANDARD_STREAM:
+            yield from _charts(some)
+        yield line()
+    agreed = "are" if all(row.outcome.agreed for row in rows) else "ARE NOT"
+    yield line(f"What is flagged {agreed} the times by the logs of both sides, in {options.seeds * len(rows)} courses")
+    degrees, mm = (max(getattr(row.outcome.outside, most) for row in rows) for most in ("most_degrees", "most_mm"))
+    yield line(f"At all others the error of deltas is at most {degrees:g} deg, {mm:g} mm")
+
+
+def _tables(options: argparse.Namespace, delays: str, rows: Sequence[Row]) -> Iterator[Block]:
+    from vrs_cli.net.experiment import Strategy
+    from vrs_cli.render.blocks import line
+
+    first = rows[0].outcome
+    each = f"{options.seeds} x {options.seconds:g} s, {first.commands / options.seeds:.0f} commands each"
+    median, most = first.round_trip
+    yield line(f"{delays}; {each}")
+    yield line(f"Measured: D_f + D_b is {median:.3f} s (median), up to {most:.3f} s (95 of 100)")
+    yield line()
+    yield _grid(rows, ("aborted %", "postponed %", "flagged %", "unconfirmed %"), _shares)
+    strategies = tuple(strategy.value for strategy in Strategy)
+    for unit, name in (("deg", "degrees"), ("mm", "mm")):
+        yield line()
+        yield line(f"Mean error [{unit}]")
+        yield _grid(rows, strategies, partial(_errors, attrgetter(name)))
+
+
+def _grid(rows: Sequence[Row], headings: Sequence[str], cells: Callable[[Row], tuple[str, ...]]) -> Grid:
+    from vrs_cli.render.blocks import Column, Grid, number_column, number_columns
+
+    columns: tuple[Column, ...] = (Column("policy"), number_column("lead s", 6), *number_columns(*headings))
+    return Grid(columns, tuple((row.trial.policy, f"{row.trial.lead:g}", *cells(row)) for row in rows))
+
+
+def _shares(row: Row) -> tuple[str, ...]:
+    it = row.outcome
+    return tuple(
+        f"{100.0 * x:.2f}" for x in (it.aborted / it.commands, it.postponed / it.commands, it.flagged, it.unconfirmed)
+    )
+
+
+def _errors(of: Callable[[Error], float], row: Row) -> tuple[str, ...]:
+    """Those of each strategy, where the robot has moved at all."""
+    return tuple(f"{of(error):.3f}" if row.moved else "-" for error in row.outcome.errors.values())
+
+
+# --- what is drawn -----------------------------------------------------------------------------------------------
+
+
+class Drawing(Struct, frozen=True):
+    """Mean errors [deg] of some strategies over the lead [s], for one policy and one line."""
+
+    title: str
+    leads: tuple[float, ...]
+    curves: dict[str, tuple[float, ...]]
+
+
+def _drawings(rows: Sequence[Row]) -> Iterator[Drawing]:
+    """One for each policy and line, of the leads at which the robot moved."""
+    for (name, policy), group in groupby(rows, lambda row: (row.delays, row.trial.policy)):
+        some = sorted((row for row in group if row.moved), key=lambda row: row.trial.lead)
+        errors = [{strategy.value: error.degrees for strategy, error in row.outcome.errors.items()} for row in some]
+        curves = {strategy: tuple(each[strategy] for each in errors) for strategy in CHARTED}
+        if len(some) > 1:
+            yield Drawing(f"{policy}, {name}", tuple(row.trial.lead for row in some), curves)
+
+
+def _charts(rows: Sequence[Row]) -> Iterator[Block]:
+    from vrs_cli.dialogue.replies import Curve, Plot
+    from vrs_cli.render.blocks import PIPE, line
+    from vrs_cli.render.chart import WIDTH, chart
+
+    for one in _drawings(rows):
+        first, last = one.leads[0], one.leads[-1]
+        even = tuple(first + (last - first) * k / (WIDTH - 1) for k in range(WIDTH))
+        curves = (
+            Curve(name, CHARTED[name], tuple(_between(one.leads, values, lead) for lead in even))
+            for name, values in one.curves.items()
+        )
+        yield line()
+        yield from chart(Plot(f"Mean error over the lead, {one.title}", "deg", even, tuple(curves)), PIPE)
+
+
+def _between(at: Sequence[float], values: Sequence[float], x: float) -> float:
+    """The value at x, between its neighbours."""
+    right = min(max(bisect_right(at, x), 1), len(at) - 1)
+    part = (x - at[right - 1]) / (at[right] - at[right - 1])
+    return values[right - 1] + part * (values[right] - values[right - 1])
+
+
+def _draw(path: str, rows: Sequence[Row]) -> None:
+    """Raises UsageError where there are not two leads at which the robot moved, FileError."""
+    from vrs_cli.render.plots import Curves, plot_panels
+
+    drawings = list(_drawings(rows))
+    if not drawings:
+        raise CommandLineError("a curve needs two leads at which the robot moves", "--lead 0.2 0.4 0.6")
+    panels = [Curves(f"{one.title} [deg]", tuple(one.curves), one.curves.values(), one.leads) for one in drawings]
+    plot_panels(path, "lead [s]", panels, "Mean error of what is seen")
+
+
+def _object(options: argparse.Namespace, rows: Sequence[Row]) -> dict[str, object]:
+    return {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate, "rows": [*map(_row_object, rows)]}
+
+
+def _row_object(row: Row) -> dict[str, object]:
+    it = row.outcome
+    errors = {
+        strategy.value: {"mean_deg": one.degrees, "max_deg": one.most_degrees, "mean_mm": one.mm, "max_mm": one.most_mm}
+        for strategy, one in it.errors.items()
+    }
+    return {
+        "delays": row.delays,
+        "policy": row.trial.policy,
+        "lead_s": row.trial.lead,
+        "commands": it.commands,
+        "aborted": it.aborted,
+        "postponed": it.postponed,
+        "flagged": it.flagged,
+        "unconfirmed": it.unconfirmed,
+        "round_trip_s": {"median": it.round_trip[0], "95": it.round_trip[1]},
+        "errors": errors if row.moved else None,
+        "flags_agree": it.agreed,
+        "unflagged_error": {"max_deg": it.outside.most_degrees, "max_mm": it.outside.most_mm},
+    }

@@ -1,0 +1,388 @@
+"""What delays do to who commands a robot from afar, and to what is seen of it: whole days of it in virtual time.
+
+An operator commands one joint-interpolated motion after the other, each for a time `lead` after it is issued, over a
+line with delays both ways. It is the same line, mirror, preview, flags and measured time as of a real connection.
+"""
+
+from __future__ import annotations
+
+import heapq
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from enum import Enum
+from functools import partial
+from itertools import count, pairwise
+from math import ceil
+from random import Random
+from statistics import fmean
+from typing import TYPE_CHECKING
+
+from msgspec import Struct
+
+from vrs_cli.engine.clock import WallClock
+from vrs_cli.engine.commands import JointTarget, Move, SetParameter, Stamp
+from vrs_cli.engine.engine import Engine, Postponement
+from vrs_cli.engine.position import joints_at, joints_over
+from vrs_cli.errors import TooLate
+from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.net import messages
+from vrs_cli.net.delay_line import DelayLine, Ways
+from vrs_cli.net.flags import Flags, Window, merged
+from vrs_cli.net.holder_times import HolderTimes
+from vrs_cli.net.mirror import Mirror
+from vrs_cli.net.playout import Playout
+from vrs_cli.net.preview import Preview
+from vrs_cli.net.timesync import TimeSync
+from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.wire.codec import Encoding, Frame, Reader, encode
+from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+    Flagged = NDArray[np.bool_]
+
+FIRST = 1.0  # [s] the first command
+SHORTEST_PAUSE, LONGEST_PAUSE = 0.3, 1.5  # [s] between two commands
+PLACES = 4  # that the arm goes to by turns
+REACH = 0.15  # of the range of each joint to either side of READY, at most
+MEASURED = 1000  # frames by which the playout buffer is sized
+READER = Reader[messages.Delta](messages.Delta)
+PINGS = 100  # by which the delays are measured before
+
+
+class Strategy(Enum):
+    """How somebody far away sees the robot."""
+
+    FRAMES = "frames"  # g(t) as it was when it was sent
+    PREDICTED = "predicted"  # g(t + D_b), shown when its time has come
+    DELTAS = "deltas"  # g of a mirror, at the present
+    AHEAD = "ahead"  # g of a mirror D_f later: where what is commanded now will find the robot
+    PREVIEW = "preview"  # the same with the commands that are on their way
+
+
+class Trial(Struct, frozen=True):
+    """One course of events. `seconds` long, seen at `rate` looks a second."""
+
+    robot: RobotModel
+    ways: Ways
+    lead: float
+    policy: str
+    seconds: float
+    rate: float
+
+
+class Error(Struct, frozen=True):
+    """How far what was seen is from where the robot was: mean and greatest, of a joint [deg] and of the tool [mm]."""
+
+    degrees: float
+    most_degrees: float
+    mm: float
+    most_mm: float
+
+
+class Outcome(Struct, frozen=True):
+    """What came of a trial. `flagged`, `unconfirmed`: the share of looks at a position that a command not known yet had
+    made wrong (deltas), that none had confirmed (preview). `round_trip`: the median of D_f + D_b, and what 95 of 100
+    did not exceed [s]. `agreed`: the flagged windows are those of the logs of both sides; `outside`: the error of
+    deltas where nothing is flagged.
+    """
+
+    commands: int
+    aborted: int
+    postponed: int
+    flagged: float
+    unconfirmed: float
+    round_trip: tuple[float, float]
+    errors: dict[Strategy, Error]
+    agreed: bool
+    outside: Error
+
+
+def outcome_of(trial: Trial) -> Outcome:
+    """Let it all happen; the same for the same trial, to the bit."""
+    course = _Course(trial)
+    course.run()
+    return course.outcome()
+
+
+def together(outcomes: Sequence[Outcome]) -> Outcome:
+    """Several trials as one: counts are added, shares and errors are those on average, and the greatest of all."""
+    return Outcome(
+        sum(one.commands for one in outcomes),
+        sum(one.aborted for one in outcomes),
+        sum(one.postponed for one in outcomes),
+        fmean(one.flagged for one in outcomes),
+        fmean(one.unconfirmed for one in outcomes),
+        (fmean(one.round_trip[0] for one in outcomes), fmean(one.round_trip[1] for one in outcomes)),
+        {strategy: _errors_together([one.errors[strategy] for one in outcomes]) for strategy in Strategy},
+        all(one.agreed for one in outcomes),
+        _errors_together([one.outside for one in outcomes]),
+    )
+
+
+def _errors_together(errors: Sequence[Error]) -> Error:
+    return Error(
+        fmean(one.degrees for one in errors),
+        max(one.most_degrees for one in errors),
+        fmean(one.mm for one in errors),
+        max(one.most_mm for one in errors),
+    )
+
+
+# --- the course of events ----------------------------------------------------------------------------------------
+
+
+class Change(Struct, frozen=True):
+    """A line of the robot's log: the timeline has this version since `applied`, and another path after `cut` [s]."""
+
+    version: int
+    applied: float
+    cut: float
+
+
+class Arrival(Struct, frozen=True):
+    """A line of the viewer's log: that version is known since then [s]."""
+
+    version: int
+    arrived: float
+
+
+class _Course:
+    """The robot, its operator, and the line between them. `_now` is the time on the wall of both."""
+
+    def __init__(self, trial: Trial) -> None:
+        import numpy as np
+
+        self.trial, self._now = trial, 0.0
+        self._forward, self._backward = trial.ways.lines("commands")
+        self._queue: list[tuple[float, int, Callable[[], None]]] = []
+        self._order = count()
+        self.sync = _measured(trial.ways)
+        self.ahead = self.sync.round_trip(0.5) / 2.0
+        self._times = HolderTimes()
+
+        self.robot = Engine(trial.robot, clock=WallClock(lambda: self._now, lambda _seconds: None))
+        self.robot.perform(SetParameter("CAUSALITY", trial.policy))
+        self.robot.postponed.append(self._postpone)
+        self._told = self.robot.events.subscribe()
+        self._told.take()
+        self._form = Form.of(self.robot.arm)
+
+        self.mirror = Mirror(self.robot.arm, self.robot.snapshot(), 0, lambda: self._now)
+        self.preview = Preview(self.mirror, self.ahead)
+        self.flags = Flags()
+        self.changes: list[Change] = []
+        self.arrivals: list[Arrival] = []
+        self.commands = self.aborted = self.postponed = 0
+
+        self.looks = np.arange(0.0, trial.seconds, 1.0 / trial.rate)
+        self.arrived = _arrivals(trial.ways.lines("frames")[1], self.looks)  # of frames that are sent at the same times
+        self.buffer = ceil(_buffer(self.looks, self.arrived) * trial.rate)  # frames that wait
+        seen = Strategy.DELTAS, Strategy.AHEAD, Strategy.PREVIEW
+        shape = len(self.looks), trial.robot.joint_count
+        self._seen = {strategy: np.zeros(shape) for strategy in (*seen, Strategy.PREDICTED)}
+        self._unconfirmed = np.zeros(len(self.looks), dtype=bool)
+        self._seen_until = self._sent_until = 0  # looks of the viewer, and of who makes predicted frames
+
+    def _at(self, t: float, act: Callable[[], None]) -> None:
+        heapq.heappush(self._queue, (t, next(self._order), act))
+
+    def run(self) -> None:
+        self._operate()
+        while self._queue:
+            self._now, _, act = heapq.heappop(self._queue)
+            act()
+        self._now = self.trial.seconds
+        self._look()
+        self._predict()
+
+    def _operate(self) -> None:
+        """Somebody commands, whatever is seen."""
+        random, t = Random(f"{self.trial.ways.seed} operator"), FIRST
+        places = [_place(self.trial.robot, random) for _ in range(PLACES)]
+        while t < self.trial.seconds:
+            self._at(t, self._commanding(self.commands, t, places[self.commands % PLACES]))
+            self.commands += 1
+            t += random.uniform(SHORTEST_PAUSE, LONGEST_PAUSE)
+
+    def _commanding(self, number: int, t: float, place: Joints) -> Callable[[], None]:
+        request = Move(JointTarget(place), False, stamp=Stamp(t + self.trial.lead), text="MOVE")
+
+        def issue() -> None:
+            self._look()
+            self.preview.sent(number, request, t)
+            self._at(self._forward.arrival(t), lambda: self._arrive(number, request, t))
+
+        return issue
+
+    def _arrive(self, number: int, request: Move, t_iss: float) -> None:
+        """A command is at the robot, which answers, and tells of the change."""
+        self._predict()
+        robot = self.robot
+        robot.clock.advance(robot.clock.reached)
+        issued = self._times.issued(t_iss, robot.now)
+        try:
+            robot.begin(request, program=False, issued=issued)
+        except TooLate:
+            self.aborted += 1
+            self._at(self._backward.arrival(self._now), lambda: self._refused(number))
+            return
+        version, applied = robot.timeline.version, robot.now
+        told = [event for event in self._told.taken() if isinstance(event, TimelineDelta)]
+        self.changes += (Change(delta.version + 1, applied, delta.cut) for delta in told)
+        changes = (messages.Delta(delta_record(it, Motions()), applied, number=it.version + 1) for it in told)
+        frames = [encode(change, Encoding.MSGPACK) for change in changes]
+        self._at(self._backward.arrival(self._now), lambda: self._hear(number, version, frames))
+
+    def _postpone(self, _it: Postponement) -> None:
+        self.postponed += 1
+
+    def _refused(self, number: int) -> None:
+        self._look()
+        self.preview.refused(number)
+
+    def _hear(self, number: int, version: int, frames: Sequence[Frame]) -> None:
+        """The answer of a command, and the changes that came of it."""
+        self._look()
+        self.preview.done(number, version)
+        for frame in frames:
+            change = READER.read(frame)
+            delta = delta_of(change.delta, Motions(), self._form)
+            self.mirror.change(delta, change.number)
+            self.flags.arrived(delta.cut, change.applied, self._now)
+            self.arrivals.append(Arrival(self.mirror.timeline.version, self._now))
+
+    # --- what is seen ---
+
+    def _look(self) -> None:
+        """All looks before now, at what was known since the last change of it."""
+        rows = slice(self._seen_until, int(self.looks.searchsorted(self._now)))
+        self._seen_until = rows.stop
+        if rows.start == rows.stop:
+            return
+        known, planned, now = self.mirror.timeline, self.preview.timeline, self.looks[rows]
+        self._seen[Strategy.DELTAS][rows] = self._joints(known, now)
+        self._seen[Strategy.AHEAD][rows] = ahead = self._joints(known, now + self.ahead)
+        self._seen[Strategy.PREVIEW][rows] = ahead if planned is known else self._joints(planned, now + self.ahead)
+        self._unconfirmed[rows] = now + self.ahead >= self.preview.unconfirmed
+
+    def _predict(self) -> None:
+        """All frames before now, as the robot's side predicted them."""
+        rows = slice(self._sent_until, int(self.looks.searchsorted(self._now)))
+        self._sent_until = rows.stop
+        if rows.start < rows.stop:
+            times = self.looks[rows] + self.buffer / self.trial.rate
+            self._seen[Strategy.PREDICTED][rows] = self._joints(self.robot.timeline, times)
+
+    def _joints(self, timeline: Timeline, times: Floats) -> Floats:
+        """The joints (N, n) at times (N,): one by one, which is faster for a few looks at each of many timelines."""
+        import numpy as np
+
+        arm = self.robot.arm
+        return np.array([joints_at(arm, timeline, t) for t in times.tolist()])
+
+    # --- what came of it ---
+
+    def outcome(self) -> Outcome:
+        import numpy as np
+
+        was = partial(joints_over, self.robot.arm, self.robot.timeline)  # the past has stayed, to the bit
+        now, ahead = was(self.looks), was(self.looks + self.ahead)
+        shown = np.searchsorted(self.arrived, self.looks, side="right") - 1  # the last frame that has come
+        due = np.minimum(np.arange(len(self.looks)) - self.buffer, shown)  # one that is late is shown when it comes
+        always = np.ones(len(self.looks), dtype=bool)
+        compared = {
+            Strategy.FRAMES: (now[shown], now, shown >= 0),
+            Strategy.PREDICTED: (self._seen[Strategy.PREDICTED][due], now, due >= 0),
+            Strategy.DELTAS: (self._seen[Strategy.DELTAS], now, always),
+            Strategy.AHEAD: (self._seen[Strategy.AHEAD], ahead, always),
+            Strategy.PREVIEW: (self._seen[Strategy.PREVIEW], ahead, always),
+        }
+        errors = {strategy: self._error(seen[rows], true[rows]) for strategy, (seen, true, rows) in compared.items()}
+        flagged = self._flagged()
+        return Outcome(
+            self.commands,
+            self.aborted,
+            self.postponed,
+            float(flagged.mean()),
+            float(self._unconfirmed.mean()),
+            (self.sync.round_trip(0.5), self.sync.round_trip(0.95)),
+            errors,
+            self.flags.windows == windows_of_logs(self.changes, self.arrivals),
+            self._error(self._seen[Strategy.DELTAS][~flagged], now[~flagged]),
+        )
+
+    def _flagged(self) -> Flagged:
+        """At which looks something wrong was seen, as the flags say."""
+        import numpy as np
+
+        borders = [border for window in self.flags.windows for border in (window.begin, window.end)]
+        inside: Flagged = np.searchsorted(borders, self.looks, side="right") % 2 == 1
+        return inside
+
+    def _error(self, seen: Floats, was: Floats) -> Error:
+        """How far joints (N, n) [rad; m] are from each other: all zero where there are none."""
+        import numpy as np
+
+        if not len(seen):
+            return Error(0.0, 0.0, 0.0, 0.0)
+        arm, kinds = self.robot.arm, self.trial.robot.units.kinds
+        turning = [joint for joint, kind in enumerate(kinds) if kind is JointKind.REVOLUTE]
+        angles = np.degrees(np.abs(seen - was)[:, turning].max(axis=1, initial=0.0))
+        tips = [arm.forward_batch(joints)[:, :, 3] for joints in (seen, was)]
+        mm = 1e3 * np.linalg.norm(tips[0] - tips[1], axis=1)
+        return Error(float(angles.mean()), float(angles.max()), float(mm.mean()), float(mm.max()))
+
+
+def _place(robot: RobotModel, random: Random) -> Joints:
+    """Joints around READY, within their range."""
+    rows = zip(robot.poses["ready"], robot.lower, robot.upper, strict=True)
+    return tuple(
+        min(max(ready + random.uniform(-REACH, REACH) * (upper - lower), lower), upper) for ready, lower, upper in rows
+    )
+
+
+def _measured(ways: Ways) -> TimeSync:
+    """The delays both ways, as they are measured before anything is commanded."""
+    sync, (forward, backward) = TimeSync(window=float(PINGS)), ways.lines("pings")
+    for t0 in map(float, range(PINGS)):
+        t1 = forward.arrival(t0)
+        sync.heard(t0, t1, t1, backward.arrival(t1))
+    return sync
+
+
+def _arrivals(line: DelayLine, sent: Floats) -> Floats:
+    import numpy as np
+
+    return np.array([line.arrival(t) for t in sent.tolist()])
+
+
+def _buffer(sent: Floats, arrived: Floats) -> float:
+    """How long frames wait, so that most are there when their time comes [s], by the first of them."""
+    playout = Playout[None](window=MEASURED)
+    for t, arrival in zip(sent[:MEASURED].tolist(), arrived[:MEASURED].tolist(), strict=True):
+        playout.put(t, None, arrival)
+    return playout.delay
+
+
+# --- the flags, another way --------------------------------------------------------------------------------------
+
+
+def windows_of_logs(changes: Sequence[Change], arrivals: Sequence[Arrival]) -> tuple[Window, ...]:
+    """The times at which a viewer saw something wrong, by what both sides have written down: the robot had changes that
+    the viewer had not, and one of them was of a time before.
+    """
+    applied, arrived = [it.applied for it in changes], [it.arrived for it in arrivals]
+    borders = sorted({*applied, *arrived, *(it.cut for it in changes)})
+    wrong = []
+    for begin, end in pairwise(borders):
+        middle = (begin + end) / 2.0
+        unknown = changes[bisect_right(arrived, middle) : bisect_right(applied, middle)]
+        if any(change.cut <= begin for change in unknown):
+            wrong.append(Window(begin, end))
+    return merged(wrong)
