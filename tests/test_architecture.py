@@ -52,7 +52,7 @@ INNER_FLOORS = {  # the same inside a folder; a file beside these floors may imp
 LIVES_IN = {
     "lark": {"language/text/table.py"},
     "prompt_toolkit": {"repl"},
-    "websockets": {"net/sockets.py"},
+    "websockets": {"net/client.py", "net/sockets.py"},
     "rich": {"render"},
     "msgspec": {*FLOORS[FLOORS.index("engine") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
     "filelock": {"files/lock.py"},

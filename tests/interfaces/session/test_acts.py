@@ -30,12 +30,14 @@ from vrs_cli.interfaces.session.acts import (
     Record,
     Redo,
     Rest,
+    Say,
     Undo,
     Valued,
     act_on,
 )
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.transform import Transform, translation
+from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.language.words.values import Value
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
@@ -150,6 +152,16 @@ def test_what_is_recorded_is_a_trajectory_file(session: Session, tmp_path: Path)
     assert read_trajectory(path).timeline == session.engine.timeline
     session.perform(f"SAVE {tmp_path / 'other.vrst'}")
     assert path.read_bytes() == (tmp_path / "other.vrst").read_bytes()
+
+
+def test_a_line_is_refused_by_what_it_says(session: Session) -> None:
+    done(session, Say("MOVE #PPOINT(0, -45, 180, 0, 45, 0)"))
+    assert len(session.engine.timeline) > 1
+    done(session, Say("WHERE"), Role.OBSERVER)
+    with pytest.raises(RoleWanted, match="MOVE is for a designer"):
+        done(session, Say("MOVE #PPOINT(0, -45, 180, 0, 45, 0)"), Role.OBSERVER)
+    with pytest.raises(LineRefused):
+        done(session, Say("MOVEE a"))
 
 
 def test_programs_and_values(session: Session) -> None:

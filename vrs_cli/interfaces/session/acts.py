@@ -142,6 +142,12 @@ class Act(Spoken, Generic[T], frozen=True):
     """Something to be done; what comes of it is a T."""
 
 
+class Say(Act[None], frozen=True):
+    """A line of the prompt. What is refused is raised, and not answered."""
+
+    line: str
+
+
 class Go(Act[None], frozen=True, omit_defaults=True):
     """A motion: `executed` is t_exec [s], after the last motion where that is None; `speed` the fraction of nominal."""
 
@@ -236,7 +242,8 @@ class Record(Act[Recorded], frozen=True):
 
 
 RobotAct = (
-    Go
+    Say
+    | Go
     | Rest
     | Undo
     | Redo
@@ -263,6 +270,8 @@ def act_on(session: Session, act: Act[T], role: Role = Role.SUPERVISOR, issued: 
     """Do it; what comes of it. `issued`: when it was asked for, where that was earlier than now [s]. Raises RoleWanted,
     and UsageError for what has to wait until the program stops, as a line does; VrsError.
     """
+    if isinstance(act, Say):
+        return cast(T, (yield from session.answers(act.line, role)))
     row = ACTS[type(act)]
     check_may(row.said, row.role, role)
     if session.running:

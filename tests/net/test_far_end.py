@@ -1,0 +1,287 @@
+"""What is known of a robot afar, and what becomes of what was asked of it, whatever happens to the connection."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from msgspec import structs
+
+from tests.net.edits import Edits
+from tests.net.test_mirror import bits
+from vrs_cli.dialogue.replies import Message
+from vrs_cli.engine.commands import Move
+from vrs_cli.engine.feed import Missed
+from vrs_cli.engine.snapshot import Replaced
+from vrs_cli.errors import FileDamaged, RequestRefused
+from vrs_cli.interfaces.session.acts import Rest
+from vrs_cli.kinematics.model_data import to_dict
+from vrs_cli.net import messages
+from vrs_cli.net.far_end import CATCHING_UP, PATIENCE, FarEnd
+from vrs_cli.net.ledger import Ledger
+from vrs_cli.net.messages import At, Clock, Done, Line, Subscribe, Told
+from vrs_cli.net.protocol import ServerConnection
+from vrs_cli.trajectory.motion import JointOffsetTarget
+from vrs_cli.wire.codec import Encoding
+from vrs_cli.wire.records import Motions, delta_record
+from vrs_cli.wire.snapshots import snapshot_record
+
+HELLO = messages.Hello((messages.VERSION,), format=Encoding.MSGPACK)
+
+
+class Wires:
+    """A far end, and a server whose every word a test says; `now` is the time of the day here, `ahead` that there."""
+
+    def __init__(self, follows: bool = True) -> None:
+        self.now, self.ahead = 100.0, 0.0
+        self.edits = Edits(3)
+        self.engine = self.edits.engine
+        self.events = self.engine.events.subscribe()
+        self.model: dict[str, Any] = to_dict(self.engine.model)
+        self.ledger, self.number = Ledger("key"), 0
+        self.far = FarEnd(HELLO, lambda: self.now)
+        self.came: list[messages.ClientMessage] = []
+        self.ends: list[messages.ServerMessage] = []
+        self.connect()
+        if follows:
+            self.ask(lambda id: Subscribe(id, deltas=True))
+            self.carry()
+            self.events.taken()
+            self.say(messages.Replaced(snapshot_record(self.engine.snapshot())))
+            self.end(self.came[-1])
+
+    def connect(self, clock: Clock | None = None) -> None:
+        self.server = ServerConnection(self.now)
+        self.far.begin()
+        self.carry()
+        welcome = messages.Welcome(
+            0, "", "cell1", "a", "supervisor", "ada", clock or Clock(self.engine.now), self.model
+        )
+        self.server.welcome(welcome, self.ledger, self.now)
+        self.answer()
+
+    def cut(self) -> None:
+        self.far.cut()
+        self.server.cut(self.now)
+
+    def ask(self, make: Any) -> int:
+        return self.far.ask(make, self.ends.append)
+
+    def carry(self) -> None:
+        """What the far end has sent comes to the server."""
+        for frame in self.far.connection.frames():
+            self.came += self.server.receive(frame, self.now)
+
+    def answer(self) -> None:
+        """What the server has sent comes to the far end."""
+        for frame in self.server.frames():
+            self.far.receive(frame)
+
+    def say(self, message: messages.ServerMessage) -> None:
+        if isinstance(message, messages.Change):
+            message = structs.replace(message, number=self.number)
+        self.server.send(message, self.now)
+        self.answer()
+
+    def end(self, request: Any, **more: Any) -> None:
+        self.say(Done(request.id, version=self.engine.timeline.version, **more))
+
+    def tell_changes(self) -> None:
+        for event in self.events.taken():
+            assert not isinstance(event, Missed)
+            self.number += 1
+            if isinstance(event, Replaced):
+                self.say(messages.Replaced(snapshot_record(event.snapshot())))
+            else:
+                self.say(messages.Delta(delta_record(event, Motions()), self.engine.now))
+
+    @property
+    def shown(self) -> str:
+        assert self.far.mirror is not None
+        return bits(self.far.mirror.timeline)
+
+
+def test_the_mirror_follows() -> None:
+    wires = Wires()
+    for _ in range(20):
+        wires.edits.edit()
+    wires.tell_changes()
+    assert wires.shown == bits(wires.engine.timeline)
+
+
+def drive(wires: Wires, change: float) -> None:
+    """A motion that cannot be refused."""
+    wires.engine.perform(Move(JointOffsetTarget(1, change), False))
+
+
+def test_who_commands_sees_what_it_has_changed() -> None:
+    """The answer comes before the change; its end is told after it."""
+    wires = Wires()
+    for replaced in (False, True, False):
+        drive(wires, 0.1)
+        wires.ends.clear()
+        id = wires.ask(lambda id: Line(id, "something"))
+        wires.carry()
+        wires.say(Told(Message("answered"), id))
+        wires.say(Done(id, version=wires.engine.timeline.version))
+        assert [type(one) for one in wires.ends] == [Told], "the change is on its way"
+        if replaced:
+            wires.events.taken()
+            wires.number += 1
+            wires.say(messages.Replaced(snapshot_record(wires.engine.snapshot())))
+        else:
+            wires.tell_changes()
+        assert [type(one) for one in wires.ends] == [Told, Done]
+        assert wires.shown == bits(wires.engine.timeline)
+
+
+def test_a_branch_is_another_timeline_of_perhaps_the_same_version() -> None:
+    wires = Wires()
+    branches = wires.edits.branches
+    branches.make("trial")
+    drive(wires, 0.5)
+    there = wires.engine.timeline
+    branches.change_over("main")
+    drive(wires, 0.1)
+    wires.tell_changes()
+    branches.change_over("trial")
+    assert wires.engine.timeline.version == there.version
+    id = wires.ask(lambda id: Line(id, "BRANCH trial"))
+    wires.carry()
+    wires.ends.clear()
+    status = messages.Status(prompt=".", clock=wires.engine.now, end=wires.engine.end)
+    wires.say(Done(id, version=there.version, status=status))
+    assert not wires.ends
+    wires.tell_changes()
+    assert len(wires.ends) == 1
+    assert wires.far.mirror is not None
+    assert wires.far.mirror.timeline == there
+
+
+def test_what_changes_nothing_has_its_end_at_once() -> None:
+    wires = Wires()
+    wires.ask(lambda id: At(id, Rest()))
+    wires.carry()
+    wires.end(wires.came[-1])
+    assert isinstance(wires.ends[-1], Done)
+
+
+def test_a_change_that_never_comes_is_not_waited_for() -> None:
+    wires = Wires()
+    wires.ask(lambda id: Line(id, "something"))
+    wires.carry()
+    before = len(wires.ends)
+    wires.say(Done(wires.came[-1].id, version=77))  # type: ignore[attr-defined]
+    wires.now += CATCHING_UP - 0.01
+    wires.far.look()
+    assert len(wires.ends) == before
+    assert wires.far.due <= wires.now + 0.02
+    wires.now += 0.02
+    wires.far.look()
+    assert len(wires.ends) == before + 1
+
+
+def refused(end: messages.ServerMessage) -> str:
+    assert isinstance(end, Done)
+    assert not end.ok
+    assert end.refusal is not None
+    assert isinstance(end.refusal.error(), RequestRefused)
+    return end.refusal.message
+
+
+def test_what_did_not_come_to_the_robot_was_not_done() -> None:
+    wires = Wires(follows=False)
+    wires.ask(lambda id: Line(id, "MOVE a"))
+    wires.far.connection.frames()  # they are lost
+    wires.cut()
+    with pytest.raises(RequestRefused, match="there is no connection"):
+        wires.ask(lambda id: Line(id, "MOVE b"))
+    assert not wires.ends
+    wires.connect()
+    (end,) = wires.ends
+    assert "it was not done" in refused(end)
+    wires.carry()
+    assert not any(isinstance(message, Line) for message in wires.came), "nothing is repeated"
+
+
+@pytest.mark.parametrize("answered", [True, False])
+def test_what_came_to_the_robot_is_told_to_be_done(answered: bool) -> None:
+    wires = Wires(follows=False)
+    wires.ask(lambda id: Line(id, "MOVE a"))
+    wires.carry()
+    (line,) = [message for message in wires.came if isinstance(message, Line)]
+    if answered:
+        wires.server.send(Done(line.id), wires.now)
+    wires.server.frames()  # they are lost
+    wires.cut()
+    wires.connect()
+    if not answered:
+        assert not wires.ends, "it is being done"
+        wires.say(Done(line.id))
+    (end,) = wires.ends
+    assert isinstance(end, Done)
+    assert end.ok
+
+
+def test_a_robot_that_does_not_come_back_leaves_nobody_waiting() -> None:
+    wires = Wires(follows=False)
+    wires.ask(lambda id: Line(id, "MOVE a"))
+    wires.carry()
+    wires.cut()
+    wires.now += PATIENCE - 1.0
+    wires.far.look()
+    assert not wires.ends
+    wires.now = wires.far.due
+    wires.far.look()
+    (end,) = wires.ends
+    assert "nobody knows whether it was done" in refused(end)
+    wires.connect()
+    assert len(wires.ends) == 1, "one end"
+
+
+def test_the_clock_of_the_robot_is_read_here() -> None:
+    """Whatever the clock of the server shows, and however long its words are on the way."""
+    wires = Wires()
+    wires.now += 10.0
+    wires.far.look()  # sends a ping
+    (ping,) = wires.far.connection.frames()
+    wires.now += 0.2
+    (message,) = wires.server.receive(ping, wires.now)
+    assert isinstance(message, messages.Ping)
+    there = wires.now + 5000.0
+    wires.server.send(messages.Pong(message.sent, there, there, 0.0), wires.now)
+    wires.server.send(Clock(40.0, 2.0, False, True, there), wires.now)
+    told = wires.now
+    wires.now += 0.2
+    wires.answer()
+    assert wires.far.mirror is not None
+    for _ in range(3):
+        assert wires.far.mirror.now == pytest.approx(40.0 + 2.0 * (wires.now - told))
+        wires.now += 1.5
+    wires.say(Clock(50.0, 2.0, True, True, there))
+    assert wires.far.mirror.now == 50.0
+
+
+def test_a_lost_mirror_asks_once_for_a_snapshot() -> None:
+    wires = Wires()
+    drive(wires, 0.1)
+    wires.events.taken()  # nobody is told
+    for _ in range(3):
+        drive(wires, 0.1)
+    for event in wires.events.taken():
+        if not isinstance(event, Replaced | Missed):
+            wires.number += 1  # without a gap
+            wires.say(messages.Delta(delta_record(event, Motions()), 0.0))
+    wires.carry()
+    assert [type(one) for one in wires.came].count(messages.Resync) == 1
+    wires.number += 1
+    wires.say(messages.Replaced(snapshot_record(wires.engine.snapshot())))
+    assert wires.shown == bits(wires.engine.timeline)
+
+
+def test_a_robot_that_cannot_be_is_refused() -> None:
+    wires = Wires(follows=False)
+    wires.far = FarEnd(HELLO, lambda: wires.now)
+    wires.model = {"name": "puma561"}
+    wires.connect()
+    assert isinstance(wires.far.refusal, FileDamaged)

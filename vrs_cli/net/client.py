@@ -1,0 +1,251 @@
+"""A robot afar over sockets: they are opened, and opened again after a cut, until the robot is let go.
+
+    client = Client("ws://127.0.0.1:8560", token="...")
+    await client.open()                     # the robot is there: client.far.mirror
+    done = await client.ask(lambda id: Line(id, "READY"))
+    await client.close()
+
+Between two attempts it waits for a time that grows, and is left to chance: those who were cut together do not come back
+together.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import ssl
+import time
+from asyncio import Event, Future, Task
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from random import Random
+from urllib.parse import urlsplit
+
+from websockets.asyncio.client import ClientConnection as Socket
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus, InvalidURI
+
+from vrs_cli.errors import RequestRefused, UsageError, VrsError
+from vrs_cli.net import messages
+from vrs_cli.net.far_end import FarEnd
+from vrs_cli.net.messages import Done, Request, ServerMessage
+from vrs_cli.net.mirror import Mirror
+from vrs_cli.net.protocol import SERVER_BYTES
+
+PORT = 8560
+OPENING = 10.0  # [s] that a handshake takes at most
+KEEPALIVE, SILENT = 5.0, 10.0  # [s] between two pings of the socket, and until one without an answer cuts it
+CLOSING = 2.0  # [s] that both sides take to say so
+LOOPBACK = ("localhost", "127.0.0.1", "::1")
+SOONEST, LATEST = 0.1, 10.0  # [s] to wait before the second attempt, and at most
+
+
+def waits(attempt: int, random: Random) -> float:
+    """How long to wait before that attempt [s], from 1: up to twice as long each time."""
+    return random.uniform(0.0, min(LATEST, SOONEST * 2.0 ** min(attempt, 30)))
+
+
+def address_of(url: str) -> str:
+    """`ws://HOST:PORT[/robots/NAME]` of what a user has typed: HOST, HOST:PORT or an address. Raises UsageError."""
+    spelled = url if "://" in url else f"ws://{url}"
+    try:
+        parts = urlsplit(spelled)
+        host, port = parts.hostname, parts.port
+    except ValueError as error:
+        raise UsageError(f"{url} is no address: {error}", "ws://HOST:PORT or ws://HOST:PORT/robots/NAME") from None
+    if parts.scheme not in ("ws", "wss") or not host or parts.username is not None or parts.query or parts.fragment:
+        raise UsageError(f"{url} is no address of a robot", "ws://HOST:PORT or ws://HOST:PORT/robots/NAME")
+    return parts.geturl() if port is not None else parts._replace(netloc=f"{parts.netloc}:{PORT}").geturl()
+
+
+class Client:
+    """Holds a robot; all methods are for the thread of the loop. `told` hears, in plain words, what becomes of the
+    connection. `ca`: a file with the certificate of the server, or of who has signed it.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        hello: messages.Hello,
+        *,
+        ca: Path | None = None,
+        told: Callable[[str], None] = lambda _text: None,
+        random: Random | None = None,
+    ) -> None:
+        self.url = address_of(url)
+        self.far = FarEnd(hello, time.monotonic)
+        self.told = told
+        self._ca, self._random = ca, random or Random()
+        self._stirred = Event()
+        self._opened: Future[None]
+        self._task: Task[None] | None = None
+        self._leaves = False
+
+    # --- asking ---
+
+    async def open(self) -> messages.Welcome:
+        """Connect, once. Raises RequestRefused where no robot answers, and what the server refuses."""
+        self._opened = asyncio.get_running_loop().create_future()
+        self._task = asyncio.create_task(self._run())
+        done, _ = await asyncio.wait([self._opened], timeout=OPENING)
+        if not done:
+            await self.close()
+            raise RequestRefused(f"{self.url} does not say hello within {OPENING:g} s", "is it a robot? vrs serve")
+        self._opened.result()
+        assert self.far.welcome is not None, "it is open"
+        return self.far.welcome
+
+    def begin(self, make: Callable[[int], Request], outlet: Callable[[ServerMessage], None]) -> int:
+        """Send a request; all that comes of it goes to the outlet, its end last. Raises RequestRefused where there is
+        no connection.
+        """
+        id = self.far.ask(make, outlet)
+        self._stirred.set()
+        return id
+
+    def send(self, message: messages.ClientMessage) -> None:
+        """What has no answer. Raises RequestRefused where there is no connection."""
+        self.far.send(message)
+        self._stirred.set()
+
+    async def ask(self, make: Callable[[int], Request]) -> ServerMessage:
+        """Send a request, and wait for its end: `Done`, or what was asked for. Raises what is refused."""
+        end: Future[ServerMessage] = asyncio.get_running_loop().create_future()
+
+        def hear(message: ServerMessage) -> None:
+            if is_end(message) and not end.done():
+                end.set_result(message)
+
+        self.begin(make, hear)
+        return checked(await end)
+
+    async def follow(self, window: float | None = None) -> Mirror:
+        """Have every change told; the mirror, once it shows the robot. `window`: the seconds of the past that it begins
+        with, None for all.
+        """
+        first = Event()
+
+        def hear(message: ServerMessage) -> None:
+            if isinstance(message, messages.Replaced):
+                first.set()
+
+        self.far.news.append(hear)
+        try:
+            await self.ask(lambda id: messages.Subscribe(id, deltas=True, window=window))
+            await asyncio.wait_for(first.wait(), OPENING)
+        except TimeoutError:
+            raise RequestRefused(f"{self.url} does not show the robot within {OPENING:g} s") from None
+        finally:
+            self.far.news.remove(hear)
+        assert self.far.mirror is not None, "it is there with the first snapshot"
+        return self.far.mirror
+
+    async def close(self) -> None:
+        """Let the robot go."""
+        self._leaves = True
+        with suppress(VrsError):  # it is gone already
+            self.send(messages.Bye())
+        self._stirred.set()
+        if self._task is not None:
+            await asyncio.wait([self._task], timeout=CLOSING)
+            self._task.cancel()
+        self.far.give_up()
+
+    # --- sockets ---
+
+    async def _run(self) -> None:
+        """Connect again and again, until the robot is let go or cannot be held."""
+        attempt, again = 0, True
+        while again:
+            try:
+                async with self._connect() as socket:
+                    await self._talk(socket)
+                why = self.far.connection.why or "the connection was cut"
+            except InvalidStatus as error:
+                why = f"{self.url} answers {error.response.status_code} {error.response.reason_phrase}"
+            except (OSError, InvalidHandshake, InvalidURI, EOFError) as error:
+                why = f"{self.url} does not answer: {str(error) or type(error).__name__}"
+            attempt = 1 if self.far.open else attempt + 1
+            self.far.cut()
+            again = self._goes_on(why)
+            if again:
+                await self._pause(waits(attempt, self._random))
+
+    def _connect(self) -> connect:
+        parts = urlsplit(self.url)
+        return connect(
+            self.url,
+            ssl=ssl.create_default_context(cafile=self._ca) if parts.scheme == "wss" else None,
+            proxy=None if parts.hostname in LOOPBACK else True,
+            open_timeout=OPENING,
+            ping_interval=KEEPALIVE,
+            ping_timeout=SILENT,
+            close_timeout=CLOSING,
+            max_size=SERVER_BYTES,
+        )
+
+    async def _talk(self, socket: Socket) -> None:
+        """Until the socket is closed, or the connection."""
+        self.far.begin()
+        writing = asyncio.create_task(self._write(socket))
+        try:
+            with suppress(ConnectionClosed):
+                async for frame in socket:
+                    self.far.receive(frame)
+                    self._stirred.set()
+                    if self.far.open and not self._opened.done():
+                        self._opened.set_result(None)
+        finally:
+            writing.cancel()
+            await asyncio.wait([writing])
+
+    async def _write(self, socket: Socket) -> None:
+        """Send what there is to send, and do what is due."""
+        with suppress(ConnectionClosed):
+            while not self._leaves and not self.far.connection.closing:
+                self._stirred.clear()
+                self.far.look()
+                for frame in self.far.connection.frames():
+                    await socket.send(frame)
+                await self._stir(self.far.due)
+            for frame in self.far.connection.frames():
+                await socket.send(frame)
+            await socket.close()
+
+    async def _pause(self, seconds: float) -> None:
+        """Before another attempt."""
+        end = time.monotonic() + seconds
+        while not self._leaves and time.monotonic() < end:
+            self._stirred.clear()
+            self.far.look()
+            await self._stir(min(end, self.far.due))
+
+    async def _stir(self, until: float) -> None:
+        """Wait until there is something to send, or until then by the time of the day [s]."""
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._stirred.wait(), max(until - time.monotonic(), 0.0))
+
+    def _goes_on(self, why: str) -> bool:
+        """Whether it is tried again. Whoever opens it is told why it does not open."""
+        refusal = self.far.refusal
+        if not self._opened.done():
+            self._opened.set_exception(refusal or RequestRefused(why, "is the server running? vrs serve"))
+            return False
+        if self._leaves:
+            return False
+        self.told(f"{why}; {'it is tried again' if refusal is None else 'the robot is lost'}")
+        if refusal is not None:
+            self.far.give_up()
+        return refusal is None
+
+
+def is_end(message: ServerMessage) -> bool:
+    """Whether a request has ended with it."""
+    return isinstance(message, Done | messages.Result | messages.Refused)
+
+
+def checked(end: ServerMessage) -> ServerMessage:
+    """The end of a request. Raises what was refused."""
+    if isinstance(end, Done | messages.Refused) and end.refusal is not None:
+        raise end.refusal.error()
+    return end

@@ -1,0 +1,240 @@
+"""A robot afar, as who holds it has it, without sockets: a mirror of it, its clock, and what was asked of it.
+
+Nothing is done twice and nothing by itself: of what was on its way when the connection was cut it is said that it was
+done, or that it did not come to the robot; nobody but who has asked for it asks again. The time of the day is an
+argument.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf
+from typing import NamedTuple
+
+from vrs_cli.errors import FileDamaged, RequestRefused, VrsError
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.model_data import from_dict
+from vrs_cli.net import messages
+from vrs_cli.net.messages import ClientMessage, Done, Request, ServerMessage
+from vrs_cli.net.mirror import ClockReading, Mirror
+from vrs_cli.net.protocol import ClientConnection, State
+from vrs_cli.net.timesync import TimeSync
+from vrs_cli.wire.codec import Frame
+from vrs_cli.wire.records import Form, Motions, RecordError, delta_of
+from vrs_cli.wire.refusal import Refusal
+from vrs_cli.wire.snapshots import snapshot_of
+
+CATCHING_UP = 2.0  # [s] that the end of a command waits at most for the change that it has made
+PATIENCE = 60.0  # [s] after a cut until nobody knows what has become of a command: no server remembers it longer
+FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # how many, and the seconds between them and after them
+
+Outlet = Callable[[ServerMessage], None]
+
+
+class _Ended(NamedTuple):
+    """A command that is done. The change that it has made may still be on its way: it is waited for, until then [s]."""
+
+    done: Done
+    until: float
+
+
+class FarEnd:
+    """`mirror` is there once the first snapshot has come, where the timeline is followed; `refusal` says why the robot
+    cannot be held. `news` hears all that does not belong to one request.
+    """
+
+    def __init__(self, hello: messages.Hello, wall: Callable[[], float]) -> None:
+        self.connection = ClientConnection(hello)
+        self.welcome: messages.Welcome | None = None
+        self.mirror: Mirror | None = None
+        self.refusal: VrsError | None = None
+        self.news: list[Outlet] = []
+        self.sync = TimeSync()
+        self._wall = wall
+        self._arm: RobotArm | None = None
+        self._outlets: dict[int, Outlet] = {}
+        self._ended: dict[int, _Ended] = {}
+        self._clock = messages.Clock(0.0)
+        self._resyncs = False  # the mirror is lost, and a snapshot was asked for
+        self._cut_at = inf
+        self._pings, self._next_ping = 0, 0.0
+
+    # --- sockets ---
+
+    def begin(self) -> None:
+        """There is a socket."""
+        self.connection.begin()
+
+    def receive(self, frame: Frame) -> None:
+        for message in self.connection.receive(frame):
+            self._take(message)
+
+    def cut(self) -> None:
+        """The socket is gone."""
+        self.connection.cut()
+        self._cut_at = min(self._cut_at, self._wall())
+
+    @property
+    def open(self) -> bool:
+        return self.connection.state is State.OPEN
+
+    @property
+    def due(self) -> float:
+        """When `look` is due, by the time of the day [s]."""
+        next_ping = self._next_ping if self.open else inf
+        return min([next_ping, self._cut_at + PATIENCE, *(one.until for one in self._ended.values())])
+
+    def look(self) -> None:
+        """Time has passed: nobody is kept waiting for ever, and how far away the robot is is measured."""
+        now = self._wall()
+        self._release(lambda one: now >= one.until)
+        if now >= self._cut_at + PATIENCE:
+            self.give_up()
+        if self.open and now >= self._next_ping:
+            self._pings += 1
+            self._next_ping = now + (QUICKLY if self._pings < FIRST_PINGS else USUALLY)
+            self.connection.send(messages.Ping(now))
+
+    def give_up(self) -> None:
+        """The robot does not come back: nobody knows what has become of what it was asked for."""
+        self._cut_at = inf
+        self._release(lambda _one: True)
+        lost = RequestRefused("the connection is lost: nobody knows whether it was done", "connect again, and look")
+        for id in tuple(self._outlets):
+            self._end(id, Done(id, ok=False, refusal=Refusal.of(lost)))
+
+    # --- asking ---
+
+    def ask(self, make: Callable[[int], Request], outlet: Outlet) -> int:
+        """Send a request, made for an id; all that comes of it goes to the outlet, its end last. Raises RequestRefused
+        where there is no connection.
+        """
+        request = make(self.connection.next_id())
+        self.connection.send(request)
+        self._outlets[request.id] = outlet
+        return request.id
+
+    def send(self, message: ClientMessage) -> None:
+        """What has no answer. Raises RequestRefused where there is no connection."""
+        self.connection.send(message)
+
+    # --- what comes ---
+
+    def _take(self, message: ServerMessage) -> None:
+        match message:
+            case Done():
+                self._done(message)
+            case messages.Refused(id=int(id)) | messages.Result(id=id):
+                self._end(id, message)
+            case messages.Told(id=int(id)) | messages.Asked(id=int(id)) | messages.Progress(id=id):
+                self._outlets.get(id, self._spread)(message)
+            case _:
+                self._learn(message)
+                self._spread(message)
+
+    def _spread(self, message: ServerMessage) -> None:
+        for outlet in self.news:
+            outlet(message)
+
+    def _learn(self, message: ServerMessage) -> None:
+        """What is known of the robot from now on."""
+        match message:
+            case messages.Welcome():
+                self._welcomed(message)
+            case messages.Change():
+                self._changed(message)
+            case messages.Clock():
+                self._set_clock(message)
+            case messages.Pong():
+                self.sync.heard(message.sent, message.came, message.left, self._wall())
+                self._set_clock(self._clock)
+            case messages.Closing(refusal=Refusal() as refusal):
+                self.refusal = refusal.error()
+
+    def _welcomed(self, welcome: messages.Welcome) -> None:
+        now = self._wall()
+        self.welcome, self._cut_at, self._pings, self._next_ping = welcome, inf, 0, now
+        self._resyncs = False
+        self._find_again(full=False)
+        if self._arm is None:
+            try:
+                self._arm = arm_for(from_dict(welcome.model))
+            except FileDamaged as damaged:
+                self.refusal = damaged
+        self._set_clock(welcome.clock)
+        unseen = RequestRefused("the connection was cut before it came to the robot: it was not done", "give it again")
+        for id in tuple(self.connection.unseen):
+            del self.connection.unseen[id]
+            self._end(id, Done(id, ok=False, refusal=Refusal.of(unseen)))
+
+    # --- the timeline and the clock ---
+
+    def _changed(self, change: messages.Change) -> None:
+        assert self._arm is not None, "welcome comes first"
+        form = Form.of(self._arm)
+        try:
+            match change:
+                case messages.Replaced(snapshot=record):
+                    snapshot = snapshot_of(record, form)
+                    if self.mirror is None:
+                        self.mirror = Mirror(self._arm, snapshot, change.number, self._wall)
+                        self._set_clock(self._clock)
+                    else:
+                        self.mirror.replace(snapshot, change.number)
+                case messages.Delta(delta=delta) if self.mirror is not None:
+                    self.mirror.change(delta_of(delta, Motions(), form), change.number)
+                case messages.Steered(target=target) if self.mirror is not None:
+                    self.mirror.steer(target, change.number)
+        except RecordError as wrong:
+            self.refusal = FileDamaged(f"the robot tells what cannot be: {wrong}", "install the same vrs on both")
+            return
+        self._find_again(full=isinstance(change, messages.Steered))
+        self._release(lambda one: self._is_seen(one.done, change))
+
+    def _find_again(self, *, full: bool) -> None:
+        """Ask for a snapshot, once, where the mirror is lost."""
+        lost = self.mirror is not None and self.mirror.lost
+        if lost and not self._resyncs:
+            self.connection.send(messages.Resync(full=full))
+        self._resyncs = lost
+
+    def _set_clock(self, clock: messages.Clock) -> None:
+        """What the clock of the robot shows, on the clock here: it has gone on since it was told."""
+        self._clock = clock
+        if self.mirror is None:
+            return
+        estimate = self.sync.estimate
+        since = self._wall() if estimate is None else estimate.here(clock.wall)
+        goes = clock.realtime and not clock.paused
+        self.mirror.clock = ClockReading(clock.now, clock.rate if goes else None, since)
+
+    # --- ends ---
+
+    def _done(self, done: Done) -> None:
+        """Who has commanded something sees what it has changed: that comes after the answer."""
+        if done.status is not None and not self._clock.realtime:
+            self._set_clock(messages.Clock(done.status.clock))
+        if self._is_seen(done, None):
+            self._end(done.id, done)
+        else:
+            self._ended[done.id] = _Ended(done, self._wall() + CATCHING_UP)
+
+    def _is_seen(self, done: Done, change: messages.Change | None) -> bool:
+        """Whether what a command has changed is in the mirror, to which that `change` came last since."""
+        if self.mirror is None or isinstance(change, messages.Replaced):
+            return True
+        timeline = self.mirror.timeline
+        if change is not None:
+            return timeline.version >= done.version
+        return timeline.version == done.version and (done.status is None or done.status.end == timeline.end)
+
+    def _release(self, is_due: Callable[[_Ended], bool]) -> None:
+        """Tell those of their end who need wait no longer."""
+        for id, one in tuple(self._ended.items()):
+            if is_due(one):
+                del self._ended[id]
+                self._end(id, one.done)
+
+    def _end(self, id: int, message: ServerMessage) -> None:
+        self._outlets.pop(id, self._spread)(message)

@@ -1,0 +1,226 @@
+"""A robot afar, held by threads that wait: the loop of its connection has a thread of its own."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from threading import Lock, Thread
+from typing import Any, TypeVar, cast
+from weakref import finalize
+
+from vrs_cli.dialogue.questions import Question
+from vrs_cli.dialogue.replies import Reply
+from vrs_cli.engine.engine import Event
+from vrs_cli.engine.feed import Subscription
+from vrs_cli.engine.inbox import Inbox
+from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
+from vrs_cli.files.atomic import atomically
+from vrs_cli.interfaces.roles.held import Answers
+from vrs_cli.interfaces.roles.local import Notes
+from vrs_cli.interfaces.session.acts import Act, Record, RobotAct, Say
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.net import messages
+from vrs_cli.net.client import Client, checked
+from vrs_cli.net.messages import Abort, At, Done, How, Line, Request, ServerMessage
+from vrs_cli.net.mirror import Mirror
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.wire.codec import Encoding
+
+LEAVING = 5.0  # [s] that the end of a connection takes at most
+T = TypeVar("T")
+
+
+def hello_of(token: str = "", robot: str = "", name: str = "") -> messages.Hello:
+    """Of a client that takes all there is."""
+    return messages.Hello((messages.VERSION,), token, robot, Encoding.MSGPACK, name)
+
+
+class Loop:
+    """An event loop in a thread of its own."""
+
+    def __init__(self) -> None:
+        self._loop = asyncio.new_event_loop()
+        self._thread = Thread(target=self._loop.run_forever, name="vrs connection", daemon=True)
+        self._thread.start()
+
+    def wait(self, work: Coroutine[Any, Any, T], seconds: float | None = None) -> T:
+        """What comes of it. Raises TimeoutError where that takes longer."""
+        future = asyncio.run_coroutine_threadsafe(work, self._loop)
+        try:
+            return future.result(seconds)
+        except BaseException:
+            future.cancel()
+            raise
+
+    def do(self, act: Callable[[], T]) -> T:
+        """Something that takes no time."""
+
+        async def once() -> T:
+            return act()
+
+        return self.wait(once())
+
+    def close(self) -> None:
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+        self._loop.close()
+
+
+class _Ear:
+    """Hears what belongs to no request, for who talks with the robot now."""
+
+    def __init__(self) -> None:
+        self.inbox: Inbox[ServerMessage] | None = None
+
+    def hear(self, message: ServerMessage) -> None:
+        if self.inbox is not None:
+            self.inbox.put(message)
+
+
+class RemoteRobot:
+    """Any thread may call any method. Raises what the robot refuses, and RequestRefused where there is no connection:
+    nothing waits for one. `close` lets the robot go, as does who drops the last reference to it.
+    """
+
+    def __init__(self, client: Client, loop: Loop, mirror: Mirror) -> None:
+        self.client, self._loop, self._mirror = client, loop, mirror
+        self._notes, self._ear, self._talking = Notes(), _Ear(), Lock()
+        client.far.news.append(self._ear.hear)
+        self.close = finalize(self, _leave, loop, client)
+
+    @classmethod
+    def connect(
+        cls,
+        url: str,
+        hello: messages.Hello,
+        *,
+        ca: Path | None = None,
+        told: Callable[[str], None] = lambda _text: None,
+    ) -> RemoteRobot:
+        """Raises UsageError for what is no address, RequestRefused where no robot answers, and what that refuses."""
+        client, loop = Client(url, hello, ca=ca, told=told), Loop()
+        try:
+            return cls(client, loop, loop.wait(_followed(client)))
+        except BaseException as error:
+            _leave(loop, client)
+            if isinstance(error, VrsError):
+                raise error.with_traceback(None) from None
+            raise
+
+    # --- reading ---
+
+    @property
+    def arm(self) -> RobotArm:
+        return self._mirror.arm
+
+    @property
+    def timeline(self) -> Timeline:
+        return self._mirror.timeline
+
+    @property
+    def now(self) -> float:
+        return self._mirror.now
+
+    @property
+    def rate(self) -> float | None:
+        return self._mirror.clock.rate
+
+    # --- asking ---
+
+    def act(self, act: Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
+        def make(id: int) -> Request:
+            return At(id, cast(RobotAct, act), issued)
+
+        if answer is None:
+            return cast(T, self._follow(make, Inbox()).found)
+        with self._conversing(answer) as inbox:
+            return cast(T, self._follow(make, inbox).found)
+
+    def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
+        with self._conversing(answer) as inbox:
+            self._follow(lambda id: At(id, Say(line)), inbox)
+            return self._notes.taken()
+
+    def type(self, text: str, answer: Answers) -> tuple[Reply, ...]:
+        with self._conversing(answer) as inbox:
+            self._follow(lambda id: Line(id, text), inbox)
+            return self._notes.taken()
+
+    def abort(self) -> None:
+        self._follow(Abort, Inbox())
+
+    def save(self, path: Path) -> None:
+        recorded = self.act(Record())
+        with atomically(path) as stream:
+            stream.write(recorded.data)
+
+    def subscribe(self) -> Subscription[Event]:
+        return self._loop.do(self._mirror.events.subscribe)
+
+    # --- talking ---
+
+    @contextmanager
+    def _conversing(self, answer: Answers) -> Iterator[Inbox[ServerMessage]]:
+        """What is said meanwhile is kept, and what is asked is answered."""
+        with self._talking:
+            self._notes.begin(answer)
+            self._ear.inbox = Inbox()
+            try:
+                yield self._ear.inbox
+            finally:
+                self._ear.inbox = None
+
+    def _follow(self, make: Callable[[int], Request], inbox: Inbox[ServerMessage]) -> Done:
+        """Send a command, and wait for its end. Ctrl-C stops it."""
+        self._loop.do(lambda: self.client.begin(make, inbox.put))
+        interrupted = False
+        while True:
+            try:
+                message = inbox.take(None)
+                if isinstance(message, Done | messages.Refused):
+                    break
+                self._hear(message)
+            except KeyboardInterrupt:
+                interrupted = True
+                self._send(messages.Interrupt())
+        if interrupted:
+            raise KeyboardInterrupt
+        done = checked(message)
+        assert isinstance(done, Done), "what is refused is raised"
+        return done
+
+    def _hear(self, message: ServerMessage | None) -> None:
+        match message:
+            case messages.Told(reply):
+                self._notes.show(reply)
+            case messages.Typed(text, newline):
+                self._notes.type(text, newline)
+            case messages.Asked(number, question):
+                self._send(self._answer(number, question))
+
+    def _answer(self, number: int, question: Question) -> messages.Answer:
+        try:
+            return messages.Answer(number, self._notes.ask(question))
+        except EndOfInput:
+            return messages.Answer(number, how=How.ENDED)
+        except KeyboardInterrupt:
+            return messages.Answer(number, how=How.INTERRUPTED)
+
+    def _send(self, message: messages.ClientMessage) -> None:
+        """What does not come to the robot any more is missed by nobody."""
+        with suppress(RequestRefused):
+            self._loop.do(lambda: self.client.send(message))
+
+
+async def _followed(client: Client) -> Mirror:
+    await client.open()
+    return await client.follow()
+
+
+def _leave(loop: Loop, client: Client) -> None:
+    """Nobody holds the robot any more."""
+    with suppress(TimeoutError):
+        loop.wait(client.close(), LEAVING)
+    loop.close()
