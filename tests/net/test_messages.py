@@ -13,11 +13,13 @@ from tests.files.trajectories import planned
 from tests.values import values
 from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Reply
+from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import JointOutOfRange
-from vrs_cli.net.messages import Asked, Delta, FromClient, FromServer, Line, Refused, Told
+from vrs_cli.net.messages import Asked, Delta, FromClient, FromServer, Line, Refused, Replaced, Told
 from vrs_cli.wire.codec import Encoding, Frame, Reader, UnknownType, encode
 from vrs_cli.wire.records import Motions, RecordError, delta_record
 from vrs_cli.wire.refusal import Refusal
+from vrs_cli.wire.snapshots import SnapshotRecord
 
 FROM_CLIENT: Reader[FromClient] = Reader(FromClient)
 FROM_SERVER: Reader[FromServer] = Reader(FromServer)
@@ -92,6 +94,12 @@ def test_garbage_is_refused_in_one_way(frame: Frame) -> None:
 def test_a_reply_that_is_not_of_its_kind_is_refused(reply: str) -> None:
     with pytest.raises(RecordError, match="no message"):
         FROM_SERVER.read(f'{{"type":"told","reply":{reply}}}')
+
+
+def test_a_snapshot_has_a_segment_at_least() -> None:
+    empty = SnapshotRecord(1, (), Settings())
+    with pytest.raises(RecordError, match="length >= 1"):
+        FROM_SERVER.read(encode(Replaced(empty), Encoding.JSON))
 
 
 @pytest.mark.parametrize("encoding", Encoding)

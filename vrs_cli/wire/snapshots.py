@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from msgspec import Struct
+from typing import Annotated
+
+from msgspec import Meta, Struct
 
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
@@ -11,7 +13,7 @@ from vrs_cli.wire.records import Count, Form, Motions, SegmentRecord, segment_re
 
 class SnapshotRecord(Struct, frozen=True):
     version: Count
-    segments: tuple[SegmentRecord, ...]
+    segments: Annotated[tuple[SegmentRecord, ...], Meta(min_length=1)]
     settings: Settings
     first: Count = 0
 
