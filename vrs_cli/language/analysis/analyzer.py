@@ -172,22 +172,21 @@ class _Steps(Expressions):
 
     def finish(self) -> None:
         """Report what only the whole program shows: names that nothing gives a value."""
-        nowhere = [one for one in self.without_value() if not self._given_elsewhere(one)]
+        program, around = self._program, self._surroundings
+        nowhere = [
+            one  # another program may give it a value, unless AUTO or LOCAL declares it
+            for one in self.without_value()
+            if program is None or around is None or one.key in self.own or not around.given_elsewhere(one.key, program)
+        ]
         own = Candidates({*self.given, *self.parameters})
         for number, variable in enumerate(nowhere):
             detail = f"{variable.sigil}{variable.name} is given a value nowhere"
             hint = ""
-            if self._surroundings is not None and number < MOST_HINTS:
-                hint = self._surroundings.name_meant(variable, own)
+            if around is not None and number < MOST_HINTS:
+                hint = around.name_meant(variable, own)
             self.warn(UndefinedValue, variable.span, detail, hint)
-        if self._program is not None and self._surroundings is not None:
-            self.diagnostics += self.confusions.found(self._program, self, self._surroundings)
-
-    def _given_elsewhere(self, variable: ast.Variable) -> bool:
-        """Whether another program gives the variable a value. None can where AUTO or LOCAL declares it."""
-        if self._surroundings is None or self._program is None or variable.key in self.own:
-            return False
-        return self._surroundings.given_elsewhere(variable.key, self._program)
+        if program is not None and around is not None:
+            self.diagnostics += self.confusions.found(program, self, around)
 
     # --- statements ---
 

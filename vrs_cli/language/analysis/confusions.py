@@ -52,8 +52,11 @@ class Confusions:
                 detail = f"{call.name} is the function here, and a variable in another program"
                 yield _warning(call, detail, f"GLOBAL {key} makes it the variable")
         for key, target in self._assigned.items():
-            if not any(key in met for met in (names.first_read, names.declared, names.parameters, self._passed)):
-                yield from _never_read(target)
+            row = INSTRUCTIONS[target.name.upper()]
+            met = any(key in of for of in (names.first_read, names.declared, names.parameters, self._passed))
+            if not met and row.arguments and row.state is State.SUPPORTED:
+                detail = f"{target.name.lower()} is a variable here, and nothing reads it"
+                yield _warning(target, detail, f"the form of the instruction is {row.form}")
 
 
 def _variables_like_functions(program: Program, names: Names) -> Iterator[ast.Variable]:
@@ -73,13 +76,6 @@ def first_assignment(target: ast.Variable) -> Iterator[Diagnostic]:
         yield _warning(target, f"{name} is a variable from now on", f"{FUNCTION_NAMES[target.key]}() is the function")
     elif row is not None and not target.sigil and target.indexes is None and row.required:
         yield _warning(target, f"{name} is a variable from now on", f"the form of the command is {row.form}")
-
-
-def _never_read(target: ast.Variable) -> Iterator[Diagnostic]:
-    row = INSTRUCTIONS[target.name.upper()]
-    if row.arguments and row.state is State.SUPPORTED:
-        detail = f"{target.name.lower()} is a variable here, and nothing reads it"
-        yield _warning(target, detail, f"the form of the instruction is {row.form}")
 
 
 def _warning(node: ast.Variable | ast.Call, detail: str, hint: str) -> Diagnostic:

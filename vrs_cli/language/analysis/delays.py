@@ -5,7 +5,7 @@ That shows where a step after it types or reads the time, before the arm moves o
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from vrs_cli.errors import PauseOfArm
 from vrs_cli.language.text import ast
@@ -23,20 +23,12 @@ def delays(program: Program) -> Iterator[Diagnostic]:
     """Warn of the first such DELAY of a program."""
     statements = [step.statement for step in program.steps if step.statement is not None]
     for number, statement in enumerate(statements, 1):
-        if isinstance(statement, ast.Instruction) and statement.word == "DELAY" and _misleads(statements[number:]):
-            detail = "DELAY holds the arm, and the program goes on at once"
-            yield warning(PauseOfArm, statement.span, detail, "TIMER 1 = 0 and WAIT TIMER(1) > 2 pause a program")
-            return
-
-
-def _misleads(after: Sequence[Statement]) -> bool:
-    """Whether the steps after a DELAY show that no time has passed."""
-    for statement in after:
-        if _shows_time(statement):
-            return True
-        if not _at_once(statement):
-            return False
-    return False
+        if isinstance(statement, ast.Instruction) and statement.word == "DELAY":
+            telling = (one for one in statements[number:] if _shows_time(one) or not _at_once(one))
+            if (first := next(telling, None)) is not None and _shows_time(first):  # that no time has passed
+                detail = "DELAY holds the arm, and the program goes on at once"
+                yield warning(PauseOfArm, statement.span, detail, "TIMER 1 = 0 and WAIT TIMER(1) > 2 pause a program")
+                return
 
 
 def _shows_time(statement: Statement) -> bool:

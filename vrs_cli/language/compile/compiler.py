@@ -44,6 +44,7 @@ from vrs_cli.language.compile.lowering import (
     ForNext,
     Jump,
     JumpIf,
+    Jumping,
     Lowered,
     Mark,
     Op,
@@ -104,7 +105,7 @@ class _ProgramCompiler(ExpressionCompiler):
         ops = self._lowered.ops
         if everywhere:
             return list(range(len(ops)))
-        targets = (op.target for op in ops if not isinstance(op, Perform | Mark | Finish))
+        targets = (op.target for op in ops if isinstance(op, Jumping))
         return sorted({0, *targets, *range(0, len(ops), OPS_A_FUNCTION)})
 
     def _tree(self, blocks: list[list[py.stmt]], first: int) -> list[py.stmt]:
@@ -128,12 +129,12 @@ class _ProgramCompiler(ExpressionCompiler):
         first = leaders[number]
         end = leaders[number + 1] if number + 1 < len(leaders) else len(self._lowered.ops)
         ops = self._lowered.ops[first:end]
-        inner = any(getattr(op, "target", None) == first for op in ops)
+        inner = any(isinstance(op, Jumping) and op.target == first for op in ops)
         self._inner = number if inner else None
         statements: list[py.stmt] = []
         for place, op in enumerate(ops, first):
             statements += self._operation(place, op)
-            if isinstance(op, Jump | CaseBegin):
+            if type(op) in (Jump, CaseBegin):
                 break
         else:
             if end < len(self._lowered.ops):
@@ -196,9 +197,6 @@ class _ProgramCompiler(ExpressionCompiler):
             return py.IfExp(tree.compare(tree.name(step), py.Gt(), tree.constant(0.0)), up, down)
         return up if known > 0.0 else down
 
-    def _case_begin(self, op: CaseBegin) -> list[py.stmt]:
-        return [tree.assign(f"l{op.slot}", self.value(op.subject)), *self._to(op.target)]
-
     def _case_test(self, op: CaseTest) -> list[py.stmt]:
         kind = self.kind_of(op.subject)
         subject = tree.name(f"l{op.slot}")
@@ -233,17 +231,16 @@ class _ProgramCompiler(ExpressionCompiler):
 
     def _store(self, variable: ast.Variable, value: py.expr) -> list[py.stmt]:
         """Assign, unless the bare name exists as a location."""
-        place = self.place(variable, Kind.REAL)
+        place, first = self.place(variable, Kind.REAL), list[py.stmt]()
+        cells, key = tree.name(place.cells), place.key
         if variable.indexes:
-            return self._store_element(place, variable.indexes, value)
-        assert place.key is not None
-        stored: list[py.stmt] = [py.Assign([py.Subscript(tree.name(place.cells), place.key, py.Store())], value)]
-        return self._deny_other_kind(place, place.key) + stored
-
-    def _store_element(self, place: Place, indexes: tuple[ast.Expression, ...], value: py.expr) -> list[py.stmt]:
-        at = tree.method(tree.name(place.cells), "at", *map(self.value, indexes))
-        target = py.Subscript(tree.name(place.cells), tree.name("i"), py.Store())
-        return [tree.assign("i", at), *self._deny_other_kind(place, tree.name("i")), py.Assign([target], value)]
+            first, key = (
+                [tree.assign("i", tree.method(cells, "at", *map(self.value, variable.indexes)))],
+                tree.name("i"),
+            )
+        assert key is not None
+        stored = py.Assign([py.Subscript(cells, key, py.Store())], value)
+        return [*first, *self._deny_other_kind(place, key), stored]
 
     def _deny_other_kind(self, place: Place, key: py.expr) -> list[py.stmt]:
         if place.other is None:
@@ -295,17 +292,11 @@ class _ProgramCompiler(ExpressionCompiler):
         if not statement.arguments or statement.arguments[0] is None:
             return [tree.yield_(tree.call("Wait", tree.name("at_once"), tree.constant(1)))]
         asked = statement.arguments[0]
-        condition = self._condition_function(
-            self.truth(asked if channel(asked) is None else signals_on((asked,), asked.span))
-        )
+        truth = self.truth(asked if channel(asked) is None else signals_on((asked,), asked.span))
+        # a function of no arguments, with the program's variables as defaults: cells of a closure are slower for all
+        names = {node.id for node in py.walk(truth) if isinstance(node, py.Name)} - self.namespace.keys()
+        condition = py.Lambda(tree.parameters(sorted(names), defaults=True), truth)
         return [tree.yield_(tree.call("Wait", tree.call("guarded", condition)))]
-
-    def _condition_function(self, expression: py.expr) -> py.Lambda:
-        """A function of no arguments. It takes the program's variables as defaults: cells of a closure are slower for
-        the whole program."""
-        names = {node.id for node in py.walk(expression) if isinstance(node, py.Name)}
-        local = sorted(names - self.namespace.keys())
-        return py.Lambda(tree.parameters(local, defaults=True), expression)
 
     def _call_program(self, statement: ast.Instruction) -> list[py.stmt]:
         program = statement.arguments[0]
@@ -339,7 +330,7 @@ _OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {
     JumpIf: _ProgramCompiler._jump_if,
     ForBegin: _ProgramCompiler._for_begin,
     ForNext: _ProgramCompiler._for_next,
-    CaseBegin: _ProgramCompiler._case_begin,
+    CaseBegin: lambda compiler, op: [tree.assign(f"l{op.slot}", compiler.value(op.subject)), *compiler._to(op.target)],
     CaseTest: _ProgramCompiler._case_test,
     Mark: lambda _compiler, _op: [py.Pass()],
     Finish: lambda _compiler, _op: [tree.yield_(tree.name("RETURN")), py.Return(None)],

@@ -18,81 +18,72 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.words.instructions import DECLARATIONS, LOOP_JUMPS
 
 
-class Perform(Struct, frozen=True):
-    """An assignment or an instruction."""
+class Op(Struct, frozen=True):
+    """An operation of a step (from 0)."""
 
     step: int
+
+
+class Perform(Op, frozen=True):
+    """An assignment or an instruction."""
+
     statement: ast.Assignment | ast.Instruction
 
 
-class Jump(Struct, frozen=True):
+class Mark(Op, frozen=True):
+    """A step that does nothing: DO, END of IF and CASE, a blank line."""
+
+
+class Finish(Op, frozen=True):
+    """The end of the program."""
+
+
+class Jumping(Op, frozen=True):
+    """An operation that may lead to another one, the `target`."""
+
+    target: int
+
+
+class Jump(Jumping, frozen=True):
     """`counted`: it is a step of its own (GOTO), not a mark that is passed over (ELSE, the END of WHILE)."""
 
-    step: int
-    target: int
     counted: bool
 
 
-class JumpIf(Struct, frozen=True):
+class JumpIf(Jumping, frozen=True):
     """Jump to the target if the condition is `when`. `first`: an instruction to carry out before."""
 
-    step: int
     condition: ast.Expression
     when: bool
-    target: int
     first: ast.Instruction | None = None
 
 
-class ForBegin(Struct, frozen=True):
-    """Set the variable; keep limit and step in `slot`. Jump to the target if there is no first pass."""
+class Loop(Jumping, frozen=True):
+    """An end of a FOR, which keeps limit and step in `slot`."""
 
-    step: int
     statement: ast.For
     slot: int
-    target: int
 
 
-class ForNext(Struct, frozen=True):
+class ForBegin(Loop, frozen=True):
+    """Set the variable. Jump to the target if there is no first pass."""
+
+
+class ForNext(Loop, frozen=True):
     """The END of a FOR: add the step. Jump to the target (the first step inside) for another pass."""
 
-    step: int
-    statement: ast.For
-    slot: int
-    target: int
 
-
-class CaseBegin(Struct, frozen=True):
+class CaseBegin(Jumping, frozen=True):
     """Keep the subject in `slot` and go to the first test."""
 
-    step: int
     subject: ast.Expression
     slot: int
-    target: int
 
 
-class CaseTest(Struct, frozen=True):
+class CaseTest(CaseBegin, frozen=True):
     """Jump to the target if the subject equals none of the values."""
 
-    step: int
-    subject: ast.Expression
     values: tuple[ast.Expression, ...]
-    slot: int
-    target: int
-
-
-class Mark(Struct, frozen=True):
-    """A step that does nothing: DO, END of IF and CASE, a blank line."""
-
-    step: int
-
-
-class Finish(Struct, frozen=True):
-    """The end of the program."""
-
-    step: int
-
-
-Op = Perform | Jump | JumpIf | ForBegin | ForNext | CaseBegin | CaseTest | Mark | Finish
 
 
 class Lowered(Struct, frozen=True):
@@ -131,13 +122,9 @@ class _Lowering:
         end = len(self._steps)
         self._places[end] = len(self._ops)
         self._ops.append(Finish(max(end - 1, 0)))
-        ops = tuple(self._with_place(op) for op in self._ops)
+        places = self._places
+        ops = tuple(replace(op, target=places[op.target]) if isinstance(op, Jumping) else op for op in self._ops)
         return Lowered(ops, tuple(self._places[step] for step in range(end + 1)), len(self._slots))
-
-    def _with_place(self, op: Op) -> Op:
-        if isinstance(op, Perform | Mark | Finish):
-            return op
-        return replace(op, target=self._places[op.target])
 
     def _operation(self, number: int, statement: ast.Statement | None) -> Op:
         match statement:
@@ -148,18 +135,17 @@ class _Lowering:
             case ast.Goto():
                 return Jump(number, self._labels[statement.label], counted=True)
             case ast.IfGoto():
-                return JumpIf(number, statement.condition, True, self._labels[statement.label])
+                return JumpIf(number, self._labels[statement.label], statement.condition, True)
             case ast.If():
-                return JumpIf(number, statement.condition, False, self._first_middle(number, 1))
+                return JumpIf(number, self._first_middle(number, 1), statement.condition, False)
             case ast.While():
-                return JumpIf(number, statement.condition, False, self._openers[number].closer + 1)
+                return JumpIf(number, self._openers[number].closer + 1, statement.condition, False)
             case ast.Until():
-                return JumpIf(number, statement.condition, False, self._closers[number].opener)
+                return JumpIf(number, self._closers[number].opener, statement.condition, False)
             case ast.For():
-                return ForBegin(number, statement, self._slots[number], self._openers[number].closer + 1)
+                return ForBegin(number, self._openers[number].closer + 1, statement, self._slots[number])
             case ast.Case():
-                target = self._first_middle(number, _TESTS)
-                return CaseBegin(number, statement.subject, self._slots[number], target)
+                return CaseBegin(number, self._first_middle(number, _TESTS), statement.subject, self._slots[number])
             case ast.Else():
                 return Jump(number, self._middles[number].closer, counted=False)
             case ast.Value():
@@ -178,8 +164,9 @@ class _Lowering:
     def _instruction(self, number: int, statement: ast.Instruction) -> Op:
         if statement.word in LOOP_JUMPS:
             return self._leave_loop(number, statement)
-        if statement.word in _CONDITIONS:
-            return self._conditional(number, statement)
+        if statement.word in _CONDITIONS and (label := label_of(statement)) is not None:
+            condition, first = _CONDITIONS[statement.word](statement)
+            return JumpIf(number, self._labels[label], condition, True, first)
         return Mark(number) if statement.word in DECLARATIONS else Perform(number, statement)
 
     def _leave_loop(self, number: int, statement: ast.Instruction) -> Op:
@@ -189,12 +176,6 @@ class _Lowering:
         closer = around[loops_of(statement) - 1].closer
         return Jump(number, closer + (statement.word == "EXIT"), counted=True)
 
-    def _conditional(self, number: int, statement: ast.Instruction) -> Op:
-        label = label_of(statement)
-        assert label is not None
-        condition, first = _CONDITIONS[statement.word](statement)
-        return JumpIf(number, condition, True, self._labels[label], first)
-
     def _value(self, number: int, statement: ast.Value) -> Op:
         block = self._middles[number]
         case = self._steps[block.opener].statement
@@ -202,7 +183,7 @@ class _Lowering:
         later = [step for step in block.middles if step > number]
         target = later[0] + _TESTS if later else block.closer
         self._leave_case(number, block)
-        return CaseTest(number, case.subject, statement.tests, self._slots[block.opener], target)
+        return CaseTest(number, target, case.subject, self._slots[block.opener], statement.tests)
 
     def _leave_case(self, number: int, block: Block) -> None:
         """What stands above VALUE or ANY goes to the end of the CASE."""
@@ -216,13 +197,8 @@ class _Lowering:
         if block.kind is BlockKind.FOR:
             opener = self._steps[block.opener].statement
             assert isinstance(opener, ast.For)
-            return ForNext(number, opener, self._slots[block.opener], block.opener + 1)
+            return ForNext(number, block.opener + 1, opener, self._slots[block.opener])
         return Mark(number)
-
-
-def _if_signals(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction | None]:
-    """IFSIG: all of these signals are on."""
-    return signals_on(statement.arguments[:-1], statement.span), None
 
 
 def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction | None]:
@@ -234,6 +210,6 @@ def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction 
 
 
 _CONDITIONS: dict[str, Callable[[ast.Instruction], tuple[ast.Expression, ast.Instruction | None]]] = {
-    "IFSIG": _if_signals,
+    "IFSIG": lambda statement: (signals_on(statement.arguments[:-1], statement.span), None),
     "GRASP": _grasp,
 }

@@ -158,9 +158,8 @@ class Constants(Struct, frozen=True):
         """Return the error, or None, for each number that is tried in the gaps."""
         stand_ins = STAND_INS if Gap.REAL in given else STAND_INS[:1]
         filled = [[x if isinstance(one, Gap) else one for one in given] for x in stand_ins]
-        return [
-            _error(partial(self._carry_out, statement, *operands), (*NEVER_RIGHT, NotAvailable)) for operands in filled
-        ]
+        carry_out = partial(self._carry_out, statement)
+        return [_error(partial(carry_out, *operands), (*NEVER_RIGHT, NotAvailable)) for operands in filled]
 
     def _carry_out(self, statement: ast.Instruction, *operands: object) -> None:
         *arguments, value = operands

@@ -27,22 +27,6 @@ from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, integer, kind_of_value, storable, whole, within_range, wrap
 
 
-def complement(x: float) -> float:
-    return wrap(~integer(x))
-
-
-def bit_and(a: float, b: float) -> float:
-    return wrap(integer(a) & integer(b))
-
-
-def bit_or(a: float, b: float) -> float:
-    return wrap(integer(a) | integer(b))
-
-
-def bit_xor(a: float, b: float) -> float:
-    return wrap(integer(a) ^ integer(b))
-
-
 def for_step(step: float) -> float:
     if step == 0.0:
         raise IllegalValue("a STEP of 0", "the loop would never end")
@@ -101,11 +85,17 @@ UNSET = Unset()
 # robot nor terminal (variables, signals, timers) an instruction does by itself, at its own instant of the program.
 HANDLERS = {**MOTIONS, **SETTINGS, **ASSIGNMENTS, **SIGNALS, **INPUT_OUTPUT, **TASKS}
 
-_OPERATORS = (compose, modulo, power, complement, bit_and, bit_or, bit_xor)
+_OPERATORS = (compose, modulo, power)
+_BITS: Mapping[str, Callable[..., float]] = {
+    "complement": lambda x: wrap(~integer(x)),
+    "bit_and": lambda a, b: wrap(integer(a) & integer(b)),
+    "bit_or": lambda a, b: wrap(integer(a) | integer(b)),
+    "bit_xor": lambda a, b: wrap(integer(a) ^ integer(b)),
+}
 _CHECKS = (for_step, guarded, at_once, stamp_of, storable, whole, within_range)
 _OPERANDS = (setting, by_value, CallProgram, Definable, Reference, Wait, Wording)
 _VALUES = {"NO_CELLS": NO_CELLS, "BREAK": Break(), "RETURN": Return()}
-_NAMES = {**{one.__name__: one for one in (*_OPERATORS, *_CHECKS, *_OPERANDS)}, **_VALUES}
+_NAMES = {**{one.__name__: one for one in (*_OPERATORS, *_CHECKS, *_OPERANDS)}, **_BITS, **_VALUES}
 
 LIBRARY = Library(_NAMES, OF_VALUES, IN_CONTEXT, HANDLERS)
 

@@ -48,7 +48,14 @@ def number_value(text: str) -> float | None:
     try:
         if text[0] == "'":
             return float(ord(text[1]))
-        value = _number_in_base(text[1:]) if text[0] == "^" else float(text)
+        if text[0] != "^":
+            value = float(text)
+        else:
+            base = _BASES.get(text[1].upper())
+            digits = text[1 + (base is not None) :]
+            if base == 2 and len(digits) > BINARY_DIGITS:
+                return None
+            value = float(int(digits, base or 8))
     except (ValueError, OverflowError):
         return None
     return value if value <= LARGEST else None
@@ -58,15 +65,6 @@ def signed_number(text: str) -> float | None:
     """`number_value` with a sign before it."""
     value = number_value(text.lstrip("+-"))
     return -value if value is not None and text[0] == "-" else value
-
-
-def _number_in_base(text: str) -> float:
-    """Raises ValueError, OverflowError."""
-    base = _BASES.get(text[0].upper())
-    digits = text if base is None else text[1:]
-    if base == 2 and len(digits) > BINARY_DIGITS:
-        raise ValueError(text)
-    return float(int(digits, base or 8))
 
 
 _BASES = {"B": 2, "H": 16, "D": 10}
@@ -415,7 +413,8 @@ class Builder:
         if max(len(width), len(decimals)) > FORMAT_DIGITS:
             detail, hint = token.text, f"the numbers of a format code have up to {FORMAT_DIGITS} digits"
             raise refusal(InvalidNumber, token.span, detail, hint)
-        return ast.Format(token.text[1].upper(), _digits(width), _digits(decimals), token.span)
+        most, after_point = (int(digits) if digits else None for digits in (width, decimals))
+        return ast.Format(token.text[1].upper(), most, after_point, token.span)
 
     def raw(self, children: Children) -> ast.Word:
         return ast.Word(children[0].value, children[0].span)
@@ -483,10 +482,6 @@ def _check_by(name: str, given: Sequence[Any]) -> None:
 
 def _is(child: Any, type_: str) -> bool:
     return type(child) is Token and child.type == type_
-
-
-def _digits(text: str) -> int | None:
-    return int(text) if text else None
 
 
 def _entry_number(token: Token) -> float:

@@ -111,7 +111,8 @@ def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> s
     lines = [f"{place}{kind}{diagnostic.message}"]
     if source_line.strip():
         stretch, place_in_it = _stretch(source_line.rstrip(), span)
-        lines += [_plain(stretch), _pointer(stretch, place_in_it)]
+        plain = (c if c.isprintable() or c == "\t" else "\N{REPLACEMENT CHARACTER}" for c in stretch.rstrip())
+        lines += ["".join(plain), _pointer(stretch, place_in_it)]  # without what would move the cursor, but a tab
     return "\n".join(lines)
 
 
@@ -124,11 +125,6 @@ def _stretch(line: str, span: Span) -> tuple[str, Span]:
     moved = begin - len(before)
     end = min(span.end, begin + SHOWN + 1)
     return f"{before}{line[begin : begin + SHOWN]}{after}", Span(span.line, span.column - moved, end - moved)
-
-
-def _plain(line: str) -> str:
-    """The line without what would move the cursor; a tab stays, the pointer follows it."""
-    return "".join(c if c.isprintable() or c == "\t" else "\N{REPLACEMENT CHARACTER}" for c in line.rstrip())
 
 
 def _pointer(line: str, span: Span) -> str:

@@ -7,6 +7,7 @@ The parser reads one line and takes it for the function; here the whole decides.
 from __future__ import annotations
 
 from collections.abc import Collection, Container, Iterable, Iterator
+from operator import is_
 from typing import Any, TypeVar, cast
 
 from msgspec import Struct
@@ -86,7 +87,7 @@ def _replace(tree: Tree, names: Collection[str]) -> Tree:
         return cast(Tree, tree.variable)
     if isinstance(tree, tuple):
         children = tuple(_replace(child, names) for child in tree)
-        return cast(Tree, tree if all(map(_same, children, tree)) else children)
+        return cast(Tree, tree if all(map(is_, children, tree)) else children)
     if not isinstance(tree, Struct) or isinstance(tree, ast.Span):
         return tree
     changed: dict[str, Any] = {}
@@ -96,7 +97,3 @@ def _replace(tree: Tree, names: Collection[str]) -> Tree:
         if after is not before:
             changed[name] = after
     return cast(Tree, replace(cast(Any, tree), **changed)) if changed else tree
-
-
-def _same(one: object, other: object) -> bool:
-    return one is other

@@ -63,12 +63,13 @@ def _section_lines(section: Section) -> Iterator[str]:
 
 
 def _entry_text(entry: ast.Entry) -> str:
-    name = expression_text(entry.variable)
+    name = f"{expression_text(entry.variable):<{NAME_WIDTH}}"
     if entry.text is not None:
-        return f"{name:<{NAME_WIDTH}} {_quote(entry.text)}"
+        return f"{name} {_quote(entry.text)}"
     if len(entry.numbers) == 1 and not entry.variable.sigil:
-        return f"{name:<{NAME_WIDTH}} {_number_text(entry.numbers[0])}"
-    return f"{name:<{NAME_WIDTH}}" + "".join(f" {_column_text(number):>12}" for number in entry.numbers)
+        (value,) = entry.numbers
+        return f"{name} {int(value) if value.is_integer() and abs(value) < 1e15 else repr(value).upper()}"
+    return name + "".join(f" {_column_text(number):>12}" for number in entry.numbers)
 
 
 # what ends a string or a line, and what no program file may hold
@@ -86,10 +87,6 @@ def _column_text(value: float) -> str:
     """Six decimals, or as many digits as the value needs: formatting a file never changes a number."""
     short = f"{value + 0.0:.6f}"
     return short if float(short) == value else repr(value).upper()
-
-
-def _number_text(value: float) -> str:
-    return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value).upper()
 
 
 def _comment(text: str | None) -> str:
@@ -168,9 +165,11 @@ def _for(statement: ast.For) -> str:
 
 
 def _instruction(statement: ast.Instruction) -> str:
-    row = _row_of(statement)
-    sort = statement.modifiers.sort or ""
-    parts = [statement.word, sort, *_argument_parts(statement, row), *_modifier_parts(statement.modifiers)]
+    it = statement.modifiers
+    parts = [statement.word, it.sort, *_argument_parts(statement, _row_of(statement)), it.unit, "ALWAYS" * it.always]
+    parts += (
+        f"{word} {expression_text(time)}" for word, time in (("AT", it.at), ("IN", it.within)) if time is not None
+    )
     return " ".join(part for part in parts if part)
 
 
@@ -233,14 +232,6 @@ def _capital(expression: Expression | None, shape: Shape) -> Expression | None:
 
 
 _CAPITAL = frozenset({Shape.SWITCH, Shape.PARAMETER_NAME, Shape.SETTING})
-
-
-def _modifier_parts(modifiers: ast.Modifiers) -> Iterator[str]:
-    yield modifiers.unit or ""
-    yield "ALWAYS" * modifiers.always
-    for word, time in (("AT", modifiers.at), ("IN", modifiers.within)):
-        if time is not None:
-            yield f"{word} {expression_text(time)}"
 
 
 def _list_text(items: Sequence[Expression | None]) -> str:

@@ -18,7 +18,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Span, Step
 from vrs_cli.language.text.diagnostics import Diagnostic, Findings, LineRefused, did_you_mean, error
 from vrs_cli.language.text.meaning import resolve_program
-from vrs_cli.language.words.kind import NAME_LENGTH
+from vrs_cli.language.words.kind import key_of
 
 PROGRAM, END = ".PROGRAM", ".END"
 JOINTS_HIGH = 12  # joints of a precision point in a file
@@ -157,7 +157,7 @@ class FileReader(Findings):
         except LineRefused as refused:
             self.diagnostics.append(refused.diagnostic)
             return None
-        key = header.name.lower()[:NAME_LENGTH]
+        key = key_of(header.name)
         if key in self._programs:
             detail = f"{header.name} is there twice in this file"
             self.fault(ProgramExists, header.span, detail)
@@ -203,17 +203,15 @@ class FileReader(Findings):
             wrong = 'a string is written $name "text"'
         elif section == ".REALS" and (entry.variable.sigil or len(entry.numbers) != 1):
             wrong = "a real is written name 12.5"
-        elif section == ".LOCATIONS" and not _is_location(entry):
+        elif section == ".LOCATIONS" and not (
+            1 <= len(entry.numbers) <= JOINTS_HIGH
+            if entry.variable.sigil == "#"
+            else not entry.variable.sigil and len(entry.numbers) == 6
+        ):
             wrong = "a location is written name x y z o a t, a precision point #name and its joints"
         if wrong:
             self.fault(TypeMismatch, entry.span, name, wrong)
         return not wrong
-
-
-def _is_location(entry: Entry) -> bool:
-    if entry.variable.sigil == "#":
-        return 1 <= len(entry.numbers) <= JOINTS_HIGH
-    return not entry.variable.sigil and len(entry.numbers) == 6
 
 
 def step_numbers(lines: Sequence[SourceLine]) -> bool:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from msgspec.structs import replace
+
 from vrs_cli.errors import TypeMismatch
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, inverse
@@ -17,11 +19,6 @@ from vrs_cli.language.words.values import kind_of_value, numbers_of
 
 def _set(_context: Context, it: Wording, target: Definable) -> Iterable[Event]:
     target.define(it.value)
-    return NOTHING
-
-
-def _set_inverse(_context: Context, it: Wording, target: Definable) -> Iterable[Event]:
-    target.define(inverse(it.value))
     return NOTHING
 
 
@@ -70,7 +67,7 @@ ASSIGNMENTS: Mapping[str, Handler] = {
     "POINT": _set,
     "HERE": _here,
     "SHIFT": _shift,
-    "INVERSE": _set_inverse,
+    "INVERSE": lambda context, it, target: _set(context, replace(it, value=inverse(it.value)), target),
     "FRAME": _set_frame,
     "SETI": _set_integer,
     "DECOMPOSE": _decompose,

@@ -43,10 +43,6 @@ def _type(context: Context, _it: Wording, *items: TypeItem | None) -> Iterable[E
     return (Type(*encode(items, context.environment.units)),)
 
 
-def _type_integer(_context: Context, _it: Wording, number: float) -> Iterable[Event]:
-    return (Type(*encode([Format("I", 0, None, NOWHERE), number])),)
-
-
 _BETWEEN = re.compile(r"\s*,\s*|\s+")
 
 
@@ -116,14 +112,6 @@ def _open(access: Access, _context: Context, _it: Wording, unit: float, name: st
     return (OpenFile(checked_disk(unit, access.value), name, access),)
 
 
-def _close(_context: Context, _it: Wording, unit: float) -> Iterable[Event]:
-    return (CloseFile(checked_disk(unit, "FCLOSE")),)
-
-
-def _delete_file(_context: Context, _it: Wording, unit: float, name: str) -> Iterable[Event]:
-    return (DeleteFile(checked_disk(unit, "FDELETE"), name),)
-
-
 def _write(context: Context, _it: Wording, unit: float, *items: TypeItem | None) -> Iterable[Event]:
     return (WriteRecord(checked_unit(unit), *encode(items, context.environment.units)),)
 
@@ -154,27 +142,24 @@ def _record(line: str, kinds: list[Kind]) -> list[Value]:
     takes_rest = bool(kinds) and kinds[-1] is Kind.STRING
     fields = _BETWEEN.split(line.strip(), maxsplit=len(kinds) - 1 if takes_rest else 0)
     fields += [""] * (len(kinds) - len(fields))
-    return [_field(field, kind) for field, kind in zip(fields, kinds, strict=False)]
-
-
-def _field(text: str, kind: Kind) -> Value:
-    if kind is Kind.STRING:
-        return storable(text)
-    number = read_number(text)
-    if number is None:
-        raise InvalidNumber(repr(text))
-    return number
+    values: list[Value] = []
+    for field, kind in zip(fields, kinds, strict=False):
+        value = storable(field) if kind is Kind.STRING else read_number(field)
+        if value is None:
+            raise InvalidNumber(repr(field))
+        values.append(value)
+    return values
 
 
 INPUT_OUTPUT: Mapping[str, Handler] = {
     "TYPE": _type,
-    "TYPEI": _type_integer,
+    "TYPEI": lambda _context, _it, number: (Type(*encode([Format("I", 0, None, NOWHERE), number])),),
     "PROMPT": _prompt,
     "ATTACH": _attach,
     "DETACH": _detach,
     **{access.value: partial(_open, access) for access in Access},
-    "FCLOSE": _close,
-    "FDELETE": _delete_file,
+    "FCLOSE": lambda _context, _it, unit: (CloseFile(checked_disk(unit, "FCLOSE")),),
+    "FDELETE": lambda _context, _it, unit, name: (DeleteFile(checked_disk(unit, "FDELETE"), name),),
     "READ": _read,
     "WRITE": _write,
 }

@@ -51,14 +51,6 @@ def _drive(context: Context, it: Wording, joint: float, change: float, speed: fl
     return (Move(target, False, speed=fraction, stamp=it.stamp, text=it.text),)
 
 
-def _named(name: str, _context: Context, it: Wording) -> Iterable[Event]:
-    return (Move(NamedTarget(name), False, stamp=it.stamp, text=it.text),)
-
-
-def _align(_context: Context, it: Wording) -> Iterable[Event]:
-    return (Move(AlignedTarget(), True, stamp=it.stamp, text=it.text),)
-
-
 def _draw(context: Context, it: Wording, *distances: float | None) -> Iterable[Event]:
     target = shift(context.robot.destination(), *distances)
     return (Move(PoseTarget(target), True, stamp=it.stamp, text=it.text),)
@@ -82,9 +74,9 @@ MOTIONS: Mapping[str, Handler] = {
     "DEPARTS": partial(_depart, True),
     "DRAW": _draw,
     "DRIVE": _drive,
-    "READY": partial(_named, "ready"),
-    "NEST": partial(_named, "nest"),
-    "ALIGN": _align,
+    "READY": lambda _context, it: (Move(NamedTarget("ready"), False, stamp=it.stamp, text=it.text),),
+    "NEST": lambda _context, it: (Move(NamedTarget("nest"), False, stamp=it.stamp, text=it.text),),
+    "ALIGN": lambda _context, it: (Move(AlignedTarget(), True, stamp=it.stamp, text=it.text),),
     "DELAY": _delay,
     "BREAK": lambda _context, _it: (Break(),),
     "BRAKE": lambda _context, _it: (Brake(),),

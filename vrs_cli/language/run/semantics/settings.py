@@ -62,14 +62,15 @@ def _mode(mode: Mode, on: bool, _context: Context, it: Wording, tolerance: float
     return (SetMode(mode, on, it.always, tolerance),)
 
 
-def _configuration(flag: Arm | Elbow | Wrist, _context: Context, _it: Wording) -> Iterable[Event]:
-    return (SetConfiguration(flag),)
-
-
 def _hand(
     opening: float | None, immediate: bool, _context: Context, it: Wording, *_operands: float | None
 ) -> Iterable[Event]:
     return (OperateHand(opening, immediate, it.text),)
+
+
+def _asks(event: Event, _context: Context, _it: Wording) -> Iterable[Event]:
+    """The same, whatever the wording."""
+    return (event,)
 
 
 def _tool(_context: Context, _it: Wording, tool: Transform | Joints | None = None) -> Iterable[Event]:
@@ -89,14 +90,6 @@ def _select(_context: Context, it: Wording, device: str) -> Iterable[Event]:
 
 def _switches(on: bool, _context: Context, _it: Wording, *names: str) -> Iterable[Event]:
     return tuple(SetSwitch(name, on) for name in names)
-
-
-def _switch(_context: Context, it: Wording, name: str) -> Iterable[Event]:
-    return (SetSwitch(name, bool(it.value)),)
-
-
-def _parameter(_context: Context, it: Wording, name: str) -> Iterable[Event]:
-    return (SetParameter(name, it.value),)
 
 
 MODE_WORDS = {
@@ -122,7 +115,7 @@ SETTINGS: Mapping[str, Handler] = {
     "DURATION": _duration,
     "ACCEL": _acceleration,
     **{word: partial(_mode, mode, on) for word, (mode, on) in MODE_WORDS.items()},
-    **{word: partial(_configuration, flag) for word, flag in _CONFIGURATIONS.items()},
+    **{word: partial(_asks, SetConfiguration(flag)) for word, flag in _CONFIGURATIONS.items()},
     **{word: partial(_hand, opening, False) for word, opening in _HANDS.items()},
     **{f"{word}I": partial(_hand, opening, True) for word, opening in _HANDS.items()},
     "GRASP": partial(_hand, 0.0, True),
@@ -130,8 +123,8 @@ SETTINGS: Mapping[str, Handler] = {
     "BASE": _base,
     "ENABLE": partial(_switches, True),
     "DISABLE": partial(_switches, False),
-    "SWITCH": _switch,
-    "PARAMETER": _parameter,
+    "SWITCH": lambda _context, it, name: (SetSwitch(name, bool(it.value)),),
+    "PARAMETER": lambda _context, it, name: (SetParameter(name, it.value),),
     "SELECT": _select,
     "CALIBRATE": lambda _context, _it: NOTHING,
 }

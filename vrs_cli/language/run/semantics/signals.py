@@ -57,10 +57,6 @@ def _ignore(context: Context, _it: Wording, number: float) -> Iterable[Event]:
     return (Ignore(signal),)
 
 
-def _lock(_context: Context, _it: Wording, priority: float) -> Iterable[Event]:
-    return (Lock(checked_priority(priority, 0)),)
-
-
 def _run_signal(context: Context, _it: Wording, number: float) -> Iterable[Event]:
     signal = checked_signal(number)
     context.environment.signals.writable(signal)
@@ -76,6 +72,6 @@ SIGNALS: Mapping[str, Handler] = {
     "REACTI": partial(_react, True),
     "REACTE": _react_to_errors,
     "IGNORE": _ignore,
-    "LOCK": _lock,
+    "LOCK": lambda _context, _it, priority: (Lock(checked_priority(priority, 0)),),
     "RUNSIG": _run_signal,
 }

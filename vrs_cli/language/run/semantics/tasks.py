@@ -62,10 +62,6 @@ def _wait_event(
     return (WaitEvent(event is not None or seconds is None, seconds),)
 
 
-def _set_event(_context: Context, _it: Wording, task: float) -> Iterable[Event]:
-    return (SetEvent(checked_task(task)),)
-
-
 TASKS: Mapping[str, Handler] = {
     "RETURN": _return,
     "RETURNE": lambda _context, _it: (Return(mended=True),),
@@ -76,5 +72,5 @@ TASKS: Mapping[str, Handler] = {
     "PCEXECUTE": partial(_start, task=PROCESS_CONTROL),
     **{control.value: partial(_control, control) for control in Control},
     "WAIT.EVENT": _wait_event,
-    "SET.EVENT": _set_event,
+    "SET.EVENT": lambda _context, _it, task: (SetEvent(checked_task(task)),),
 }
