@@ -100,7 +100,7 @@ def give(holder: Holder, line: str) -> str:
         holder.stop()
     for said in ticket:
         if isinstance(said, Question):
-            ticket.answer(True)
+            ticket.answer(said.id, True)
     error = ticket.error()
     return "" if error is None else str(error)[:60]
 

@@ -6,7 +6,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import RoleWanted
-from vrs_cli.interfaces.rights import check_role
+from vrs_cli.interfaces.rights import check_may, needed
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.ast import ProgramHeader
 from vrs_cli.language.text.parser import parse_prompt
@@ -19,7 +19,7 @@ def check(line: str, role: Role) -> None:
     statement = parse_prompt(line, frozenset())
     assert statement is not None
     assert not isinstance(statement, ProgramHeader)
-    check_role(statement, role)
+    check_may(*needed(statement), role)
 
 
 @pytest.mark.parametrize("line", ["WHERE", "WHERE AT 3", "LISTL", "HELP", "TYPE 1", "1 + 2", "DO TYPE 1", "PLOT"])
@@ -60,14 +60,14 @@ def test_a_supervisor_does_all_of_it() -> None:
 
 def test_a_session_refuses_what_is_not_for_the_role() -> None:
     session = Session(RecordingTerminal())
-    session.converse(session.answers("WHERE", Role.OBSERVER))
+    session.desk.role = Role.OBSERVER
+    session.perform("WHERE")
     with pytest.raises(RoleWanted, match="READY is for a designer"):
-        session.converse(session.answers("READY", Role.OBSERVER))
-    session.converse(session.answers("READY", Role.DESIGNER))
-    session.perform("EDIT a")
+        session.perform("READY")
+    session.desk.role = Role.DESIGNER
+    session.perform("READY")
     with pytest.raises(RoleWanted, match="SPEED is for a supervisor"):
-        session.converse(session.answers("SPEED 50", Role.DESIGNER))
-    assert session.desk.editor is not None
+        session.perform("SPEED 50")
     assert session.engine.settings.monitor_speed == 100.0
 
 

@@ -9,12 +9,7 @@ from vrs_cli.language.words.monitor import BESIDE, COMMANDS
 from vrs_cli.language.words.word import Role
 
 CHANGE = "a change of a variable"
-
-
-def check_role(statement: Statement, role: Role) -> None:
-    """Raises RoleWanted, which names the word, for a line that its sender may not send."""
-    said, wanted = _needed(statement)
-    check_may(said, wanted, role)
+STOPPING = ("ABORT",)  # commands that overtake all others
 
 
 def check_may(said: str, wanted: Role, role: Role) -> None:
@@ -23,9 +18,14 @@ def check_may(said: str, wanted: Role, role: Role) -> None:
         raise RoleWanted(f"{said} is for {wanted.spoken}", f"you are {role.spoken}")
 
 
+def may_all(said: str, wanted: Role) -> bool:
+    """Whether it is also for who does not drive: to look, and to stop."""
+    return wanted is Role.OBSERVER or said in STOPPING
+
+
 def check_beside(statement: Statement) -> None:
     """Raises UsageError for a line that waits until the robot program has stopped."""
-    said, role = _needed(statement)
+    said, role = needed(statement)
     check_goes_beside(CHANGE if isinstance(_inner(statement), Assignment) else said, role)
 
 
@@ -40,7 +40,7 @@ def role_of(word: str) -> Role:
     return (COMMANDS.get(word) or INSTRUCTIONS[word]).role
 
 
-def _needed(statement: Statement) -> tuple[str, Role]:
+def needed(statement: Statement) -> tuple[str, Role]:
     """What a line is called, and the role that it needs."""
     statement = _inner(statement)
     if isinstance(statement, Show):

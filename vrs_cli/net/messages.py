@@ -15,8 +15,8 @@ from vrs_cli.dialogue.questions import Answer as Answered
 from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.engine.position import Position
-from vrs_cli.interfaces.roles.lease import Notice
 from vrs_cli.interfaces.session.acts import RobotAct, RobotFound
+from vrs_cli.interfaces.station.lease import Notice
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.records import Count, DeltaRecord, Joints, Length, Name, Number, Text, Time

@@ -88,12 +88,30 @@ def test_who_waits_for_an_answer_lets_others_go_first(actor: Actor) -> None:
     asking, other = actor.submit(sure()), actor.call(lambda: 7)
     stepped(actor)
     assert (asking.done(), other.result()) == (False, 7)
-    assert asking.heard() == [Confirmation("Sure (Y/N)?")]
-    asking.answer(True)
+    assert asking.heard() == [Confirmation("Sure (Y/N)?", id=1)]
+    asking.answer(1, True)
     stepped(actor)
     assert (asking.result(), asking.heard()) == (True, [Message("True")])
-    asking.answer(False)  # too late: nobody asks
+    asking.answer(1, False)  # too late: nobody asks
     stepped(actor)
+
+
+def test_a_late_answer_is_not_taken_for_that_to_another_question(actor: Actor) -> None:
+    def twice() -> Talk[tuple[Answer, Answer]]:
+        return (yield Confirmation("Sure (Y/N)?")), (yield Confirmation("Quite sure (Y/N)?"))
+
+    asking = actor.submit(twice())
+    stepped(actor)
+    (first,) = [said.id for said in asking.heard() if isinstance(said, Confirmation)]
+    asking.answer(first, True)
+    asking.answer(first, True)
+    asking.throw(KeyboardInterrupt(), first)
+    stepped(actor)
+    (second,) = [said.id for said in asking.heard() if isinstance(said, Confirmation)]
+    assert (asking.done(), first != second) == (False, True)
+    asking.answer(second, False)
+    stepped(actor)
+    assert asking.result() == (True, False)
 
 
 class Gone(RecordingTerminal):

@@ -106,7 +106,7 @@ def test_two_who_type_do_not_hear_of_each_others_program() -> None:
 
 def test_who_may_only_look_types_no_program() -> None:
     session = Session(PlainTerminal(StringIO(), iter([])))
-    viewer = Conversation(session, Desk(), Role.OBSERVER)
+    viewer = Conversation(session, Desk(role=Role.OBSERVER))
     assert said(session, viewer.desk, viewer.lines(".PROGRAM p\na = 1\n.END\nWHERE t"))[0].startswith(
         "*Not in your role*"
     )

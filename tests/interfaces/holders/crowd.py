@@ -191,7 +191,7 @@ class Crowd:
                 continue
             for said in ticket:
                 if isinstance(said, Question):
-                    ticket.answer(number % 2 == 0)
+                    ticket.answer(said.id, number % 2 == 0)
             self._ended(line, ticket)
 
     def _ended(self, line: str, ticket: Ticket[None]) -> None:

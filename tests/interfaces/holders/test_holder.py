@@ -6,9 +6,14 @@ import pytest
 
 from tests.interfaces.actor.test_actor import SWING, stepped
 from vrs_cli.dialogue.questions import LineWanted
+from vrs_cli.engine.commands import JointTarget
 from vrs_cli.errors import RequestRefused, VrsError
+from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.holders.holder import Holder
+from vrs_cli.interfaces.session.acts import Go, Goal, act_on
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.lease import Lease
+from vrs_cli.language.words.word import Role
 
 
 def done(session: Session, holder: Holder, line: str) -> list[str]:
@@ -127,8 +132,9 @@ def test_what_a_program_asks_is_asked_of_who_drives_it(session: Session) -> None
     assert done(session, b, "DRIVE 1, 90, 10") == []
     ticket = a.ask("x = 2")
     stepped(session.actor)
-    assert [said.text for said in ticket.heard() if isinstance(said, LineWanted)] == ["How many? "]
-    ticket.answer("5")
+    heard = [said for said in ticket.heard() if isinstance(said, LineWanted)]
+    assert [question.text for question in heard] == ["How many? "]
+    ticket.answer(heard[0].id, "5")
     stepped(session.actor)
     assert ticket.error(0.0) is None
     assert session.environment.value(("n", None)) == 5.0
@@ -142,3 +148,71 @@ def test_whoever_comes_next_is_asked_where_the_driver_has_gone(session: Session)
     ticket = b.ask("DRIVE 1, 90, 10")
     stepped(session.actor)
     assert [said.text for said in ticket.heard() if isinstance(said, LineWanted)] == ["How many? "]
+
+
+def refusal(session: Session, ticket: Ticket[None]) -> str:
+    stepped(session.actor)
+    return str(ticket.error(0.0))
+
+
+def test_without_a_lease_all_drive(session: Session) -> None:
+    for name in ("ann", ""):
+        assert done(session, Holder(session, name=name), "DRIVE 1, 5") == []
+
+
+LEASED = "*Lease is not yours* ann drives (ask for the lease)"
+UP = Go(Goal.of(JointTarget((0.0, -1.0, 1.0, 0.0, 1.0, 0.0))))
+
+
+@pytest.mark.parametrize(
+    "line", ["DRIVE 1, 5", "DO DRIVE 1, 5", "EXECUTE swing", "UNDO", "x = 3", "SPEED 50", "DELETEP swing"]
+)
+def test_who_does_not_drive_is_told_who_does(session: Session, line: str) -> None:
+    session.load_text(SWING)
+    session.lease = Lease().acquire("ann", 0.0)[0]
+    bob = Holder(session, name="bob")
+    assert refusal(session, bob.ask(line)) == LEASED
+    assert refusal(session, Holder(session, Role.DESIGNER, "bob").submit(act_on(session, UP))) == LEASED
+    assert (session.engine.timeline.version, session.environment.value(("x", None))) == (0, None)
+
+
+def test_who_does_not_drive_looks_and_stops(session: Session) -> None:
+    session.load_text(SWING)
+    session.lease = Lease().acquire("ann", 0.0)[0]
+    ann, bob = Holder(session, name="ann"), Holder(session, name="bob")
+    run, where = ann.ask("EXECUTE swing"), bob.ask("WHERE")
+    for _ in range(30):
+        session.actor.step()
+    assert where.error(0.0) is None
+    done(session, bob, "ABORT")
+    assert run.done()
+
+
+def test_the_lease_counts_when_the_line_begins(session: Session) -> None:
+    lease, _ = Lease().acquire("ann", 0.0)
+    session.lease = lease
+    ann, bob = Holder(session, name="ann"), Holder(session, name="bob")
+    before = ann.ask("DRIVE 1, 5")
+    stepped(session.actor)
+    after, his = ann.ask("DRIVE 1, 5"), bob.ask("DRIVE 2, 5")
+    session.lease = lease.give("ann", "bob", 1.0)[0]
+    stepped(session.actor)
+    assert (before.error(0.0), his.error(0.0)) == (None, None)
+    assert "bob drives" in str(after.error(0.0))
+
+
+def test_what_a_program_asks_is_asked_of_who_has_the_lease(session: Session) -> None:
+    session.load_text(ASKS)
+    lease, _ = Lease().acquire("ann", 0.0)
+    session.lease = lease
+    ann, bob = Holder(session, name="ann"), Holder(session, name="bob")
+    done(session, ann, "EXECUTE 3 asks")
+    session.lease = lease.give("ann", "bob", 1.0)[0]
+    ticket = bob.ask("DRIVE 1, 90, 10")
+    stepped(session.actor)
+    assert [said.text for said in ticket.heard() if isinstance(said, LineWanted)] == ["How many? "]
+
+
+def test_an_observer_commands_no_motion(session: Session) -> None:
+    ticket = Holder(session, Role.OBSERVER).submit(act_on(session, UP))
+    assert refusal(session, ticket) == "*Not in your role* MOVE is for a designer (you are an observer)"

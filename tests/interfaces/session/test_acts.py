@@ -75,7 +75,8 @@ def session() -> Session:
 
 
 def done(session: Session, act: Act[Any], role: Role = Role.SUPERVISOR) -> Any:
-    return session.converse(act_on(session, act, role))
+    session.desk.role = role
+    return session.converse(act_on(session, act))
 
 
 @pytest.mark.parametrize("target", TARGETS, ids=lambda target: type(target).__name__)

@@ -13,11 +13,12 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
+from itertools import count
 from math import inf
 from threading import Lock, Thread
 from typing import Any, TypeVar
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Message, Reply, Tone
@@ -42,6 +43,7 @@ class _Request(Struct, eq=False):
     talk: Talk[Any]
     urgent: bool = False
     reaction: Reaction = None
+    asked: int = 0  # the id of its last question
 
     def go_on(self) -> Said:
         """What it says next. Raises StopIteration with its result, and whatever goes wrong in it."""
@@ -67,10 +69,11 @@ class _Answer(Struct):
 
 
 class _Reacted(Struct):
-    """A holder gives back something for what was said to it."""
+    """A holder gives back something for what was said to it. `question`: the id of that, 0 where it was a reply."""
 
     ticket: Ticket[Any]
     reaction: Reaction
+    question: int
 
 
 class _Withdrawn(Struct):
@@ -100,6 +103,7 @@ class Actor:
         self._running: list[_Request] = []  # until a program has stopped
         self._asking: list[_Request] = []
         self._beside: list[_Request] = []  # another thread works for them
+        self._questions = count(1)
         self._time_first = False  # time goes on before the next request begins
         self._look = False  # what was done may have stopped a program that others wait for
         self._answers: list[_Answer] = []  # to be given when the changes that they are of are on the disk
@@ -134,8 +138,8 @@ class Actor:
 
         return self.submit(once(), urgent=urgent)
 
-    def _put_reaction(self, ticket: Ticket[Any], reaction: Reaction) -> None:
-        self._inbox.put(_Reacted(ticket, reaction))
+    def _put_reaction(self, ticket: Ticket[Any], reaction: Reaction, question: int) -> None:
+        self._inbox.put(_Reacted(ticket, reaction, question))
 
     def _put_withdrawal(self, ticket: Ticket[Any]) -> None:
         self._inbox.put(_Withdrawn(ticket))
@@ -189,13 +193,13 @@ class Actor:
         """Show or ask it. What goes wrong with that is raised in the request, which may go on."""
         try:
             if isinstance(said, Question):
-                ticket.answer(terminal.ask(said))
+                ticket.answer(said.id, terminal.ask(said))
             elif isinstance(said, Running):
                 terminal.progress(said)
             else:
                 terminal.show(said)
         except (Exception, KeyboardInterrupt) as error:
-            ticket.throw(error)
+            ticket.throw(error, said.id if isinstance(said, Question) else 0)
 
     def serve(self) -> None:
         """Drive in a thread of its own, until `close`."""
@@ -292,7 +296,12 @@ class Actor:
         if isinstance(said, Work):
             self._work(request, said)
             return
-        (self._asking if isinstance(said, Question) else self._present).append(request)
+        if isinstance(said, Question):
+            request.asked = next(self._questions)
+            said = structs.replace(said, id=request.asked)
+            self._asking.append(request)
+        else:
+            self._present.append(request)
         self._answers.append(_Answer(request.ticket, said=said))
 
     def _work(self, request: _Request, it: Work) -> None:
@@ -364,7 +373,7 @@ class Actor:
     def _react(self, message: _Reacted) -> None:
         """An answer to a question; or what went wrong with something that was said, which may come late."""
         found, place = self._found(message.ticket)
-        if found is None or not (place is self._asking or isinstance(message.reaction, BaseException)):
+        if found is None or (message.question and (place is not self._asking or message.question != found.asked)):
             return
         found.reaction = message.reaction
         if place is self._asking:

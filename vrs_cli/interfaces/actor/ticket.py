@@ -19,7 +19,9 @@ Reaction = Answer | BaseException
 class Ticket(Generic[T]):
     """A request on its way, in any thread. `result` waits for its end, and raises what went wrong."""
 
-    def __init__(self, react: Callable[[Ticket[Any], Reaction], None], withdraw: Callable[[Ticket[Any]], None]) -> None:
+    def __init__(
+        self, react: Callable[[Ticket[Any], Reaction, int], None], withdraw: Callable[[Ticket[Any]], None]
+    ) -> None:
         self._said: SimpleQueue[Reply | Question | None] = SimpleQueue()
         self._react, self._withdraw = react, withdraw
         self._over = Event()
@@ -59,13 +61,15 @@ class Ticket(Generic[T]):
             raise error
         return cast(T, self._result)
 
-    def answer(self, answer: Answer) -> None:
-        """To the question that was put last."""
-        self._react(self, answer)
+    def answer(self, question: int, answer: Answer) -> None:
+        """To the question with that id. Nothing comes of it where that one waits no longer."""
+        self._react(self, answer, question)
 
-    def throw(self, error: BaseException) -> None:
-        """What was said could not be shown, or asked: it is raised in the request, which may go on."""
-        self._react(self, error)
+    def throw(self, error: BaseException, question: int = 0) -> None:
+        """What was said could not be shown, or the question with that id not be asked: it is raised in the request,
+        which may go on.
+        """
+        self._react(self, error, question)
 
     def withdraw(self) -> None:
         """Nobody wants it any more: what is not done yet is left."""

@@ -19,7 +19,6 @@ from vrs_cli.interfaces.conversation.status import Pace, Status
 from vrs_cli.interfaces.conversation.validate import mistake_in_entry
 from vrs_cli.interfaces.monitor.consent import leave, may_replace
 from vrs_cli.interfaces.monitor.files import load
-from vrs_cli.interfaces.rights import check_may
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.desk import Desk
 from vrs_cli.language.text.diagnostics import Diagnostic
@@ -37,11 +36,11 @@ class Conversation:
     """Somebody's lines into a session, and the program that is being typed, if one is. What is done is a talk, for
     whoever drives; nothing that a user types raises an exception in it.
 
-    `desk`, `role`: of whoever types, where others hold the robot too (`Holder.submit` does talks there).
+    `desk`: of whoever types, where others hold the robot too (`Holder.submit` does talks there).
     """
 
-    def __init__(self, session: Session, desk: Desk | None = None, role: Role = Role.SUPERVISOR) -> None:
-        self.session, self.desk, self.role = session, desk or session.desk, role
+    def __init__(self, session: Session, desk: Desk | None = None) -> None:
+        self.session, self.desk = session, desk or session.desk
         self.entry: Entry | None = None
         self._refused = False
 
@@ -106,7 +105,7 @@ class Conversation:
         elif self.desk.editor is None and opens_entry(line):
             yield from self._open(line)
         elif self.desk.editor is not None or line.strip():
-            yield from self.session.answers(line, self.role)
+            yield from self.session.answers(line)
 
     def mistake(self, text: str) -> Diagnostic | None:
         """The first mistake in a line that is not sent yet. Several lines (pasted) are not looked at."""
@@ -124,7 +123,7 @@ class Conversation:
     def _open(self, header: str) -> Talk[None]:
         """`.PROGRAM`: the lines after it are its steps, also when it is refused (they are dropped then)."""
         self.entry, self._refused = Entry(header), True
-        check_may("a program", Role.SUPERVISOR, self.role)
+        self.session.check_may("a program", Role.SUPERVISOR)
         name = _named(header)
         if name and not (yield from may_replace(self.session, name)):
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")

@@ -10,7 +10,7 @@ from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import MOST, Subscription
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.actor.ticket import Ticket
-from vrs_cli.interfaces.rights import check_role
+from vrs_cli.interfaces.rights import STOPPING, check_may, needed
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.desk import Desk
 from vrs_cli.kinematics.arm import RobotArm
@@ -19,17 +19,16 @@ from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.timeline import Timeline
 
-STOPPING = ("ABORT",)  # commands that overtake all others
 T = TypeVar("T")
 
 
 class Holder:
-    """Asks one session for things, in a `role`; what it asks is done at its own `desk`. Every method may be called by
-    any thread.
+    """Asks one session for things, in a role; what it asks is done at its own `desk`. `name`: what the lease calls it,
+    where there is one. Every method may be called by any thread.
     """
 
-    def __init__(self, session: Session, role: Role = Role.SUPERVISOR) -> None:
-        self.role, self.desk = role, Desk()
+    def __init__(self, session: Session, role: Role = Role.SUPERVISOR, name: str = "") -> None:
+        self.desk = Desk(name, role)
         self._session, self._actor = session, session.actor
         self._tickets: list[Ticket[Any]] = []
 
@@ -53,7 +52,7 @@ class Holder:
 
     def ask(self, line: str) -> Ticket[None]:
         """A line of VAL-II. ABORT overtakes all that waits, which is refused."""
-        return self.submit(self._session.answers(line, self.role), urgent=self._stops(line))
+        return self.submit(self._session.answers(line), urgent=self._stops(line))
 
     def call(self, act: Callable[[Session], T], *, urgent: bool = False) -> Ticket[T]:
         """Something to be done while nobody else changes anything."""
@@ -91,7 +90,7 @@ class Holder:
             statement = parse_prompt(line, ())
             if not isinstance(statement, Instruction) or statement.word not in STOPPING:
                 return False
-            check_role(statement, self.role)
+            check_may(*needed(statement), self.desk.role)
         except VrsError:
             return False
         return True

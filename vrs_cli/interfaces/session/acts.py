@@ -21,7 +21,7 @@ from vrs_cli.engine.history import CommandRecord
 from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, timeline_table
-from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, check_may, role_of
+from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
@@ -266,14 +266,14 @@ RobotFound = (
 # --- how they are done ----------------------------------------------------------------------------------------------
 
 
-def act_on(session: Session, act: Act[T], role: Role = Role.SUPERVISOR, issued: float | None = None) -> Talk[T]:
+def act_on(session: Session, act: Act[T], issued: float | None = None) -> Talk[T]:
     """Do it; what comes of it. `issued`: when it was asked for, where that was earlier than now [s]. Raises RoleWanted,
-    and UsageError for what has to wait until the program stops, as a line does; VrsError.
+    LeaseHeld, and UsageError for what has to wait until the program stops, as a line does; VrsError.
     """
     if isinstance(act, Say):
-        return cast(T, (yield from session.answers(act.line, role)))
+        return cast(T, (yield from session.answers(act.line)))
     row = ACTS[type(act)]
-    check_may(row.said, row.role, role)
+    session.check_may(row.said, row.role)
     if session.running:
         check_goes_beside(row.said, row.role)
     return cast(T, (yield from row.do(session, act, issued)))

@@ -27,7 +27,7 @@ from vrs_cli.interfaces.monitor.state import STATE
 from vrs_cli.interfaces.monitor.stepping import STEPPING
 from vrs_cli.interfaces.monitor.timeline import TIMELINE
 from vrs_cli.interfaces.monitor.variables import VARIABLES, shown_value
-from vrs_cli.interfaces.rights import check_beside, check_role
+from vrs_cli.interfaces.rights import check_beside, needed
 from vrs_cli.interfaces.session.command_file import carry_out_file
 from vrs_cli.interfaces.station.operands import path_of
 from vrs_cli.interfaces.station.schedule import Schedule
@@ -82,20 +82,20 @@ class Session(Station):
         """
         self.converse(self.answers(line))
 
-    def answers(self, line: str, role: Role = Role.SUPERVISOR) -> Talk[None]:
-        """What `perform` shows and asks, as it comes. Raises LineRefused, VrsError; RoleWanted for what is not for
-        those of the `role`.
+    def answers(self, line: str) -> Talk[None]:
+        """What `perform` shows and asks, as it comes. Raises LineRefused, VrsError; RoleWanted and LeaseHeld for what
+        who is at the desk may not do.
         """
         self.serve()
         self.settle()
         yield from self._attend()
         editor = self.desk.editor
-        if editor is not None and role is Role.SUPERVISOR:
+        if editor is not None and self.desk.role is Role.SUPERVISOR:
             replies, self.desk.last_edited = editor.take(line), editor.name
             self.desk.editor = None if editor.done else editor
             yield from replies
         else:
-            yield from self._answered(line, role)
+            yield from self._answered(line)
         yield from self._attend()
 
     def _attend(self) -> Talk[None]:
@@ -104,7 +104,7 @@ class Session(Station):
             yield from self.driver.ask()
             self.settle()
 
-    def _answered(self, line: str, role: Role) -> Talk[None]:
+    def _answered(self, line: str) -> Talk[None]:
         read, self._read = self._read if self._read and self._read.line == line else self._reading(line), None
         statement = read.statement
         if statement is None:
@@ -113,7 +113,7 @@ class Session(Station):
             raise UsageError(
                 ".PROGRAM opens a program of several lines", "type it at the prompt of vrs, or LOAD a file"
             )
-        check_role(statement, role)
+        self.check_may(*needed(statement))
         yield from self._check(statement, read)
         if self.running:
             check_beside(statement)

@@ -10,6 +10,7 @@ from typing import Protocol
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.language.text.ast import Statement
 from vrs_cli.language.text.diagnostics import Diagnostic
+from vrs_cli.language.words.word import Role
 
 
 class LineEditor(Protocol):
@@ -38,8 +39,8 @@ class LineEditor(Protocol):
 
 @dataclass(eq=False)
 class Desk:
-    """`attended`: a person is there, who can be asked. `lives`: whoever types goes on while a program runs, and nobody
-    waits for its end.
+    """`name` and `role` are those of who is at it. `attended`: a person is there, who can be asked. `lives`: whoever
+    types goes on while a program runs, and nobody waits for its end.
 
     `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before. `drafted`: the
     program in SEE while it is changed and not stored, as a file would hold it. `last_statement` is what a bare DO
@@ -47,6 +48,8 @@ class Desk:
     was to come after the present line does not.
     """
 
+    name: str = ""
+    role: Role = Role.SUPERVISOR
     attended: bool = False
     lives: bool = False
     editor: LineEditor | None = None

@@ -25,7 +25,9 @@ from vrs_cli.errors import (
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.actor.actor import Actor
+from vrs_cli.interfaces.rights import check_may, may_all
 from vrs_cli.interfaces.station.desk import Desk
+from vrs_cli.interfaces.station.lease import Lease
 from vrs_cli.interfaces.station.sections import define_sections
 from vrs_cli.interfaces.station.unstored import Unstored
 from vrs_cli.interfaces.tasks.debugging import Stepping
@@ -56,6 +58,7 @@ from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.language.text.diagnostics import Diagnostic, first_error
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import Value
+from vrs_cli.language.words.word import Role
 
 R = TypeVar("R")
 
@@ -68,8 +71,8 @@ class Station:
     """One robot, its programs and variables, one clock.
 
     `terminal` is where what it says by itself goes. `driver` runs its tasks. `task` is the robot program that runs or
-    ran last, `last_program` its name. `desk` is that of whoever is served now. `folder`: where its files are; `close`
-    sees to it that all of what programs wrote is in these.
+    ran last, `last_program` its name. `desk` is that of whoever is served now. `lease` says who of them drives, None:
+    all do. `folder`: where its files are; `close` sees to it that all of what programs wrote is in these.
     """
 
     def __init__(
@@ -102,6 +105,8 @@ class Station:
         self.last_program: str | None = None
         self.desk = self._own_desk = Desk(attended=terminal.attended)
         self._desks: WeakSet[Desk] = WeakSet((self.desk,))
+        self.lease: Lease | None = None
+        self.driver.answers = self._answers
         self.layout = Layout()
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
 
@@ -364,6 +369,18 @@ class Station:
         if not any(self.tasks.running):
             self.branches.forget(desk)
         self.desk = own
+
+    def check_may(self, said: str, wanted: Role) -> None:
+        """Raises RoleWanted and LeaseHeld for what is not for who is served: said so, of that role."""
+        check_may(said, wanted, self.desk.role)
+        if self.lease is not None and not may_all(said, wanted):
+            self.lease.check(self.desk.name)
+
+    def _answers(self, track: Track) -> bool:
+        """Whether what a task asks is for who is served: who drives, or who let it go on last."""
+        if self.lease is not None:
+            return self.lease.drives(self.desk.name)
+        return track.driven_by in (None, self.desk)
 
     def at(self, desk: Desk, talk: Talk[R]) -> Talk[R]:
         """A talk with somebody else, at whose desk it is done."""

@@ -62,7 +62,7 @@ class Driver:
     """Runs the `tasks` of one robot. `folder`: where programs have their files.
 
     `begin` says what is waited for, `step` lets the next thing happen, `peek` tells when that is. `run` waits until a
-    task has stopped; `settle` does what is due.
+    task has stopped; `settle` does what is due. `answers`: whether who is served is asked what a task asks.
     """
 
     def __init__(
@@ -81,6 +81,7 @@ class Driver:
         self._runs: list[_Run] = []  # the program, and a line of the prompt that is carried out beside it
         self._put: set[int] = set()  # numbers of the questions that somebody has before him
         self.asks = False  # somebody, for a line
+        self.answers: Callable[[Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
         environment.system = SystemReadings(engine.model.name, environment, self.tasks, self.devices)
 
     @property
@@ -251,8 +252,7 @@ class Driver:
 
     def unasked(self) -> list[tuple[Track, Asked]]:
         """Questions for whoever is served that nobody has before him."""
-        his = (None, self.tasks.who)
-        return [one for one in self.questions() if one[1].number not in self._put and one[0].driven_by in his]
+        return [one for one in self.questions() if one[1].number not in self._put and self.answers(one[0])]
 
     @property
     def withdrawn(self) -> bool:

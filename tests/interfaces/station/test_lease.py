@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrs_cli.errors import LeaseHeld
-from vrs_cli.interfaces.roles.lease import Granted, Lease, Lost, Notice, Requested
+from vrs_cli.interfaces.station.lease import Granted, Lease, Lost, Notice, Requested
 
 ANN = Lease().acquire("ann", 0.0)[0]  # until 10 s
 
