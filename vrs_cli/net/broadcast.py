@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping
+from itertools import islice
 from math import inf
 from typing import Protocol
 
@@ -79,11 +80,13 @@ class Round:
     def begin(self) -> None:
         self.left = len(self._order)
 
-    def next(self) -> Listener:
-        self.left -= 1
-        listener = self._order[0]
-        self._order.rotate(-1)
-        return listener
+    def take(self, most: int) -> list[Listener]:
+        """Whose turn it is: so many at most."""
+        count = min(most, self.left)
+        taken = list(islice(self._order, count))
+        self._order.rotate(-count)
+        self.left -= count
+        return taken
 
     def add(self, listener: Listener) -> None:
         """From the next round on."""
@@ -107,11 +110,16 @@ class Channel:
         self.sample = Letter(lambda _full: messages.Sample(position.time, position.joints, version, clock))
         self.round.begin()
 
-    def serve(self) -> None:
-        """The next listener."""
-        listener = self.round.next()
-        if self.sample is not None and not listener.sink.waiting:
-            listener.sink.send(self.sample.packet(listener.form))
+    def serve(self, most: int) -> int:
+        """So many listeners at most; how many it were."""
+        sample = self.sample
+        if sample is None:
+            return 0
+        turn = self.round.take(most)
+        for listener in turn:
+            if not listener.sink.waiting:
+                listener.sink.send(sample.packet(listener.form))
+        return len(turn)
 
 
 STEPS: Mapping[Step, Callable[[Viewer, float], None]] = {
@@ -255,14 +263,12 @@ class Broadcast:
             self._again = inf
             for listener in tuple(self._behind):
                 self._catch_up(listener)
-        left = SLICE
-        while left and self._everybody.left:
-            self._catch_up(self._everybody.next())
-            left -= 1
+        turn = self._everybody.take(SLICE)
+        for listener in turn:
+            self._catch_up(listener)
+        left = SLICE - len(turn)
         for channel in self._channels.values():
-            while left and channel.round.left:
-                channel.serve()
-                left -= 1
+            left -= channel.serve(left)
 
     def _catch_up(self, listener: Listener) -> None:
         if self._send_changes(listener) and self._send_news(listener):

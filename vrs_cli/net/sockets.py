@@ -24,18 +24,18 @@ class SocketSink:
     """A connection of a server, as a `Sink`."""
 
     def __init__(self, connection: ServerConnection) -> None:
-        self._connection = connection
+        self._protocol, self._transport = connection.protocol, connection.transport
         self.deflates = any(isinstance(extension, Inflating) for extension in connection.protocol.extensions)
 
     @property
     def waiting(self) -> int:
-        return self._connection.transport.get_write_buffer_size()
+        return self._transport.get_write_buffer_size()
 
     def send(self, packet: Packet) -> None:
         """The frame is made once for all: `websockets.broadcast` makes it anew for each connection."""
-        if self._connection.state is OPEN:
+        if self._protocol.state is OPEN:
             packet.frame = packet.frame or frame_of(packet)
-            self._connection.transport.write(packet.frame)
+            self._transport.write(packet.frame)
 
 
 def frame_of(packet: Packet) -> bytes:
