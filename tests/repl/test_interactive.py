@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -24,9 +25,12 @@ from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.word import Role
 from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.repl import interactive
+from vrs_cli.repl.history import recovery_folder
 from vrs_cli.repl.interactive import LineValidator, Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.lexer import ValLexer
+from vrs_cli.repl.local_seat import LocalSeat
+from vrs_cli.repl.seat import Local
 from vrs_cli.trajectory.delta import TimelineDelta
 
 ENTER, CTRL_C, CTRL_D, TAB, UP = "\r", "\x03", "\x04", "\t", "\x1b[A"
@@ -51,13 +55,19 @@ def run(*keys: str, file: str | None = None, clock: Clock | None = None) -> Shel
     """A whole session of the shell; it must end by itself at the last key."""
     with keyboard() as pipe:
         pipe.send_text("".join(keys) + CTRL_D)  # the answer where EXIT asks about what is not stored
-        shell = Shell(file=file, clock=clock)
+        shell = Shell(Local(file=file, clock=clock, recovery=recovery_folder(os.environ)))
         assert shell.run() == 0
     return shell
 
 
+def seat(shell: Shell) -> LocalSeat:
+    found = shell.backstage.wait().seat
+    assert isinstance(found, LocalSeat)
+    return found
+
+
 def session(shell: Shell) -> Session:
-    return shell.backstage.wait().conversation.session
+    return seat(shell).session
 
 
 def lines(*texts: str) -> str:
@@ -161,7 +171,7 @@ def test_in_real_time_tasks_go_on_at_the_prompt() -> None:
     shell = run(lines(".PROGRAM tick", "WAIT.EVENT , 2", "x = 5", ".END", "PCEXECUTE tick", "EXIT"), clock=wall.clock())
     assert real(shell, "x") is None
     wall.seconds += 3.0
-    shell.backstage.wait().keep_up()
+    seat(shell).keep_up()
     assert real(shell, "x") == 5.0
 
 
@@ -184,7 +194,7 @@ def test_execute_gives_a_living_prompt_back_and_ctrl_c_on_an_empty_line_stops_th
     )
     assert (real(shell, "a"), real(shell, "b")) == (2.0, None)
     wall.seconds += 3.0
-    shell.backstage.wait().keep_up()
+    seat(shell).keep_up()
     assert not session(shell).running
     assert "(ABORTED)\nProgram stopped at loop, step" in capsys.readouterr().out
 
@@ -193,7 +203,7 @@ def test_a_line_with_text_is_cleared_and_the_program_runs_on() -> None:
     wall = ManualWall(each_look=lambda: 0.01)
     shell = run(LOOP, lines("EXECUTE loop"), "b = 1", CTRL_C, lines("EXIT"), clock=wall.clock())
     wall.seconds += 3.0
-    shell.backstage.wait().keep_up()
+    seat(shell).keep_up()
     assert session(shell).running
 
 
@@ -214,14 +224,13 @@ def test_ctrl_c_at_a_question_stops_the_program_that_asks(capsys: pytest.Capture
 
 def test_what_goes_wrong_behind_the_prompt_is_noted() -> None:
     shell = run(lines("a = 1", "EXIT"), clock=ManualWall().clock())
-    work = shell.backstage.wait()
 
     def broken() -> None:
         raise ZeroDivisionError("surprise")
 
     session(shell).settle = broken  # type: ignore[method-assign]
-    work.keep_up()
-    assert "ZeroDivisionError: surprise" in work.noted
+    seat(shell).keep_up()
+    assert "ZeroDivisionError: surprise" in seat(shell).noted
 
 
 # --- the validator -------------------------------------------------------------------------------------------------
@@ -230,7 +239,7 @@ def test_what_goes_wrong_behind_the_prompt_is_noted() -> None:
 @pytest.fixture
 def shell() -> Iterator[Shell]:
     with keyboard():
-        yield Shell()
+        yield Shell(Local())
 
 
 @pytest.mark.parametrize(
@@ -257,7 +266,7 @@ def test_lines_that_may_be_sent(shell: Shell, line: str) -> None:
 
 
 def test_steps_are_checked_as_steps(shell: Shell) -> None:
-    conversation = shell.backstage.wait().conversation
+    conversation = seat(shell).conversation
     conversation.take("a = 5")  # outside the program a is a real
     conversation.take(".PROGRAM p(a)")
     validator = LineValidator(shell.backstage.wait)
@@ -288,7 +297,7 @@ def test_a_validator_that_fails_lets_the_line_pass() -> None:
 
 def test_completion_knows_what_is_defined(shell: Shell) -> None:
     work = shell.backstage.wait()
-    work.conversation.take("SET pallet = TRANS(500,150,-100,90,90,0)")
+    work.seat.take("SET pallet = TRANS(500,150,-100,90,90,0)")
     found = ValCompleter(lambda: work).get_completions(Document("MOVE pa"), CompleteEvent(text_inserted=True))
     (completion,) = found
     assert (completion.text, completion.start_position) == ("pallet", -2)
@@ -315,11 +324,12 @@ def test_a_failing_completion_is_told_in_the_toolbar(shell: Shell, monkeypatch: 
     def broken(*_arguments: object, **_options: object) -> object:
         raise RuntimeError("no names")
 
-    monkeypatch.setattr("vrs_cli.interfaces.conversation.names.names_of", broken)
+    monkeypatch.setattr("vrs_cli.interfaces.conversation.conversation.names_of", broken)
     assert list(ValCompleter(lambda: work).get_completions(Document("MO"), CompleteEvent(text_inserted=True))) == []
-    assert work.noted.startswith("internal error: RuntimeError: no names")
-    assert work.noted in " ".join(shell._toolbar().split())  # all of it, with the name of the report
-    Path(work.noted.rsplit(" ", 1)[1]).unlink()
+    assert work.seat.noted.startswith("internal error: RuntimeError: no names")
+    shell._look()
+    assert work.seat.noted in " ".join(shell._toolbar().split())  # all of it, with the name of the report
+    Path(work.seat.noted.rsplit(" ", 1)[1]).unlink()
 
 
 # --- programs ------------------------------------------------------------------------------------------------------
@@ -498,8 +508,9 @@ def test_ctrl_c_beside_a_program_ends_what_is_done(shell: Shell) -> None:
 
 def test_the_toolbar_shows_the_clock_and_the_last_message(shell: Shell) -> None:
     work = shell.backstage.wait()
-    work.conversation.take("DRIVE 1, 60")
+    work.seat.take("DRIVE 1, 60")
     work.terminal.show(Message("all is well"))
+    shell._look()
     text = shell._toolbar()
     assert "t 1.03 s" in text
     assert "X -139.3" in text

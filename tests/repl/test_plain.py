@@ -13,6 +13,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.repl import shell
 from vrs_cli.repl.interrupt import Ended, ending
 from vrs_cli.repl.plain import run
+from vrs_cli.repl.seat import Local
 from vrs_cli.repl.terminal import PlainTerminal
 
 
@@ -25,7 +26,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def pipe(*lines: str, file: str | None = None) -> tuple[int, list[str]]:
     """The exit status, and what was written."""
     sink = StringIO()
-    status = run(load_robot("puma560"), file, [f"{line}\n" for line in lines], sink)
+    status = run(Local(load_robot("puma560"), file), [f"{line}\n" for line in lines], sink)
     return status, sink.getvalue().splitlines()
 
 
@@ -130,7 +131,7 @@ def test_ctrl_c_ends_the_input_and_gives_the_status(folder: Path, line: str) -> 
     (folder / "all.pc").write_text("EXECUTE p\nLISTR 6\n")
     sink = Interrupting()
     lines = [".PROGRAM p", 'TYPE "BUSY"', "WAIT SIG(1001)", ".END", line, "LISTR 7"]
-    assert run(load_robot("puma560"), None, [f"{line}\n" for line in lines], sink) == 1
+    assert run(Local(load_robot("puma560"), None), [f"{line}\n" for line in lines], sink) == 1
     last = sink.getvalue().splitlines()[2:]
     assert last == (["interrupted"] if line == "CALL p" else ["(ABORTED)", "Program stopped at p, step 1"])
 
@@ -205,7 +206,7 @@ def test_a_signal_that_ends_the_process_stops_the_program_and_the_lines_after_it
 
     sink = StringIO()
     with pytest.raises(Ended) as ended, ending():
-        run(load_robot("puma560"), None, lines(), sink)
+        run(Local(load_robot("puma560"), None), lines(), sink)
     assert ended.value.status == 143
 
 
@@ -219,5 +220,5 @@ def test_a_signal_in_a_line_is_obeyed_after_it() -> None:
     sink = Sink()
     source = ['DO TYPE "begins"\n', "EXECUTE main\n", "WHERE\n"]
     with pytest.raises(Ended), ending():
-        run(load_robot("puma560"), None, source, sink)
+        run(Local(load_robot("puma560"), None), source, sink)
     assert "JT1" not in sink.getvalue()

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import pytest
 from prompt_toolkit.application import create_app_session
 from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue.replies import Message, Reply
+from vrs_cli.dialogue.questions import Answer, Editing, Question
+from vrs_cli.dialogue.replies import Message
 from vrs_cli.errors import ProgramExists, UsageError
 from vrs_cli.interfaces.editor.lines import named_program
 from vrs_cli.interfaces.editor.screen import ScreenDraft
@@ -47,7 +46,9 @@ def test_what_is_typed_is_noted_line_by_line_until_it_is_stored() -> None:
     noted: list[str] = []
     with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
         pipe.send_text(f"move part{ENTER}ready{ENTER}{SAVE}{QUIT}")
-        ScreenEditor(ScreenDraft(session, named_program("p"), 1), lambda: noted.append(session.desk.drafted)).run()
+        draft = ScreenDraft(session, named_program("p"), 1)
+        draft.noted = lambda: noted.append(session.desk.drafted)
+        ScreenEditor(draft).run()
     assert ".PROGRAM p()\n    MOVE part\n    \n.END\n" in noted
     assert ".PROGRAM p()\n    MOVE part\n    READY\n    \n.END\n" in noted
     assert (noted[-1], session.desk.drafted) == ("", "")
@@ -149,26 +150,36 @@ def test_a_text_without_a_heading_is_not_stored() -> None:
 
 
 class Screen(RecordingTerminal):
-    """A terminal that SEE may fill, with keys to come."""
+    """A terminal that SEE may fill, with keys to come; without keys one that is too simple."""
+
+    attended = True
 
     def __init__(self, keys: str) -> None:
         super().__init__()
         self.keys = keys
+        self.session = Session(self)
 
-    def see(self, draft: ScreenDraft) -> Iterable[Reply]:
+    def ask(self, question: Question) -> Answer:
+        assert isinstance(question, Editing)
+        if not self.keys:
+            return None
+        draft = self.session.desk.on_screen
+        assert isinstance(draft, ScreenDraft)
         with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
             pipe.send_text(self.keys)
             ScreenEditor(draft).run()
-        return draft.said
+        return True
 
 
 def test_the_command_shows_what_was_stored() -> None:
     terminal = Screen(f"READY{SAVE}{QUIT}")
-    session = Session(terminal)
-    session.perform("SEE p")
+    terminal.session.perform("SEE p")
+    assert terminal.session.desk.on_screen is None
     assert terminal.replies == [Message("Program p: 1 step")]
 
 
 def test_without_a_screen_it_names_the_line_editor() -> None:
     with pytest.raises(UsageError, match="EDIT p"):
         Session(RecordingTerminal()).perform("SEE p")
+    with pytest.raises(UsageError, match="this terminal cannot"):
+        Screen("").session.perform("SEE p")

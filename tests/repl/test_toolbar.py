@@ -2,6 +2,7 @@
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.commands import SetMonitorSpeed, SetSpeed, SpeedUnit
+from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.toolbar import toolbar
 
@@ -14,7 +15,7 @@ def test_clock_tool_speeds_configuration_and_the_last_message() -> None:
     session = Session(RecordingTerminal())
     session.engine.perform(SetMonitorSpeed(50.0))
     session.engine.perform(SetSpeed(250.0, unit=SpeedUnit.MMPS, always=True))
-    assert toolbar(session, "Program completed", 160) == (
+    assert toolbar(Conversation(session).status(), "Program completed", 160) == (
         " t 0.00 s | X -20.3 Y 149.1 Z 921.1 | 50 % / 250 MMPS | RIGHTY ABOVE NOFLIP | Program completed"
     )
 
@@ -23,11 +24,11 @@ def test_what_does_not_fit_is_left_out_and_the_message_is_cut() -> None:
     session = Session(RecordingTerminal())
     parts = {"t 0.00 s", "X -20.3 Y 149.1 Z 921.1", "100 % / 100 %", "RIGHTY ABOVE NOFLIP"}
     for width in range(10, 120):
-        text = toolbar(session, "Program completed", width)
+        text = toolbar(Conversation(session).status(), "Program completed", width)
         assert len(text) <= width
         for part in text.strip().split(" | "):
             assert part in parts or "Program completed".startswith(part.removesuffix("..."))
 
 
 def test_eighty_columns_hold_all_of_the_state() -> None:
-    assert "NOFLIP" in toolbar(Session(RecordingTerminal()), "", 80)
+    assert "NOFLIP" in toolbar(Conversation(Session(RecordingTerminal())).status(), "", 80)

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 from vrs_cli.api.answers import Replies
 from vrs_cli.api.robot import Robot
 from vrs_cli.api.tables import figures, number_columns, table
-from vrs_cli.dialogue.questions import Amendment, Question
+from vrs_cli.dialogue.questions import Amendment, OnScreen, Question
 from vrs_cli.render.blocks import Column
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -42,7 +42,7 @@ def load_ipython_extension(shell: Shell) -> None:
 
 def _ask(question: Question) -> str | None:
     """An answer that is typed below the cell; a location is taken as it is."""
-    return None if isinstance(question, Amendment) else input(question.text)
+    return None if isinstance(question, Amendment | OnScreen) else input(question.text)
 
 
 def _robot(names: MutableMapping[str, object], name: str) -> Robot:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from vrs_cli.dialogue.spoken import Spoken
+from vrs_cli.errors import EndOfInput
+from vrs_cli.kinematics.joints import JointUnits
 
 
 class Asking(Spoken, frozen=True, kw_only=True):
@@ -37,5 +39,37 @@ class LineWanted(Asking, frozen=True):
     wrong: str = ""
 
 
-Question = Confirmation | Parting | Amendment | LineWanted
+# --- what fills a screen, until its user leaves: the answer is None where there is no screen for it -----------------
+
+
+class Editing(Spoken, frozen=True):
+    """SEE: a program as a text, the cursor in line `row` (from 0)."""
+
+    name: str
+    text: str
+    row: int
+
+
+class Jogging(Spoken, frozen=True):
+    """JOG: keys that move an arm of so many joints, at first with `speed` [%]."""
+
+    joints: int
+    units: JointUnits
+    speed: float
+
+
+class Playing(Spoken, frozen=True):
+    """REPLAY: the trajectory of a file."""
+
+    path: str
+
+
+OnScreen = Editing | Jogging | Playing
+Question = Confirmation | Parting | Amendment | LineWanted | OnScreen
 Answer = bool | str | None
+
+
+def ended(question: Question) -> EndOfInput:
+    """The input has ended where a line is asked for."""
+    text = question.text if isinstance(question, LineWanted) else ""
+    return EndOfInput(f"PROMPT {text!r} has nothing more to read", "give the input one more line")

@@ -6,14 +6,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from enum import Enum
-from typing import Protocol, TypeVar, cast, runtime_checkable
+from typing import Protocol, TypeVar, cast
 
 from msgspec import Struct
 
 from vrs_cli.dialogue.questions import Answer, Question
 from vrs_cli.dialogue.replies import Reply
-from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.timeline import Timeline
 
 
 class Slice(Enum):
@@ -100,11 +98,3 @@ class Terminal(Protocol):
 
     def progress(self, doing: Running | Reading) -> None:
         """What takes its time has come so far."""
-
-
-@runtime_checkable
-class Player(Protocol):
-    """A terminal on which a trajectory can be animated."""
-
-    def play(self, arm: RobotArm, timeline: Timeline) -> None:
-        """Play it until the user leaves."""

@@ -11,7 +11,7 @@ from prompt_toolkit.layout import FormattedTextControl, Layout, Window
 from prompt_toolkit.patch_stdout import patch_stdout
 
 from vrs_cli.dialogue.replies import Whereabouts
-from vrs_cli.interfaces.jog.jogger import Axis, Jogger, Panel
+from vrs_cli.interfaces.jog.jogger import Hand, Panel
 from vrs_cli.render.text import plain_text
 
 REFRESH = 0.04  # [s]
@@ -44,25 +44,21 @@ ACTIONS: tuple[Action, ...] = (
 class JogPanel:
     """Holds the panel and draws it."""
 
-    def __init__(self, jogger: Jogger) -> None:
-        self.panel = Panel(jogger)
+    def __init__(self, hand: Hand, speed: float = 100.0) -> None:
+        self.panel = Panel(hand, speed=speed)
 
     def text(self) -> str:
         """What is shown now."""
-        panel = self.panel
-        engine = panel.jogger.engine
-        panel.jogger.settle()
-        axes = "  ".join(f"[{axis.name}]" if axis == panel.axis else f" {axis.name} " for axis in self._axes())
-        doing = f"moves until {engine.end:.1f} s" if engine.now < engine.end else "at rest"
-        paused = ", clock paused" if engine.clock.paused else ""
-        where = plain_text(Whereabouts(engine.position(), units=engine.model.units))
+        panel, seen = self.panel, self.panel.look()
+        now = seen.position.time
+        axes = "  ".join(f"[{axis.name}]" if axis == panel.axis else f" {axis.name} " for axis in panel.axes)
+        doing = f"moves until {seen.end:.1f} s" if now < seen.end else "at rest"
+        paused = ", clock paused" if seen.paused else ""
+        where = plain_text(Whereabouts(seen.position, units=panel.hand.units))
         return (
-            f"JOG {panel.frame.value}: {axes}   step {panel.step:g} {panel.unit}, speed {panel.jogger.speed:g} %\n"
-            f"t {engine.now:.2f} s{paused}, {doing}\n{where}{panel.said}\n{KEYS}"
+            f"JOG {panel.frame.value}: {axes}   step {panel.step:g} {panel.unit}, speed {panel.speed:g} %\n"
+            f"t {now:.2f} s{paused}, {doing}\n{where}{panel.said}\n{KEYS}"
         )
-
-    def _axes(self) -> tuple[Axis, ...]:
-        return self.panel.jogger.axes(self.panel.frame)
 
     def run(self) -> None:
         """Until the user leaves."""

@@ -30,7 +30,7 @@ from prompt_toolkit.widgets import SearchToolbar
 
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.conversation.entry import INDENT, depth
-from vrs_cli.interfaces.editor.screen import ScreenDraft
+from vrs_cli.interfaces.editor.screen import Page, canonical, canonical_line
 from vrs_cli.language.text.diagnostics import Diagnostic, Severity
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.lexer import ValLexer
@@ -62,19 +62,18 @@ class Underlined(Processor):
 class ScreenEditor:
     """One program on the screen."""
 
-    def __init__(self, draft: ScreenDraft, line_left: Callable[[], None] = lambda: None) -> None:
-        self.draft = draft
-        self._line_left = line_left
+    def __init__(self, page: Page) -> None:
+        self.page = page
         self.message = ""
         self.findings: tuple[Diagnostic, ...] = ()
         self._quiet = False  # while the editor itself changes the text
         self._touched: int | None = None  # the row that was typed in, to be put in canonical form when it is left
         self._typed_up_to = -1  # where the last character was typed
-        self._kept = draft.text
+        self._kept = page.text
         self._warned = False
         self.buffer = Buffer(
             multiline=True,
-            document=Document(draft.text, _start_of(draft.text, draft.row)),
+            document=Document(page.text, _start_of(page.text, page.row)),
             on_text_changed=lambda _: self._changed(),
             on_cursor_position_changed=lambda _: self._moved(),
         )
@@ -102,7 +101,7 @@ class ScreenEditor:
         try:
             self.app.run()
         finally:
-            self.draft.note("", stored=True)
+            self.page.note("", stored=True)
 
     # --- the text ---
 
@@ -111,7 +110,7 @@ class ScreenEditor:
         return self.buffer.document.cursor_position_row
 
     def _changed(self) -> None:
-        self.findings = self.draft.read(self.buffer.text).findings
+        self.findings = self.page.findings(self.buffer.text)
         self._warned = False
         if not self._quiet:
             self._touched, self.message = self._row, ""
@@ -126,15 +125,14 @@ class ScreenEditor:
         self._note()
 
     def _note(self) -> None:
-        self.draft.note(self.buffer.text, stored=self.buffer.text == self._kept)
-        self._line_left()
+        self.page.note(self.buffer.text, stored=self.buffer.text == self._kept)
 
     def _tidy(self) -> None:
         row, self._touched = self._touched, None
         lines = self.buffer.document.lines
         if row is None or row >= len(lines):
             return
-        text = self.draft.canonical_line(self.buffer.text, row)
+        text = canonical_line(self.buffer.text, row)
         if text == lines[row]:
             return
         at_row, column = self._row, self.buffer.document.cursor_position_col
@@ -146,7 +144,7 @@ class ScreenEditor:
         """The whole text in canonical form."""
         row, column = self._row, self.buffer.document.cursor_position_col
         self._touched = None
-        text = self.draft.canonical(self.buffer.text)
+        text = canonical(self.buffer.text)
         if text != self.buffer.text:
             self._replace(text, row, column)
 
@@ -189,7 +187,7 @@ class ScreenEditor:
         """Format and store."""
         self.format()
         try:
-            self.message = self.draft.save(self.buffer.text)
+            self.message = self.page.save(self.buffer.text)
             self._kept = self.buffer.text
             self._note()
         except VrsError as error:
@@ -221,7 +219,7 @@ class ScreenEditor:
     def _title(self) -> str:
         changed = " (changed)" if self.buffer.text != self._kept else ""
         document = self.buffer.document
-        return f" SEE {self.draft.name}{changed}   step {self._row}, column {document.cursor_position_col + 1}"
+        return f" SEE {self.page.name}{changed}   step {self._row}, column {document.cursor_position_col + 1}"
 
     def _message(self) -> StyleAndTextTuples:
         """What was last said; or the finding where the cursor is, the first one elsewhere."""

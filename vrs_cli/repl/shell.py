@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from typing import TYPE_CHECKING
+
+from vrs_cli.repl.seat import Local, Place
 
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import Clock
@@ -32,13 +35,27 @@ def _run(robot: str | None, file: str | None, recorder: Recorder | None, clock: 
     model = None if robot is None else _load(robot)
     if recorder is not None and model is None:
         model = recorder.model
-    if sys.stdin.isatty() and sys.stdout.isatty():
-        from vrs_cli.repl.interactive import run
+    place = Local(model, file, recorder, clock)
+    if _on_terminal():
+        from vrs_cli.repl.history import recovery_folder
 
-        return run(model, file, recorder, clock)
+        place.recovery = recovery_folder(os.environ)
+    return at(place)
+
+
+def at(place: Place) -> int:
+    """The shell at a robot; returns the exit status. Raises VrsError."""
+    if _on_terminal():
+        from vrs_cli.repl.interactive import Shell
+
+        return Shell(place).run()
     from vrs_cli.repl import plain
 
-    return plain.run(model, file, sys.stdin, sys.stdout, recorder, clock)
+    return plain.run(place, sys.stdin, sys.stdout)
+
+
+def _on_terminal() -> bool:
+    return sys.stdin.isatty() and sys.stdout.isatty()
 
 
 def _recorder(path: str | None) -> Recorder | None:

@@ -8,21 +8,28 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.dialogue import replies
-from vrs_cli.dialogue.questions import Amendment, Answer, Confirmation, LineWanted, Parting, Question
+from vrs_cli.dialogue.questions import (
+    Amendment,
+    Answer,
+    Confirmation,
+    Editing,
+    LineWanted,
+    OnScreen,
+    Parting,
+    Playing,
+    Question,
+    ended,
+)
 from vrs_cli.dialogue.replies import Reply, is_error
 from vrs_cli.dialogue.talk import Reading, Running
-from vrs_cli.errors import EndOfInput, UsageError
 from vrs_cli.render.blocks import shortened
 from vrs_cli.render.control import for_stream, visible
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.interrupt import Ended
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.editor.screen import ScreenDraft
-    from vrs_cli.interfaces.jog.jogger import Jogger
-    from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.render.console import TerminalRenderer
-    from vrs_cli.trajectory.timeline import Timeline
+    from vrs_cli.repl.seat import Screens
 
 PATIENCE = 0.5  # [s] a program runs before its progress is shown
 REFRESH = 0.1  # [s] between two lines of progress
@@ -93,7 +100,7 @@ class PlainTerminal:
         try:
             self._entered = next(self.lines)
         except StopIteration:
-            raise EndOfInput(f"PROMPT {prompt!r} has nothing more to read", "give the input one more line") from None
+            raise ended(question) from None
         if prompt:
             self.stream.write("\n")
         return self._entered.rstrip("\r\n")
@@ -136,7 +143,7 @@ class ShellTerminal:
         self._read, self._renderer, self._clock = read, renderer, clock
         self._stream = stream
         self.interrupt: Callable[[], bool] = lambda: False
-        self.line_left: Callable[[], None] = lambda: None  # a line of a program in SEE has been typed
+        self.screens: Screens
         self.leaving = False
         self.whole_lines = False  # a prompt may stand below: a line that is typed is shown when it is complete
         self._begun = ""
@@ -158,12 +165,6 @@ class ShellTerminal:
             self._renderer().draw(reply)
         self.last = latest(reply) or self.last
 
-    def play(self, arm: RobotArm, timeline: Timeline) -> None:
-        """REPLAY: the trajectory at its own rate."""
-        from vrs_cli.repl.player import play
-
-        play(arm, timeline, 1.0)
-
     def type(self, text: str, newline: bool) -> None:
         self._clear_progress()
         self._begun += visible(text) + ("\n" if newline else "")
@@ -182,6 +183,8 @@ class ShellTerminal:
             return self._parts(question)
         if isinstance(question, Amendment):
             return self._answer(question)
+        if isinstance(question, OnScreen):
+            return self._on_screen(question)
         agreed = None
         while agreed is None:
             answer = (self._answer(question) or "").partition(";")[0].strip()
@@ -221,26 +224,31 @@ class ShellTerminal:
             if answer in ("N", "NO", ""):
                 return False
 
-    def see(self, draft: ScreenDraft) -> Iterable[Reply]:
-        """SEE: the program fills the screen until the user leaves. Raises UsageError for a terminal that cannot."""
+    def _on_screen(self, question: OnScreen) -> bool | None:
+        """Let it fill the screen until the user leaves; None where this terminal cannot."""
         from prompt_toolkit.utils import is_dumb_terminal
 
-        if is_dumb_terminal():
-            raise UsageError("SEE fills the screen, and this terminal cannot", f"EDIT {draft.name} edits line by line")
-        from vrs_cli.repl.screen_editor import ScreenEditor
+        if isinstance(question, Playing):
+            self._play(question)
+        elif is_dumb_terminal():
+            return None
+        elif isinstance(question, Editing):
+            from vrs_cli.repl.screen_editor import ScreenEditor
 
-        ScreenEditor(draft, self.line_left).run()
-        return draft.said
+            ScreenEditor(self.screens.page(question)).run()
+        else:
+            from vrs_cli.repl.jog_panel import JogPanel
 
-    def jog(self, jogger: Jogger) -> None:
-        """JOG: the keys move the arm until the user leaves. Raises UsageError for a terminal that cannot."""
-        from prompt_toolkit.utils import is_dumb_terminal
+            JogPanel(self.screens.hand(question), question.speed).run()
+        return True
 
-        if is_dumb_terminal():
-            raise UsageError("JOG alone needs a terminal with keys", "JOG axis, amount")
-        from vrs_cli.repl.jog_panel import JogPanel
+    def _play(self, question: Playing) -> None:
+        """The trajectory at its own rate."""
+        from vrs_cli.kinematics.forms import arm_for
+        from vrs_cli.repl.player import play
 
-        JogPanel(jogger).run()
+        recording = self.screens.recording(question)
+        play(arm_for(recording.model), recording.timeline, 1.0)
 
     # --- progress ---
 

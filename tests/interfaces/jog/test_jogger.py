@@ -9,6 +9,7 @@ import pytest
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.motion_laws import check_continuous, check_limits, off_line
+from vrs_cli.dialogue.questions import Answer, Jogging, Question
 from vrs_cli.dialogue.replies import Message
 from vrs_cli.errors import (
     IllegalJoint,
@@ -413,15 +414,18 @@ def test_where_the_last_key_can_do_nothing_the_arm_brakes(live: Session, wall: M
 
 
 def test_keys_begin_slow(live: Session) -> None:
-    taken: list[float] = []
+    asked: list[Question] = []
 
     class Keys(RecordingTerminal):
-        def jog(self, jogger: Jogger) -> None:
-            taken.append(jogger.speed)
+        def ask(self, question: Question) -> Answer:
+            asked.append(question)
+            return True
 
-    live.terminal = Keys()
+    live.terminal, live.desk.attended = Keys(), True
     live.perform("JOG")
-    assert taken == [10.0]
+    (keys,) = asked
+    assert isinstance(keys, Jogging)
+    assert (keys.joints, keys.speed) == (6, 10.0)
 
 
 # --- the panel -------------------------------------------------------------------------------------------------------
@@ -441,11 +445,11 @@ def test_the_panel_steps_through_axes_frames_steps_and_speeds(session: Session) 
     panel.longer(1)
     panel.faster(-1)
     panel.faster(-1)
-    assert (panel.step, panel.jogger.speed) == (5.0, 20.0)
+    assert (panel.step, panel.speed) == (5.0, 20.0)
     for _ in range(20):
         panel.longer(-1)
         panel.faster(1)
-    assert (panel.step, panel.jogger.speed) == (0.1, 100.0)
+    assert (panel.step, panel.speed) == (0.1, 100.0)
 
 
 def test_the_panel_says_why_nothing_moves(session: Session) -> None:

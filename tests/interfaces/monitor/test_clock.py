@@ -15,6 +15,7 @@ from vrs_cli.engine.commands import SetParameter
 from vrs_cli.errors import ClockPaused, TooLate, UsageError, VrsError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.signal_file import parse_signals
+from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.toolbar import toolbar
 from vrs_cli.trajectory.instant import TICK
@@ -392,10 +393,11 @@ def test_virtual_time_has_no_rate(terminal: RecordingTerminal) -> None:
 
 
 def test_the_toolbar_tells_pace_and_motion(session: Session, wall: ManualWall) -> None:
-    assert toolbar(session, "", 160).startswith(" t 0.00 s | at rest | X")
+    talk = Conversation(session)
+    assert toolbar(talk.status(), "", 160).startswith(" t 0.00 s | at rest | X")
     session.perform(SLOW)
     wall.seconds += 1.0
     session.perform("CLOCK RATE = 2")
-    assert toolbar(session, "", 160).startswith(f" t 1.00 s | rate 2, moves until {session.engine.end:.1f} s | X")
+    assert toolbar(talk.status(), "", 160).startswith(f" t 1.00 s | rate 2, moves until {session.engine.end:.1f} s | X")
     session.perform("CLOCK PAUSE")
-    assert "paused, moves" in toolbar(session, "", 160)
+    assert "paused, moves" in toolbar(talk.status(), "", 160)

@@ -4,23 +4,29 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any, TypeVar
 
 from vrs_cli.dialogue.numbers import count
 from vrs_cli.dialogue.questions import Parting
 from vrs_cli.dialogue.replies import Message, Reply, Tone, refusal, report
 from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.errors import ProgramExists, VrsError
+from vrs_cli.errors import ProgramExists, UsageError, VrsError
+from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.conversation.acts import Attend, DeskAct, DeskFound, LeaveEntry, StopProgram
 from vrs_cli.interfaces.conversation.complete import Suggestion, suggestions
 from vrs_cli.interfaces.conversation.entry import Entry, closes_entry, opens_entry
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.conversation.names import names_of
 from vrs_cli.interfaces.conversation.status import Pace, Status
 from vrs_cli.interfaces.conversation.validate import mistake_in_entry
+from vrs_cli.interfaces.editor.screen import KeepDraft, ReadDraft, ScreenDraft
+from vrs_cli.interfaces.jog.jogger import Brake, Jogger, Look, Press
 from vrs_cli.interfaces.monitor.consent import leave, may_replace
 from vrs_cli.interfaces.monitor.files import load
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.desk import Desk
+from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
@@ -28,6 +34,8 @@ from vrs_cli.language.words.word import Role
 
 RUNNING = "*"  # the prompt while a program runs
 CONSTANTS = tuple(name.lower() for name, row in FUNCTIONS.items() if row.constant)
+
+S = TypeVar("S")
 
 _NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
 
@@ -180,6 +188,39 @@ class Conversation:
         """Whether anything of it was typed."""
         editor = self.desk.editor
         return editor.changed if editor is not None else self.entry is not None and bool(self.entry.lines)
+
+    # --- from afar ---
+
+    def act(self, act: DeskAct) -> Talk[DeskFound | None]:
+        """What is done that is no line. Raises UsageError for what no screen shows, VrsError."""
+        match act:
+            case Attend():
+                yield from self.answer()
+            case LeaveEntry():
+                yield from self._guarded(self.leave_entry(act.why), "")
+            case StopProgram():
+                self.stop_program()
+            case ReadDraft() | KeepDraft():
+                return self._on_screen(ScreenDraft, "SEE").do(act)
+            case Press() | Brake() | Look():
+                return self._on_screen(Jogger, "JOG").do(act)
+        return None
+
+    def _on_screen(self, sort: type[S], word: str) -> S:
+        if not isinstance(self.desk.on_screen, sort):
+            raise UsageError(f"{word} fills no screen now", f"{word} comes first")
+        return self.desk.on_screen
+
+    def stop_program(self) -> None:
+        """Ctrl-C on an empty line: the end of the program is told when the arm stands."""
+        self.session.driver.abort(ROBOT_PROGRAM)
+
+    def interrupt(self, ticket: Ticket[Any]) -> None:
+        """Ctrl-C while the request of this ticket is waited for, from any thread: a program, or a line of the prompt,
+        comes to a stop of its own; all else is broken off.
+        """
+        if not self.session.interrupt(self.desk):
+            ticket.throw(KeyboardInterrupt())
 
     # --- what is seen while a line is typed ---
 

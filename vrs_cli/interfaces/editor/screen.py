@@ -5,11 +5,12 @@ The text is the `.PROGRAM` line and one line a step; `.END` is not shown, as in 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol
 
 from vrs_cli.dialogue.replies import Message, Reply
+from vrs_cli.dialogue.spoken import Act, Spoken
 from vrs_cli.errors import CannotInterpret, ProgramExists
 from vrs_cli.interfaces.editor.lines import analysis_of, opened, stored
 from vrs_cli.interfaces.station.station import Station
@@ -21,12 +22,29 @@ from vrs_cli.language.text.printer import program_header, step_texts
 from vrs_cli.language.words.kind import key_of
 
 
-@runtime_checkable
-class ScreenTerminal(Protocol):
-    """A terminal that an editor can fill."""
+class Findings(Spoken, frozen=True):
+    """All that is wrong with a text, by line."""
 
-    def see(self, draft: ScreenDraft) -> Iterable[Reply]:
-        """Edit until the user leaves; what is said then. Raises UsageError for a terminal that is too simple."""
+    findings: tuple[Diagnostic, ...]
+
+
+class ReadDraft(Act[Findings], frozen=True):
+    """Look at the text of SEE."""
+
+    text: str
+
+
+class Kept(Spoken, frozen=True):
+    """The program is stored, under this name; what is said of it."""
+
+    name: str
+    said: str
+
+
+class KeepDraft(Act[Kept], frozen=True):
+    """Store the program of SEE."""
+
+    text: str
 
 
 class Reading(NamedTuple):
@@ -36,8 +54,29 @@ class Reading(NamedTuple):
     findings: tuple[Diagnostic, ...]
 
 
+class Page(Protocol):
+    """A program while it is edited as a text, here or afar."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def text(self) -> str: ...
+    @property
+    def row(self) -> int:
+        """The line (from 0) where the cursor begins."""
+
+    def findings(self, text: str) -> tuple[Diagnostic, ...]:
+        """What is wrong with a text, with its structure too; afar what was found last."""
+
+    def note(self, text: str, *, stored: bool) -> None:
+        """It is this text that would be lost, where it is not stored."""
+
+    def save(self, text: str) -> str:
+        """Store the program; what is said of it. Raises VrsError."""
+
+
 class ScreenDraft:
-    """A program of a station while it is edited as a text. `row`: the line (from 0) where the cursor begins."""
+    """A program of a station while it is edited as a text."""
 
     def __init__(self, station: Station, asked: Program, step: int = 1) -> None:
         self._station = station
@@ -46,44 +85,33 @@ class ScreenDraft:
         self.text = "\n".join((program_header(draft.program), *step_texts(draft.program), *("",) * (not draft.steps)))
         self.row = draft.at + 1 if draft.at < len(draft.steps) else max(len(draft.steps), 1)
         self.said: tuple[Reply, ...] = ()
+        self.noted: Callable[[], None] = lambda: None
 
-    def read(self, text: str) -> Reading:
-        """The program and all findings, those of its structure too."""
-        first, *rest = text.split("\n")
-        header = read_header(first)
-        while rest and not rest[-1].strip():  # blank lines at the end are no steps
-            rest.pop()
-        steps = [read_step(line, number) for number, line in enumerate(rest, 2)]
-        findings = [found for _, found in steps if found is not None]
-        if isinstance(header, Diagnostic):
-            return Reading(None, (header, *findings))
-        body = tuple(step for step, _ in steps)
-        program = resolve_program(Program(header.name, header.parameters, body, header.comment, header.span))
+    def do(self, act: ReadDraft | KeepDraft) -> Findings | Kept:
+        """What somebody far away wants of it. Raises VrsError."""
+        if isinstance(act, ReadDraft):
+            return Findings(self.findings(act.text))
+        said = self.save(act.text)
+        return Kept(self.name, said)
+
+    def findings(self, text: str) -> tuple[Diagnostic, ...]:
+        return self._read(text).findings
+
+    def _read(self, text: str) -> Reading:
+        program, findings = read(text)
+        if program is None:
+            return Reading(None, findings)
         findings += analysis_of(self._station, program).diagnostics
         return Reading(program, tuple(sorted(findings, key=lambda one: (one.span.line, one.span.column))))
-
-    def canonical(self, text: str) -> str:
-        """Keywords in upper case, names in lower case, blocks indented; lines that cannot be read as they are."""
-        program = self.read(text).program
-        if program is None:
-            return text
-        typed, count = text.split("\n")[1:], len(program.steps)
-        rows = zip(program.steps, step_texts(program), typed, strict=False)
-        shown = (line if isinstance(step.statement, BadLine) else text for step, text, line in rows)
-        return "\n".join((program_header(program), *shown, *map(str.strip, typed[count:])))
-
-    def canonical_line(self, text: str, row: int) -> str:
-        """One line of the text (from 0), as it is when the cursor leaves it."""
-        lines, changed = text.split("\n"), self.canonical(text).split("\n")
-        return changed[row] if row < len(changed) else lines[row]
 
     def note(self, text: str, *, stored: bool) -> None:
         """What a file would hold of the text, where it is not stored."""
         self._station.desk.drafted = "" if stored else f"{text}\n.END\n"
+        self.noted()
 
     def save(self, text: str) -> str:
         """Store the program; what is said of it. Raises LineRefused, ProgramExists for the name of another program."""
-        program, findings = self.read(text)
+        program, findings = self._read(text)
         if program is None:
             raise LineRefused(findings[0])
         if program.key != key_of(self.name) and program.key in self._station.programs:
@@ -91,6 +119,38 @@ class ScreenDraft:
         self.said = stored(self._station, program)
         self.name = self._station.desk.last_edited = program.name
         return next((reply.text for reply in reversed(self.said) if isinstance(reply, Message)), "")
+
+
+def read(text: str) -> Reading:
+    """The program of a text, and the lines that cannot be read."""
+    first, *rest = text.split("\n")
+    header = read_header(first)
+    while rest and not rest[-1].strip():  # blank lines at the end are no steps
+        rest.pop()
+    steps = [read_step(line, number) for number, line in enumerate(rest, 2)]
+    findings = tuple(found for _, found in steps if found is not None)
+    if isinstance(header, Diagnostic):
+        return Reading(None, (header, *findings))
+    body = tuple(step for step, _ in steps)
+    program = Program(header.name, header.parameters, body, header.comment, header.span)
+    return Reading(resolve_program(program), findings)
+
+
+def canonical(text: str) -> str:
+    """Keywords in upper case, names in lower case, blocks indented; lines that cannot be read as they are."""
+    program = read(text).program
+    if program is None:
+        return text
+    typed, count = text.split("\n")[1:], len(program.steps)
+    rows = zip(program.steps, step_texts(program), typed, strict=False)
+    shown = (line if isinstance(step.statement, BadLine) else text for step, text, line in rows)
+    return "\n".join((program_header(program), *shown, *map(str.strip, typed[count:])))
+
+
+def canonical_line(text: str, row: int) -> str:
+    """One line of the text (from 0), as it is when the cursor leaves it."""
+    lines, changed = text.split("\n"), canonical(text).split("\n")
+    return changed[row] if row < len(changed) else lines[row]
 
 
 def read_header(line: str) -> ProgramHeader | Diagnostic:

@@ -13,14 +13,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
 from math import ceil, copysign, radians
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 from msgspec import Struct
 
+from vrs_cli.dialogue.questions import Jogging
 from vrs_cli.dialogue.replies import Message, Tone
+from vrs_cli.dialogue.spoken import Act, Spoken
 from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import Position
 from vrs_cli.errors import (
     FileError,
     IllegalJoint,
@@ -34,7 +37,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.interfaces.station.operands import real
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.kinematics.joints import Joints, largest_change
+from vrs_cli.kinematics.joints import Joints, JointUnits, largest_change
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
 from vrs_cli.language.text.ast import Instruction, Variable
 from vrs_cli.language.words.values import plain
@@ -93,12 +96,40 @@ AXIS_WORDS: Mapping[str, str] = {
 FORM = "JOG 1, 5 turns joint 1 by 5 degrees; JOG Z, -20; axes are joints, X Y Z RX RY RZ, and TX ... TRZ of the tool"
 
 
-@runtime_checkable
-class JogTerminal(Protocol):
-    """A terminal with keys."""
+class Seen(Spoken, frozen=True):
+    """The arm and its clock; `end`: when it comes to rest [s]. `said`: what there is to say of a step."""
 
-    def jog(self, jogger: Jogger) -> None:
-        """Jog with the keys until the user leaves. Raises UsageError for a terminal that is too simple."""
+    position: Position
+    end: float
+    paused: bool = False
+    said: str = ""
+
+
+class Press(Act[Seen], frozen=True):
+    """A key: a step of so much [mm, deg] along an axis, with `speed` [%]."""
+
+    axis: Axis
+    amount: float
+    speed: float
+
+
+class Brake(Act[Seen], frozen=True):
+    """Stop now."""
+
+
+class Look(Act[Seen], frozen=True):
+    """Where is the arm?"""
+
+
+class Hand(Protocol):
+    """What the keys move: the arm, here or afar."""
+
+    @property
+    def joints(self) -> int: ...
+    @property
+    def units(self) -> JointUnits: ...
+    def do(self, act: Press | Brake | Look) -> Seen:
+        """Of a hand that is far away what was seen last."""
 
 
 def jog(station: Station, it: Instruction) -> Talk[None]:
@@ -110,10 +141,10 @@ def jog(station: Station, it: Instruction) -> Talk[None]:
         if said:
             yield Message(said, Tone.WARNING)
         return
-    terminal = station.terminal
-    if not isinstance(terminal, JogTerminal):
-        raise UsageError("JOG alone needs a terminal with keys", FORM)
-    terminal.jog(Jogger(station, SLOW))
+    jogger, desk = Jogger(station), station.desk
+    shown = desk.attended and (yield from desk.show(jogger, Jogging(jogger.joints, jogger.units, SLOW)))
+    if not shown:
+        raise UsageError("JOG alone needs a terminal with keys", "JOG axis, amount" if desk.attended else FORM)
 
 
 def _asked(station: Station, it: Instruction) -> tuple[Axis, float]:
@@ -163,9 +194,30 @@ class Jogger:
         """Do what has become due."""
         self.station.settle()
 
-    def axes(self, frame: Frame) -> tuple[Axis, ...]:
-        count = self.engine.model.joint_count if frame is Frame.JOINT else len(CARTESIAN)
-        return tuple(Axis(frame, index) for index in range(count))
+    @property
+    def joints(self) -> int:
+        return self.engine.model.joint_count
+
+    @property
+    def units(self) -> JointUnits:
+        return self.engine.model.units
+
+    def do(self, act: Press | Brake | Look) -> Seen:
+        """What a key says, and what is seen then. What cannot be is said."""
+        said = ""
+        try:
+            match act:
+                case Press():
+                    self.speed = act.speed
+                    said = self.press(act.axis, act.amount)
+                case Brake():
+                    self.stop()
+                case Look():
+                    self.settle()
+        except (MotionError, FileError) as error:
+            said = str(error)
+        engine = self.engine
+        return Seen(engine.position(), engine.end, engine.clock.paused, said)
 
     def press(self, axis: Axis, amount: float) -> str:
         """One step of many, as keys give them: left out while the arm has enough to do of the same; another one takes
@@ -319,49 +371,55 @@ def moved(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:
 class Panel(Struct):
     """What keys change: the axis, how long a step is, how fast; `said` is what there is to say."""
 
-    jogger: Jogger
+    hand: Hand
     frame: Frame = Frame.JOINT
     index: int = 0
     step: float = 2.0
+    speed: float = 100.0
     said: str = ""
 
     @property
+    def axes(self) -> tuple[Axis, ...]:
+        count = self.hand.joints if self.frame is Frame.JOINT else len(CARTESIAN)
+        return tuple(Axis(self.frame, index) for index in range(count))
+
+    @property
     def axis(self) -> Axis:
-        return self.jogger.axes(self.frame)[self.index]
+        return self.axes[self.index]
 
     @property
     def unit(self) -> str:
         if self.frame is Frame.JOINT:
-            return self.jogger.engine.model.units.unit(self.index + 1)
+            return self.hand.units.unit(self.index + 1)
         return "deg" if self.axis.turns else "mm"
 
+    def look(self) -> Seen:
+        return self.hand.do(Look())
+
     def move(self, sign: float) -> None:
-        try:
-            self.said = self.jogger.press(self.axis, sign * self.step)
-        except (MotionError, FileError) as error:
-            self.said = str(error)
+        self.said = self.hand.do(Press(self.axis, sign * self.step, self.speed)).said
 
     def stop(self) -> None:
-        self.jogger.stop()
+        self.hand.do(Brake())
 
     def choose(self, index: int) -> None:
         """An axis by its number from 0; others stay without effect."""
-        if 0 <= index < len(self.jogger.axes(self.frame)):
+        if 0 <= index < len(self.axes):
             self.index = index
 
     def next_axis(self, by: int) -> None:
-        self.index = (self.index + by) % len(self.jogger.axes(self.frame))
+        self.index = (self.index + by) % len(self.axes)
 
     def next_frame(self) -> None:
         frames = list(Frame)
         self.frame = frames[(frames.index(self.frame) + 1) % len(frames)]
-        self.index = min(self.index, len(self.jogger.axes(self.frame)) - 1)
+        self.index = min(self.index, len(self.axes) - 1)
 
     def longer(self, by: int) -> None:
         self.step = _neighbour(STEPS, self.step, by)
 
     def faster(self, by: int) -> None:
-        self.jogger.speed = _neighbour(SPEEDS, self.jogger.speed, by)
+        self.speed = _neighbour(SPEEDS, self.speed, by)
 
 
 def _neighbour(row: Iterable[float], value: float, by: int) -> float:

@@ -8,8 +8,9 @@ from itertools import zip_longest
 from pathlib import Path
 
 from vrs_cli.dialogue.numbers import count, seconds
+from vrs_cli.dialogue.questions import Playing
 from vrs_cli.dialogue.replies import FileTable, FileText, Message, ReplayRow, ReplayTable, Reply, Tone, report
-from vrs_cli.dialogue.talk import Player, Reading, Talk, beside
+from vrs_cli.dialogue.talk import Reading, Talk, beside
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import ProgramExists, UsageError
 from vrs_cli.files import store as files
@@ -184,12 +185,11 @@ def _replay(station: Station, it: Instruction) -> Talk[None]:
     recording = yield from _recording(station, path)
     yield from _warnings(recording)
     yield Message(_summary(path, recording))
-    arm, timeline, terminal = arm_for(recording.model), recording.timeline, station.terminal
-    if isinstance(terminal, Player):
-        terminal.play(arm, timeline)
+    if station.desk.attended and (yield from station.desk.show(recording, Playing(str(path)))):
         return
     if recording.dropped_tail:
         yield Message(TORN, Tone.WARNING)
+    arm, timeline = arm_for(recording.model), recording.timeline
     rows = yield from beside(lambda: tuple(_replay_row(arm, timeline, it) for it in _last_of_motions(timeline)))
     yield ReplayTable(rows)
 

@@ -7,13 +7,14 @@ from fnmatch import fnmatchcase
 
 from msgspec.structs import replace
 
+from vrs_cli.dialogue.questions import Editing
 from vrs_cli.dialogue.replies import ProgramName, ProgramNames, ProgramText
 from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, UsageError
 from vrs_cli.files.layout import Layout
 from vrs_cli.files.store import variables_used, with_called
 from vrs_cli.interfaces.editor.lines import Editor, asked_program, listed, named_program, opened, refuse_running
-from vrs_cli.interfaces.editor.screen import ScreenDraft, ScreenTerminal
+from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.monitor.consent import agreed
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
@@ -129,12 +130,15 @@ def _edit(station: Station, it: Instruction) -> Talk[None]:
 
 def _see(station: Station, it: Instruction) -> Talk[None]:
     program, step = _to_edit(station, it)
-    terminal = station.terminal
-    if not isinstance(terminal, ScreenTerminal):
-        raise UsageError("SEE fills a terminal, and there is none", f"EDIT {program.name} edits line by line")
+    desk, line_by_line = station.desk, f"EDIT {program.name} edits line by line"
+    if not desk.attended:
+        raise UsageError("SEE fills a terminal, and there is none", line_by_line)
     refuse_running(station, program.name)
-    station.desk.last_edited = program.name
-    yield from terminal.see(ScreenDraft(station, program, step))
+    desk.last_edited = program.name
+    draft = ScreenDraft(station, program, step)
+    if not (yield from desk.show(draft, Editing(draft.name, draft.text, draft.row))):
+        raise UsageError("SEE fills the screen, and this terminal cannot", line_by_line)
+    yield from draft.said
 
 
 def _to_edit(station: Station, it: Instruction) -> tuple[Program, int]:

@@ -8,10 +8,10 @@ from typing import Protocol, TypeVar
 
 from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Reply
+from vrs_cli.dialogue.spoken import Act
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
 from vrs_cli.interfaces.roles.observer import Watched
-from vrs_cli.interfaces.session.acts import Act
 
 T = TypeVar("T")
 

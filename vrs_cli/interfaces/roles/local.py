@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from vrs_cli.dialogue.questions import Answer, Confirmation, LineWanted, Parting, Question
 from vrs_cli.dialogue.replies import Message, Reply
+from vrs_cli.dialogue.spoken import Act
 from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Event
@@ -20,7 +21,7 @@ from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.roles.held import Answers, no_answer
-from vrs_cli.interfaces.session.acts import Act, act_on
+from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.delta import TimelineDelta

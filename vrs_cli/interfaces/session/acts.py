@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from math import isfinite
-from typing import Any, Generic, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 from msgspec import Struct
 
 from vrs_cli.dialogue.replies import BranchTable, ComparisonTable, ReachReport, TimelineTable
 from vrs_cli.dialogue.runs import RunResult
-from vrs_cli.dialogue.spoken import Spoken
+from vrs_cli.dialogue.spoken import Act, Spoken
 from vrs_cli.dialogue.talk import Talk, beside
 from vrs_cli.engine.commands import Break, JointTarget, Move, NamedTarget, PoseTarget, Stamp, Target
 from vrs_cli.engine.history import CommandRecord
@@ -136,10 +136,6 @@ def _rotating(T: Transform) -> Transform:
 
 
 # --- acts -----------------------------------------------------------------------------------------------------------
-
-
-class Act(Spoken, Generic[T], frozen=True):
-    """Something to be done; what comes of it is a T."""
 
 
 class Say(Act[None], frozen=True):

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
+from vrs_cli.dialogue.questions import OnScreen
 from vrs_cli.dialogue.replies import Reply
+from vrs_cli.dialogue.talk import Talk
 from vrs_cli.language.text.ast import Statement
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.words.word import Role
@@ -42,10 +44,11 @@ class Desk:
     """`name` and `role` are those of who is at it. `attended`: a person is there, who can be asked. `lives`: whoever
     types goes on while a program runs, and nobody waits for its end.
 
-    `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before. `drafted`: the
-    program in SEE while it is changed and not stored, as a file would hold it. `last_statement` is what a bare DO
-    repeats, `command_files` are those that are carried out, the innermost last. `interrupted`, by Ctrl-C or ABORT: what
-    was to come after the present line does not.
+    `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before. `on_screen`:
+    the program of SEE, the arm of JOG, the recording of REPLAY, while it fills the screen. `drafted`: that program
+    while it is changed and not stored, as a file would hold it. `last_statement` is what a bare DO repeats,
+    `command_files` are those that are carried out, the innermost last. `interrupted`, by Ctrl-C or ABORT: what was to
+    come after the present line does not.
     """
 
     name: str = ""
@@ -54,7 +57,16 @@ class Desk:
     lives: bool = False
     editor: LineEditor | None = None
     last_edited: str | None = None
+    on_screen: object = None
     drafted: str = ""
     last_statement: Statement | None = None
     command_files: list[Path] = field(default_factory=list)
     interrupted: bool = False
+
+    def show(self, it: object, question: OnScreen) -> Talk[bool]:
+        """Let something fill the screen until the user leaves it. Whether there is a screen for it."""
+        self.on_screen = it
+        try:
+            return (yield question) is not None
+        finally:
+            self.on_screen = None

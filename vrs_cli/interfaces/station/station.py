@@ -330,14 +330,16 @@ class Station:
         what = f"{fault.message} [{one.where}]"
         self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
 
-    def interrupt(self) -> bool:
-        """Stop what somebody waits for before its next step; False when that is nothing, or waits for a line: whoever
-        reads that has to be stopped. Safe in a signal handler.
+    def interrupt(self, desk: Desk | None = None) -> bool:
+        """Stop what somebody waits for (whoever is at a desk) before its next step; False when that is nothing, or
+        waits for a line: whoever reads that has to be stopped. Safe in a signal handler.
         """
-        if self.driver.waited:
-            self.desk.interrupted = True
-            self.driver.interrupt()
-        return self.driver.waited and not self.driver.asks
+        waited = self.driver.waited
+        if waited is None or (desk is not None and waited.driven_by is not desk):
+            return False
+        (desk or self.desk).interrupted = True
+        self.driver.interrupt()
+        return not self.driver.asks
 
     def abort(self) -> None:
         """Stop the program, and a line of the prompt; brake now and drop what is scheduled."""

@@ -85,9 +85,9 @@ class Driver:
         environment.system = SystemReadings(engine.model.name, environment, self.tasks, self.devices)
 
     @property
-    def waited(self) -> bool:
-        """Whether somebody lets time go on until a task stops."""
-        return bool(self._runs) and self._runs[-1].then is None
+    def waited(self) -> Track | None:
+        """The task until whose end somebody lets time go on."""
+        return self._runs[-1].track if self._runs and self._runs[-1].then is None else None
 
     def close(self) -> None:
         """Close the files of programs."""

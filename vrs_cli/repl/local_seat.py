@@ -1,0 +1,131 @@
+"""A seat at a robot of this process."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import cast
+
+from vrs_cli.dialogue.questions import Editing, Jogging, Playing
+from vrs_cli.dialogue.talk import Talk, Terminal
+from vrs_cli.engine.clock import Clock, WallClock
+from vrs_cli.files.trajectory_file import Recording
+from vrs_cli.interfaces.conversation.complete import Suggestion
+from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.status import Status
+from vrs_cli.interfaces.editor.screen import Page, ScreenDraft
+from vrs_cli.interfaces.jog.jogger import Hand, Jogger
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.language.text.diagnostics import Diagnostic
+from vrs_cli.repl.keeping import Keeper
+from vrs_cli.repl.recorder import Recorder
+from vrs_cli.repl.seat import KEEPING_UP, RESTING, SHORTEST
+
+
+class LocalSeat:
+    """A session, what is typed in it, and the file that keeps what is in memory alone (in the folder `recovery`)."""
+
+    def __init__(
+        self,
+        terminal: Terminal,
+        model: RobotModel | None = None,
+        file: str | None = None,
+        recorder: Recorder | None = None,
+        clock: Clock | None = None,
+        recovery: Path | None = None,
+    ) -> None:
+        self.session = Session(terminal, model, clock=clock)
+        self.session.desk.lives = terminal.attended and clock is not None
+        self.conversation = Conversation(self.session)
+        self.noted = ""
+        self._file = file
+        self._keeper = None if recovery is None else Keeper(self.conversation, recovery)
+        self._recorded = None if recorder is None else recorder.begin(self.session)
+
+    @property
+    def interrupted(self) -> bool:
+        return self.session.desk.interrupted
+
+    def begin(self) -> None:
+        if self._recorded is not None:
+            self.session.terminal.show(self._recorded)
+        if self._file is not None:
+            self.conversation.perform(self.conversation.load(self._file))
+        if self._keeper is not None:
+            self._keeper.offer()
+
+    def take(self, text: str) -> None:
+        self._do(self.conversation.lines(text))
+
+    def answer(self) -> None:
+        self._do(self.conversation.answer())
+
+    def leave_entry(self, why: str = "") -> None:
+        self._do(self.conversation.leave_entry(why))
+
+    def leave(self) -> None:
+        self._do(self.conversation.leave())
+
+    def _do(self, talk: Talk[None]) -> None:
+        self.noted = ""
+        self.conversation.perform(talk)
+        self._keep()
+
+    def end(self) -> None:
+        if self._keeper is not None:
+            self._keeper.forget()
+
+    def interrupt(self) -> bool:
+        return self.session.interrupt()
+
+    def stop_program(self) -> None:
+        self.conversation.stop_program()
+
+    def note(self, error: Exception) -> None:
+        self.noted = internal_error(error).text
+
+    def status(self) -> Status:
+        return self.conversation.status()
+
+    def mistake(self, text: str) -> Diagnostic | None:
+        return self.conversation.mistake(text)
+
+    def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
+        return self.conversation.suggestions(text, everything)
+
+    @property
+    def withdrawn(self) -> bool:
+        return self.session.driver.withdrawn
+
+    def rest(self) -> float:
+        """Until a task goes on, or the arm is elsewhere."""
+        engine = self.session.engine
+        clock, seen = engine.clock, RESTING if engine.now >= engine.end else KEEPING_UP
+        due = clock.until(self.session.driver.peek()) if isinstance(clock, WallClock) else seen
+        return min(max(due, SHORTEST), seen)
+
+    def keep_up(self) -> None:
+        try:
+            self.session.settle()
+        except Exception as error:
+            self.note(error)
+
+    def page(self, question: Editing) -> Page:  # noqa: ARG002 (the program is at the desk)
+        draft = cast(ScreenDraft, self.session.desk.on_screen)
+        draft.noted = self._keep
+        return draft
+
+    def hand(self, question: Jogging) -> Hand:  # noqa: ARG002 (the arm is here)
+        return cast(Jogger, self.session.desk.on_screen)
+
+    def recording(self, question: Playing) -> Recording:  # noqa: ARG002 (it has been read)
+        return cast(Recording, self.session.desk.on_screen)
+
+    def _keep(self) -> None:
+        """What is in memory alone outlives the shell, wherever that can be written."""
+        try:
+            if self._keeper is not None:
+                self._keeper.keep()
+        except Exception as error:
+            self.note(error)

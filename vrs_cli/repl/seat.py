@@ -1,0 +1,132 @@
+"""A seat: somebody's place at a robot, here or afar. Lines go in; what is said is shown, and asked, at a terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct
+
+if TYPE_CHECKING:
+    from vrs_cli.dialogue.questions import Editing, Jogging, Playing
+    from vrs_cli.dialogue.talk import Terminal
+    from vrs_cli.engine.clock import Clock
+    from vrs_cli.files.trajectory_file import Recording
+    from vrs_cli.interfaces.conversation.complete import Suggestion
+    from vrs_cli.interfaces.conversation.status import Status
+    from vrs_cli.interfaces.editor.screen import Page
+    from vrs_cli.interfaces.jog.jogger import Hand
+    from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.language.text.diagnostics import Diagnostic
+    from vrs_cli.repl.local_seat import LocalSeat
+    from vrs_cli.repl.recorder import Recorder
+
+KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: while the arm moves, and at rest
+SHORTEST = 0.01  # [s] however soon the next thing is due
+
+
+class Screens(Protocol):
+    """What fills a screen while a question of its own is open."""
+
+    def page(self, question: Editing) -> Page: ...
+    def hand(self, question: Jogging) -> Hand: ...
+    def recording(self, question: Playing) -> Recording: ...
+
+
+class Seat(Screens, Protocol):
+    """`noted`: an error where nothing can be printed; `interrupted`: Ctrl-C was heard in the last line, or ABORT."""
+
+    noted: str
+
+    def note(self, error: Exception) -> None: ...
+    @property
+    def interrupted(self) -> bool: ...
+
+    # --- what is done: each comes back when it is done, whatever went wrong has been shown ---
+
+    def begin(self) -> None:
+        """What comes before the first line."""
+
+    def take(self, text: str) -> None:
+        """A line, or several that were pasted together."""
+
+    def answer(self) -> None:
+        """Put the questions that programs have."""
+
+    def leave_entry(self, why: str = "") -> None:
+        """What is typed of a program is forgotten, unless whoever is there wants to go on with it."""
+
+    def leave(self) -> None:
+        """Ctrl-D: the terminal is told of it, unless whoever is there wants to stay."""
+
+    def end(self) -> None:
+        """The user has left."""
+
+    # --- Ctrl-C ---
+
+    def interrupt(self) -> bool:
+        """Stop what is waited for; whether it comes to an end of its own. Safe in a signal handler."""
+
+    def stop_program(self) -> None:
+        """Stop the program that runs beside an empty line; its end is told when the arm stands."""
+
+    # --- while a line is typed ---
+
+    def status(self) -> Status: ...
+    def mistake(self, text: str) -> Diagnostic | None:
+        """The first in a line that is not sent yet."""
+
+    def suggestions(self, text: str, everything: bool) -> list[Suggestion]: ...
+    @property
+    def withdrawn(self) -> bool:
+        """Whether the question that is before the user waits for no answer any more."""
+
+    def rest(self) -> float:
+        """How long nothing happens that somebody would see [s]."""
+
+    def keep_up(self) -> None:
+        """Let happen, or be shown, what has become due while nobody was looking."""
+
+
+class Place(Protocol):
+    """Where a seat can be taken. `lives`: things happen there while a line is typed; `waits`: something is said or
+    asked before the first line.
+    """
+
+    @property
+    def lives(self) -> bool: ...
+    @property
+    def waits(self) -> bool: ...
+    def seat(self, terminal: Terminal) -> Seat:
+        """Raises VrsError."""
+
+
+class Local(Struct):
+    """A robot of this process. `file` is loaded first; `recovery`: where shells keep what is in memory alone."""
+
+    model: RobotModel | None = None
+    file: str | None = None
+    recorder: Recorder | None = None
+    clock: Clock | None = None
+    recovery: Path | None = None
+
+    @property
+    def lives(self) -> bool:
+        return self.clock is not None
+
+    @property
+    def waits(self) -> bool:
+        return self.recorder is not None or self.file is not None or self._left_behind()
+
+    def _left_behind(self) -> bool:
+        """Whether shells that were killed have left something."""
+        if self.recovery is None or not self.recovery.is_dir():
+            return False
+        from vrs_cli.files.recovery import files_in
+
+        return bool(files_in(self.recovery))
+
+    def seat(self, terminal: Terminal) -> LocalSeat:
+        from vrs_cli.repl.local_seat import LocalSeat
+
+        return LocalSeat(terminal, self.model, self.file, self.recorder, self.clock, self.recovery)
