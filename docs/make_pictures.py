@@ -71,7 +71,7 @@ def recorded(lines: Sequence[str]) -> Console:
         console.print(Text(entry.prompt + entry.indent if entry else IDLE) + _coloured(line))
         conversation.take(line)
     console.print(IDLE)
-    bar = toolbar(conversation.session, terminal.last, WIDTH)
+    bar = toolbar(conversation.status(), terminal.last, WIDTH)
     console.print(rich_text(Line(((bar, Ink.COMMENT),))))
     return console
 

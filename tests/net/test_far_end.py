@@ -14,6 +14,7 @@ from vrs_cli.engine.commands import Move
 from vrs_cli.engine.feed import Missed
 from vrs_cli.engine.snapshot import Replaced
 from vrs_cli.errors import FileDamaged, RequestRefused
+from vrs_cli.interfaces.conversation.status import Status
 from vrs_cli.interfaces.session.acts import Rest
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net import messages
@@ -149,7 +150,7 @@ def test_a_branch_is_another_timeline_of_perhaps_the_same_version() -> None:
     id = wires.ask(lambda id: Line(id, "BRANCH trial"))
     wires.carry()
     wires.ends.clear()
-    status = messages.Status(prompt=".", clock=wires.engine.now, end=wires.engine.end)
+    status = Status(prompt=".", clock=wires.engine.now, end=wires.engine.end)
     wires.say(Done(id, version=there.version, status=status))
     assert not wires.ends
     wires.tell_changes()

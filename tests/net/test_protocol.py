@@ -16,6 +16,7 @@ from vrs_cli.dialogue.replies import Message
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import RequestRefused
+from vrs_cli.interfaces.conversation.status import Status as Around
 from vrs_cli.net.ledger import Bounds, Ledger
 from vrs_cli.net.messages import (
     Answer,
@@ -178,7 +179,7 @@ def test_a_repeated_command_is_done_once_and_answered_from_memory() -> None:
     assert pair.server.receive(frame, 0.0) == [line]
     assert pair.server.receive(frame, 0.0) == []  # it is under way
     assert pair.to_client() == []
-    pair.tell(Done(line.id, version=3, status=Status(prompt=".")))
+    pair.tell(Done(line.id, version=3, status=Around(prompt="*")))
     assert [one.id for one in pair.to_client() if isinstance(one, Done)] == [line.id]
     assert pair.server.receive(frame, 0.0) == []
     assert pair.to_client() == [Done(line.id, version=3, seq=2)]
@@ -397,8 +398,8 @@ def test_the_newest_sample_wins_and_all_else_is_kept() -> None:
     pair = Pair()
     for number in range(1000):
         pair.tell(Sample(float(number), (0.0,)))
-    pair.tell(Told(Message("1")), Status(), Clock(1.0), Clock(2.0))
-    assert pair.to_client() == [Sample(999.0, (0.0,)), Told(Message("1"), seq=1), Status(), Clock(2.0)]
+    pair.tell(Told(Message("1")), Status(Around()), Clock(1.0), Clock(2.0))
+    assert pair.to_client() == [Sample(999.0, (0.0,)), Told(Message("1"), seq=1), Status(Around()), Clock(2.0)]
 
 
 def test_who_takes_nothing_is_cut_off_with_bounded_memory() -> None:

@@ -15,6 +15,8 @@ from vrs_cli.dialogue.questions import Answer as Answered
 from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.engine.position import Position
+from vrs_cli.interfaces.conversation.acts import DeskAct, DeskFound
+from vrs_cli.interfaces.conversation.status import Status as Around
 from vrs_cli.interfaces.session.acts import RobotAct, RobotFound
 from vrs_cli.interfaces.station.lease import Notice
 from vrs_cli.language.text.diagnostics import Diagnostic
@@ -120,7 +122,7 @@ class Line(Command, frozen=True):
 class At(Command, frozen=True):
     """An act of the holder. `issued`: when, by the clock of the holder [s]. `found` of `Done` is what comes of it."""
 
-    act: RobotAct
+    act: RobotAct | DeskAct
     issued: Number | None = None
 
 
@@ -366,22 +368,7 @@ class Pong(ServerMessage, frozen=True):
 class Status(ServerMessage, frozen=True):
     """What stands around a prompt: sent when it changes."""
 
-    prompt: str = "."
-    in_program: str = ""
-    indent: int = 0
-    editing: str = ""
-    running: bool = False
-    asked: str = ""
-    clock: float = 0.0
-    end: float = 0.0
-    rate: float = 1.0
-    paused: bool = False
-    realtime: bool = False
-    monitor_speed: float = 100.0
-    program_speed: str = ""
-    configuration: str = ""
-    driver: str = ""
-    branch: str = ""
+    around: Around
 
 
 class Typed(Numbered, frozen=True):
@@ -421,15 +408,15 @@ class Progress(ServerMessage, frozen=True):
 
 class Done(Numbered, frozen=True):
     """The command, or the request, with this id has ended. `version` of the timeline: what it has changed is in it.
-    `found`: what has come of an act.
+    `status`: what stands around the prompt then; `found`: what has come of an act.
     """
 
     id: Count
     ok: bool = True
     refusal: Refusal | None = None
     version: Count = 0
-    status: Status | None = None
-    found: RobotFound | None = None
+    status: Around | None = None
+    found: RobotFound | DeskFound | None = None
 
 
 # --- from the server: looking ---------------------------------------------------------------------------------------

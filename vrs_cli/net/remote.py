@@ -12,6 +12,7 @@ from weakref import finalize
 
 from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Reply
+from vrs_cli.dialogue.spoken import Act
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
 from vrs_cli.engine.inbox import Inbox
@@ -19,7 +20,7 @@ from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
 from vrs_cli.files.atomic import atomically
 from vrs_cli.interfaces.roles.held import Answers
 from vrs_cli.interfaces.roles.local import Notes
-from vrs_cli.interfaces.session.acts import Act, Record, RobotAct, Say
+from vrs_cli.interfaces.session.acts import Record, RobotAct, Say
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net import messages
 from vrs_cli.net.client import Client, checked

@@ -20,7 +20,7 @@ class Status(Struct, frozen=True):
     `clock`, `end` [s] of the timeline; `pace` is None where time is the robot's own. `tool` [m] in the world.
     """
 
-    prompt: str
+    prompt: str = "."
     indent: str = ""
     in_program: bool = False
     typed: bool = False
