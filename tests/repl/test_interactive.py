@@ -30,7 +30,7 @@ from vrs_cli.repl.interactive import LineValidator, Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.local_seat import LocalSeat
-from vrs_cli.repl.seat import Local
+from vrs_cli.repl.place import Local
 from vrs_cli.trajectory.delta import TimelineDelta
 
 ENTER, CTRL_C, CTRL_D, TAB, UP = "\r", "\x03", "\x04", "\t", "\x1b[A"

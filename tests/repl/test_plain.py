@@ -12,8 +12,8 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.repl import shell
 from vrs_cli.repl.interrupt import Ended, ending
+from vrs_cli.repl.place import Local
 from vrs_cli.repl.plain import run
-from vrs_cli.repl.seat import Local
 from vrs_cli.repl.terminal import PlainTerminal
 
 

@@ -32,7 +32,8 @@ from vrs_cli.repl.echo import unechoed
 from vrs_cli.repl.history import history_path, open_history
 from vrs_cli.repl.interrupt import Ended, stoppable
 from vrs_cli.repl.lexer import ValLexer
-from vrs_cli.repl.seat import KEEPING_UP, RESTING, Place, Seat
+from vrs_cli.repl.place import Place
+from vrs_cli.repl.seat import KEEPING_UP, RESTING, Seat
 from vrs_cli.repl.toolbar import GAP, toolbar
 from vrs_cli.version import __version__
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import TextIO
 
 from vrs_cli.repl.interrupt import stoppable
-from vrs_cli.repl.seat import Place
+from vrs_cli.repl.place import Place
 from vrs_cli.repl.terminal import PlainTerminal
 
 OK, FAILED = 0, 1

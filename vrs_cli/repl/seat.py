@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
-
-from msgspec import Struct
 
 if TYPE_CHECKING:
     from vrs_cli.dialogue.questions import Editing, Jogging, Playing
-    from vrs_cli.dialogue.talk import Terminal
-    from vrs_cli.engine.clock import Clock
     from vrs_cli.files.trajectory_file import Recording
     from vrs_cli.interfaces.conversation.complete import Suggestion
     from vrs_cli.interfaces.conversation.status import Status
     from vrs_cli.interfaces.editor.screen import Page
     from vrs_cli.interfaces.jog.jogger import Hand
-    from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.language.text.diagnostics import Diagnostic
-    from vrs_cli.repl.local_seat import LocalSeat
-    from vrs_cli.repl.recorder import Recorder
 
 KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: while the arm moves, and at rest
 SHORTEST = 0.01  # [s] however soon the next thing is due
@@ -86,47 +78,3 @@ class Seat(Screens, Protocol):
 
     def keep_up(self) -> None:
         """Let happen, or be shown, what has become due while nobody was looking."""
-
-
-class Place(Protocol):
-    """Where a seat can be taken. `lives`: things happen there while a line is typed; `waits`: something is said or
-    asked before the first line.
-    """
-
-    @property
-    def lives(self) -> bool: ...
-    @property
-    def waits(self) -> bool: ...
-    def seat(self, terminal: Terminal) -> Seat:
-        """Raises VrsError."""
-
-
-class Local(Struct):
-    """A robot of this process. `file` is loaded first; `recovery`: where shells keep what is in memory alone."""
-
-    model: RobotModel | None = None
-    file: str | None = None
-    recorder: Recorder | None = None
-    clock: Clock | None = None
-    recovery: Path | None = None
-
-    @property
-    def lives(self) -> bool:
-        return self.clock is not None
-
-    @property
-    def waits(self) -> bool:
-        return self.recorder is not None or self.file is not None or self._left_behind()
-
-    def _left_behind(self) -> bool:
-        """Whether shells that were killed have left something."""
-        if self.recovery is None or not self.recovery.is_dir():
-            return False
-        from vrs_cli.files.recovery import files_in
-
-        return bool(files_in(self.recovery))
-
-    def seat(self, terminal: Terminal) -> LocalSeat:
-        from vrs_cli.repl.local_seat import LocalSeat
-
-        return LocalSeat(terminal, self.model, self.file, self.recorder, self.clock, self.recovery)

@@ -6,7 +6,7 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
-from vrs_cli.repl.seat import Local, Place
+from vrs_cli.repl.place import Local, Place
 
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import Clock

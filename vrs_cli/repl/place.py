@@ -1,0 +1,60 @@
+"""Where a seat can be taken: at a robot of this process, or at one afar."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct
+
+if TYPE_CHECKING:
+    from vrs_cli.dialogue.talk import Terminal
+    from vrs_cli.engine.clock import Clock
+    from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.repl.local_seat import LocalSeat
+    from vrs_cli.repl.recorder import Recorder
+    from vrs_cli.repl.seat import Seat
+
+
+class Place(Protocol):
+    """Where a seat can be taken. `lives`: things happen there while a line is typed; `waits`: something is said or
+    asked before the first line.
+    """
+
+    @property
+    def lives(self) -> bool: ...
+    @property
+    def waits(self) -> bool: ...
+    def seat(self, terminal: Terminal) -> Seat:
+        """Raises VrsError."""
+
+
+class Local(Struct):
+    """A robot of this process. `file` is loaded first; `recovery`: where shells keep what is in memory alone."""
+
+    model: RobotModel | None = None
+    file: str | None = None
+    recorder: Recorder | None = None
+    clock: Clock | None = None
+    recovery: Path | None = None
+
+    @property
+    def lives(self) -> bool:
+        return self.clock is not None
+
+    @property
+    def waits(self) -> bool:
+        return self.recorder is not None or self.file is not None or self._left_behind()
+
+    def _left_behind(self) -> bool:
+        """Whether shells that were killed have left something."""
+        if self.recovery is None or not self.recovery.is_dir():
+            return False
+        from vrs_cli.files.recovery import files_in
+
+        return bool(files_in(self.recovery))
+
+    def seat(self, terminal: Terminal) -> LocalSeat:
+        from vrs_cli.repl.local_seat import LocalSeat
+
+        return LocalSeat(terminal, self.model, self.file, self.recorder, self.clock, self.recovery)
