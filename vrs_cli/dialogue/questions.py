@@ -42,7 +42,7 @@ class LineWanted(Asking, frozen=True):
 # --- what fills a screen, until its user leaves: the answer is None where there is no screen for it -----------------
 
 
-class Editing(Spoken, frozen=True):
+class Editing(Asking, frozen=True):
     """SEE: a program as a text, the cursor in line `row` (from 0)."""
 
     name: str
@@ -50,7 +50,7 @@ class Editing(Spoken, frozen=True):
     row: int
 
 
-class Jogging(Spoken, frozen=True):
+class Jogging(Asking, frozen=True):
     """JOG: keys that move an arm of so many joints, at first with `speed` [%]."""
 
     joints: int
@@ -58,7 +58,7 @@ class Jogging(Spoken, frozen=True):
     speed: float
 
 
-class Playing(Spoken, frozen=True):
+class Playing(Asking, frozen=True):
     """REPLAY: the trajectory of a file."""
 
     path: str
