@@ -419,6 +419,19 @@ def test_who_takes_nothing_is_cut_off_with_bounded_memory() -> None:
     assert rest == []
 
 
+def test_a_long_reply_gets_through_and_many_do_not() -> None:
+    pair = Pair()
+    pair.server = ServerConnection(0.0, backlog=1000)
+    pair.client.begin()
+    pair.to_server()
+    pair.server.welcome(welcome(), pair.ledger, 0.0)
+    pair.to_client()
+    pair.tell(Told(Message("x" * 5000)), Done(1))
+    assert len(pair.to_client()) == 2
+    pair.tell(*[Told(Message("x" * 5000))] * 3)
+    assert pair.server.closing
+
+
 # --- changes --------------------------------------------------------------------------------------------------------
 
 

@@ -11,7 +11,9 @@ NEWEST_WINS = (Sample, Clock, Status, Progress)  # what was not sent yet is out 
 
 
 class Outbox:
-    """`size`: the bytes that wait. `overflown`: there were too many, and they were dropped; nothing more is taken."""
+    """`size`: the bytes that wait; a long message counts as half of what may wait, so that it gets through alone.
+    `overflown`: there were too many, and they were dropped; nothing more is taken.
+    """
 
     def __init__(self, most: int) -> None:
         self.most, self.size, self.overflown = most, 0, False
@@ -24,7 +26,7 @@ class Outbox:
             return
         self._count += 1
         self._waiting[self._count] = frame
-        self.size += len(frame)
+        self.size += min(len(frame), self.most // 2)
         if self.size > self.most:
             self.drop()
             self.overflown = True

@@ -15,6 +15,7 @@ from vrs_cli.wire.records import RecordError
 Frame = str | bytes
 UNREADABLE = (msgspec.MsgspecError, UnicodeError, RecursionError)
 M = TypeVar("M")
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 class Encoding(Enum):
@@ -84,10 +85,7 @@ def marks_of(frame: Frame) -> Marks | None:
 def schema_text(title: str, **kinds: Any) -> str:
     """A JSON Schema in which each of the unions has its name, and each of its messages."""
     (*unions,), components = msgspec.json.schema_components(kinds.values(), ref_template="#/$defs/{name}")
-    schema = {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": title,
-        "anyOf": [{"$ref": f"#/$defs/{name}"} for name in kinds],
-        "$defs": {**dict(zip(kinds, unions, strict=True)), **components},
-    }
-    return msgspec.json.format(_json.encode(schema), indent=1).decode() + "\n"
+    definitions = {**dict(zip(kinds, unions, strict=True)), **components}
+    lines = ",\n".join(f'"{name}": {_json.encode(one).decode()}' for name, one in definitions.items())
+    either = ", ".join(f'{{"$ref": "#/$defs/{name}"}}' for name in kinds)
+    return f'{{"$schema": "{DIALECT}",\n"title": "{title}",\n"anyOf": [{either}],\n"$defs": {{\n{lines}\n}}}}\n'
