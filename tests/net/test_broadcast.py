@@ -256,10 +256,11 @@ def test_a_snapshot_is_bounded_in_bytes(hall: Hall, monkeypatch: pytest.MonkeyPa
     for _ in range(40):
         hall.move()
     monkeypatch.setattr(streams, "SNAPSHOT_BYTES", 10_000)
-    line, _ = hall.listen(CHANGES)
+    line, _ = hall.listen(CHANGES, JSON)
     assert 2000 < len(line.packets[-1].data) <= 10_000
     [message] = line.news(Replaced)
     assert message.snapshot.first > 0
+    assert len(hall.broadcast.stream.part(-1.0).segments) == len(message.snapshot.segments)
 
 
 # --- after a cut ----------------------------------------------------------------------------------------------------

@@ -459,6 +459,13 @@ class Sample(ServerMessage, frozen=True):
     late: bool = False
 
 
+class Activity(ServerMessage, frozen=True):
+    """Who drives, empty for nobody, and which programs run: told to all when it changes."""
+
+    driver: str = ""
+    programs: tuple[str, ...] = ()
+
+
 class Lease(Numbered, frozen=True):
     """Who drives: empty for nobody."""
 
@@ -556,6 +563,7 @@ FromServer = (
     | Replaced
     | Missed
     | Sample
+    | Activity
     | Lease
     | Located
     | Shown

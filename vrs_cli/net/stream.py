@@ -23,7 +23,8 @@ from vrs_cli.wire.snapshots import snapshot_record
 from vrs_cli.wire.steered import steered_record
 
 REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # changes
-SEGMENTS, SNAPSHOT_BYTES = 2000, 512 * 1024  # of a snapshot: where there would be more, it begins later
+SEGMENTS, SNAPSHOT_BYTES = 1000, 256 * 1024  # of a snapshot (15 ms of CPU), which begins later rather than to have more
+TEXT = Form(text=True)  # the longest form
 
 
 class Listening(NamedTuple):
@@ -126,23 +127,25 @@ class Stream:
     def _snapshot(self, listening: Listening, now: float) -> Packet:
         window, count = listening.window, len(self.timeline)
         first = 0 if window is None else self.timeline.index_at(now - window)
-        first = max(first, count - SEGMENTS)
-        while True:
-            packet = self._letter(self._part(first, count)).packet(listening.form)
-            if len(packet.data) <= SNAPSHOT_BYTES or first == count - 1:
-                return Context().deflated(packet) if listening.deflates else packet
-            first = (first + count) // 2
-
-    def _letter(self, snapshot: Snapshot) -> Letter:
-        return Letter(lambda _full: messages.Replaced(snapshot_record(snapshot), number=self.number))
+        _, packet = self._last_part(first, count, listening.form)
+        return Context().deflated(packet) if listening.deflates else packet
 
     def part(self, begin: float, end: float | None = None) -> Snapshot:
         """The timeline from `begin` to `end` [s]; where that is too much, its last part."""
         timeline = self.timeline
         after = len(timeline) if end is None else timeline.index_at(end) + 1
-        return self._part(max(timeline.index_at(begin), after - SEGMENTS), after)
+        return self._last_part(timeline.index_at(begin), after, TEXT)[0]
 
-    def _part(self, first: int, after: int) -> Snapshot:
-        """The segments from one number to before another."""
-        segments = tuple([self.timeline[index] for index in range(first, after)])
-        return Snapshot(self.timeline.version, segments, self.settings, first)
+    def _last_part(self, first: int, after: int, form: Form) -> tuple[Snapshot, Packet]:
+        """The segments from one number to before another: so many of the last ones as a snapshot may have."""
+        first = max(first, after - SEGMENTS)
+        while True:
+            segments = tuple([self.timeline[index] for index in range(first, after)])
+            snapshot = Snapshot(self.timeline.version, segments, self.settings, first)
+            packet = self._replaced_by(snapshot).packet(form)
+            if len(packet.data) <= SNAPSHOT_BYTES or len(segments) <= 1:
+                return snapshot, packet
+            first = (first + after) // 2
+
+    def _replaced_by(self, snapshot: Snapshot) -> Letter:
+        return Letter(lambda _full: messages.Replaced(snapshot_record(snapshot), number=self.number))

@@ -111,14 +111,13 @@ class Player(Struct):
     def _actions(self) -> list[Action]:
         return [action for action in ACTIONS if self.live or not action.live]
 
-    def run(self) -> None:
-        """Play on the terminal until the user leaves."""
-        application: Application[None] = Application(
+    def application(self) -> Application[None]:
+        """What plays on the terminal until the user leaves."""
+        return Application(
             layout=Layout(Window(FormattedTextControl(self.text), dont_extend_height=True, wrap_lines=True)),
             key_bindings=self._bindings(),
             refresh_interval=REFRESH,
         )
-        application.run()
 
     def _bindings(self) -> KeyBindings:
         bindings = KeyBindings()
@@ -140,13 +139,11 @@ class Player(Struct):
 def play(arm: RobotArm, timeline: Timeline, rate: float) -> None:
     """Play a trajectory on the terminal, from its start, `rate` seconds of it in one second."""
     playback = Playback.of(timeline.start, timeline.end, rate, time.monotonic())
-    Player(Recorded(arm, timeline), playback).run()
+    Player(Recorded(arm, timeline), playback).application().run()
 
 
-def watch(watched: Watched, news: Callable[[], str]) -> None:
+async def watch(watched: Watched, news: Callable[[], str]) -> None:
     """Watch a robot that others move, from where it is now on."""
-    timeline, wall = watched.timeline, time.monotonic()
-    playback = Playback.of(timeline.start, timeline.end, 1.0, wall).look(
-        wall, timeline.start, timeline.end, watched.now
-    )
-    Player(watched, playback.follow(wall), news=news, live=True).run()
+    timeline = watched.timeline
+    playback = Playback.following(timeline.start, timeline.end, watched.now, time.monotonic())
+    await Player(watched, playback, news=news, live=True).application().run_async()
