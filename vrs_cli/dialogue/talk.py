@@ -72,10 +72,12 @@ def beside(work: Callable[[], W]) -> Talk[W]:
 
 
 def at_once(talk: Talk[R]) -> R:
-    """What comes of a talk that says nothing but that there is more to do."""
+    """What comes of a talk that says nothing, but that there is more to do, or work beside."""
     try:
         while True:
-            next(talk)
+            said = next(talk)
+            if isinstance(said, Work):
+                said.run()
     except StopIteration as over:
         return cast(R, over.value)
 

@@ -10,13 +10,13 @@ from vrs_cli.files.layout import Layout
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.analysis.declarations import own_variables
 from vrs_cli.language.run.cells import Item
-from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.variables import NamedValue
+from vrs_cli.language.run.memory import Memory
+from vrs_cli.language.run.variables import NamedValue, item_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Entry, File, Program, Section, Span
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.kind import SIGIL_KINDS, Kind, key_of
-from vrs_cli.language.words.values import kind_of_value, numbers_of
+from vrs_cli.language.words.values import Value, kind_of_value, numbers_of
 from vrs_cli.language.words.word import Shape
 
 NO_LAYOUT = Layout()
@@ -49,7 +49,7 @@ _SECTIONS = (
 
 
 def store(
-    environment: Environment,
+    environment: Memory,
     what: Collection[Part] = EVERYTHING,
     programs: Sequence[str] = (),
     layout: Layout = NO_LAYOUT,
@@ -60,7 +60,7 @@ def store(
 
 
 def chosen(
-    environment: Environment, what: Collection[Part] = EVERYTHING, programs: Sequence[str] = ()
+    environment: Memory, what: Collection[Part] = EVERYTHING, programs: Sequence[str] = ()
 ) -> list[Program | Section]:
     """What is to be written. With `programs`, only these, those that they call, and the variables that all of them use.
 
@@ -80,16 +80,22 @@ def text_of(parts: Sequence[Program | Section], layout: Layout = NO_LAYOUT, *, e
     return print_file(File((*layout.laid_out(parts), *tail)))
 
 
+def values_of(environment: Memory, parts: Iterable[Program | Section]) -> dict[Item, Value]:
+    """The values of the variables in parts that were `chosen`."""
+    items = (item_of(entry) for part in parts if isinstance(part, Section) for entry in part.entries)
+    return {item: value for item in items if (value := environment.value(item)) is not None}
+
+
 # --- sections ----------------------------------------------------------------------------------------------------
 
 
-def _section(environment: Environment, row: _SectionRow, used: Collection[str] | None) -> Iterator[Section]:
+def _section(environment: Memory, row: _SectionRow, used: Collection[str] | None) -> Iterator[Section]:
     """The section, if it has any entry."""
     named = (one for kind in row.kinds for one in environment.variables(kind) if used is None or _key(one) in used)
     return _of_kinds(row, named, environment.units)
 
 
-def sections_of(environment: Environment, items: Iterable[Item]) -> File:
+def sections_of(environment: Memory, items: Iterable[Item]) -> File:
     """These variables alone, those of them that have a value."""
     there = [(item, value) for item in items if (value := environment.value(item)) is not None]
     named = [NamedValue(environment.name_of(item), value) for item, value in there]
@@ -127,11 +133,11 @@ def _variable(name: str) -> ast.Variable:
 # --- what programs use -------------------------------------------------------------------------------------------
 
 
-def _programs(environment: Environment) -> Mapping[str, Program]:
+def _programs(environment: Memory) -> Mapping[str, Program]:
     return {key: stored.program for key, stored in environment.programs.items()}
 
 
-def with_called(environment: Environment, names: Iterable[str]) -> tuple[Program, ...]:
+def with_called(environment: Memory, names: Iterable[str]) -> tuple[Program, ...]:
     """The programs of these names and all that they call, each once, callers first. Raises UndefinedName."""
     known = _programs(environment)
     found: dict[str, Program] = {}

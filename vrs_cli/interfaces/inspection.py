@@ -6,12 +6,11 @@ from collections.abc import Iterator, Mapping
 
 from msgspec import Struct
 
-from vrs_cli.dialogue.talk import at_once
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch, row_of
 from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, MotionError, UsageError
-from vrs_cli.interfaces.station.sections import define_sections
+from vrs_cli.interfaces.station.brought import variables_of
 from vrs_cli.interfaces.tasks.readings import Readings
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
@@ -81,7 +80,9 @@ class Inspector:
         found += repeated_programs(parts)
         for placed in parts:
             if isinstance(placed.part.node, Section):
-                found += placed.found(at_once(define_sections(environment, (placed.part.node,))))
+                variables, refused = variables_of((placed.part.node,), environment.units)
+                environment.take(variables)
+                found += placed.found(refused)
         programs = {program.key: placed for placed, program in programs_of(parts)}
         for placed, inspected in self._analysed(environment, programs):
             found += placed.found(inspected.analysis.diagnostics)

@@ -155,7 +155,7 @@ def test_leaving_asks_while_a_program_runs(wall: ManualWall) -> None:
     session = Session(person, clock=wall.clock())
     session.desk.lives = True
     load(session, "WAIT SIG(1001)")
-    session.unstored.stored(one.program for one in session.programs.values())
+    session.unstored.programs_stored(one.program for one in session.programs.values())
     session.perform("EXECUTE main")
     session.perform("EXIT")
     assert person.asked == ["Leave (Y/N)?"]

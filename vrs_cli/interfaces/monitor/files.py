@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 
@@ -28,8 +28,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.memory import StoredProgram
-from vrs_cli.language.run.variables import item_of
-from vrs_cli.language.text.ast import Instruction, Section
+from vrs_cli.language.text.ast import Instruction, Program, Section
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import Value
 from vrs_cli.trajectory.segment import Segment
@@ -53,15 +52,17 @@ def load(station: Station, named: Path) -> Talk[None]:
         yield from _load_trajectory(station, path)
         return
     text = read_program_file(path, station.folder)
+    file, diagnostics = yield from beside(lambda: parse_file(text))
+    ready = yield from station.ready(file, text)
+    values = yield from beside(ready.variables.values)
+    kept = yield from _kept(station, values)
     programs = station.programs
     before, layout = dict(programs), station.layout
-    file, diagnostics = yield from beside(lambda: parse_file(text))
-    sections = [part for part in file.parts if isinstance(part, Section)]
-    kept = yield from _kept(station, sections)
-    diagnostics = (*diagnostics, *(yield from station.put(file, text)))
-    station.unstored.stored(sections)
+    station.take(ready)
+    station.unstored.values_stored(values)
     for item, value in kept.items():
         station.environment.put_back(item, value)
+    diagnostics = (*diagnostics, *ready.diagnostics)
     if diagnostics:
         yield report(diagnostics, text, str(path))
     brought = [stored for key, stored in programs.items() if before.get(key) is not stored]
@@ -79,7 +80,7 @@ def load(station: Station, named: Path) -> Talk[None]:
             hint = "DELETEP deletes it, DISABLE INTERACTIVE lets it be replaced"
             yield Message(str(ProgramExists(stored.name, hint)), Tone.ERROR)
     new = [stored for stored in brought if stored not in old]
-    station.unstored.stored(stored.program for stored in new)
+    station.unstored.programs_stored(stored.program for stored in new)
     if station.last_program is None and new:
         station.last_program = new[0].name
     names = [_loaded(stored, replaced=stored.program.key in before) for stored in new]
@@ -89,15 +90,14 @@ def load(station: Station, named: Path) -> Talk[None]:
     yield Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
 
 
-def _kept(station: Station, sections: Iterable[Section]) -> Talk[dict[Item, Value]]:
-    """Locations that are not stored, which the sections would overwrite and the user does not want to be. Where nobody
-    can be asked they are overwritten, as all variables are.
+def _kept(station: Station, values: Mapping[Item, Value]) -> Talk[dict[Item, Value]]:
+    """Locations that are not stored, which the values of a file would overwrite and the user does not want to be.
+    Where nobody can be asked they are overwritten, as all variables are.
     """
     environment = station.environment
     if not station.desk.attended:
         return {}
-    taken = {item_of(entry) for section in sections for entry in section.entries}
-    lost = [item for item in station.unstored.items(*PLACES) if item in taken]
+    lost = [item for item in station.unstored.items(*PLACES) if item in values]
     are = "is" if len(lost) == 1 else "are"
     names = listed("location", sorted(map(environment.name_of, lost)))
     if not lost or (yield from confirmed(station, f"The {names} {are} not stored. Overwrite (Y/N)?")):
@@ -151,16 +151,21 @@ def _store(extension: str, *parts: str) -> Handler:
         path = _with_extension(path_of(station, it), extension)
         what: list[Part] = [files.Part[name] for name in parts]
         programs = [word(argument) for argument in it.arguments[1:]]
-        chosen = files.chosen(station.environment, what, programs)
+        memory, layout = station.environment.copy(), station.layout
         everything = not programs and set(what) >= files.EVERYTHING
-        layout = station.layout
-        text = yield from beside(lambda: files.text_of(chosen, layout, everything=everything))
+
+        def written() -> tuple[str, Sequence[Program | Section], Mapping[Item, Value]]:
+            chosen = files.chosen(memory, what, programs)
+            return files.text_of(chosen, layout, everything=everything), chosen, files.values_of(memory, chosen)
+
+        text, chosen, values = yield from beside(written)
         if not text.strip():
             yield Message("There is nothing to store", Tone.WARNING)
             return
         yield from may_write(station, path)
         write_atomically(path, text, station.folder)
-        station.unstored.stored(chosen)
+        station.unstored.programs_stored(part for part in chosen if isinstance(part, Program))
+        station.unstored.values_stored(values)
         yield Message(f"{path} stored")
 
     return store

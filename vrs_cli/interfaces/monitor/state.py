@@ -25,7 +25,6 @@ from vrs_cli.interfaces.station.operands import Handler, operand, real, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL
 from vrs_cli.language.text.ast import Instruction
-from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.language.words.values import plain, whole
 from vrs_cli.version import __version__
@@ -83,7 +82,7 @@ def _free(station: Station, _it: Instruction) -> Iterable[Reply]:
     yield FreeReport(
         programs=len(environment.programs),
         steps=sum(len(stored.program.steps) for stored in environment.programs.values()),
-        variables=sum(1 for kind in Kind for _ in environment.variables(kind)),
+        variables=environment.count(),
         segments=len(station.engine.timeline),
         percent=free_memory(),
     )

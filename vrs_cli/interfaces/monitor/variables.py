@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import cast
+from itertools import chain
+from typing import TypeVar, cast
 
 from vrs_cli.dialogue.replies import LocationTable, Message, NamedLocation, RealTable, Reply, StringTable
-from vrs_cli.dialogue.talk import Talk
+from vrs_cli.dialogue.talk import Talk, beside
 from vrs_cli.errors import TypeMismatch, UndefinedValue
 from vrs_cli.interfaces.monitor.consent import agreed
 from vrs_cli.interfaces.station.operands import Handler, own, real, shown, sight
@@ -19,9 +20,11 @@ from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, kind_of_value, whole
 
+MANY = 100  # variables
+W = TypeVar("W")
 Rows = tuple[tuple[str, Value], ...]
 
-PLACES, REALS, STRINGS = frozenset({Kind.LOCATION, Kind.PRECISION}), frozenset({Kind.REAL}), frozenset({Kind.STRING})
+PLACES, REALS, STRINGS = (Kind.LOCATION, Kind.PRECISION), (Kind.REAL,), (Kind.STRING,)
 
 
 def _places(station: Station, rows: Rows) -> Reply:
@@ -41,18 +44,23 @@ def _strings(_station: Station, rows: Rows) -> Reply:
     return StringTable(tuple((name, cast(str, value)) for name, value in rows))
 
 
-def _list(kinds: frozenset[Kind], table: Callable[[Station, Rows], Reply], otherwise: str) -> Handler:
+def _list(kinds: tuple[Kind, ...], table: Callable[[Station, Rows], Reply], otherwise: str) -> Handler:
     def listed(station: Station, it: Instruction) -> Talk[None]:
-        yield table(station, tuple(_rows(station, it, kinds, otherwise)))
+        rows = yield from _rows(station, it, kinds, otherwise)
+        yield (yield from _beside_if_many(len(rows), lambda: table(station, rows)))
 
     return listed
 
 
-def shown_value(station: Station, expression: Expression) -> Iterator[Reply]:
+def _beside_if_many(count: int, work: Callable[[], W]) -> Talk[W]:
+    return work() if count < MANY else (yield from beside(work))
+
+
+def shown_value(station: Station, expression: Expression) -> Talk[None]:
     """An expression alone at the prompt: what LISTR, LISTL or LISTS of it answers."""
     if isinstance(expression, Binary) and expression.operator == "==" and isinstance(expression.left, Variable):
         yield Message(f"== compares; {shown(expression.left)} = {shown(expression.right)} assigns")
-    rows = _values(station, expression)
+    rows = yield from _values(station, expression)
     kind = kind_of_value(rows[0][1])
     if kind is Kind.REAL:
         yield RealTable(_real_rows(rows), _is_truth(expression))
@@ -65,31 +73,37 @@ def _is_truth(expression: Expression) -> bool:
     return isinstance(expression, Binary | Unary) and expression.operator in RELATIONS | LOGICAL
 
 
-def _rows(station: Station, it: Instruction, kinds: frozenset[Kind], otherwise: str) -> Iterator[tuple[str, Value]]:
+def _rows(station: Station, it: Instruction, kinds: tuple[Kind, ...], otherwise: str) -> Talk[Rows]:
     """What was asked for, each with its name or text; everything of these kinds when nothing was."""
     asked = [argument for argument in it.arguments if argument is not None]
     if not asked:
-        for kind in (one for one in Kind if one in kinds):
-            yield from station.environment.variables(kind)
+        memory = station.environment.copy()
+        return (yield from beside(lambda: tuple(chain.from_iterable(map(memory.variables, kinds)))))
+    rows: list[tuple[str, Value]] = []
     for expression in asked:
-        for name, value in _values(station, expression):
+        found = yield from _values(station, expression)
+        for name, value in found:
             if kind_of_value(value) not in kinds:
                 raise TypeMismatch(f"{name} is a {kind_of_value(value).value}", otherwise)
-            yield name, value
+        rows += found
+    return tuple(rows)
 
 
-def _values(station: Station, expression: Expression) -> Rows:
+def _values(station: Station, expression: Expression) -> Talk[Rows]:
     """An expression with its value; of a name alone, all that it stands for."""
-    return _elements(station, expression) or ((shown(expression), sight(station, expression)()),)
+    elements = yield from _elements(station, expression)
+    return elements or ((shown(expression), sight(station, expression)()),)
 
 
-def _elements(station: Station, expression: Expression) -> tuple[tuple[str, Value], ...]:
+def _elements(station: Station, expression: Expression) -> Talk[Rows]:
     """What a name alone stands for: the simple variable and all elements of the array of that name."""
     if not isinstance(expression, Variable) or expression.indexes:
         return ()
     if expression.key in own(station):
         return tuple(_own_elements(station, expression, own(station)[expression.key]))
-    return tuple(station.environment.values_named(expression.key))
+    key = expression.key
+    found = station.environment.alone(key)
+    return (yield from _beside_if_many(found.count(), lambda: tuple(found.values_named(key))))
 
 
 def _own_elements(station: Station, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:
@@ -104,7 +118,7 @@ def _own_elements(station: Station, asked: Variable, reference: Reference) -> It
             yield f"{name}[{subscript(index)}] ({program})", cells[index]
 
 
-def _delete_variables(kinds: frozenset[Kind]) -> Handler:
+def _delete_variables(kinds: tuple[Kind, ...]) -> Handler:
     def delete(station: Station, it: Instruction) -> Talk[None]:
         doomed = [_variable_of(station, argument, kinds) for argument in it.arguments]
         if not (yield from agreed(station, f"{', '.join(name for name, _ in doomed)} will be deleted.")):
@@ -115,7 +129,7 @@ def _delete_variables(kinds: frozenset[Kind]) -> Handler:
     return delete
 
 
-def _variable_of(station: Station, expression: Expression | None, kinds: frozenset[Kind]) -> tuple[str, Index | None]:
+def _variable_of(station: Station, expression: Expression | None, kinds: tuple[Kind, ...]) -> tuple[str, Index | None]:
     """The name, and the index of one element. Raises UndefinedValue, TypeMismatch."""
     if not isinstance(expression, Variable):
         raise TypeMismatch("an expression", "the name of a variable is wanted")

@@ -10,7 +10,7 @@ from weakref import WeakSet, finalize
 from vrs_cli.dialogue.questions import Answer
 from vrs_cli.dialogue.replies import Message, ProgramStopped, Tone
 from vrs_cli.dialogue.runs import Beside, Outcome, RunResult
-from vrs_cli.dialogue.talk import Slice, Talk, Terminal, at_once
+from vrs_cli.dialogue.talk import Talk, Terminal, at_once, beside
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine, Postponement
@@ -26,9 +26,9 @@ from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.rights import check_may, may_all
+from vrs_cli.interfaces.station.brought import Brought
 from vrs_cli.interfaces.station.desk import Desk
 from vrs_cli.interfaces.station.lease import Lease
-from vrs_cli.interfaces.station.sections import define_sections
 from vrs_cli.interfaces.station.unstored import Unstored
 from vrs_cli.interfaces.tasks.debugging import Stepping
 from vrs_cli.interfaces.tasks.driver import Driver
@@ -38,9 +38,6 @@ from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.analysis.analyzer import analyze_among
-from vrs_cli.language.analysis.lineage import program_beyond_val2
-from vrs_cli.language.analysis.surroundings import Surroundings
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import CYCLE_SETTINGS
 from vrs_cli.language.run.environment import Environment
@@ -51,7 +48,6 @@ from vrs_cli.language.text.ast import (
     BadLine,
     File,
     Program,
-    Section,
     Statement,
 )
 from vrs_cli.language.text.collector import pause_collector
@@ -143,34 +139,37 @@ class Station:
         ProgramInterlocked where one of these is on the stack of a task.
         """
         file, diagnostics = parse_file(text)
-        return tuple(diagnostics) + at_once(self.put(file, text))
+        brought = at_once(self.ready(file, text))
+        self.take(brought)
+        return tuple(diagnostics) + brought.diagnostics
 
-    def put(self, file: File, text: str) -> Talk[tuple[Diagnostic, ...]]:
-        """The same of a file that has been parsed, a part at a time; what is wrong with what it means."""
+    def ready(self, file: File, text: str) -> Talk[Brought]:
+        """A file that has been parsed, ready for `take`. Raises as that does."""
+        self._check_free(file)
+        memory, vplus = self.environment.copy(), self.robot.switch("VPLUS")
+        return (yield from beside(lambda: Brought.of(file, text, memory, vplus=vplus)))
+
+    def take(self, brought: Brought) -> None:
+        """Put what a file has in memory, all of it at once. Raises ProgramInterlocked."""
+        self._check_free(brought.file)
+        self.environment.take(brought.variables)
+        self.layout = self.layout.with_file(brought.file)
+        self._store(brought)
+
+    def _check_free(self, file: File) -> None:
         for part in file.parts:
             if isinstance(part, Program):
                 self.check_free(part.name)
-        refused = yield from define_sections(self.environment, [one for one in file.parts if isinstance(one, Section)])
-        self.layout = self.layout.with_file(file)
-        return refused + (yield from self._store(file, text))
 
     def keep(self, program: Program, text: str) -> tuple[Diagnostic, ...]:
         """Put one program in memory, in the place of one of its name; `text` is its source. What is wrong with it."""
-        return at_once(self._store(File((program,)), text))
+        brought = Brought.of(File((program,)), text, self.environment.copy(), vplus=self.robot.switch("VPLUS"))
+        self._store(brought)
+        return brought.diagnostics
 
-    def _store(self, file: File, text: str) -> Talk[tuple[Diagnostic, ...]]:
-        programs = {part.key: part for part in file.parts if isinstance(part, Program)}
-        lines = tuple(text.split("\n"))
-        everything = {key: stored.program for key, stored in self.environment.programs.items()} | programs
-        surroundings = Surroundings(self.environment.kinds(), everything)
-        diagnostics: list[Diagnostic] = []
-        for program in programs.values():
-            analysis = analyze_among(surroundings, program)
-            self.environment.store(analysis, lines)
-            diagnostics += analysis.diagnostics
-            diagnostics += () if self.robot.switch("VPLUS") else tuple(program_beyond_val2(program))
-            yield Slice.MORE
-        return tuple(diagnostics)
+    def _store(self, brought: Brought) -> None:
+        for analysis in brought.analyses:
+            self.environment.store(analysis, brought.lines)
 
     # --- running ---
 
@@ -413,14 +412,14 @@ class Station:
         self.desk.last_statement = statement
         task = statement_task(self.environment, self.robot, statement)
         track = self.tasks.start(PROMPT_LINE, task)
-        beside = self.unstored.of_program
-        if beside:
+        of_program = self.unstored.of_program
+        if of_program:
             self._changes_by_program(False)
         try:
             result = yield from self.driver.run(track, self.limits)
         finally:
             self.tasks.forget(PROMPT_LINE)
-            if beside and self.running:
+            if of_program and self.running:
                 self._changes_by_program(True)
         self.settle()
         if result.outcome is Outcome.ABORTED:

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping
 from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import StoredProgram
-from vrs_cli.language.run.variables import item_of
-from vrs_cli.language.text.ast import Program, Section
+from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.printer import print_program
 from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.values import Value, kind_of_value
@@ -92,18 +91,17 @@ class Unstored:
 
     # --- what is noted ---
 
-    def stored(self, parts: Iterable[object]) -> None:
-        """A file has these programs and sections."""
-        for part in parts:
-            if isinstance(part, Program):
-                self._programs[part.key] = part
-                self._different.pop(part.key, None)
-            elif isinstance(part, Section):
-                for item in map(item_of, part.entries):
-                    value = self._environment.value(item)
-                    if value is not None:
-                        self._values[item] = value
-                        self._changed.add(item)
+    def programs_stored(self, programs: Iterable[Program]) -> None:
+        """A file has these programs."""
+        for program in programs:
+            self._programs[program.key] = program
+            self._different.pop(program.key, None)
+
+    def values_stored(self, values: Mapping[Item, Value]) -> None:
+        """A file has these variables with these values."""
+        self._changed.update(item for item, value in values.items() if self._values.get(item) != value)
+        self._changed |= self._items & values.keys()
+        self._values |= values
 
     @property
     def of_program(self) -> bool:

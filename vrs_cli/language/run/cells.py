@@ -65,6 +65,10 @@ class Cells(dict[str | Index, Value]):
             raise self.clash(key)
         raise UndefinedValue(self.name(key), self._hint(key))
 
+    def take(self, values: Mapping[str | Index, Value]) -> None:
+        """Give many variables their values."""
+        self.update(values)
+
     def size(self) -> int:
         """Elements of an array, and characters of strings."""
         elements = 0 if self.array is None else len(self)
@@ -119,6 +123,12 @@ class NotedCells(Cells):
         if self.get(key) != value:
             self._note(key)
         super().__setitem__(key, value)
+
+    def take(self, values: Mapping[str | Index, Value]) -> None:
+        for key, value in values.items():
+            if self.get(key) != value:
+                self._note(key)
+        super().take(values)
 
     def pop(self, key: str | Index, default: Any = None) -> Any:
         if key in self:

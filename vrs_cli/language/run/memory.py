@@ -58,6 +58,13 @@ class Memory(Variables):
         self.last_error = 0
         self.system = System()
 
+    def copy(self) -> Memory:
+        """Its variables and programs as they are now, for whoever reads them later, in any thread."""
+        copied = Memory(units=self.units)
+        copied.take(self)
+        copied.programs |= self.programs
+        return copied
+
     def store(self, analysis: Analysis, lines: tuple[str, ...] = ()) -> StoredProgram:
         """Keep a program, in the place of one of the same name. `lines`: those of its whole file."""
         stored = StoredProgram(analysis, lines)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.run.cells import NO_CELLS, OTHER_KIND, Cells, Index, Item, Reference, bare_cells, subscript
 from vrs_cli.language.text.ast import Entry, Number
-from vrs_cli.language.words.kind import Kind, key_of, kind_of_name
+from vrs_cli.language.words.kind import Kind, key_of, kind_of_name, kinds_of_name
 from vrs_cli.language.words.values import Value, kind_of_value, precision_point, transformation, whole
 
 
@@ -91,7 +91,7 @@ class Variables:
     def value(self, item: Item) -> Value | None:
         """The value of a variable or an element; None where it has none."""
         key, index = item
-        for kind in Kind:
+        for kind in kinds_of_name(key):
             cells = self._simple[kind] if index is None else self._arrays[kind].get(key, NO_CELLS)
             found = cells.get(key if index is None else index)
             if found is not None:
@@ -100,8 +100,7 @@ class Variables:
 
     def variables(self, kind: Kind) -> Iterator[NamedValue]:
         """Every value of a kind in the order of names and indexes, arrays element by element."""
-        simple, arrays = self._simple[kind], self._arrays[kind]
-        for key in sorted({*map(str, simple), *(array for array, cells in arrays.items() if cells)}):
+        for key in sorted(self._names(kind)):
             yield from self._named(kind, key)
 
     def values_named(self, key: str) -> Iterator[NamedValue]:
@@ -128,11 +127,42 @@ class Variables:
             self.delete(key)
         self.reference(key, index).assign(value)
 
+    def take(self, other: Variables) -> None:
+        """Give the variables of others their values, in place of what their names were."""
+        self.spelling |= other.spelling | self.spelling
+        for kind, rival in OTHER_KIND.items():
+            for key in other._names(kind) & self._names(rival):
+                self.delete(key)
+        for kind in Kind:
+            self._simple[kind].take(other._simple[kind])
+            for array, elements in other._arrays[kind].items():
+                if elements:
+                    self.cells(kind, array).take(elements)
+
+    def alone(self, key: str) -> Variables:
+        """One name with all that it stands for now."""
+        found = Variables(self.units)
+        found.spell(key, self.spelling.get(key, key))
+        for kind in kinds_of_name(key):
+            if key in self._simple[kind]:
+                found._simple[kind][key] = self._simple[kind][key]
+            if key in self._arrays[kind]:
+                found.cells(kind, key).take(self._arrays[kind][key])
+        return found
+
+    def _names(self, kind: Kind) -> set[str]:
+        """The keys of the names that are of a kind."""
+        return {*map(str, self._simple[kind]), *(array for array, cells in self._arrays[kind].items() if cells)}
+
     def name_of(self, item: Item) -> str:
         """A variable as a listing shows it."""
         key, index = item
         spelled = self.spelling.get(key, key)
         return spelled if index is None else f"{spelled}[{subscript(index)}]"
+
+    def count(self) -> int:
+        """How many have a value, elements of arrays each."""
+        return sum(map(len, self._all()))
 
     def size(self) -> int:
         """Elements of all arrays, and characters of all strings."""

@@ -16,6 +16,8 @@ class Kind(Enum):
     LOCATION = "transformation"
     PRECISION = "precision point"
 
+    __hash__ = object.__hash__  # there is one of each: that of Enum is slow, and every variable is found by its kind
+
 
 SIGIL_KINDS: Mapping[str, Kind] = {"#": Kind.PRECISION, "$": Kind.STRING}
 
@@ -23,6 +25,12 @@ SIGIL_KINDS: Mapping[str, Kind] = {"#": Kind.PRECISION, "$": Kind.STRING}
 def kind_of_name(name: str) -> Kind:
     """The kind that a name shows; REAL for a bare one, which can be a transformation too."""
     return SIGIL_KINDS.get(name[:1], Kind.REAL)
+
+
+def kinds_of_name(name: str) -> tuple[Kind, ...]:
+    """The kinds that a variable of that name can have."""
+    shown = SIGIL_KINDS.get(name[:1])
+    return (Kind.REAL, Kind.LOCATION) if shown is None else (shown,)
 
 
 def key_of(name: str) -> str:
