@@ -52,7 +52,7 @@ INNER_FLOORS = {  # the same inside a folder; a file beside these floors may imp
 LIVES_IN = {
     "lark": {"language/text/table.py"},
     "prompt_toolkit": {"repl"},
-    "websockets": {"net/client.py", "net/sockets.py"},
+    "websockets": {"net/client.py", "net/server.py", "net/sockets.py"},
     "rich": {"render"},
     "msgspec": {*FLOORS[FLOORS.index("engine") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
     "filelock": {"files/lock.py"},
@@ -82,6 +82,7 @@ DEFERRED = (
     Deferred(
         ("cli",), ("vrs_cli", "time", "collections"), "a command loads what it needs, and its help nothing of that"
     ),
+    Deferred(("cli/serve.py",), ("asyncio", "ssl", "tempfile"), "as above"),
     Deferred(("cli/fence.py",), ("resource",), "Windows has none"),
     Deferred(
         ("repl", "render"),

@@ -33,9 +33,10 @@ class Subscription(Generic[E]):
     subscription has ended it.
     """
 
-    def __init__(self, most: int = MOST) -> None:
+    def __init__(self, most: int = MOST, woken: Callable[[], None] | None = None) -> None:
         self.most = most
         self.ended = False
+        self._woken = woken  # called when there is something to take, in the thread of who tells
         self._queue: Inbox[E | Missed | _End] = Inbox()
 
     # --- who tells ---
@@ -44,6 +45,11 @@ class Subscription(Generic[E]):
         """Events that have all happened. Never waits: where there is no room, all that waits is left out with them, and
         `instead` makes up for it.
         """
+        self._put(events, instead)
+        if self._woken is not None:
+            self._woken()
+
+    def _put(self, events: Sequence[E], instead: Callable[[], E]) -> None:
         if len(self._queue) + len(events) <= self.most:
             for event in events:
                 self._queue.put(event)
@@ -84,11 +90,11 @@ class Feed(Generic[E]):
         self._subscriptions: WeakSet[Subscription[E]] = WeakSet()
         self._held: list[E] | None = None
 
-    def subscribe(self, most: int = MOST) -> Subscription[E]:
-        """What stands for all so far, and every event from now on."""
+    def subscribe(self, most: int = MOST, woken: Callable[[], None] | None = None) -> Subscription[E]:
+        """What stands for all so far, and every event from now on; `woken` is called when there is one."""
         self._publish(self._held or ())
         self._held = None if self._held is None else []
-        subscription: Subscription[E] = Subscription(most)
+        subscription: Subscription[E] = Subscription(most, woken)
         subscription.put([self._instead()], self._instead)
         self._subscriptions.add(subscription)
         return subscription

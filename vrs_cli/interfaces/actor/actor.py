@@ -27,7 +27,7 @@ from vrs_cli.engine.book import Journal
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.inbox import Inbox
 from vrs_cli.errors import FileError, RequestRefused, VrsError
-from vrs_cli.interfaces.actor.ticket import Reaction, Ticket
+from vrs_cli.interfaces.actor.ticket import Outlet, Reaction, Ticket
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE
 
@@ -68,6 +68,12 @@ class _Answer(Struct):
             self.ticket.end(self.result)
 
 
+class _News(Struct):
+    """Something that the robot says by itself."""
+
+    give: Callable[[], None]
+
+
 class _Reacted(Struct):
     """A holder gives back something for what was said to it. `question`: the id of that, 0 where it was a reply."""
 
@@ -106,9 +112,10 @@ class Actor:
         self._questions = count(1)
         self._time_first = False  # time goes on before the next request begins
         self._look = False  # what was done may have stopped a program that others wait for
-        self._answers: list[_Answer] = []  # to be given when the changes that they are of are on the disk
+        self._answers: list[_Answer | _News] = []  # to be given when the changes that they are of are on the disk
         self._since = inf  # [s] of real time: when the first of them was made
         self.mishaps: list[Exception] = []  # errors of the program itself, while it was served
+        self.worked = 0.0  # [s] of CPU, while it was served
         self._stepping = Lock()
         self._server: Thread | None = None
         self._closed = False
@@ -118,9 +125,9 @@ class Actor:
 
     # --- asking, from any thread ---
 
-    def submit(self, talk: Talk[T], *, urgent: bool = False) -> Ticket[T]:
-        """Ask for what a talk does. The ticket has what is said of it, and how it ends."""
-        ticket: Ticket[T] = Ticket(self._put_reaction, self._put_withdrawal)
+    def submit(self, talk: Talk[T], *, urgent: bool = False, outlet: Outlet | None = None) -> Ticket[T]:
+        """Ask for what a talk does. The ticket has what is said of it, and how it ends; or the outlet hears of that."""
+        ticket: Ticket[T] = Ticket(self._put_reaction, self._put_withdrawal, outlet)
         if self._closed:
             ticket.refuse(RequestRefused("the robot is not driven any more"))
         elif not urgent and len(self._inbox) + len(self._waiting) >= MOST_WAITING:
@@ -137,6 +144,12 @@ class Actor:
             return act()
 
         return self.submit(once(), urgent=urgent)
+
+    def tell(self, give: Callable[[], None]) -> None:
+        """The robot says something by itself: it is given where its answers are, and in their order. For what happens
+        in one of its steps.
+        """
+        self._answers.append(_News(give))
 
     def _put_reaction(self, ticket: Ticket[Any], reaction: Reaction, question: int) -> None:
         self._inbox.put(_Reacted(ticket, reaction, question))
@@ -212,6 +225,7 @@ class Actor:
                 self.step()
             except Exception as error:  # of a task that nobody waits for, which has ended with it
                 self.mishaps.append(error)
+            self.worked = time.thread_time()
 
     def close(self) -> None:
         """Drive no longer: what has not ended is refused."""
@@ -271,7 +285,7 @@ class Actor:
         """Let those go on that wait until a program has stopped."""
         waited, self._running = self._running, []
         for request in waited:
-            request.reaction = error
+            request.reaction = request.reaction if error is None else error
             self._go_on(request)
 
     def _go_on(self, request: _Request) -> None:
@@ -338,8 +352,8 @@ class Actor:
             journal.settle()
         except FileError as error:
             lost = Message(f"{error}; what was done last is not on the disk", Tone.ERROR)
-            tickets = dict.fromkeys(answer.ticket for answer in self._answers)
-            self._answers = [_Answer(ticket, said=lost) for ticket in tickets] + self._answers
+            tickets = dict.fromkeys(one.ticket for one in self._answers if isinstance(one, _Answer))
+            self._answers = [*(_Answer(ticket, said=lost) for ticket in tickets), *self._answers]
 
     # --- messages ---
 

@@ -15,13 +15,22 @@ T = TypeVar("T")
 Reaction = Answer | BaseException
 """What a holder gives back for what was said: the answer to a question, or what went wrong with it."""
 
+Outlet = Callable[["Ticket[Any]", "Reply | Question | None"], None]
+"""Hears of a request, in the robot's thread: what is said of it as it is said, and None at its end."""
+
 
 class Ticket(Generic[T]):
-    """A request on its way, in any thread. `result` waits for its end, and raises what went wrong."""
+    """A request on its way, in any thread. `result` waits for its end, and raises what went wrong. With an `outlet` all
+    that is said goes there, and nowhere else.
+    """
 
     def __init__(
-        self, react: Callable[[Ticket[Any], Reaction, int], None], withdraw: Callable[[Ticket[Any]], None]
+        self,
+        react: Callable[[Ticket[Any], Reaction, int], None],
+        withdraw: Callable[[Ticket[Any]], None],
+        outlet: Outlet | None = None,
     ) -> None:
+        self._outlet = outlet
         self._said: SimpleQueue[Reply | Question | None] = SimpleQueue()
         self._react, self._withdraw = react, withdraw
         self._over = Event()
@@ -78,7 +87,7 @@ class Ticket(Generic[T]):
     # --- the robot's side ---
 
     def say(self, said: Reply | Question) -> None:
-        self._said.put(said)
+        self._put(said)
 
     def end(self, result: T) -> None:
         self._result = result
@@ -90,4 +99,10 @@ class Ticket(Generic[T]):
 
     def _end(self) -> None:
         self._over.set()
-        self._said.put(None)
+        self._put(None)
+
+    def _put(self, said: Reply | Question | None) -> None:
+        if self._outlet is None:
+            self._said.put(said)
+        else:
+            self._outlet(self, said)

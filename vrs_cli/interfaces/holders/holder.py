@@ -9,7 +9,7 @@ from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import MOST, Subscription
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.actor.ticket import Outlet, Ticket
 from vrs_cli.interfaces.rights import STOPPING, check_may, needed
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.desk import Desk
@@ -52,7 +52,7 @@ class Holder:
 
     def ask(self, line: str) -> Ticket[None]:
         """A line of VAL-II. ABORT overtakes all that waits, which is refused."""
-        return self.submit(self._session.answers(line), urgent=self._stops(line))
+        return self.submit(self._session.answers(line), urgent=self.stops(line))
 
     def call(self, act: Callable[[Session], T], *, urgent: bool = False) -> Ticket[T]:
         """Something to be done while nobody else changes anything."""
@@ -63,9 +63,9 @@ class Holder:
 
         return self.submit(once(), urgent=urgent)
 
-    def submit(self, talk: Talk[T], *, urgent: bool = False) -> Ticket[T]:
+    def submit(self, talk: Talk[T], *, urgent: bool = False, outlet: Outlet | None = None) -> Ticket[T]:
         """What a talk does."""
-        ticket = self._actor.submit(self._session.at(self.desk, talk), urgent=urgent)
+        ticket = self._actor.submit(self._session.at(self.desk, talk), urgent=urgent, outlet=outlet)
         self._tickets = [one for one in self._tickets if not one.done()] + [ticket]
         return ticket
 
@@ -83,7 +83,8 @@ class Holder:
             ticket.withdraw()
         self._actor.call(lambda: self._session.leave(self.desk))
 
-    def _stops(self, line: str) -> bool:
+    def stops(self, line: str) -> bool:
+        """Whether a line overtakes all that waits."""
         if self.desk.editor is not None or line.lstrip()[:2].upper() not in {word[:2] for word in STOPPING}:
             return False
         try:

@@ -346,6 +346,11 @@ class Station:
             desk.interrupted = desk.interrupted or desk is not self.desk
         self._abort((PROMPT_LINE, ROBOT_PROGRAM))
 
+    def pause(self) -> None:
+        """Stop the program when the motion that it is in is over: PROCEED lets it go on."""
+        self.tasks.pause(ROBOT_PROGRAM)
+        self.settle()
+
     def stop(self) -> None:
         """The emergency stop: as `abort`, and every task."""
         self._abort([track.number for track in self.tasks.running])

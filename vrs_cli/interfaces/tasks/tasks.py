@@ -13,7 +13,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Track
-from vrs_cli.language.run.effects import AttachRobot, TaskState, Wait
+from vrs_cli.language.run.effects import AttachRobot, Pause, TaskState, Wait
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.semantics.tasks import LAST_TASK
@@ -120,6 +120,15 @@ class Tasks:
         if self.owns(track) and not self.only_waits(track):
             self._engine.stop()
         track.until(self._engine.now, Aborted())
+        return track
+
+    def pause(self, number: int) -> Track | None:
+        """Stop a task when the motion that it is in is over; None where there is none that runs."""
+        track = self.get(number)
+        if track is None or not track.running or isinstance(track.pending, Aborted):
+            return None
+        track.task.state = TaskState.PAUSED
+        track.until(self._engine.now, Pause())
         return track
 
     def only_waits(self, track: Track) -> bool:

@@ -1,0 +1,318 @@
+"""`vrs serve`: robots that others hold over the network."""
+
+from __future__ import annotations
+
+import argparse
+import ipaddress
+import signal
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vrs_cli.cli.clocks import clock_rate, with_rate
+from vrs_cli.cli.command_line import CommandLineError, Parser, size, whole
+from vrs_cli.errors import FileError
+
+if TYPE_CHECKING:
+    import ssl
+    from collections.abc import Callable
+
+    from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.net.audit import Audit
+    from vrs_cli.net.hub import Hub
+    from vrs_cli.net.limits import Allowance
+    from vrs_cli.net.room import Plan
+    from vrs_cli.net.server import Place, Server
+    from vrs_cli.net.tokens import TokenFile
+
+OK = 0
+USUAL_PORT = 8765
+USUAL_ROBOT = "puma560"
+LOCAL = ("localhost",)
+WARM = ("WHERE", "MOVE #PPOINT(10, -80, 80, 5, 5, 5)", "x = 1", "TYPE x", "LISTR", "STATUS")
+
+EPILOG = """\
+One robot, for this machine alone:
+
+  vrs serve
+  vrs connect ws://127.0.0.1:8765        (in another terminal)
+
+Two robots in real time, which are there again after a crash:
+
+  vrs serve --robot cell1=puma560 --robot cell2=cobra600 --realtime --journal journal
+
+A class, each with a robot of her own (vrs token makes the tokens):
+
+  vrs serve --host 0.0.0.0 --tls-cert cert.pem --tls-key key.pem --tokens class.toml \\
+            --robots-per-token 1 --journal journal --folder files
+
+Ctrl-C, or SIGTERM, ends it. See docs/serve.md and docs/security.md.
+"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Serve until a signal says to end."""
+    options = _parser(prog).parse(list(with_rate(arguments)))
+    _check(options)
+    import asyncio
+
+    from vrs_cli.net.server import Server
+
+    tell = _Teller(prog)
+    with _audit(options, tell) as audit, _folder(options) as folder:
+        tokens = _tokens(options)
+        server = Server(_place(options), _allowance(options), audit, tokens, tell)
+        hub = _hub(options, server, audit, folder, tell)
+        try:
+            _warm()
+            hub.open_all()
+            return asyncio.run(_served(prog, options, server, hub, tell))
+        finally:
+            hub.close()
+
+
+class _Teller:
+    """Says on standard error what whoever runs the server has to know."""
+
+    def __init__(self, prog: str) -> None:
+        self._prog = prog
+
+    def __call__(self, text: str) -> None:
+        print(f"{self._prog}: {text}", file=sys.stderr, flush=True)
+
+
+async def _served(prog: str, options: argparse.Namespace, server: Server, hub: Hub, tell: Callable[[str], None]) -> int:
+    import asyncio
+
+    stop, loop = asyncio.Event(), asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        try:
+            loop.add_signal_handler(number, stop.set)
+        except NotImplementedError:  # Windows: Ctrl-C raises
+            break
+
+    def ready(address: str) -> None:
+        print(f"{prog}: {address}, {_named(options, hub)}", flush=True)
+
+    try:
+        await server.run(hub, ready, stop)
+    except OSError as error:
+        where = f"{options.host}:{options.port}"
+        raise CommandLineError(f"{where}: {(error.strerror or str(error)).lower()}", "name another --port") from None
+    tell("ended")
+    return OK
+
+
+def _named(options: argparse.Namespace, hub: Hub) -> str:
+    names = ", ".join(hub.rooms)
+    said = f"{'robot' if len(hub.rooms) == 1 else 'robots'} {names}" if names else "no robot of all"
+    own = options.robots_per_token
+    return f"{said}; {own} of its own for each token" if own else said
+
+
+def _parser(prog: str) -> Parser:
+    parser = Parser(prog, "Serve virtual robots to others: vrs connect, vrs view, vrs.connect(URL).", EPILOG)
+    parser.add_argument("--host", default="127.0.0.1", help="the address to listen at (default: this machine alone)")
+    parser.add_argument("--port", type=_port, default=USUAL_PORT, help=f"default: {USUAL_PORT}; 0: any that is free")
+    told = "a robot that all may hold, and what it is (vrs robots, or a TOML or URDF file); may be repeated"
+    parser.add_argument("--robot", metavar="NAME=ROBOT", type=_robot, action="append", default=[], help=told)
+    own = parser.add_argument_group("a class")
+    own.add_argument("--tokens", metavar="FILE", help="who may enter, as what: a TOML file, read again when it changes")
+    own.add_argument("--robots-per-token", metavar="N", type=size, default=0, help="robots that each token has alone")
+    own.add_argument(
+        "--own-robot", metavar="ROBOT", default=USUAL_ROBOT, help=f"what these are (default: {USUAL_ROBOT})"
+    )
+    time = parser.add_argument_group("time")
+    time.add_argument(
+        "--realtime",
+        metavar="RATE",
+        nargs="?",
+        type=clock_rate,
+        const=1.0,
+        help="let time pass as on a real robot, or RATE times as fast",
+    )
+    time.add_argument("--causality", choices=("ABORT", "POSTPONE"), help="what becomes of commands that come too late")
+    time.add_argument(
+        "--when-driver-goes",
+        choices=("go-on", "pause", "abort"),
+        default="go-on",
+        help="what a program does then (default: go-on)",
+    )
+    kept = parser.add_argument_group("what is kept")
+    kept.add_argument("--journal", metavar="DIR", help="what robots do and know: there again when the server is")
+    kept.add_argument("--folder", metavar="DIR", help="the files of robots, one folder for each (default: temporary)")
+    kept.add_argument("--audit", metavar="FILE", help="a line for each command (default: audit.jsonl in --journal)")
+    net = parser.add_argument_group("the network")
+    net.add_argument("--tls-cert", metavar="FILE", help="the certificate of this server, with its chain (PEM)")
+    net.add_argument("--tls-key", metavar="FILE", help="its key (default: in the same file)")
+    net.add_argument("--insecure", action="store_true", help="other machines too, though all can be read on the way")
+    net.add_argument("--origin", metavar="URL", action="append", default=[], help="pages of this site may connect too")
+    limits = parser.add_argument_group("limits", "K, M and G are 1000, 1000K and 1000M.")
+    limits.add_argument("--max-connections", metavar="N", type=size, help="in all (default: 4000)")
+    limits.add_argument("--max-folder", metavar="BYTES", type=size, help="in a robot's folder (default: 100M)")
+    limits.add_argument("--max-segments", metavar="N", type=size, help="of a robot's timeline (default: 2M)")
+    limits.add_argument("--max-steps", metavar="N", type=size, help="of one run of a program (default: any number)")
+    return parser
+
+
+def _port(text: str) -> int:
+    port = whole(text)
+    if not 0 <= port <= 65535:
+        raise argparse.ArgumentTypeError(f"{text} is no port (0 to 65535)")
+    return port
+
+
+def _robot(text: str) -> tuple[str, str]:
+    """`cell1=puma560`; a robot alone has its own name."""
+    name, equals, robot = text.partition("=")
+    if not equals:
+        name, robot = Path(text).stem, text
+    from vrs_cli.net.tokens import NAME_RULE, good_name
+
+    if not good_name(name):
+        raise argparse.ArgumentTypeError(f"{name!r} is no name for a robot ({NAME_RULE}): NAME=ROBOT")
+    return name, robot
+
+
+# --- what is wrong with a command line ---
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Raises CommandLineError for what would let others in unasked, or be heard by others."""
+    names = [name for name, _ in options.robot]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise CommandLineError(f"--robot {twice} is there twice", "give each a name of its own: NAME=ROBOT")
+    if options.tls_key and not options.tls_cert:
+        raise CommandLineError("--tls-key without --tls-cert", "give both")
+    if options.robots_per_token and not options.tokens:
+        raise CommandLineError("--robots-per-token without --tokens", "vrs token makes tokens")
+    if _is_local(options.host):
+        return
+    if not options.tokens:
+        raise CommandLineError(f"--host {options.host} without --tokens: anybody could drive", "vrs token makes tokens")
+    if not options.tls_cert and not options.insecure:
+        what = f"--host {options.host} without TLS: tokens and all else could be read on the way"
+        raise CommandLineError(what, "--tls-cert and --tls-key, or --insecure if you know the network")
+
+
+def _is_local(host: str) -> bool:
+    """Whether only this machine reaches an address."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host.lower() in LOCAL
+
+
+# --- what is made of it ---
+
+
+def _place(options: argparse.Namespace) -> Place:
+    from vrs_cli.net.server import Place
+
+    if options.insecure and not options.tls_cert and not _is_local(options.host):
+        print("vrs serve: --insecure: whoever is on the way can read the tokens, and drive", file=sys.stderr)
+    return Place(options.host, options.port, _tls(options), tuple(options.origin))
+
+
+def _tls(options: argparse.Namespace) -> ssl.SSLContext | None:
+    if not options.tls_cert:
+        return None
+    import ssl
+
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    try:
+        context.load_cert_chain(options.tls_cert, options.tls_key)
+    except OSError as error:  # SSLError too
+        files = " and ".join(filter(None, (options.tls_cert, options.tls_key)))
+        raise CommandLineError(f"{files}: {error.strerror or error}", "a certificate and its key, in PEM") from None
+    return context
+
+
+def _tokens(options: argparse.Namespace) -> TokenFile | None:
+    from vrs_cli.net.tokens import TokenFile
+
+    return None if options.tokens is None else TokenFile(Path(options.tokens))
+
+
+def _allowance(options: argparse.Namespace) -> Allowance:
+    from vrs_cli.net.limits import Allowance
+
+    given = {
+        "connections": options.max_connections,
+        "folder": options.max_folder,
+        "segments": options.max_segments,
+        "steps": options.max_steps,
+    }
+    return Allowance(**{name: value for name, value in given.items() if value is not None})
+
+
+def _hub(options: argparse.Namespace, server: Server, audit: Audit, folder: Path, tell: Callable[[str], None]) -> Hub:
+    from vrs_cli.kinematics.robot_file import load_robot
+    from vrs_cli.net.hub import Hub, Places
+
+    wanted = options.robot or ([] if options.robots_per_token else [(USUAL_ROBOT, USUAL_ROBOT)])
+    robots: Mapping[str, RobotModel] = {name: load_robot(robot) for name, robot in wanted}
+    journal = None if options.journal is None else _made(Path(options.journal), "--journal")
+    return Hub(robots, Places(journal, folder), _usual(options), audit, server.wake, tell, own=options.robots_per_token)
+
+
+def _usual(options: argparse.Namespace) -> Plan:
+    from vrs_cli.kinematics.robot_file import load_robot
+    from vrs_cli.net.driving import WhenGone
+    from vrs_cli.net.room import Plan
+
+    return Plan(
+        load_robot(options.own_robot),
+        Path(),
+        realtime=options.realtime,
+        causality=options.causality or "",
+        when_gone=WhenGone(options.when_driver_goes),
+        allowance=_allowance(options),
+    )
+
+
+@contextmanager
+def _audit(options: argparse.Namespace, tell: Callable[[str], None]) -> Iterator[Audit]:
+    import time
+
+    from vrs_cli.net.audit import Audit
+
+    path = options.audit or (options.journal and Path(options.journal) / "audit.jsonl")
+    audit = Audit(Path(path) if path else None, time.time, tell)
+    try:
+        yield audit
+    finally:
+        audit.close()
+
+
+@contextmanager
+def _folder(options: argparse.Namespace) -> Iterator[Path]:
+    """Where the files of robots are."""
+    if options.folder is not None:
+        yield _made(Path(options.folder), "--folder")
+        return
+    from tempfile import TemporaryDirectory
+
+    with TemporaryDirectory(prefix="vrs-") as folder:
+        yield Path(folder)
+
+
+def _made(folder: Path, option: str) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"{option} {folder}: {error.strerror}", "name a folder") from None
+    return folder.resolve()
+
+
+def _warm() -> None:
+    """The first line of whoever comes first is not to wait for what is loaded late."""
+    from vrs_cli.interfaces.roles.local import Notes
+    from vrs_cli.interfaces.session.session import Session
+
+    session = Session(Notes())
+    for line in WARM:
+        session.perform(line)

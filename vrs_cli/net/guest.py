@@ -1,0 +1,465 @@
+"""One holder of a robot that is served, over all the connections that it has one after the other.
+
+What a client asks for becomes a request to the robot; what comes of it becomes messages, in the order in which the
+robot said it. Nothing here waits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, NamedTuple, Protocol
+
+from vrs_cli.dialogue.questions import Question, ended
+from vrs_cli.dialogue.replies import Message, Reply, is_error
+from vrs_cli.dialogue.talk import Talk, beside
+from vrs_cli.engine.position import position_at
+from vrs_cli.errors import LimitReached, RequestRefused, RoleWanted, VrsError
+from vrs_cli.files.bounds import Folder
+from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.conversation.acts import DeskAct, StopProgram
+from vrs_cli.interfaces.conversation.complete import Suggestion
+from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.status import Status
+from vrs_cli.interfaces.editor.screen import KeepDraft
+from vrs_cli.interfaces.holders.holder import Holder
+from vrs_cli.interfaces.jog.jogger import Press
+from vrs_cli.interfaces.session.acts import ACTS, RobotAct, Say, Undo, act_on
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.language.words.word import Role
+from vrs_cli.net import locker, messages
+from vrs_cli.net.broadcast import Broadcast, Listener, Sink
+from vrs_cli.net.driving import Driving
+from vrs_cli.net.holder_times import HolderTimes
+from vrs_cli.net.ledger import Ledger
+from vrs_cli.net.limits import Allowance
+from vrs_cli.net.packets import Form
+from vrs_cli.net.protocol import ServerConnection
+from vrs_cli.net.tokens import Grant
+from vrs_cli.wire.codec import Encoding
+from vrs_cli.wire.refusal import Refusal
+from vrs_cli.wire.snapshots import snapshot_record
+
+MOST_TIMES = 2000  # of one Positions: 20 ms
+
+
+class Link(Protocol):
+    """A socket, to the robot that it leads to. It never waits and never raises."""
+
+    connection: ServerConnection
+    address: str
+    deflates: bool
+
+    @property
+    def sink(self) -> Sink:
+        """For what is told to many."""
+
+    def flush(self) -> None:
+        """Send what the connection has to send, and close where that is due."""
+
+    def ping(self) -> None:
+        """Find out whether somebody is there; that is told by `Guest.beat`."""
+
+
+class Hall(Protocol):
+    """What all holders of one robot share."""
+
+    @property
+    def session(self) -> Session: ...
+
+    broadcast: Broadcast
+    driving: Driving
+    folder: Folder
+    allowance: Allowance
+
+    def ask(self, guest: Guest, talk: Talk[Any], pending: Pending, *, urgent: bool = False) -> None:
+        """Have something done, and tell the guest of it."""
+
+    def checked(self, talk: Talk[Any], always: Callable[[], bool]) -> Talk[Any]:
+        """The same talk, unless nothing may be changed now and it is not one that may `always` be; what it changes is
+        written down.
+        """
+
+    def may_always(self, line: str) -> bool:
+        """Whether a line only looks, stops, or makes room."""
+
+    def awaited(self, guest: Guest) -> Ticket[Any] | None:
+        """The last command of a holder that has not ended."""
+
+    def note(self, guest: Guest, what: str, result: str) -> None:
+        """A line for the audit."""
+
+    def present(self, guest: Guest) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The robots that it may hold, and who holds this one."""
+
+    def stirred(self) -> None:
+        """There is something to broadcast."""
+
+
+class Pending(NamedTuple):
+    """Something that a guest has asked for, and the message that answers it."""
+
+    id: int
+    what: str  # for the audit; empty where that is none of its business
+    answer: Callable[[Any], messages.ServerMessage | None] | None = None  # a command has Done
+
+
+class _Ended(NamedTuple):
+    """How a command has ended: what stands around the prompt then, and what has come of it."""
+
+    status: Status | None = None
+    found: Any = None
+
+
+class Guest:
+    """`name` is its own among the holders of the robot, `link` its socket, None while that is cut."""
+
+    def __init__(
+        self, hall: Hall, name: str, grant: Grant, ledger: Ledger, hello: messages.Hello, wall: Callable[[], float]
+    ) -> None:
+        self.name, self.grant, self.ledger = name, grant, ledger
+        self.holder = Holder(hall.session, grant.role, name)
+        desk = self.holder.desk
+        desk.attended = hello.attended
+        desk.lives = hello.attended and hall.session.engine.realtime
+        self.conversation = Conversation(hall.session, desk)
+        self.link: Link | None = None
+        self.address = ""
+        self.console = False
+        self.heard_at = wall()
+        self._hall, self._wall = hall, wall
+        self._listener: Listener | None = None
+        self._questions: dict[int, tuple[Question, Ticket[Any]]] = {}
+        self._failed: set[int] = set()  # commands of which an error was told
+        self._status: Status | None = None  # as it was told last
+        self._times = HolderTimes() if hello.delay is None else HolderTimes(allowed=hello.delay)
+
+    # --- connections ---
+
+    def attach(self, link: Link, hello: messages.Hello) -> None:
+        """It has a socket, in place of the one before."""
+        self.detach()
+        self.link, self.address = link, link.address
+        form = Form(text=hello.format is Encoding.JSON, full=hello.full)
+        self._listener = self._hall.broadcast.join(link.sink, form, deflates=link.deflates)
+        self._status = None
+        self.beat()
+
+    def detach(self) -> None:
+        """Its socket is gone; it may have another one soon."""
+        listener, self._listener, self.link = self._listener, None, None
+        if listener is not None:
+            self._hall.broadcast.leave(listener)
+
+    def beat(self) -> None:
+        """It is there."""
+        self.heard_at = self._wall()
+        self._hall.driving.beat(self.name)
+
+    def tell(self, message: messages.Numbered) -> None:
+        """What it hears exactly once, now or when it is connected again."""
+        self.ledger.tell(message, self._wall())
+
+    def say(self, message: messages.ServerMessage) -> None:
+        """What it hears if it is connected."""
+        if self.link is not None:
+            self.link.connection.send(message, self._wall())
+
+    def leave(self) -> None:
+        """It is gone for good: what it asked for and is not done is left."""
+        self.detach()
+        self.holder.leave()
+
+    # --- what comes ---
+
+    def take(self, message: messages.ClientMessage) -> None:
+        """Do what a client asks for. What cannot be done is told."""
+        self.beat()
+        try:
+            _TAKEN[type(message)](self, message)
+        except Exception as error:
+            self.refuse(message, error)
+
+    def refuse(self, message: messages.ClientMessage, error: Exception) -> None:
+        """It is not done."""
+        refusal, id = _refusal(error), message.id if isinstance(message, messages.Request) else None
+        if isinstance(message, messages.Command):
+            done = messages.Done(message.id, ok=False, refusal=refusal, version=self.holder.timeline.version)
+            self.tell(done)
+        else:
+            self.tell(messages.Refused(refusal, id))
+
+    def _ask(self, request: messages.Request, talk: Talk[Any], what: str, *, urgent: bool = False) -> None:
+        self._hall.ask(self, talk, Pending(request.id, what), urgent=urgent)
+
+    def _look(
+        self, request: messages.Request, talk: Talk[Any], answer: Callable[[Any], messages.ServerMessage]
+    ) -> None:
+        self._hall.ask(self, talk, Pending(request.id, "", answer))
+
+    def _line(self, message: messages.Line) -> None:
+        text, hall = message.text, self._hall
+
+        talk = hall.checked(self.conversation.lines(text), lambda: hall.may_always(text))
+        self._ask(message, self._with_status(talk), text, urgent=self.holder.stops(text))
+
+    def _act(self, message: messages.At) -> None:
+        act, hall = message.act, self._hall
+        if isinstance(act, Say):
+            line = act.line
+            talk = hall.checked(act_on(hall.session, act), lambda: hall.may_always(line))
+            self._ask(message, self._with_status(talk), line, urgent=self.holder.stops(line))
+            return
+        said = str(getattr(act, "text", "")) or type(act).__name__.lower()
+        talk = self._at_desk(act) if isinstance(act, DeskAct) else self._on_robot(act, message.issued)
+        self._ask(message, self._with_status(talk), f"({said})")
+
+    def _at_desk(self, act: DeskAct) -> Talk[Any]:
+        """What moves the arm, or changes a program, is asked for anew: the lease may be in other hands."""
+        session, looks = self._hall.session, not isinstance(act, KeepDraft | Press | StopProgram)
+
+        def work() -> Talk[Any]:
+            if not looks:
+                session.check_may("ABORT" if isinstance(act, StopProgram) else "a program", Role.SUPERVISOR)
+            return (yield from self.conversation.act(act))
+
+        return self._hall.checked(work(), lambda: looks or isinstance(act, StopProgram))
+
+    def _on_robot(self, act: RobotAct, claim: float | None) -> Talk[Any]:
+        issued = None if claim is None else self._times.issued(claim, self.holder.now)
+        always = isinstance(act, Undo) or ACTS[type(act)].role is Role.OBSERVER
+        return self._hall.checked(act_on(self._hall.session, act, issued), lambda: always)
+
+    def _abort(self, message: messages.Abort) -> None:
+        if Role.SUPERVISOR not in self.grant.role:
+            raise RoleWanted(f"ABORT is for {Role.SUPERVISOR.spoken}", f"you are {self.grant.role.spoken}")
+
+        talk = self._with_status(self._once(self._hall.session.stop))
+        self._ask(message, talk, "(emergency stop)", urgent=True)
+
+    def _with_status(self, talk: Talk[Any]) -> Talk[_Ended]:
+        found = yield from talk
+        return _Ended(self.conversation.status(), found)
+
+    def _interrupt(self, _message: messages.Interrupt) -> None:
+        for question, ticket in self._questions.values():
+            ticket.throw(KeyboardInterrupt(), question.id)
+        waits = None if self._questions else self._hall.awaited(self)
+        self._questions.clear()
+        if waits is not None:
+            self.conversation.interrupt(waits)
+
+    def _answer(self, message: messages.Answer) -> None:
+        if message.question not in self._questions:
+            return
+        question, ticket = self._questions.pop(message.question)
+        if message.how is messages.How.ANSWERED:
+            ticket.answer(message.question, message.value)
+        elif message.how is messages.How.INTERRUPTED:
+            ticket.throw(KeyboardInterrupt(), message.question)
+        else:
+            ticket.throw(ended(question), message.question)
+
+    def _complete(self, message: messages.Complete) -> None:
+        def choices(found: list[Suggestion]) -> messages.Completed:
+            chosen = (messages.Choice(one.text, -one.length, about=one.meta) for one in found)
+            return messages.Completed(message.id, tuple(chosen))
+
+        talk = self._once(lambda: self.conversation.suggestions(message.text, message.everything))
+        self._look(message, talk, choices)
+
+    def _check(self, message: messages.Check) -> None:
+        talk = self._once(lambda: self.conversation.mistake(message.text))
+        self._look(message, talk, partial(messages.Checked, message.id))
+
+    @staticmethod
+    def _once(act: Callable[[], Any]) -> Talk[Any]:
+        yield from ()
+        return act()
+
+    # --- looking ---
+
+    def _subscribe(self, message: messages.Subscribe) -> None:
+        if self._listener is not None:
+            self._hall.broadcast.subscribe(self._listener, message)
+        self.console = message.console
+        self.tell(messages.Done(message.id, version=self.holder.timeline.version))
+        self._hall.stirred()
+
+    def _play(self, message: messages.Play) -> None:
+        if self._listener is not None:
+            self._hall.broadcast.play(self._listener, message)
+            self._hall.stirred()
+
+    def _resync(self, message: messages.Resync) -> None:
+        if self._listener is not None:
+            self._hall.broadcast.resync(self._listener, full=message.full)
+            self._hall.stirred()
+
+    def _positions(self, message: messages.Positions) -> None:
+        if len(message.times) > MOST_TIMES:
+            raise LimitReached(f"{len(message.times)} times at once, {MOST_TIMES} at most", "ask again for the others")
+        timeline, arm = self.holder.timeline, self.holder.arm
+        positions = tuple(position_at(arm, timeline, t) for t in message.times)
+        self.say(messages.Located(message.id, timeline.version, positions))
+
+    def _window(self, message: messages.Window) -> None:
+        part = self._hall.broadcast.stream.part(message.begin, message.end)
+        self.say(messages.Shown(message.id, snapshot_record(part)))
+
+    def _who(self, message: messages.Who) -> None:
+        robots, holders = self._hall.present(self)
+        self.say(messages.Present(message.id, robots, holders, self._hall.driving.lease.holder))
+
+    def _pong(self, message: messages.Ping) -> None:
+        now = self._wall()
+        self.say(messages.Pong(message.sent, now, now, self.holder.now))
+
+    # --- driving, and files ---
+
+    def _drive(self, message: messages.Drive) -> None:
+        if Role.DESIGNER not in self.grant.role and message.act is not messages.LeaseAct.GIVE:
+            raise RoleWanted("to drive is for a designer", f"you are {self.grant.role.spoken}")
+        driving = self._hall.driving
+        match message.act:
+            case messages.LeaseAct.ACQUIRE:
+                driving.acquire(self.name)
+            case messages.LeaseAct.ASK:
+                driving.ask(self.name)
+            case messages.LeaseAct.GIVE:
+                driving.give(self.name, self._known(message.to))
+            case messages.LeaseAct.RELEASE:
+                driving.give(self.name, "")
+        self.tell(messages.Done(message.id, version=self.holder.timeline.version))
+        self._hall.note(self, f"({message.act.value} the lease{f' to {message.to}' if message.to else ''})", "done")
+
+    def _known(self, name: str) -> str:
+        """Somebody who holds the robot too. Raises RequestRefused."""
+        holders = self._hall.present(self)[1]
+        if name not in holders:
+            raise RequestRefused(f"{name} does not hold this robot", f"there is {', '.join(holders)}")
+        return name
+
+    def _put(self, message: messages.Put) -> None:
+        self._check_supervisor("to put a file")
+        folder, most = self._hall.folder, self._hall.allowance.folder
+        talk = beside(lambda: locker.put(folder, message.name, message.data, most, replace=message.replace))
+        self._ask(message, talk, f"(put {message.name}, {len(message.data)} bytes)")
+
+    def _get(self, message: messages.Get) -> None:
+        self._check_supervisor("to get a file")
+        folder = self._hall.folder
+        talk = beside(lambda: locker.fetch(folder, message.name))
+        self._look(message, talk, partial(messages.Fetched, message.id, message.name))
+
+    def _names(self, message: messages.Names) -> None:
+        folder = self._hall.folder
+        self._look(message, beside(lambda: locker.listed(folder)), partial(messages.Listed, message.id))
+
+    def _check_supervisor(self, what: str) -> None:
+        if Role.SUPERVISOR not in self.grant.role:
+            raise RoleWanted(f"{what} is for {Role.SUPERVISOR.spoken}", f"you are {self.grant.role.spoken}")
+
+    def _nothing(self, _message: messages.ClientMessage) -> None:
+        """The connection has seen to it."""
+
+    # --- what the robot says ---
+
+    def heard(self, pending: Pending, ticket: Ticket[Any], said: Reply | Question) -> None:
+        """Something was said of what it asked for."""
+        if isinstance(said, Question):
+            self._questions[said.id] = said, ticket
+            self.tell(messages.Asked(said.id, said, pending.id))
+            return
+        if is_error(said):
+            self._failed.add(pending.id)
+        self.tell(messages.Told(said, pending.id))
+
+    def ended(self, pending: Pending, ticket: Ticket[Any]) -> None:
+        """What it asked for is over."""
+        for number, (_, asked) in tuple(self._questions.items()):
+            if asked is ticket:
+                del self._questions[number]
+                self.tell(messages.Withdrawn(number))
+        error = ticket.error(0.0)
+        if pending.answer is not None:
+            self._answered(pending, pending.answer, ticket, error)
+            return
+        ok = error is None and pending.id not in self._failed
+        self._failed.discard(pending.id)
+        refusal = None if error is None else _refusal(error)
+        result = None if error is not None else ticket.result()
+        ended = result if isinstance(result, _Ended) else _Ended()
+        self._status = ended.status or self._status
+        version = self.holder.timeline.version
+        self.tell(messages.Done(pending.id, ok, refusal, version, ended.status, ended.found))
+        if pending.what:
+            self._hall.note(self, pending.what, "done" if ok else f"refused: {error or 'see its answer'}")
+
+    def _answered(
+        self,
+        pending: Pending,
+        answer: Callable[[Any], messages.ServerMessage | None],
+        ticket: Ticket[Any],
+        error: BaseException | None,
+    ) -> None:
+        try:
+            if error is not None:
+                raise error
+            found = answer(ticket.result())
+        except BaseException as wrong:
+            if pending.id:
+                self.tell(messages.Refused(_refusal(wrong), pending.id))
+        else:
+            if found is not None:
+                self.say(found)
+
+    def show(self, reply: Reply) -> None:
+        """What the robot says by itself."""
+        self.tell(messages.Told(reply))
+
+    def type(self, text: str, newline: bool) -> None:
+        """What a program TYPEs."""
+        self.tell(messages.Typed(text, newline))
+
+    def look(self) -> None:
+        """Ask what stands around the prompt; it is told where that is something else than before."""
+        self._hall.ask(self, self._once(self.conversation.status), Pending(0, "", self._changed))
+
+    def _changed(self, status: Status) -> messages.ServerMessage | None:
+        before, self._status = self._status, status
+        return None if status == before else messages.Status(status)
+
+
+def _refusal(error: BaseException) -> Refusal:
+    """What is told of an error; of one of vrs itself as little as the shell tells."""
+    if isinstance(error, VrsError):
+        return Refusal.of(error)
+    if isinstance(error, KeyboardInterrupt):
+        return Refusal.of(RequestRefused("it was interrupted"))
+    said = internal_error(error) if isinstance(error, Exception) else Message(str(error))
+    return Refusal.of(RequestRefused(said.text))
+
+
+_TAKEN: Mapping[type, Callable[[Guest, Any], None]] = {
+    messages.Line: Guest._line,
+    messages.At: Guest._act,
+    messages.Abort: Guest._abort,
+    messages.Interrupt: Guest._interrupt,
+    messages.Answer: Guest._answer,
+    messages.Complete: Guest._complete,
+    messages.Check: Guest._check,
+    messages.Subscribe: Guest._subscribe,
+    messages.Play: Guest._play,
+    messages.Resync: Guest._resync,
+    messages.Positions: Guest._positions,
+    messages.Window: Guest._window,
+    messages.Who: Guest._who,
+    messages.Ping: Guest._pong,
+    messages.Drive: Guest._drive,
+    messages.Put: Guest._put,
+    messages.Get: Guest._get,
+    messages.Names: Guest._names,
+    messages.Bye: Guest._nothing,
+}

@@ -1,0 +1,488 @@
+"""One robot that is served: its session in a thread of its own, who holds it, and who hears of it.
+
+Requests go into the robot's inbox. What the robot says comes back in one queue, in the order in which it was said; the
+thread of the connections is woken once for all that is there, and gives it to those whom it concerns: answers first,
+then what all hear.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from secrets import token_hex, token_urlsafe
+from typing import Any, NamedTuple
+
+from msgspec import Struct
+
+from vrs_cli.dialogue.questions import Answer, Question
+from vrs_cli.dialogue.replies import Message, Reply, Tone
+from vrs_cli.dialogue.talk import Reading, Running, Talk
+from vrs_cli.engine.clock import WallClock
+from vrs_cli.engine.commands import SetParameter
+from vrs_cli.engine.feed import Missed
+from vrs_cli.engine.snapshot import Replaced
+from vrs_cli.errors import LimitReached, VrsError
+from vrs_cli.files.bounds import Folder
+from vrs_cli.files.continuing import keep_journal
+from vrs_cli.files.journal import Journal, take_up
+from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.holders.holder import Holder
+from vrs_cli.interfaces.rights import check_may, may_all, needed
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.lease import Lease, Notice
+from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model_data import to_dict
+from vrs_cli.language.text.ast import Instruction, ProgramHeader
+from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.language.words.word import Role
+from vrs_cli.net import messages
+from vrs_cli.net.audit import Audit, Deed
+from vrs_cli.net.broadcast import Broadcast
+from vrs_cli.net.chronicle import Chronicle
+from vrs_cli.net.driving import Driving, WhenGone
+from vrs_cli.net.guest import Guest, Link, Pending
+from vrs_cli.net.ledger import Ledger
+from vrs_cli.net.limits import USUAL, Allowance, Meter, check_growth
+from vrs_cli.net.locker import size
+from vrs_cli.net.memory import Memory
+from vrs_cli.net.tokens import TEACHER, Grant
+from vrs_cli.version import __version__
+
+ALIVE = 3.0  # [s] after which who drives and says nothing is asked whether it is there
+FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # good where there is no room
+
+
+class Plan(Struct, frozen=True):
+    """How a robot is served. `journal`, `folder`: where what it does, and its files, are; None: nowhere, and in a
+    folder of its own that goes with the server.
+    """
+
+    model: RobotModel
+    folder: Path
+    journal: Path | None = None
+    realtime: float | None = None
+    causality: str = ""
+    when_gone: WhenGone = WhenGone.GO_ON
+    allowance: Allowance = USUAL
+
+
+class _Typed(NamedTuple):
+    """What a program TYPEs, and who drives it."""
+
+    desk: object
+    text: str
+    newline: bool
+
+
+class _Shown(NamedTuple):
+    """What the robot says by itself, to whom."""
+
+    desk: object
+    reply: Reply
+
+
+class _Said(NamedTuple):
+    """Something about a request, None for its end."""
+
+    ticket: Ticket[Any]
+    said: Reply | Question | None
+
+
+class _Told(NamedTuple):
+    """The lease is in other hands, or asked for."""
+
+    notice: Notice | None
+
+
+class _Console:
+    """The terminal of a session that nobody sits at: what it says goes to those who hold the robot."""
+
+    attended = False
+
+    def __init__(self, put: Callable[[_Typed | _Shown], None]) -> None:
+        self._put = put
+        self.session: Session | None = None
+
+    def show(self, reply: Reply) -> None:
+        self._put(_Shown(self._concerned(), reply))
+
+    def type(self, text: str, newline: bool) -> None:
+        self._put(_Typed(self._concerned(), text, newline))
+
+    def _concerned(self) -> object:
+        """Who has begun what speaks now."""
+        assert self.session is not None
+        tasks = self.session.tasks
+        track = tasks.get(tasks.current) or tasks.get(ROBOT_PROGRAM)
+        return track.driven_by if track is not None else self.session.desk
+
+    def progress(self, doing: Running | Reading) -> None:
+        """Nobody watches."""
+
+    def ask(self, _question: Question) -> Answer:
+        """Nobody is there: who holds the robot is asked by the ticket."""
+        return None
+
+
+class _Served(Session):
+    """A session whose lease is taken by who comes first."""
+
+    driving: Driving
+
+    def check_may(self, said: str, wanted: Role) -> None:
+        check_may(said, wanted, self.desk.role)
+        if not may_all(said, wanted):
+            self.driving.may(self.desk.name)
+
+
+class Room:
+    """`wake` is called, in any thread, when `pump` is due in the thread of the connections; `tell` takes what whoever
+    runs the server has to know; `robots` says which ones somebody may hold. Raises FileError, FileDamaged, UsageError
+    where the robot cannot be served.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        plan: Plan,
+        wake: Callable[[], None],
+        audit: Audit,
+        tell: Callable[[str], None],
+        robots: Callable[[Grant], tuple[str, ...]],
+        wall: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.name, self.plan, self.allowance = name, plan, plan.allowance
+        self._robots = robots
+        self.life = token_hex(8)
+        self.guests: dict[str, Guest] = {}
+        self._wake, self._audit, self._tell, self._wall = wake, audit, tell, wall
+        self._said: deque[_Said | _Typed | _Shown | _Told] = deque()
+        self._woken = False
+        self._pending: dict[Ticket[Any], tuple[Guest, Pending]] = {}
+        self._ledgers: dict[str, Guest] = {}
+        self._away: set[Guest] = set()  # whose connection is cut
+        self.driving = Driving(wall, self._driven)
+        self.folder = Folder(plan.folder, closed=True)
+        self.session = self._session()
+        self._journal: Journal | None = None
+        self._memory: Memory | None = None
+        self.chronicle = self._chronicle()
+        engine = self.session.engine
+        if plan.causality:
+            engine.perform(SetParameter("CAUSALITY", plan.causality))
+        self._self = Holder(self.session)
+        self._events = engine.events.subscribe(woken=self._stir)
+        first = self._events.take(0.0)
+        assert isinstance(first, Replaced)
+        self.broadcast = Broadcast(self._self, first, wall)
+        self._meter = Meter(plan.allowance, 0.0, wall())
+        self._ran = False
+        self._looked: object = None  # when those who sit at a prompt were last told what stands around it
+        self._clock: messages.Clock | None = None
+        self.session.actor.serve()
+
+    def _session(self) -> _Served:
+        plan = self.plan
+        plan.folder.mkdir(parents=True, exist_ok=True)
+        clock = None if plan.realtime is None else WallClock(time.monotonic, time.sleep, plan.realtime)
+        console = _Console(self._by_itself)
+        limits = plan.allowance.of_run(realtime=clock is not None)
+        session = _Served(console, plan.model, clock=clock, limits=limits, folder=self.folder)
+        console.session, session.driving, session.lease = session, self.driving, self.driving.lease
+        return session
+
+    def _chronicle(self) -> Chronicle:
+        """What was written down before goes on."""
+        engine, path = self.session.engine, self.plan.journal
+        if path is not None:
+            taken = take_up(path)
+            if taken.recording is not None and taken.recording.dropped_tail:
+                self._tell(f"{path}: its last line was not written to its end, and is left out")
+            self._journal = keep_journal(taken, engine, self._lost, together=True)
+            self.session.journal = self._journal.path
+            try:
+                self._memory = Memory(self.session, path.with_suffix(".v2"))
+                for wrong in self._memory.bring_back():
+                    self._tell(f"{self._memory.path}:{wrong.span.line}: {wrong.message}")
+            except BaseException:
+                self._journal.close()
+                raise
+        chronicle = Chronicle(self.allowance.segments, self._journal, self._memory)
+        engine.book.journal = chronicle
+        return chronicle
+
+    def _lost(self, text: str) -> None:
+        """The journal is not where it was: all have to know."""
+        self._tell(text)
+        self._by_itself(_Shown(None, Message(text, Tone.ERROR)))
+
+    def close(self) -> None:
+        """The server ends: what is under way is refused, and all is on the disk. Raises FileError."""
+        self.session.actor.close()
+        self._events.end()
+        self.session.close()
+        try:
+            self.chronicle.settle()
+        finally:
+            if self._memory is not None:
+                self._memory.close()
+            if self._journal is not None:
+                self._journal.close()
+
+    # --- who holds it ---
+
+    def enter(self, grant: Grant, hello: messages.Hello, link: Link) -> Guest:
+        """Somebody is there, perhaps again; the connection is welcomed."""
+        guest = self._known(grant, hello) or self._new(grant, hello)
+        self._away.discard(guest)
+        connection, now = link.connection, self._wall()
+        before = guest.link
+        if before is not None:
+            before.connection.close("this holder has another connection now")
+            guest.detach()
+            before.flush()
+        connection.welcome(self._welcome(guest, grant), guest.ledger, now)
+        link.flush()  # before the first that is told to all
+        guest.attach(link, hello)
+        return guest
+
+    def _known(self, grant: Grant, hello: messages.Hello) -> Guest | None:
+        """Who goes on: with the key of its connection, and the same token."""
+        guest = None if hello.resume is None else self._ledgers.get(hello.resume.connection)
+        return guest if guest is not None and guest.grant == grant else None
+
+    def _new(self, grant: Grant, hello: messages.Hello) -> Guest:
+        guest = Guest(
+            self, self._free(grant.name or hello.name or "guest"), grant, Ledger(token_urlsafe()), hello, self._wall
+        )
+        self.guests[guest.name] = self._ledgers[guest.ledger.key] = guest
+        return guest
+
+    def _free(self, wanted: str) -> str:
+        """A name that no other holder has."""
+        wanted = "".join(character if character.isprintable() else "?" for character in wanted)[:40]
+        name, number = wanted, 1
+        while name in self.guests:
+            number += 1
+            name = f"{wanted}-{number}"
+        return name
+
+    def _welcome(self, guest: Guest, grant: Grant) -> messages.Welcome:
+        role = TEACHER if grant.teacher and grant.name else (grant.role.name or "designer").lower()
+        return messages.Welcome(
+            0,
+            "",
+            self.name,
+            self.life,
+            role,
+            guest.name,
+            self.clock(),
+            to_dict(self.plan.model),
+            robots=self._robots(grant),
+            server=__version__,
+        )
+
+    def clock(self) -> messages.Clock:
+        clock = self.session.engine.clock
+        if isinstance(clock, WallClock):
+            return messages.Clock(clock.reached, clock.rate, clock.paused, True, self._wall())
+        return messages.Clock(clock.reached, wall=self._wall())
+
+    def cut(self, guest: Guest, link: Link) -> None:
+        """A socket is gone."""
+        link.connection.cut(self._wall())
+        if guest.link is link:
+            guest.detach()
+            self._away.add(guest)
+
+    def leave(self, guest: Guest) -> None:
+        """A holder is gone for good."""
+        self._away.discard(guest)
+        if self.guests.pop(guest.name, None) is None:
+            return
+        del self._ledgers[guest.ledger.key]
+        drove = self.driving.lease.drives(guest.name)
+        guest.leave()
+        self.driving.leave(guest.name)
+        if drove:
+            self._driver_gone(guest.name)
+
+    def present(self, guest: Guest) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        return self._robots(guest.grant), tuple(self.guests)
+
+    # --- what is asked of it ---
+
+    def ask(self, guest: Guest, talk: Talk[Any], pending: Pending, *, urgent: bool = False) -> None:
+        ticket = guest.holder.submit(talk, urgent=urgent, outlet=self._hear)
+        self._pending[ticket] = guest, pending
+
+    def awaited(self, guest: Guest) -> Ticket[Any] | None:
+        mine = [ticket for ticket, (asker, pending) in self._pending.items() if asker is guest and pending.what]
+        return mine[-1] if mine else None
+
+    def checked(self, talk: Talk[Any], always: Callable[[], bool]) -> Talk[Any]:
+        """In the robot's thread. Raises FileError, LimitReached where nothing may be changed now."""
+        try:
+            self._check()
+        except VrsError:
+            if not always():
+                raise
+        try:
+            return (yield from talk)
+        finally:
+            self.chronicle.note()
+
+    def _check(self) -> None:
+        self.chronicle.check()
+        session = self.session
+        check_growth(self.allowance, len(session.environment.kinds()) + len(session.programs), 0)
+        if size(self.folder) > self.allowance.folder:
+            raise LimitReached(f"the robot's folder has more than {self.allowance.folder} bytes", "FDELETE makes room")
+
+    def may_always(self, line: str) -> bool:
+        """Whether a line only looks, stops, or makes room."""
+        try:
+            statement = parse_prompt(line, self.session.names())
+        except VrsError:
+            return False
+        if isinstance(statement, Instruction) and (statement.word in FREEING or statement.word.startswith("DELETE")):
+            return True
+        return not isinstance(statement, ProgramHeader | None) and may_all(*needed(statement))
+
+    def note(self, guest: Guest, what: str, result: str) -> None:
+        self._audit.note(Deed(self.name, guest.name, guest.address, what, result))
+
+    # --- what it says: in its own thread ---
+
+    def _hear(self, ticket: Ticket[Any], said: Reply | Question | None) -> None:
+        self._put(_Said(ticket, said))
+
+    def _by_itself(self, it: _Typed | _Shown) -> None:
+        self.session.actor.tell(lambda: self._put(it))
+
+    def _driven(self, lease: Lease, notice: Notice | None) -> None:
+        self.session.lease = lease
+        self._put(_Told(notice))
+
+    def _put(self, it: _Said | _Typed | _Shown | _Told) -> None:
+        self._said.append(it)
+        self._stir()
+
+    def _stir(self) -> None:
+        if not self._woken:
+            self._woken = True
+            self._wake()
+
+    stirred = _stir
+
+    # --- what it says: in the thread of the connections ---
+
+    def pump(self) -> None:
+        """Give what was said to those whom it concerns."""
+        self._woken = False
+        touched: dict[Guest, None] = {}
+        while self._said:
+            for guest in self._give(self._said.popleft()):
+                touched[guest] = None
+        for guest in touched:
+            if guest.link is not None:
+                guest.link.flush()
+        for event in self._events.taken():
+            if not isinstance(event, Missed):
+                self.broadcast.tell(event, self._self.now)
+        if (clock := self._changed_clock()) is not None:
+            self.broadcast.announce(clock)
+
+    def _give(self, it: _Said | _Typed | _Shown | _Told) -> list[Guest]:
+        """The same, whatever goes wrong with one of them."""
+        try:
+            return self._given(it)
+        except Exception as error:
+            self._tell(internal_error(error).text)
+            return []
+
+    def _given(self, it: _Said | _Typed | _Shown | _Told) -> list[Guest]:
+        """Who has been told something."""
+        match it:
+            case _Said(ticket, said):
+                guest, pending = self._pending[ticket]
+                if said is None:
+                    del self._pending[ticket]
+                    guest.ended(pending, ticket)
+                else:
+                    guest.heard(pending, ticket, said)
+                return [guest]
+            case _Typed(desk, text, newline):
+                hearing = [guest for guest in self.guests.values() if guest.console or guest.holder.desk is desk]
+                for guest in hearing:
+                    guest.type(text, newline)
+            case _Shown(desk, reply):
+                hearing = [guest for guest in self.guests.values() if guest.holder.desk is desk]
+                hearing = hearing or list(self.guests.values())
+                for guest in hearing:
+                    guest.show(reply)
+            case _Told(notice):
+                hearing = list(self.guests.values())
+                for guest in hearing:
+                    guest.tell(messages.Lease(self.driving.lease.holder, notice))
+        return hearing
+
+    def _changed_clock(self) -> messages.Clock | None:
+        """The clock, where it goes otherwise than it was told last."""
+        now, before = self.clock(), self._clock
+        if before is not None and (now.rate, now.paused) == (before.rate, before.paused):
+            return None
+        self._clock = now
+        return now
+
+    # --- as time passes ---
+
+    def tick(self) -> None:
+        """See who is gone, and what has grown too large. To be called some times a second."""
+        now = self._wall()
+        for guest in tuple(self._away):
+            if guest.link is None and guest.ledger.expired(now):
+                self.leave(guest)
+        driver = self.guests.get(self.driving.lease.holder)
+        if driver is not None and driver.link is not None and now - driver.heard_at > ALIVE:
+            driver.link.ping()
+        if gone := self.driving.lapsed():
+            self._driver_gone(gone)
+        self._measure(now)
+        self._push_status()
+        self._note_ends()
+
+    def _driver_gone(self, who: str) -> None:
+        """What becomes of the program is a setting."""
+        if not self.session.running or self.plan.when_gone is WhenGone.GO_ON:
+            return
+        act = Session.abort if self.plan.when_gone is WhenGone.ABORT else Session.pause
+        self._self.call(act, urgent=self.plan.when_gone is WhenGone.ABORT)
+        said = "stopped" if self.plan.when_gone is WhenGone.ABORT else "paused"
+        self._put(_Shown(None, Message(f"{who} drove, and has gone: the program is {said}", Tone.WARNING)))
+
+    def _measure(self, now: float) -> None:
+        wrong = self._meter.look(self.session.actor.worked, now)
+        if wrong is not None and self.session.running:
+            self.session.driver.end_by(wrong)
+
+    def _note_ends(self) -> None:
+        """What a program that has ended changed is written down."""
+        ran, self._ran = self._ran, self.session.running
+        if ran and not self._ran:
+            self._self.call(lambda _session: self.chronicle.note())
+
+    def _push_status(self) -> None:
+        """What stands around a prompt, to those who sit at one, where something has happened."""
+        engine = self.session.engine
+        now = (engine.timeline.version, self.session.running, engine.settings, min(self._self.now, engine.end))
+        if now == self._looked:
+            return
+        self._looked = now
+        for guest in self.guests.values():
+            if guest.link is not None and guest.holder.desk.attended:
+                guest.look()

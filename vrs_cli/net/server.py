@@ -1,0 +1,338 @@
+"""The server: sockets that lead to robots. All that is decided is decided elsewhere; here bytes come and go."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import ssl
+import time
+from collections.abc import Callable, Coroutine
+from http import HTTPStatus
+from typing import Any
+from urllib.parse import unquote, urlsplit
+
+from msgspec import Struct
+from websockets.asyncio.server import Server as Listening
+from websockets.asyncio.server import ServerConnection as Socket
+from websockets.asyncio.server import broadcast, serve
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+from websockets.typing import Origin
+
+from vrs_cli.errors import LimitReached, RequestRefused, VrsError
+from vrs_cli.net import messages
+from vrs_cli.net.audit import Audit, Deed
+from vrs_cli.net.guest import Guest
+from vrs_cli.net.hub import Hub
+from vrs_cli.net.limits import Allowance, Crowd, Rate
+from vrs_cli.net.protocol import ServerConnection
+from vrs_cli.net.room import Room
+from vrs_cli.net.sockets import SharedDeflate, SocketSink
+from vrs_cli.net.tokens import OPEN, Grant, TokenFile
+from vrs_cli.wire.refusal import Refusal
+
+TICK = 0.1  # [s] between two looks at what time has changed
+LOOK = 0.5  # [s] between two looks at the file of tokens
+HIGH_WATER = 256 * 1024  # bytes that a socket holds before it is given no more
+BACKLOG = 512 * 1024  # bytes beside these that wait for a socket
+PINGS, PATIENCE = 20.0, 20.0  # [s] between two questions whether a client is there, and until it has to answer
+SHORT = 2.0  # [s] in which a client takes leave
+ROBOTS = "/robots/"
+
+
+class Place(Struct, frozen=True):
+    """Where a server listens. `origins`: the pages of which sites may open a connection; programs send none."""
+
+    host: str
+    port: int
+    tls: ssl.SSLContext | None = None
+    origins: tuple[str, ...] = ()
+
+    def address(self, port: int) -> str:
+        host = f"[{self.host}]" if ":" in self.host else self.host or "0.0.0.0"
+        return f"{'wss' if self.tls else 'ws'}://{host}:{port}"
+
+
+class _Link:
+    """One socket, and who is behind it."""
+
+    def __init__(self, socket: Socket, connection: ServerConnection, allowance: Allowance, full: set[_Link]) -> None:
+        self.connection, self.socket = connection, socket
+        peer = socket.remote_address or ("", 0)
+        self.host, self.address = str(peer[0]), f"{peer[0]}:{peer[1]}"
+        self.guest: Guest | None = None
+        self.room: Room | None = None
+        self.rate = Rate(allowance.rate, allowance.burst, time.monotonic())
+        self.sink = SocketSink(socket)
+        self.deflates = self.sink.deflates
+        self._full = full  # of those that wait for their socket
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def flush(self) -> None:
+        if self.sink.waiting <= HIGH_WATER:
+            for frame in self.connection.frames():
+                broadcast([self.socket], frame)
+        else:
+            self._full.add(self)
+        if self.connection.closing:
+            self._spawn(self._close())
+
+    async def _close(self) -> None:
+        if self.sink.waiting > HIGH_WATER:
+            self.socket.transport.abort()  # nobody reads: there is nobody to take leave of
+        else:
+            await self.socket.close()
+
+    def ping(self) -> None:
+        self._spawn(self._ping())
+
+    async def _ping(self) -> None:
+        try:
+            await (await self.socket.ping())
+        except ConnectionClosed:
+            return
+        if self.guest is not None:
+            self.guest.beat()
+
+    def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+
+class Server:
+    """Serves the robots of a hub. `tokens`: who may enter, None for everybody. `ready` is told the address once it
+    listens; `tell` what whoever runs it has to know.
+    """
+
+    def __init__(
+        self,
+        place: Place,
+        allowance: Allowance,
+        audit: Audit,
+        tokens: TokenFile | None,
+        tell: Callable[[str], None],
+    ) -> None:
+        self._place, self._allowance, self._audit, self._tokens, self._tell = place, allowance, audit, tokens, tell
+        self._crowd = Crowd(allowance)
+        self._links: set[_Link] = set()
+        self._strangers: set[_Link] = set()  # who have not said who they are
+        self._full: set[_Link] = set()  # who do not take what they are sent
+        self._looked = 0.0  # [s] when the tokens were looked at
+        self._due: dict[str, asyncio.Event] = {}
+        self._told = ""
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._hub: Hub | None = None
+        self._broadcasts: set[asyncio.Task[None]] = set()
+        self._too_fast = LimitReached(f"more than {allowance.rate:g} messages a second", "send fewer, or wait")
+
+    def wake(self, name: str) -> None:
+        """A robot has said something. In any thread."""
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._pump, name)
+
+    @property
+    def hub(self) -> Hub:
+        assert self._hub is not None, "a server has robots"
+        return self._hub
+
+    async def run(self, hub: Hub, ready: Callable[[str], None], stop: asyncio.Event) -> None:
+        """Until `stop`. Raises OSError where the address is taken."""
+        self._loop, self._hub = asyncio.get_running_loop(), hub
+        quiet = logging.Logger("vrs serve", logging.CRITICAL)
+        for name in hub.rooms:
+            self._follow(name)
+        async with serve(
+            self._served,
+            self._place.host or None,
+            self._place.port,
+            ssl=self._place.tls,
+            origins=[None, *map(Origin, self._place.origins)],
+            process_request=self._asked,
+            extensions=[SharedDeflate()],
+            compression=None,
+            max_size=self._allowance.message,
+            ping_interval=PINGS,
+            ping_timeout=PATIENCE,
+            close_timeout=SHORT,
+            server_header=None,
+            logger=quiet,
+        ) as listening:
+            ready(self._place.address(listening.sockets[0].getsockname()[1]))
+            ticking = asyncio.create_task(self._tick())
+            await stop.wait()
+            ticking.cancel()
+            await self._take_leave(listening)
+
+    async def _take_leave(self, listening: Listening) -> None:
+        """Every holder is told that the server ends."""
+        for task in self._broadcasts:
+            task.cancel()
+        for link in tuple(self._links):
+            link.connection.close("the server ends")
+            link.flush()
+        listening.close()
+        await listening.wait_closed()
+
+    # --- sockets ---
+
+    def _asked(self, socket: Socket, request: Request) -> Response | None:
+        """Before there is a connection: whether there is such a place, and room."""
+        if len(self._links) >= self._allowance.connections:
+            return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "this server has no room for one more connection\n")
+        path = urlsplit(request.path).path
+        if path not in ("", "/") and not path.startswith(ROBOTS):
+            return socket.respond(HTTPStatus.NOT_FOUND, f"{ROBOTS}NAME is the address of a robot\n")
+        return None
+
+    async def _served(self, socket: Socket) -> None:
+        """One connection, from its begin to its end."""
+        connection = ServerConnection(time.monotonic(), self._allowance.message, BACKLOG)
+        link = _Link(socket, connection, self._allowance, self._full)
+        self._links.add(link)
+        self._strangers.add(link)
+        try:
+            async for frame in socket:
+                for message in link.connection.receive(frame, time.monotonic()):
+                    await self._taken(link, message)
+                link.flush()
+                if link.connection.closing:
+                    break
+        except ConnectionClosed:
+            pass
+        finally:
+            for place in (self._links, self._strangers, self._full):
+                place.discard(link)
+            self._gone(link)
+
+    async def _taken(self, link: _Link, message: messages.ClientMessage) -> None:
+        guest, room = link.guest, link.room
+        if isinstance(message, messages.Hello):
+            await self._enter(link, message)
+        elif guest is not None and room is not None:
+            if not link.rate.take(time.monotonic()) and not isinstance(message, messages.Abort | messages.Interrupt):
+                guest.refuse(message, self._too_fast)
+                return
+            guest.take(message)
+            if isinstance(message, messages.Bye):
+                room.leave(guest)
+
+    async def _enter(self, link: _Link, hello: messages.Hello) -> None:
+        """Let somebody in, or say why not."""
+        try:
+            grant = self._grant(link, hello)
+            wanted = self._wanted(link, hello)
+            name = self.hub.chosen(grant, wanted)
+            room = await asyncio.to_thread(self.hub.open, name)
+            self._crowd.enter(grant.name)
+        except VrsError as error:
+            self._audit.note(Deed(hello.robot, hello.name, link.address, "(enter)", f"refused: {error}"))
+            link.connection.close(error.detail, Refusal.of(error))
+            return
+        self._strangers.discard(link)
+        self._follow(name)
+        link.room, link.guest = room, room.enter(grant, hello, link)
+        room.pump()
+        self._audit.note(Deed(name, link.guest.name, link.address, "(enter)", "done"))
+
+    def _grant(self, link: _Link, hello: messages.Hello) -> Grant:
+        """Raises RequestRefused."""
+        if self._tokens is None:
+            return OPEN
+        now = time.monotonic()
+        if self._crowd.guesses(link.host, now):
+            raise RequestRefused("too many wrong tokens came from your address", "try again in a minute")
+        grant = self._tokens.tokens.find(hello.token, time.time())
+        if grant is None:
+            self._crowd.guess(link.host, now)
+            what = "this token is not known here, or has ended" if hello.token else "this server wants a token"
+            raise RequestRefused(what, "ask whoever runs the server")
+        return grant
+
+    @staticmethod
+    def _wanted(link: _Link, hello: messages.Hello) -> str:
+        """The robot of the address, or of the hello. Raises RequestRefused where they are not one."""
+        request = link.socket.request
+        path = "" if request is None else urlsplit(request.path).path
+        named = unquote(path.removeprefix(ROBOTS)).strip("/") if path.startswith(ROBOTS) else ""
+        if named and hello.robot and named != hello.robot:
+            raise RequestRefused(f"the address says {named}, the client {hello.robot}", "name one robot")
+        return named or hello.robot
+
+    def _gone(self, link: _Link) -> None:
+        """A socket is closed, or cut."""
+        guest, room = link.guest, link.room
+        if guest is None or room is None:
+            return
+        self._crowd.leave(guest.grant.name)
+        room.cut(guest, link)
+        self._audit.note(Deed(room.name, guest.name, link.address, "(leave)", link.connection.why or "cut"))
+
+    # --- robots ---
+
+    def _pump(self, name: str) -> None:
+        room = self.hub.rooms.get(name)
+        if room is not None:
+            room.pump()
+            if name in self._due:
+                self._due[name].set()
+
+    def _follow(self, name: str) -> None:
+        """Broadcast from a robot, from now on."""
+        if name not in self._due:
+            self._due[name] = asyncio.Event()
+            task = asyncio.get_running_loop().create_task(self._broadcast(name))
+            self._broadcasts.add(task)
+
+    async def _broadcast(self, name: str) -> None:
+        due, cast = self._due[name], self.hub.rooms[name].broadcast
+        while True:
+            due.clear()
+            cast.step()
+            left = cast.peek() - time.monotonic()
+            if left <= 0.0:
+                await asyncio.sleep(0)
+                continue
+            try:
+                await asyncio.wait_for(due.wait(), None if left == float("inf") else left)
+            except TimeoutError:
+                continue
+
+    # --- time ---
+
+    async def _tick(self) -> None:
+        while True:
+            await asyncio.sleep(TICK)
+            now = time.monotonic()
+            waiting = self._full | self._strangers
+            self._full.clear()
+            for link in waiting:
+                link.connection.look(now)
+                link.flush()
+            for room in self.hub.rooms.values():
+                room.tick()
+            if now - self._looked > LOOK:
+                self._looked = now
+                self._look_at_tokens()
+
+    def _look_at_tokens(self) -> None:
+        """Who has no token any more is out at once."""
+        tokens = self._tokens
+        if tokens is None:
+            return
+        tokens.look()
+        if tokens.wrong and tokens.wrong != self._told:
+            self._tell(tokens.wrong)
+        self._told = tokens.wrong
+        for room in self.hub.rooms.values():
+            for guest in tuple(room.guests.values()):
+                if not tokens.tokens.holds(guest.grant, time.time()):
+                    self._revoke(room, guest)
+
+    def _revoke(self, room: Room, guest: Guest) -> None:
+        link = guest.link
+        if link is not None:
+            refused = RequestRefused("your token was revoked, or has ended", "ask whoever runs the server")
+            link.connection.close(refused.detail, Refusal.of(refused))
+            link.flush()
+        room.leave(guest)
