@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
+from msgspec import structs
+
 from vrs_cli.dialogue.questions import Question, ended
 from vrs_cli.dialogue.replies import Message, Reply, is_error
 from vrs_cli.dialogue.talk import Talk, beside
@@ -35,6 +37,7 @@ from vrs_cli.net.holder_times import HolderTimes
 from vrs_cli.net.ledger import Ledger
 from vrs_cli.net.limits import Allowance
 from vrs_cli.net.packets import Form
+from vrs_cli.net.places import without
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.tokens import Grant
 from vrs_cli.wire.codec import Encoding
@@ -71,6 +74,7 @@ class Hall(Protocol):
     broadcast: Broadcast
     driving: Driving
     folder: Folder
+    prefixes: tuple[str, ...]
     allowance: Allowance
 
     def ask(self, guest: Guest, talk: Talk[Any], pending: Pending, *, urgent: bool = False) -> None:
@@ -84,8 +88,8 @@ class Hall(Protocol):
     def may_always(self, line: str) -> bool:
         """Whether a line only looks, stops, or makes room."""
 
-    def awaited(self, guest: Guest) -> Ticket[Any] | None:
-        """The last command of a holder that has not ended."""
+    def awaited(self, guest: Guest) -> tuple[Ticket[Any], ...]:
+        """The commands of a holder that have not ended."""
 
     def note(self, guest: Guest, what: str, result: str) -> None:
         """A line for the audit."""
@@ -159,7 +163,7 @@ class Guest:
 
     def tell(self, message: messages.Numbered) -> None:
         """What it hears exactly once, now or when it is connected again."""
-        self.ledger.tell(message, self._wall())
+        self.ledger.tell(without(self._hall.prefixes, message), self._wall())
 
     def say(self, message: messages.ServerMessage) -> None:
         """What it hears if it is connected."""
@@ -240,15 +244,19 @@ class Guest:
 
     def _with_status(self, talk: Talk[Any]) -> Talk[_Ended]:
         found = yield from talk
-        return _Ended(self.conversation.status(), found)
+        return _Ended(self._around(), found)
+
+    def _around(self) -> Status:
+        """What stands around its prompt. In the robot's thread."""
+        return structs.replace(self.conversation.status(), driver=self._hall.driving.lease.holder)
 
     def _interrupt(self, _message: messages.Interrupt) -> None:
         for question, ticket in self._questions.values():
             ticket.throw(KeyboardInterrupt(), question.id)
-        waits = None if self._questions else self._hall.awaited(self)
+        waits = () if self._questions else self._hall.awaited(self)
         self._questions.clear()
-        if waits is not None:
-            self.conversation.interrupt(waits)
+        for ticket in waits:
+            self.conversation.interrupt(ticket)
 
     def _answer(self, message: messages.Answer) -> None:
         if message.question not in self._questions:
@@ -425,7 +433,7 @@ class Guest:
 
     def look(self) -> None:
         """Ask what stands around the prompt; it is told where that is something else than before."""
-        self._hall.ask(self, self._once(self.conversation.status), Pending(0, "", self._changed))
+        self._hall.ask(self, self._once(self._around), Pending(0, "", self._changed))
 
     def _changed(self, status: Status) -> messages.ServerMessage | None:
         before, self._status = self._status, status

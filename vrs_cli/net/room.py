@@ -49,6 +49,7 @@ from vrs_cli.net.ledger import Ledger
 from vrs_cli.net.limits import USUAL, Allowance, Meter, check_growth
 from vrs_cli.net.locker import size
 from vrs_cli.net.memory import Memory
+from vrs_cli.net.places import prefixes_of
 from vrs_cli.net.tokens import TEACHER, Grant
 from vrs_cli.version import __version__
 
@@ -167,6 +168,7 @@ class Room:
         self._away: set[Guest] = set()  # whose connection is cut
         self.driving = Driving(wall, self._driven)
         self.folder = Folder(plan.folder, closed=True)
+        self.prefixes = prefixes_of((plan.folder, plan.journal and plan.journal.parent))
         self.session = self._session()
         self._journal: Journal | None = None
         self._memory: Memory | None = None
@@ -203,7 +205,6 @@ class Room:
             if taken.recording is not None and taken.recording.dropped_tail:
                 self._tell(f"{path}: its last line was not written to its end, and is left out")
             self._journal = keep_journal(taken, engine, self._lost, together=True)
-            self.session.journal = self._journal.path
             try:
                 self._memory = Memory(self.session, path.with_suffix(".v2"))
                 for wrong in self._memory.bring_back():
@@ -320,9 +321,8 @@ class Room:
         ticket = guest.holder.submit(talk, urgent=urgent, outlet=self._hear)
         self._pending[ticket] = guest, pending
 
-    def awaited(self, guest: Guest) -> Ticket[Any] | None:
-        mine = [ticket for ticket, (asker, pending) in self._pending.items() if asker is guest and pending.what]
-        return mine[-1] if mine else None
+    def awaited(self, guest: Guest) -> tuple[Ticket[Any], ...]:
+        return tuple(ticket for ticket, (asker, it) in self._pending.items() if asker is guest and it.what)
 
     def checked(self, talk: Talk[Any], always: Callable[[], bool]) -> Talk[Any]:
         """In the robot's thread. Raises FileError, LimitReached where nothing may be changed now."""
