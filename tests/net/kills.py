@@ -1,0 +1,132 @@
+"""Kill a server that is being driven, again and again, and look whether all that it has answered is there afterwards.
+
+    python -m tests.net.kills 200 [SEED]
+
+Callers command motions and changes of variables without a pause; after a random while the process is killed (SIGKILL).
+It must come back from its journal with every answered command: the timeline that a mirror would have at that version,
+to the bit, and the last answered value of each variable.
+"""
+
+from __future__ import annotations
+
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+from tests.net.serving import Caller
+from vrs_cli.files.trajectory_file import read_trajectory
+from vrs_cli.net.messages import Hello
+
+ROBOTS = ("cell1", "cell2")
+LONGEST = 0.6  # [s] of work before a server is killed
+
+
+class Driver:
+    """Somebody who drives one robot as fast as it answers. `known`: what was answered last."""
+
+    def __init__(self, robot: str, random: random.Random) -> None:
+        self.robot, self.random = robot, random
+        self.version, self.value, self.answered = 0, 0, 0
+        self.asked = 0  # the value that was asked for last
+
+    def drive(self, address: str) -> None:
+        """Until the server is gone."""
+        try:
+            caller = Caller(f"{address}/robots/{self.robot}", Hello((1,)))
+            while True:
+                self.step(caller)
+        except Exception:
+            return  # the server was killed
+
+    def step(self, caller: Caller) -> None:
+        if self.random.random() < 0.5:
+            self.asked += 1
+            done = caller.line(f"x = {self.asked}")
+            if done.ok:
+                self.value = self.asked
+        else:
+            joint, angle = self.random.randint(1, 6), self.random.uniform(-5.0, 5.0)
+            done = caller.line(f"DRIVE {joint}, {angle:.3f}, 100 AT {self.random.uniform(0.0, 20.0):.3f}")
+        if done.ok:
+            self.version, self.answered = done.version, self.answered + 1
+
+    def check(self, address: str) -> None:
+        """All that was answered is there."""
+        with Caller(f"{address}/robots/{self.robot}", Hello((1,))) as caller:
+            version = caller.line("WHERE").version
+            caller.line("TYPE x")
+            found = int(float(caller.said[-1])) if self.value else 0
+        if version < self.version:
+            raise SystemExit(f"{self.robot}: version {self.version} was answered, {version} came back")
+        if not self.value <= found <= self.asked:
+            raise SystemExit(f"{self.robot}: x = {self.value} was answered, {found} came back")
+        self.version, self.value, self.asked = version, found, found
+
+
+def started(folder: Path) -> tuple[subprocess.Popen[str], str]:
+    robots = [word for name in ROBOTS for word in ("--robot", f"{name}=puma560")]
+    command = [sys.executable, "-m", "vrs_cli", "serve", "--port", "0", "--journal", str(folder), *robots]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    if "ws://" not in line:
+        raise SystemExit(f"the server did not come back: {line}{process.stderr and process.stderr.read()}")
+    return process, line.split()[2].rstrip(",")
+
+
+def kill(times: int, seed: int, folder: Path) -> int:
+    """How many commands were answered."""
+    chance = random.Random(seed)
+    drivers = [Driver(robot, random.Random(f"{seed} {robot}")) for robot in ROBOTS]
+    before: dict[str, bytes] = {}
+    for number in range(times):
+        process, address = started(folder)
+        for driver in drivers:
+            driver.check(address)
+        threads = [threading.Thread(target=driver.drive, args=(address,), daemon=True) for driver in drivers]
+        for thread in threads:
+            thread.start()
+        time.sleep(chance.uniform(0.0, LONGEST))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        for thread in threads:
+            thread.join()
+        for robot in ROBOTS:
+            before[robot] = grown(folder / f"{robot}.vrst", before.get(robot, b""))
+        if not (number + 1) % 10:
+            print(f"{number + 1} kills, {sum(driver.answered for driver in drivers)} commands answered", flush=True)
+    process, address = started(folder)
+    for driver in drivers:
+        driver.check(address)
+    process.terminate()
+    if process.wait(20):
+        raise SystemExit(f"the server ended with {process.returncode}")
+    for robot in ROBOTS:
+        read_trajectory(folder / f"{robot}.vrst")
+    return sum(driver.answered for driver in drivers)
+
+
+def grown(path: Path, before: bytes) -> bytes:
+    """The lines of a journal, which begins as it was: what was answered is there to the bit."""
+    data = path.read_bytes()
+    whole = data[: data.rfind(b"\n") + 1]
+    if not whole.startswith(before):
+        raise SystemExit(f"{path} does not go on from what it was")
+    return whole
+
+
+def main() -> None:
+    times = int(sys.argv[1]) if len(sys.argv) > 1 else 20
+    seed = int(sys.argv[2]) if len(sys.argv) > 2 else 1
+    with tempfile.TemporaryDirectory() as folder:
+        answered = kill(times, seed, Path(folder))
+    print(f"{times} kills, {answered} commands answered, nothing lost")
+
+
+if __name__ == "__main__":
+    main()
