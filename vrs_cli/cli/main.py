@@ -39,6 +39,7 @@ SUBCOMMANDS: Mapping[str, Row] = {
     "where": Row("where", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
     "verify": Row("verify", "T.vrst", "whether a saved trajectory is whole, and one that the robot can do"),
     "replay": Row("replay", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),
+    "delay": Row("delay", "LISTEN TARGET", "a line with delays between a client and a server"),
     "experiment": Row("experiment", "delays", "what delays do to commands, and to what is seen from afar"),
     "serve": Row("serve", "", "serve robots to others over the network"),
     "export": Row("export", "T.vrst --to FORMAT", "write a saved trajectory for other programs: csv, npz, mcap, ..."),

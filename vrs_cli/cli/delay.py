@@ -1,0 +1,86 @@
+"""`vrs delay`: a line with delays between a client and a server."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from vrs_cli.cli.command_line import CommandLineError, Parser
+from vrs_cli.cli.delay_options import KINDS, add_line_options
+from vrs_cli.cli.signals import end_by, signal_comes
+
+if TYPE_CHECKING:
+    from vrs_cli.net.delay_proxy import Address, DelayProxy
+
+OK = 0
+LOOPBACK = "127.0.0.1"
+LAST_PORT = 65535
+
+EPILOG = f"""\
+Whoever connects to LISTEN is connected to TARGET; both are HOST:PORT, or a PORT of this machine (0: one that is free).
+Each connection has delays of its own, the same for the same seed and number. Ctrl-C ends it.
+
+{KINDS}
+  vrs serve --port 7000
+  vrs delay 7001 7000 --forward "gamma 200ms 80ms" --backward "gamma 200ms 80ms" --loss 1%
+  vrs connect ws://127.0.0.1:7001
+"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Serve until Ctrl-C."""
+    options = _parser(prog).parse(arguments)
+    end_by(asyncio.run(_serve(_proxy(options), options, partial(print, flush=True))))
+    return OK
+
+
+def _parser(prog: str) -> Parser:
+    parser = Parser(prog, "Let a line between a client and a server be slow, uneven and lossy.", EPILOG)
+    parser.add_argument("listen", metavar="LISTEN", type=_address, help="where clients connect")
+    parser.add_argument("target", metavar="TARGET", type=_address, help="the server")
+    add_line_options(parser)
+    parser.add_argument("--quiet", action="store_true", help="tell of no connections")
+    return parser
+
+
+def _address(text: str) -> Address:
+    """HOST:PORT, [IPv6]:PORT, or PORT."""
+    from vrs_cli.net.delay_proxy import Address
+
+    host, _, port = text.rpartition(":")
+    if not (port.isascii() and port.isdigit() and int(port) <= LAST_PORT) or "/" in host:
+        raise argparse.ArgumentTypeError(f"{text!r} is no address, as {LOOPBACK}:7000 or 7000")
+    return Address(host.strip("[]") or LOOPBACK, int(port))
+
+
+def _proxy(options: argparse.Namespace) -> DelayProxy:
+    from vrs_cli.net.delay_line import Constant, Ways
+    from vrs_cli.net.delay_proxy import DelayProxy
+    from vrs_cli.net.delay_text import with_loss
+
+    none = "0", Constant(0.0)
+    forward, backward = ((way or none)[1] for way in (options.forward, options.backward))
+    ways = Ways(with_loss(forward, options.loss), with_loss(backward, options.loss), options.seed)
+    return DelayProxy(options.target, ways, _silent if options.quiet else partial(print, flush=True))
+
+
+def _silent(_text: str) -> None:
+    """Nobody wants to know."""
+
+
+async def _serve(proxy: DelayProxy, options: argparse.Namespace, tell: Callable[[str], None]) -> int:
+    """Until a signal comes, whose number it is. Raises CommandLineError where nobody can listen there."""
+    try:
+        at = await proxy.listen(options.listen)
+    except OSError as error:
+        raise CommandLineError(f"{options.listen} cannot be listened at: {error.strerror}") from None
+    there, back = ((way or ("0", None))[0] for way in (options.forward, options.backward))
+    lost = f", loss {options.loss:.1%}" if options.loss else ""
+    tell(f"{at} -> {options.target}: forward {there}, backward {back}{lost}; Ctrl-C ends it")
+    try:
+        return await signal_comes()
+    finally:
+        await proxy.close()

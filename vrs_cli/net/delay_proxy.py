@@ -1,0 +1,170 @@
+"""A line with delays between real sockets: what is sent to one end comes out at the other, each piece in its time.
+
+Whoever connects is connected to the target. Bytes go both ways unchanged and in order; the end of one way is passed on
+as such, after its delay. Who reads slowly slows down who sends: what is on its way is bounded.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import struct
+from asyncio import StreamReader, StreamWriter
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+from vrs_cli.net.delay_line import DelayLine, Ways
+
+PIECE = 1 << 16  # bytes that are read, and delayed, at once: as a rule one message
+MOST = 1 << 22  # bytes on one way: 10 MB/s over 0.4 s
+
+
+class Address(NamedTuple):
+    host: str
+    port: int
+
+    def __str__(self) -> str:
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+
+class Time(Protocol):
+    """Where the time comes from [s]."""
+
+    def now(self) -> float: ...
+    async def until(self, t: float) -> None:
+        """Return when it is t."""
+
+
+class LoopTime:
+    """That of the event loop."""
+
+    def now(self) -> float:
+        return asyncio.get_running_loop().time()
+
+    async def until(self, t: float) -> None:
+        await asyncio.sleep(max(t - self.now(), 0.0))
+
+
+class _Way:
+    """One direction of one connection. `held`: bytes on their way; `passed`: that have arrived."""
+
+    def __init__(self, line: DelayLine, time: Time) -> None:
+        self.held = self.passed = 0
+        self._line, self._time = line, time
+        self._pieces: deque[tuple[float, bytes]] = deque()  # with the times of arrival; no bytes: the end
+        self._came, self._went = asyncio.Event(), asyncio.Event()
+
+    async def receive(self, reader: StreamReader) -> None:
+        """Take what is sent, to its end; no more while much is on its way."""
+        while True:
+            while self.held >= MOST:
+                self._went.clear()
+                await self._went.wait()
+            piece = await reader.read(PIECE)
+            self._pieces.append((self._line.arrival(self._time.now()), piece))
+            self.held += len(piece)
+            self._came.set()
+            if not piece:
+                return
+
+    async def deliver(self, writer: StreamWriter) -> None:
+        """Let it arrive, each piece in its time."""
+        while True:
+            while not self._pieces:
+                self._came.clear()
+                await self._came.wait()
+            arrival, piece = self._pieces[0]
+            await self._time.until(arrival)
+            self._pieces.popleft()
+            if not piece:
+                writer.write_eof()
+                return
+            writer.write(piece)
+            self.passed += len(piece)
+            await writer.drain()
+            self.held -= len(piece)
+            self._went.set()
+
+
+class Connection:
+    """Somebody who has connected, from `peer`: the way there and the way back."""
+
+    def __init__(self, number: int, peer: str, ways: Ways, time: Time) -> None:
+        self.number, self.peer = number, peer
+        self.forward, self.backward = (_Way(line, time) for line in ways.lines(number))
+
+    async def carry(self, near: tuple[StreamReader, StreamWriter], far: tuple[StreamReader, StreamWriter]) -> None:
+        """Until both ways have ended, and all has arrived. Raises OSError where one end has gone."""
+        try:
+            async with asyncio.TaskGroup() as group:
+                group.create_task(self.forward.receive(near[0]))
+                group.create_task(self.forward.deliver(far[1]))
+                group.create_task(self.backward.receive(far[0]))
+                group.create_task(self.backward.deliver(near[1]))
+        except ExceptionGroup as several:
+            raise several.exceptions[0] from None
+        for _, writer in (near, far):
+            writer.close()
+            await writer.wait_closed()
+
+
+class DelayProxy:
+    """Listens, and connects whoever comes to the target. `tell` hears what happens."""
+
+    def __init__(self, target: Address, ways: Ways, tell: Callable[[str], None], time: Time | None = None) -> None:
+        self.connections: dict[int, Connection] = {}
+        self.count = 0  # connections so far
+        self._target, self._ways, self._tell, self._time = target, ways, tell, time or LoopTime()
+        self._server: asyncio.Server | None = None
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    async def listen(self, at: Address) -> Address:
+        """Take connections from now on; where (with the port that was free, for port 0). Raises OSError."""
+        self._server = await asyncio.start_server(self._accept, at.host, at.port)
+        host, port = self._server.sockets[0].getsockname()[:2]
+        return Address(host, port)
+
+    async def close(self) -> None:
+        """Listen no more, and end all connections."""
+        if self._server is not None:
+            self._server.close()
+        for task in tuple(self._tasks):
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    def _accept(self, reader: StreamReader, writer: StreamWriter) -> None:
+        self.count += 1
+        peer = writer.get_extra_info("peername") or ("somebody who has gone", 0)
+        connection = Connection(self.count, str(Address(*peer[:2])), self._ways, self._time)
+        task = asyncio.create_task(self._connect(connection, reader, writer))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _connect(self, connection: Connection, reader: StreamReader, writer: StreamWriter) -> None:
+        number = connection.number
+        try:
+            far = await asyncio.open_connection(*self._target)
+        except OSError as error:
+            self._tell(f"{number}: {self._target} cannot be reached: {error.strerror}")
+            _reset(writer)
+            return
+        self.connections[number] = connection
+        self._tell(f"{number}: {connection.peer} is connected")
+        try:
+            await connection.carry((reader, writer), far)
+        except OSError as error:
+            self._tell(f"{number}: {error.strerror}")
+        finally:
+            _reset(writer)
+            _reset(far[1])
+            del self.connections[number]
+            there, back = connection.forward.passed, connection.backward.passed
+            self._tell(f"{number}: over, {there} bytes there, {back} back")
+
+
+def _reset(writer: StreamWriter) -> None:
+    """End a connection at once, and let the other end know that it has not ended by itself; an ended one stays so."""
+    if not writer.transport.is_closing():
+        writer.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    writer.transport.abort()
