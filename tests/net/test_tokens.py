@@ -10,7 +10,7 @@ import pytest
 from vrs_cli.errors import FileDamaged, FileError, UsageError
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import tokens
-from vrs_cli.net.tokens import Grant, TokenFile, Tokens, Wanted, add_tokens, digest_of, good_name, read_tokens
+from vrs_cli.net.tokens import Grant, TokenFile, Tokens, Wanted, add_tokens, digest_of, good_name, read_tokens, take_out
 
 ADA, BOB = "the long token of ada", "the long token of bob"
 
@@ -158,6 +158,16 @@ def test_new_tokens_are_hashes_in_a_private_file(tmp_path: Path) -> None:
         assert path.stat().st_mode & 0o777 == 0o600
     with pytest.raises(UsageError):
         add_tokens(path, [Wanted("ada")])
+
+
+def test_tokens_are_taken_out_and_all_else_stays(tmp_path: Path) -> None:
+    path = written(tmp_path, f"# the class\n\n{row('ada', ADA)}\n# bob's\n{row('bob', BOB)}")
+    take_out(path, ["ada"])
+    assert [grant.name for grant in read_tokens(path).grants] == ["bob"]
+    assert "# the class" in path.read_text()
+    with pytest.raises(UsageError, match="no token of ada"):
+        take_out(path, ["bob", "ada"])
+    assert [grant.name for grant in read_tokens(path).grants] == ["bob"]
 
 
 def test_own_robots() -> None:

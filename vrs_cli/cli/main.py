@@ -42,6 +42,7 @@ SUBCOMMANDS: Mapping[str, Row] = {
     "delay": Row("delay", "LISTEN TARGET", "a line with delays between a client and a server"),
     "experiment": Row("experiment", "delays", "what delays do to commands, and to what is seen from afar"),
     "serve": Row("serve", "", "serve robots to others over the network"),
+    "token": Row("token", "NAME ... --file FILE", "make tokens for those who may enter a server"),
     "export": Row("export", "T.vrst --to FORMAT", "write a saved trajectory for other programs: csv, npz, mcap, ..."),
 }
 

@@ -19,7 +19,7 @@ import os
 import re
 import secrets
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import date, datetime, time, timedelta
 from pathlib import Path
 
@@ -41,6 +41,7 @@ ROLES: Mapping[str, Role] = {
     TEACHER: Role.SUPERVISOR,
 }
 KEYS = ("name", "token", "sha256", "role", "robots", "expires")
+_TABLE = re.compile(r"^(?=[ \t]*\[\[[ \t]*token[ \t]*\]\])", re.MULTILINE)  # where one begins
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,39}")
 NAME_RULE = "a letter, then letters, digits, _ . and -, 40 at most"
 GOOD = "see docs/serve.md"
@@ -243,6 +244,18 @@ def add_tokens(path: Path, wanted: Sequence[Wanted]) -> dict[str, str]:
     parts = [before, *(_text(one, digest_of(made[one.name])) for one in wanted)]
     write_atomically(path, "\n\n".join(part for part in parts if part) + "\n")
     return made
+
+
+def take_out(path: Path, names: Iterable[str]) -> None:
+    """Take the tokens of these names out of a file; all else in it stays as it is. Raises FileError, FileDamaged, and
+    UsageError for a name that is not there.
+    """
+    gone = set(names)
+    if missing := sorted(gone - {grant.name for grant in read_tokens(path).grants}):
+        raise UsageError(f"{path} has no token of {missing[0]}", "nothing is changed")
+    head, *tables = _TABLE.split(path.read_text(encoding="utf-8"))
+    kept = [table for table in tables if not gone & {row["name"] for row in tomllib.loads(table)["token"]}]
+    write_atomically(path, head + "".join(kept))
 
 
 def _make_private(path: Path) -> None:

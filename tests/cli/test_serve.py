@@ -1,0 +1,103 @@
+"""`vrs serve` as a command: what its command line refuses, and a server that begins and ends well."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.net.serving import Caller
+from vrs_cli.cli.main import run
+from vrs_cli.net.messages import Closing, Hello
+
+WRONG = (
+    (["--host", "0.0.0.0"], "without --tokens"),
+    (["--host", "0.0.0.0", "--tokens", "t.toml"], "without TLS"),
+    (["--robot", "a=puma560", "--robot", "a=cobra600"], "there twice"),
+    (["--robot", "a b=puma560"], "no name for a robot"),
+    (["--robot", "a=puma561"], "no robot is called"),
+    (["--robots-per-token", "1"], "without --tokens"),
+    (["--tls-key", "key.pem"], "without --tls-cert"),
+    (["--tls-cert", "none.pem"], "none.pem"),
+    (["--port", "70000"], "no port"),
+    (["--tokens", "none.toml"], "none.toml"),
+    (["--causality", "NEVER"], "NEVER"),
+    (["--journal", "file"], "file"),
+    (["--folder", "file"], "file"),
+)
+
+
+@pytest.mark.parametrize(("arguments", "said"), WRONG, ids=[" ".join(row[0]) for row in WRONG])
+def test_a_wrong_command_line_is_one_message(
+    arguments: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("file").write_text("")
+    Path("t.toml").write_text("")
+    assert run(["serve", "--port", "0", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+
+
+@contextmanager
+def server(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """A process, and its address."""
+    command = [sys.executable, "-m", "vrs_cli", "serve", "--port", "0", *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    try:
+        yield process, process.stdout.readline()
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def address(line: str) -> str:
+    return line.split()[2].rstrip(",")
+
+
+def test_it_says_when_it_is_ready_and_ends_well(tmp_path: Path) -> None:
+    arguments = ("--robot", "cell1=puma560", "--robot", "cobra600", "--journal", str(tmp_path))
+    with server(*arguments) as (process, line):
+        assert line.startswith("vrs serve: ws://127.0.0.1:")
+        assert line.endswith(", robots cell1, cobra600\n")
+        caller = Caller(f"{address(line)}/robots/cobra600", Hello((1,)))
+        assert caller.line("DRIVE 1, 10, 50").ok
+        process.send_signal(signal.SIGTERM)
+        assert isinstance(caller.until(lambda one: isinstance(one, Closing)), Closing)
+        assert process.wait(20) == 0
+        assert process.stderr is not None
+        assert process.stderr.read() == "vrs serve: ended\n"
+    rows = [json.loads(row) for row in (tmp_path / "audit.jsonl").read_text().splitlines()]
+    assert [row["what"] for row in rows] == ["(enter)", "DRIVE 1, 10, 50", "(leave)"]
+    assert not list(tmp_path.glob(".*")), "no lock is left"
+
+
+def test_a_second_one_on_the_same_journal_is_refused(tmp_path: Path) -> None:
+    with server("--journal", str(tmp_path)), server("--journal", str(tmp_path)) as (second, line):
+        assert line == ""
+        assert second.wait(20) == 2
+        assert second.stderr is not None
+        assert "is being written by another vrs" in second.stderr.read()
+
+
+def test_a_port_that_is_taken(tmp_path: Path) -> None:
+    with server("--journal", str(tmp_path)) as (_, line):
+        port = address(line).rpartition(":")[2]
+        result = subprocess.run(
+            [sys.executable, "-m", "vrs_cli", "serve", "--port", port],
+            capture_output=True,
+            text=True,
+            timeout=20,
+            check=False,
+        )
+        assert result.returncode == 2
+        assert f"127.0.0.1:{port}" in result.stderr
+        assert result.stderr.count("\n") == 1
