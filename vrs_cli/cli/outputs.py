@@ -5,16 +5,20 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from itertools import combinations
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, sampling_rate
+from vrs_cli.errors import FileError
 from vrs_cli.files.rates import DEFAULT_RATE
 
 if TYPE_CHECKING:
+    from vrs_cli.engine.engine import Engine
     from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.trajectory.timeline import Timeline
 
@@ -106,3 +110,28 @@ def check_distinct(paths: Iterable[str]) -> None:
         path = os.path.realpath(one)
         if path == os.path.realpath(other) and (os.path.isfile(path) or not os.path.exists(path)):
             raise CommandLineError(f"{other} is named twice", "give every file a name of its own")
+
+
+@contextmanager
+def journal(
+    path: str | None, engine: Engine, tell: Callable[[str], None], *, durable: bool
+) -> Iterator[Callable[[], bool]]:
+    """Write every change of the timeline to a file, if one is named. `durable`: each is on the disk before it happens.
+    What is yielded tells afterwards whether all is in the file that was asked for.
+
+    Raises FileError where the file cannot be begun.
+    """
+    if path is None:
+        yield lambda: True
+        return
+    from vrs_cli.files.continuing import keep_journal
+    from vrs_cli.files.journal import take
+
+    file = keep_journal(take(Path(path)), engine, tell, durable=durable)
+    try:
+        yield lambda: file.sound
+    finally:
+        try:
+            file.close()
+        except FileError as error:
+            tell(str(error))

@@ -15,12 +15,19 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
-from vrs_cli.cli.command_line import CommandLineError, Parser, positive, size, whole
+from vrs_cli.cli.command_line import (
+    CommandLineError,
+    Parser,
+    add_realtime_option,
+    clock_of,
+    positive,
+    size,
+    whole,
+    with_rate,
+)
 from vrs_cli.cli.fence import Alone, Enough, memory, wall
-from vrs_cli.cli.journal import journal
 from vrs_cli.cli.main import FAILED, OK
-from vrs_cli.cli.outputs import Outputs, add_output_options
+from vrs_cli.cli.outputs import Outputs, add_output_options, journal
 from vrs_cli.cli.sources import Source, has_errors, read_source
 from vrs_cli.errors import FileError, LimitReached, UndefinedName
 

@@ -11,8 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.clocks import clock_rate, with_rate
-from vrs_cli.cli.command_line import CommandLineError, Parser, size, whole
+from vrs_cli.cli.command_line import CommandLineError, Parser, clock_rate, size, whole, with_rate
 from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
-from vrs_cli.cli.command_line import Parser
+from vrs_cli.cli.command_line import Parser, add_realtime_option, clock_of, with_rate
 
 EPILOG = """\
 Without a terminal on standard input its lines are executed one after another:

@@ -14,9 +14,16 @@ from itertools import chain
 from math import degrees
 from typing import TYPE_CHECKING, TextIO
 
-from vrs_cli.cli.clocks import add_realtime_option, clock_of, with_rate
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, positive
-from vrs_cli.cli.outputs import Outputs, add_output_options
+from vrs_cli.cli.command_line import (
+    STANDARD_STREAM,
+    CommandLineError,
+    Parser,
+    add_realtime_option,
+    clock_of,
+    positive,
+    with_rate,
+)
+from vrs_cli.cli.outputs import Outputs, add_output_options, journal
 from vrs_cli.errors import FileDamaged, FileError, MotionError, NonexistentFile, VrsError
 
 if TYPE_CHECKING:
@@ -194,8 +201,6 @@ class _Run:
     def _recorded(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> bool:
         """Whether not all that the robot did is in the file that was asked for: the stream ends, and the robot brakes,
         where it cannot be written."""
-        from vrs_cli.cli.journal import journal
-
         failed, durable = False, self.options.realtime is not None
         with journal(self.options.save, steering.engine, self._say, durable=durable) as sound:
             try:

@@ -161,14 +161,11 @@ def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: F
     T_robot_flange, asked = compose(T_robot_tool, inverse(frames.tool)), settings.configuration
     arm.check_task(T_robot_flange, frames.base, frames.tool)
     if settings.mode(Mode.SINGLE):
-        arm = arm_for(_single_turn(arm.model))
+        model, slides = arm.model, arm.model.units.slides
+        lower = tuple(low if slides(i) else max(low, -pi) for i, low in enumerate(model.lower, 1))
+        upper = tuple(high if slides(i) else min(high, pi) for i, high in enumerate(model.upper, 1))
+        arm = arm_for(replace(model, lower=lower, upper=upper))
     return arm.select(T_robot_flange, near, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist)
-
-
-def _single_turn(model: RobotModel) -> RobotModel:
-    lower = tuple(low if model.units.slides(i) else max(low, -pi) for i, low in enumerate(model.lower, 1))
-    upper = tuple(high if model.units.slides(i) else min(high, pi) for i, high in enumerate(model.upper, 1))
-    return replace(model, lower=lower, upper=upper)
 
 
 def check_flag(arm: RobotArm, flag: Flag) -> None:

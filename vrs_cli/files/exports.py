@@ -200,7 +200,9 @@ def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
     header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "world"}
     names = json.dumps(joint_names(arm))
     stream.write(f'{{\n"header": {json.dumps(header)},\n"joint_names": {names},\n"points": ['.encode("ascii"))
-    times = _times_with_boundaries(timeline, rate)
+    edges = [edge for segment in timeline for edge in (segment.start, segment.finish)]
+    times = np.unique(np.concatenate((*sample_times(timeline, rate), np.array(edges))))
+    times = times[np.unique(np.round(times * NANOSECONDS), return_index=True)[1]]  # none twice to the nanosecond
     for first in range(0, len(times), CHUNK):
         positions = positions_at(arm, timeline, times[first : first + CHUNK])
         points = ",\n  ".join(_ros_points(positions, timeline.start))
@@ -220,15 +222,6 @@ def _ros_points(positions: Positions, start: float) -> Iterator[str]:
         sec, nanosec = divmod(ns, NANOSECONDS)
         point = {"positions": joints, "velocities": velocities, "accelerations": accelerations, "effort": []}
         yield json.dumps({**point, "time_from_start": {"sec": sec, "nanosec": nanosec}})
-
-
-def _times_with_boundaries(timeline: Timeline, rate: float) -> Floats:
-    """All samples and all boundaries of segments, none twice to the nanosecond [s]."""
-    edges = [edge for segment in timeline for edge in (segment.start, segment.finish)]
-    times = np.unique(np.concatenate((*sample_times(timeline, rate), np.array(edges))))
-    _, first = np.unique(np.round(times * NANOSECONDS), return_index=True)
-    chosen: Floats = times[first]
-    return chosen
 
 
 # --- the formats -----------------------------------------------------------------------------------------------

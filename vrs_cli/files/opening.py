@@ -40,11 +40,14 @@ def text_of(content: bytes) -> str:
 
 def open_to_read(path: Path) -> BinaryIO:
     """The bytes of a file, or of a pipe that somebody writes. Raises OSError."""
-    mode = path.stat().st_mode
-    if stat.S_ISFIFO(mode):
+    it = path.stat()
+    if stat.S_ISFIFO(it.st_mode):
         return BufferedReader(_Pipe(path))
-    if _never_ends(path):
-        raise OSError(errno.EINVAL, "it is a device")
+    device = stat.S_ISCHR(it.st_mode) or stat.S_ISBLK(it.st_mode)
+    if device and it.st_rdev != os.stat(os.devnull).st_rdev:  # which is empty
+        with path.open("rb", buffering=0) as stream:
+            if not stream.isatty():
+                raise OSError(errno.EINVAL, "it is a device")
     return path.open("rb")
 
 
@@ -112,17 +115,6 @@ def _written_into(path: Path) -> int | None:
         if error.errno == errno.ENXIO:
             return None
         raise
-
-
-def _never_ends(path: Path) -> bool:
-    """Whether it is a device that is neither a terminal nor empty."""
-    it = path.stat()
-    if not (stat.S_ISCHR(it.st_mode) or stat.S_ISBLK(it.st_mode)):
-        return False
-    if it.st_rdev == os.stat(os.devnull).st_rdev:
-        return False
-    with path.open("rb", buffering=0) as stream:
-        return not stream.isatty()
 
 
 def neighbours(path: Path) -> list[str]:

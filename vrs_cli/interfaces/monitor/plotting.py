@@ -79,8 +79,11 @@ def plotted(arm: RobotArm, timeline: Timeline, asked: Selection) -> Plot:
     times = np.linspace(timeline.start, timeline.end, SAMPLES)
     positions = positions_at(arm, timeline, times)
     if first.joints:
-        units = arm.model.units
-        curves = _joint_curves(positions, first, asked.joints, units)
+        units, columns = arm.model.units, getattr(positions, first.joints).T.tolist()
+        curves = tuple(
+            Curve(f"JT{joint}", str(joint), tuple(units.one_shown(joint, x) for x in columns[joint - 1]))
+            for joint in asked.joints
+        )
         return Plot(first.title, _unit(first, asked.joints, units), tuple(times.tolist()), curves)
     rows, names = _tool_values(positions), (curve for name in asked.names for curve in QUANTITIES[name].curves)
     curves = tuple(Curve(name, name[0], tuple(rows[name].tolist())) for name in dict.fromkeys(names))
@@ -116,14 +119,6 @@ def _joints(arm: RobotArm, numbers: Sequence[int]) -> Sequence[int]:
 def _unit(quantity: Quantity, joints: Sequence[int], units: JointUnits) -> str:
     """That of the joints that are drawn; both where some turn and some slide."""
     return ", ".join(dict.fromkeys(quantity.unit.replace("deg", units.unit(joint)) for joint in joints))
-
-
-def _joint_curves(
-    positions: Positions, quantity: Quantity, joints: Sequence[int], units: JointUnits
-) -> tuple[Curve, ...]:
-    rows = getattr(positions, quantity.joints).T.tolist()
-    columns = ((joint, [units.one_shown(joint, x) for x in rows[joint - 1]]) for joint in joints)
-    return tuple(Curve(f"JT{joint}", str(joint), tuple(values)) for joint, values in columns)
 
 
 def _tool_values(positions: Positions) -> Mapping[str, Floats]:

@@ -15,14 +15,15 @@ from vrs_cli.dialogue.replies import (
     SignalTable,
     StatusReport,
 )
+from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.monitor.clock import clock_report
 from vrs_cli.interfaces.monitor.consent import leave
 from vrs_cli.interfaces.monitor.help import overview, page
-from vrs_cli.interfaces.monitor.next_motion import said_for_next_motion
 from vrs_cli.interfaces.monitor.running import of_task
 from vrs_cli.interfaces.station.operands import Handler, operand, real, word
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.language.run.semantics.settings import MODE_WORDS
 from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
@@ -42,7 +43,7 @@ def _status(station: Station, number: int) -> Iterable[Reply]:
         clock=engine.now,
         end=engine.end,
         configuration=engine.arm.configuration(engine.position().joints),
-        next_motion=said_for_next_motion(engine),
+        next_motion=_said_for_next_motion(engine),
     )
 
 
@@ -53,6 +54,20 @@ def _progress(station: Station, number: int) -> Progress | None:
     task = track.task
     left = None if task.cycles < 0 else task.cycles - task.cycles_done
     return Progress(task.program, task.state.value, None if task.ended else task.step, task.cycles_done, left)
+
+
+def _said_for_next_motion(engine: Engine) -> tuple[str, ...]:
+    """Configuration words that the arm does not have yet, and settings for one motion, in the words of the language."""
+    settings, have = engine.settings, engine.arm.configuration(engine.destination(engine.end).joints)
+    said = list(settings.configuration.words_beside((have,)))
+    if (speed := settings.speed.once) is not None:
+        said.append(f"SPEED {plain(speed.value)} {speed.unit.value}")
+    if settings.duration.once is not None:
+        said.append(f"DURATION {plain(settings.duration.once)} s")
+    said += (word for word, (mode, on) in MODE_WORDS.items() if settings.modes[mode].once is on)
+    if settings.hand is not None:
+        said.append("OPEN" if settings.hand else "CLOSE")
+    return tuple(said)
 
 
 BANKS: Mapping[int, tuple[str, range]] = {

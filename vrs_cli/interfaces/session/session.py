@@ -12,9 +12,11 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, Reply
+from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, Displaced, Reply
 from vrs_cli.dialogue.talk import Talk
+from vrs_cli.engine.book import Book
 from vrs_cli.engine.branches import MAIN
+from vrs_cli.engine.displacement import displacement
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.jog.jogger import jog
 from vrs_cli.interfaces.monitor.clock import clock
@@ -30,7 +32,6 @@ from vrs_cli.interfaces.monitor.variables import VARIABLES, shown_value
 from vrs_cli.interfaces.rights import check_beside, needed
 from vrs_cli.interfaces.session.command_file import carry_out_file
 from vrs_cli.interfaces.station.operands import path_of
-from vrs_cli.interfaces.station.schedule import Schedule
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.analysis.lineage import beyond_val2
@@ -44,6 +45,7 @@ from vrs_cli.language.text.ast import (
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, first_error
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.word import Role
+from vrs_cli.trajectory.timeline import Timeline
 
 
 class _Either(Struct, frozen=True):
@@ -68,7 +70,8 @@ class Session(Station):
     """A station with a prompt: lines in, replies out."""
 
     _read: _Reading | None = None  # a line that was found without mistake, before it is sent
-    _scheduled: Mapping[str, Schedule] = MappingProxyType({})  # by branch, when the present line began
+    # the books of main and of the present branch with their timelines when the present line began
+    _scheduled: Mapping[str, tuple[Book, Timeline]] = MappingProxyType({})
 
     @property
     def prompt(self) -> str:
@@ -121,18 +124,17 @@ class Session(Station):
         yield from self.carry_out(statement)
         yield from self._displaced()
 
-    def _schedules(self) -> dict[str, Schedule]:
+    def _schedules(self) -> dict[str, tuple[Book, Timeline]]:
         """What is scheduled on main and on the present branch."""
         books = {MAIN: self.branches.book(MAIN), self.branches.present: self.engine.book}
-        return {name: Schedule(book, book.timeline) for name, book in books.items()}
+        return {name: (book, book.timeline) for name, book in books.items()}
 
     def _displaced(self) -> Iterator[Reply]:
         """What has moved since the line began, or since a line of its own (COMMANDS) told it."""
-        before = self._scheduled.get(self.branches.present)
+        book, before = self._scheduled.get(self.branches.present, (None, None))
         self._scheduled = self._schedules()
-        found = None if before is None else before.displaced(self.engine.book)
-        if found is not None:
-            yield found
+        if before is not None and book is self.engine.book and (found := displacement(book, before)) is not None:
+            yield Displaced(found)
 
     def names(self) -> Container[str]:
         """The keys of the variables that have a value, those among them that a stopped program has for itself."""

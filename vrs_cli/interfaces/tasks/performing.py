@@ -160,8 +160,9 @@ class Performer:
             track.until(ready, request)
             return
         track.until(engine.begin(request, program=in_program, issued=track.asked))
-        if isinstance(request, Brake):
-            self._look_again()
+        for other in self._tasks.running if isinstance(request, Brake) else ():
+            if isinstance(other.pending, Request):  # the robot will be at rest at another time than was thought
+                other.wake = engine.now
 
     def _check_in_bounds(self, stamp: Stamp) -> None:
         """Raises IllegalValue for a motion that would begin when its program has been stopped."""
@@ -170,12 +171,6 @@ class Performer:
             more = self.limits.told_by("max_time")
             hint = f"the program is stopped at {self.last:g} s"
             raise IllegalValue(f"{word} {stamp.seconds:g}", hint if more == GO_ON else f"{hint}: {more}")
-
-    def _look_again(self) -> None:
-        """The robot will be at rest at another time than was thought."""
-        for track in self._tasks.running:
-            if isinstance(track.pending, Request):
-                track.wake = self._engine.now
 
     def _attach(self, track: Track, event: AttachRobot) -> None:
         if not self._tasks.attach_robot(track):

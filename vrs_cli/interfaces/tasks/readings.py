@@ -1,12 +1,23 @@
-"""What programs may ask of the robot: the observer's side of the engine, at the present instant."""
+"""What programs may ask of the robot, the observer's side of the engine at the present instant; and of the system that
+runs them: their task, other tasks, the units they have attached."""
 
 from __future__ import annotations
+
+import re
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationTooClose, MotionError
+from vrs_cli.interfaces.tasks.devices import Devices
+from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.run.effects import TaskState
+from vrs_cli.language.run.environment import Environment
+from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
+from vrs_cli.language.run.robot import System
+from vrs_cli.language.words.kind import key_of
+from vrs_cli.version import __version__
 
 # INRANGE: why a location is out of reach, as bits: joints 1 to 6, then too close and too far, then joints 7 and on
 # (V+ Keyword Reference, INRANGE, names such bits; the numbers are ours)
@@ -14,7 +25,7 @@ TOO_CLOSE_BIT, TOO_FAR_BIT = 1 << 6, 1 << 7
 JOINTS_BELOW, BITS_BETWEEN = 6, 2
 
 NO_POWER, PROGRAM_CONTROL = 2, 7  # STATE(1)
-NEVER_MOVED, MOVING, STOPPED = 0, 1, 2  # STATE(2)
+NEVER_MOVED, MOVING, AT_REST = 0, 1, 2  # STATE(2)
 MONITOR_SPEED, PROGRAM_SPEED, MOTION_SPEED = 1, 2, 3  # SPEED(n)
 
 
@@ -68,7 +79,7 @@ class Readings:
         if number == 2:
             if self.moving():
                 return float(MOVING)
-            return float(STOPPED if len(self.engine.timeline) > 1 else NEVER_MOVED)
+            return float(AT_REST if len(self.engine.timeline) > 1 else NEVER_MOVED)
         raise IllegalValue(f"STATE({number})", "1 how the robot is controlled, 2 whether it moves")
 
     def moving(self) -> bool:
@@ -93,3 +104,62 @@ class Readings:
         except MotionError:
             return TOO_FAR_BIT
         return 0
+
+
+# --- the system --------------------------------------------------------------------------------------------------
+
+RUN_STATES = {
+    TaskState.RUNNING: EXECUTING,
+    TaskState.PAUSED: PAUSED,
+    TaskState.FAILED: FAILED,
+    TaskState.HALTED: COMPLETED,
+    TaskState.ABORTED: ABORTED,
+    TaskState.COMPLETED: COMPLETED,
+}
+NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  # STATUS
+
+
+class SystemReadings(System):
+    """The system of the tasks of a robot."""
+
+    def __init__(self, robot: str, environment: Environment, tasks: Tasks, devices: Devices) -> None:
+        self._robot, self._environment, self._tasks, self._devices = robot, environment, tasks, devices
+
+    def task(self) -> int:
+        return self._tasks.current
+
+    def priority(self) -> int:
+        track = self._tasks.get(self._tasks.current)
+        return 0 if track is None else track.task.reactions.priority
+
+    def run_state(self, task: int) -> int:
+        track = self._tasks.get(task)
+        return IDLE if track is None else RUN_STATES[track.task.state]
+
+    def program_status(self, name: str) -> int:
+        stored = self._environment.programs.get(key_of(name.strip()))
+        if stored is None:
+            return NOT_IN_MEMORY
+        if not stored.analysis.executable:
+            return NOT_EXECUTABLE
+        track = self._tasks.uses(stored.name)
+        if track is None:
+            return NOT_EXECUTING
+        return RUNS if track.running else STOPPED
+
+    def identity(self, component: int) -> float:
+        digits = re.search(r"\d+", self._robot)
+        major, minor, *_ = __version__.split(".")
+        parts = {1: float(digits[0]) if digits else 0.0, 2: 0.0, 3: float(major) + float(minor) / 100.0}
+        if component not in parts:
+            raise IllegalValue(f"ID({component})", "1 model of the robot, 2 serial number, 3 version of the system")
+        return parts[component]
+
+    def unit_status(self, unit: int) -> int:
+        return self._devices.status(self._tasks.current, unit)
+
+    def record_length(self, unit: int) -> int:
+        return self._devices.length(self._tasks.current, unit)
+
+    def character(self, unit: int, wait: bool) -> int:
+        return self._devices.character(self._tasks.current, unit, wait)

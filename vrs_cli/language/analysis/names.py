@@ -140,7 +140,8 @@ class Names(Findings):
             choice = wanted & BARE
             if not choice:
                 detail = f"{variable.name} is not {with_article(wanted)}"
-                self.fault(TypeMismatch, variable.span, detail, _with_sigil(variable.name, wanted))
+                sigil = next((sigil for sigil, kind in SIGIL_KINDS.items() if kind in wanted), "")
+                self.fault(TypeMismatch, variable.span, detail, f"{sigil}{variable.name} is one")
             if len(choice) != 1:
                 return None
             decided = self.kinds[variable.key] = Decided(next(iter(choice)), self.step)
@@ -173,8 +174,3 @@ class Names(Findings):
         since = f" since step {step}" if step not in (None, self.step) else ""
         detail = f"{shown} is {_ARTICLES[kind]}{since}"
         self.fault(TypeMismatch, expression.span, detail, f"{with_article(wanted)} is wanted")
-
-
-def _with_sigil(name: str, wanted: Kinds) -> str:
-    sigil = next((sigil for sigil, kind in SIGIL_KINDS.items() if kind in wanted), "")
-    return f"{sigil}{name} is one"

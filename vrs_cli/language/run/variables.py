@@ -73,8 +73,12 @@ class Variables:
 
     def define(self, entry: Entry) -> None:
         """A line of a .LOCATIONS, .REALS or .STRINGS section, in place of what the name was. Raises IllegalValue."""
-        _, index = item_of(entry)
-        self.put_back((entry.variable.sigil + entry.variable.name, index), _entry_value(entry, self.units))
+        value: Value | None = entry.text
+        if value is None and entry.variable.sigil == "#":
+            value = precision_point(entry.numbers, self.units)
+        elif value is None:
+            value = entry.numbers[0] if len(entry.numbers) == 1 else transformation(entry.numbers)
+        self.put_back((entry.variable.sigil + entry.variable.name, item_of(entry)[1]), value)
 
     def spell(self, key: str, name: str) -> None:
         """Keep the spelling of the first use of a name."""
@@ -216,11 +220,3 @@ def item_of(entry: Entry) -> Item:
     """The variable that a line of a section defines."""
     indexes = tuple(whole(number.value) for number in entry.variable.indexes or () if isinstance(number, Number))
     return entry.variable.key, None if not indexes else indexes if len(indexes) > 1 else indexes[0]
-
-
-def _entry_value(entry: Entry, units: JointUnits) -> Value:
-    if entry.text is not None:
-        return entry.text
-    if entry.variable.sigil == "#":
-        return precision_point(entry.numbers, units)
-    return entry.numbers[0] if len(entry.numbers) == 1 else transformation(entry.numbers)

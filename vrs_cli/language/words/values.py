@@ -24,7 +24,7 @@ LIMIT = 3.4028235e38  # the largest real: single precision (V+ User's Guide p.10
 INTEGER_BITS = 24
 INTEGER_LOW, INTEGER_HIGH = -(1 << INTEGER_BITS), (1 << INTEGER_BITS) - 1
 STRING_LENGTH = 128
-INCH = 25.4  # [mm]
+
 
 KIND_OF: dict[type, Kind] = {
     float: Kind.REAL,

@@ -73,20 +73,15 @@ def from_rest(components: Sequence[Component], least: float = 0.0) -> Times:
         by_acceleration = max(by_acceleration, distance / part.max_acceleration)
     if by_velocity <= NEGLIGIBLE:
         return Times(0.0, 0.0, 0.0)
-    reach = max(by_velocity, sqrt(by_acceleration), _reach_for(least, by_acceleration))
-    return _rest_times(reach * MARGIN, by_acceleration)
+    reach = MARGIN * max(by_velocity, sqrt(by_acceleration), _reach_for(least, by_acceleration))
+    blend = up_to_grid(by_acceleration / reach)  # as long as slowing down
+    return _without_sliver(blend, up_to_grid(max(reach - blend, 0.0)), blend)
 
 
 def _reach_for(total: float, by_acceleration: float) -> float:
     """The S at which S + by_acceleration / S, the whole time, is `total`."""
     square = total * total - 4.0 * by_acceleration
     return 0.5 * (total + sqrt(square)) if square > 0.0 else 0.0
-
-
-def _rest_times(reach: float, by_acceleration: float) -> Times:
-    """Blend and slowing-down of equal length, the sum of blend and cruise at least `reach`."""
-    blend = up_to_grid(by_acceleration / reach)
-    return _without_sliver(blend, up_to_grid(max(reach - blend, 0.0)), blend)
 
 
 def _without_sliver(blend: float, cruise: float, slow: float) -> Times:
