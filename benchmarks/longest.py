@@ -16,6 +16,7 @@ from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.engine.commands import JointTarget, Move
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.language.text.collector import collect_in_small_parts
 
 SEGMENTS, NAMES = 100_000, 10_000
 ALLOWED = 20.0  # [ms]
@@ -51,6 +52,7 @@ def main() -> None:
     segments, names = [int(text) for text in sys.argv[2:4]] or (SEGMENTS, NAMES)
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
+        collect_in_small_parts()
         session = crowded(segments, names)
         print(f"{len(session.engine.timeline)} segments, {names} names: the longest step of a word [ms of CPU]")
         steps, holder = timed(session), Holder(session)

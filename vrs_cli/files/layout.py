@@ -6,7 +6,9 @@ variable of a section and comments beside it, and what follows the last part of 
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
+from typing import Self
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -36,9 +38,14 @@ class Layout(Struct, frozen=True):
     ends: Mapping[str, tuple[str | None, ...]] = field(default_factory=dict)
     tail: tuple[Loose, ...] = ()
 
-    def with_file(self, file: File) -> Layout:
-        """After a file has been loaded."""
-        parts, entries, ends = dict(self.parts), dict(self.entries), dict(self.ends)
+    @classmethod
+    def of(cls, file: File) -> Self:
+        """That of one file."""
+        parts, entries, ends = (
+            dict[str, tuple[Loose, ...]](),
+            dict[EntryKey, Beside](),
+            dict[str, tuple[str | None, ...]](),
+        )
         loose: list[Loose] = []
         for part in file.parts:
             if isinstance(part, Comment | BadLine):
@@ -49,7 +56,12 @@ class Layout(Struct, frozen=True):
             if isinstance(part, Section):
                 entries.update(_entries(part))
                 ends[part.name] = tuple(text for at, text in part.remarks if at >= len(part.entries))
-        return Layout(parts, entries, ends, tuple(loose) or self.tail)
+        return cls(parts, entries, ends, tuple(loose))
+
+    def with_file(self, other: Layout) -> Layout:
+        """After a file of that layout has been loaded."""
+        entries, ends = {**self.entries, **other.entries}, {**self.ends, **other.ends}
+        return Layout({**self.parts, **other.parts}, entries, ends, other.tail or self.tail)
 
     def renamed(self, old: str, new: str) -> Layout:
         """After a program has got another name."""
@@ -90,6 +102,8 @@ def _entry_key(entry: Entry) -> EntryKey:
 
 
 def _entries(section: Section) -> Iterator[tuple[EntryKey, Beside]]:
+    before = defaultdict[int, list[str | None]](list)
+    for at, text in section.remarks:
+        before[at].append(text)
     for number, entry in enumerate(section.entries):
-        before = tuple(text for at, text in section.remarks if at == number)
-        yield _entry_key(entry), Beside(before, entry.comment)
+        yield _entry_key(entry), Beside(tuple(before[number]), entry.comment)

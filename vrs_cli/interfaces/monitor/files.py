@@ -59,7 +59,7 @@ def load(station: Station, named: Path) -> Talk[None]:
     programs = station.programs
     before, layout = dict(programs), station.layout
     station.take(ready)
-    station.unstored.values_stored(values)
+    station.unstored.values_loaded(values)
     for item, value in kept.items():
         station.environment.put_back(item, value)
     diagnostics = (*diagnostics, *ready.diagnostics)

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import NamedTuple, Self
 
 from vrs_cli.errors import VrsError
+from vrs_cli.files.layout import Layout
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.analysis.analyzer import Analysis, analyze_among
 from vrs_cli.language.analysis.lineage import program_beyond_val2
@@ -21,6 +22,7 @@ class Brought(NamedTuple):
 
     file: File
     lines: tuple[str, ...]
+    layout: Layout
     variables: Variables
     analyses: tuple[Analysis, ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -38,7 +40,7 @@ class Brought(NamedTuple):
         for analysis in analyses:
             diagnostics += analysis.diagnostics
             diagnostics += () if vplus else program_beyond_val2(analysis.program)
-        return cls(file, tuple(text.split("\n")), variables, analyses, tuple(diagnostics))
+        return cls(file, tuple(text.split("\n")), Layout.of(file), variables, analyses, tuple(diagnostics))
 
 
 def variables_of(sections: Iterable[Section], units: JointUnits) -> tuple[Variables, tuple[Diagnostic, ...]]:

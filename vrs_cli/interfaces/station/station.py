@@ -153,7 +153,7 @@ class Station:
         """Put what a file has in memory, all of it at once. Raises ProgramInterlocked."""
         self._check_free(brought.file)
         self.environment.take(brought.variables)
-        self.layout = self.layout.with_file(brought.file)
+        self.layout = self.layout.with_file(brought.layout)
         self._store(brought)
 
     def _check_free(self, file: File) -> None:

@@ -97,6 +97,15 @@ class Unstored:
             self._programs[program.key] = program
             self._different.pop(program.key, None)
 
+    def values_loaded(self, values: Mapping[Item, Value]) -> None:
+        """These variables have got these values from a file."""
+        noted = self._changed.intersection(values)
+        self._version += bool(noted)
+        self._news |= noted
+        self._changed -= noted
+        self._items.difference_update(values)
+        self._values |= values
+
     def values_stored(self, values: Mapping[Item, Value]) -> None:
         """A file has these variables with these values."""
         self._changed.update(item for item, value in values.items() if self._values.get(item) != value)

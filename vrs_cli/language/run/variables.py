@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import TURNING, JointUnits
@@ -133,10 +133,13 @@ class Variables:
 
     def take(self, other: Variables) -> None:
         """Give the variables of others their values, in place of what their names were."""
-        self.spelling |= other.spelling | self.spelling
+        for unknown in other.spelling.keys() - self.spelling.keys():
+            self.spelling[unknown] = other.spelling[unknown]
         for kind, rival in OTHER_KIND.items():
-            for key in other._names(kind) & self._names(rival):
-                self.delete(key)
+            for names in other._named_by(kind):
+                for rivals in self._named_by(rival):
+                    for key in names & rivals:
+                        self.delete(str(key))
         for kind in Kind:
             self._simple[kind].take(other._simple[kind])
             for array, elements in other._arrays[kind].items():
@@ -154,9 +157,14 @@ class Variables:
                 found.cells(kind, key).take(self._arrays[kind][key])
         return found
 
+    def _named_by(self, kind: Kind) -> tuple[Set[str | Index], Set[str]]:
+        """The keys of the simple variables of a kind, and of its arrays."""
+        return self._simple[kind].keys(), {array for array, cells in self._arrays[kind].items() if cells}
+
     def _names(self, kind: Kind) -> set[str]:
         """The keys of the names that are of a kind."""
-        return {*map(str, self._simple[kind]), *(array for array, cells in self._arrays[kind].items() if cells)}
+        simple, arrays = self._named_by(kind)
+        return {*map(str, simple), *arrays}
 
     def name_of(self, item: Item) -> str:
         """A variable as a listing shows it."""
