@@ -409,6 +409,17 @@ def test_who_follows_at_one_rate_shares_one_evaluation_and_one_encoding(
     )
 
 
+def test_who_comes_while_looks_are_late_shares_them_too(hall: Hall) -> None:
+    hall.engine.clock.set(0.0)
+    lines = []
+    for moment in (0.0, 0.5, 2.5):  # in real time, and nothing was done meanwhile
+        hall.wall = moment
+        hall.engine.clock.set(moment)
+        lines.append(hall.listen(samples(50.0))[0])
+    hall.until(2.6)
+    assert len({id(line.packets[-1]) for line in lines}) == 1
+
+
 def test_a_viewer_plays_by_itself_and_follows_again(hall: Hall) -> None:
     hall.move(2.0)
     (line, listener), (other, _) = hall.listen(samples(4.0)), hall.listen(samples(4.0))

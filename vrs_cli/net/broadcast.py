@@ -199,9 +199,14 @@ class Broadcast:
         has jumped.
         """
         shared = self._shared.get(rate)
-        if shared is None or self._watched.now - shared.viewer.playback.shown > 1.0 / rate:
+        if shared is None or self._behind_robot(shared.viewer) > 1.0 / rate:
             shared = self._shared[rate] = self._channel(rate)
         return shared
+
+    def _behind_robot(self, viewer: Viewer) -> float:
+        """How far what it would show now lies behind where the robot is [s]."""
+        timeline, wall = self._watched.timeline, self._wall()
+        return viewer.playback.look(wall, timeline.start, timeline.end, self._watched.now).behind(wall)
 
     def _own(self, listener: Listener, channel: Channel) -> Channel:
         """Samples for one who goes on alone from where all others of its channel are."""
