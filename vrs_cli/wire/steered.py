@@ -45,13 +45,13 @@ def steered_record(delta: TimelineDelta, before: Timeline, arm: RobotArm) -> Ste
     if rates is None or delta.cause is not Cause.COMMAND:
         return None
     tick = round(segments[0].duration * TICKS_PER_SECOND)
-    again = _steered(motion, delta.executed, tick, rates, before, arm)
-    if again != delta or _checksum(again.segments) != _checksum(segments):
+    again, crc = _steered(motion, delta.executed, tick, rates, before, arm), _checksum(segments)
+    if again != delta or _checksum(again.segments) != crc:
         return None
     known = before[len(before) - 1].motion == motion
     record = None if known else Motions().reference(motion)
     assert not isinstance(record, int)
-    return SteeredRecord(before.version, delta.executed, tick, rates, _checksum(segments), record)
+    return SteeredRecord(before.version, delta.executed, tick, rates, crc, record)
 
 
 def steered_delta(record: SteeredRecord, before: Timeline, arm: RobotArm, form: Form, first: int = 0) -> TimelineDelta:
