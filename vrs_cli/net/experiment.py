@@ -24,12 +24,12 @@ from vrs_cli.engine.commands import JointTarget, Move, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine, Postponement
 from vrs_cli.engine.position import joints_at, joints_over
 from vrs_cli.errors import TooLate
+from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net import messages
 from vrs_cli.net.delay_line import DelayLine, Ways
 from vrs_cli.net.flags import Flags, Window, merged
-from vrs_cli.net.holder_times import HolderTimes
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.playout import Playout
 from vrs_cli.net.preview import Preview

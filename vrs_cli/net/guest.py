@@ -29,11 +29,11 @@ from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.jog.jogger import Press
 from vrs_cli.interfaces.session.acts import ACTS, RobotAct, Say, Undo, act_on
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import locker, messages
 from vrs_cli.net.broadcast import Broadcast, Listener, Sink
 from vrs_cli.net.driving import Driving
-from vrs_cli.net.holder_times import HolderTimes
 from vrs_cli.net.ledger import Ledger
 from vrs_cli.net.limits import Allowance
 from vrs_cli.net.packets import Form
@@ -127,6 +127,9 @@ class Guest:
         desk = self.holder.desk
         desk.attended = hello.attended
         desk.lives = hello.attended and hall.session.engine.realtime
+        desk.times = HolderTimes(
+            hello.offset, USUAL_ALLOWED if hello.delay is None else min(hello.delay, USUAL_ALLOWED)
+        )
         self.conversation = Conversation(hall.session, desk)
         self.link: Link | None = None
         self.address = ""
@@ -137,7 +140,6 @@ class Guest:
         self._questions: dict[int, tuple[Question, Ticket[Any]]] = {}
         self._failed: set[int] = set()  # commands of which an error was told
         self._status: Status | None = None  # as it was told last
-        self._times = HolderTimes() if hello.delay is None else HolderTimes(allowed=hello.delay)
 
     # --- connections ---
 
@@ -205,19 +207,32 @@ class Guest:
     def _line(self, message: messages.Line) -> None:
         text, hall = message.text, self._hall
 
-        talk = hall.checked(self.conversation.lines(text), lambda: hall.may_always(text))
+        talk = hall.checked(self._given(message, self.conversation.lines(text)), lambda: hall.may_always(text))
         self._ask(message, self._with_status(talk), text, urgent=self.holder.stops(text))
 
     def _act(self, message: messages.At) -> None:
         act, hall = message.act, self._hall
         if isinstance(act, Say):
             line = act.line
-            talk = hall.checked(act_on(hall.session, act), lambda: hall.may_always(line))
+            talk = hall.checked(self._given(message, act_on(hall.session, act)), lambda: hall.may_always(line))
             self._ask(message, self._with_status(talk), line, urgent=self.holder.stops(line))
             return
         said = str(getattr(act, "text", "")) or type(act).__name__.lower()
         talk = self._at_desk(act) if isinstance(act, DeskAct) else self._on_robot(act, message.issued)
         self._ask(message, self._with_status(talk), f"({said})")
+
+    def _given(self, message: messages.Line | messages.At, talk: Talk[Any]) -> Talk[Any]:
+        """A line, which was given when its sender says, as far as that can be true."""
+        desk, arrival = self.holder.desk, self.holder.now
+
+        def work() -> Talk[Any]:
+            desk.issued = None if message.issued is None else desk.times.issued(message.issued, arrival)
+            try:
+                return (yield from talk)
+            finally:
+                desk.issued = None
+
+        return work()
 
     def _at_desk(self, act: DeskAct) -> Talk[Any]:
         """What moves the arm, or changes a program, is asked for anew: the lease may be in other hands."""
@@ -231,7 +246,7 @@ class Guest:
         return self._hall.checked(work(), lambda: looks or isinstance(act, StopProgram))
 
     def _on_robot(self, act: RobotAct, claim: float | None) -> Talk[Any]:
-        issued = None if claim is None else self._times.issued(claim, self.holder.now)
+        issued = None if claim is None else self.holder.desk.times.issued(claim, self.holder.now)
         always = isinstance(act, Undo) or ACTS[type(act)].role is Role.OBSERVER
         return self._hall.checked(act_on(self._hall.session, act, issued), lambda: always)
 

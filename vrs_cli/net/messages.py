@@ -85,7 +85,8 @@ class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
 
     `robot`: the one it is about, empty for the only one. `name`: what others call this holder. `full`: deltas hold all
     that a client cannot compute by itself. `attended`: a person is there, who can be asked. `delay`: the longest way of
-    a command [s] that it claims.
+    a command [s] that it claims. `offset`: the clock by which it says when motions begin is so far ahead of the robot's
+    [s]; -D_f for one who is D_f away, and wants none of them to come too late.
     """
 
     versions: tuple[Count, ...]
@@ -96,6 +97,7 @@ class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
     full: bool = False
     attended: bool = False
     delay: Length | None = None
+    offset: Number = 0.0
     resume: Resume | None = None
 
 
@@ -113,14 +115,14 @@ class Bye(ClientMessage, frozen=True):
 
 
 class Line(Command, frozen=True):
-    """A line of the conversation. `issued`: when it was given, by the clock of the holder [s]."""
+    """A line of the conversation. `issued`: when it was given, by the robot's clock as its holder knows it [s]."""
 
     text: Text
     issued: Number | None = None
 
 
 class At(Command, frozen=True):
-    """An act of the holder. `issued`: when, by the clock of the holder [s]. `found` of `Done` is what comes of it."""
+    """An act of the holder. `issued`: when, as in `Line` [s]. `found` of `Done` is what comes of it."""
 
     act: RobotAct | DeskAct
     issued: Number | None = None

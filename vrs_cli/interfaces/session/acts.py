@@ -281,7 +281,7 @@ def _go(session: Session, act: Go, issued: float | None) -> Talk[None]:
         _finite(() if number is None else (number,))
     if act.speed is not None and not 0.0 < act.speed <= 1.0:
         raise IllegalValue(f"{act.speed:g} of nominal speed", "more than 0, at most 1", value=act.speed)
-    stamp = None if act.executed is None else Stamp(act.executed)
+    stamp = None if act.executed is None else Stamp(session.desk.times.executed(act.executed))
     move = Move(act.goal.target, act.straight, speed=act.speed, stamp=stamp, text=act.text)
     session.engine.clock.advance(session.engine.begin(move, program=False, issued=issued))
 

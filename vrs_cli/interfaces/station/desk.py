@@ -10,6 +10,7 @@ from typing import Protocol
 from vrs_cli.dialogue.questions import OnScreen
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.dialogue.talk import Talk
+from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
 from vrs_cli.language.text.ast import Statement
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.words.word import Role
@@ -44,6 +45,9 @@ class Desk:
     """`name` and `role` are those of who is at it. `attended`: a person is there, who can be asked. `lives`: whoever
     types goes on while a program runs, and nobody waits for its end.
 
+    `times`: how its times are those of the robot; `issued`: when the present line was given, as who is at it says, by
+    the robot's clock [s].
+
     `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before. `on_screen`:
     the program of SEE, the arm of JOG, the recording of REPLAY, while it fills the screen. `drafted`: that program
     while it is changed and not stored, as a file would hold it. `last_statement` is what a bare DO repeats,
@@ -55,6 +59,8 @@ class Desk:
     role: Role = Role.SUPERVISOR
     attended: bool = False
     lives: bool = False
+    times: HolderTimes = THE_ROBOTS
+    issued: float | None = None
     editor: LineEditor | None = None
     last_edited: str | None = None
     on_screen: object = None

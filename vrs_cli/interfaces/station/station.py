@@ -417,6 +417,7 @@ class Station:
         self.desk.last_statement = statement
         task = statement_task(self.environment, self.robot, statement)
         track = self.tasks.start(PROMPT_LINE, task)
+        track.times, track.issued, self.desk.issued = self.desk.times, self.desk.issued, None
         of_program = self.unstored.of_program
         if of_program:
             self._changes_by_program(False)

@@ -10,12 +10,15 @@ from itertools import count
 from math import inf
 from typing import Any
 
+from msgspec import structs
+
 from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.engine.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, IllegalValue, TaskNotActive, VrsError
 from vrs_cli.interfaces.tasks.debugging import Onward, Stopped
 from vrs_cli.interfaces.tasks.devices import Devices
+from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.interfaces.tasks.limits import GO_ON, USUAL
 from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.interfaces.tasks.track import Aborted, Asked, Pending, Track
@@ -159,7 +162,9 @@ class Performer:
         if ready > engine.now:
             track.until(ready, request)
             return
-        track.until(engine.begin(request, program=in_program, issued=track.asked))
+        issued, track.issued = track.asked if track.issued is None else track.issued, None
+        request = request if in_program else _as_typed(request, track.times)
+        track.until(engine.begin(request, program=in_program, issued=issued))
         for other in self._tasks.running if isinstance(request, Brake) else ():
             if isinstance(other.pending, Request):  # the robot will be at rest at another time than was thought
                 other.wake = engine.now
@@ -213,6 +218,13 @@ class Performer:
         if isinstance(event, Stopped):
             track.detail, track.task.state = event.detail, TaskState.PAUSED
         self._tasks.stop(track, Outcome[event.outcome] if isinstance(event, Stopped) else _ENDINGS[type(event)])
+
+
+def _as_typed(request: Request, times: HolderTimes) -> Request:
+    """The same with the robot's time where a line of the prompt gives one by the clock of its holder."""
+    if not (isinstance(request, Move) and request.stamp is not None and not request.stamp.relative):
+        return request
+    return structs.replace(request, stamp=Stamp(times.executed(request.stamp.seconds)))
 
 
 def _line(answer: str | VrsError | None) -> str | None:

@@ -9,6 +9,7 @@ from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.engine.commands import Request
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.tasks.debugging import Onward, Stepping, Stopped
+from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
 from vrs_cli.language.run.effects import Event, ProgramFault, Prompt, Wait, WaitEvent
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.units import AwaitLine, ReadRecord
@@ -45,7 +46,8 @@ class Track(Struct, eq=False):
     `outcome` is None while it runs. `asked`: when `pending` was asked for. `mine`: it takes the robot when it goes on;
     `awaited`: somebody waits for its end. `instant`: when it last went on, `before`: how many steps it had done then.
     `held`: what reactions have interrupted, and when that was asked for. `driven_by`: whoever let it go on last, who
-    gets its questions; None where that one has gone.
+    gets its questions; None where that one has gone. `times`: of who typed the line that it is; `issued`: when that
+    was, until its first request.
     """
 
     number: int
@@ -67,6 +69,8 @@ class Track(Struct, eq=False):
     before: int = 0
     held: list[tuple[Pending, float]] = field(default_factory=list)
     driven_by: object = None
+    times: HolderTimes = THE_ROBOTS
+    issued: float | None = None
 
     @property
     def running(self) -> bool:

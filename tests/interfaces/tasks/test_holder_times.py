@@ -11,13 +11,15 @@ from hypothesis import strategies as st
 
 from tests.engine.wall import ManualWall
 from tests.examples import examples
+from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.test_motion_laws import MODEL, joint_targets
 from vrs_cli.engine.commands import JointTarget, Move, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import TooLate, VrsError
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.net.delay_line import DelayLine, Gamma
-from vrs_cli.net.holder_times import HolderTimes
 from vrs_cli.trajectory.instant import TICK, on_grid
 
 ALLOWED = 0.5
@@ -70,17 +72,26 @@ def test_a_claim_is_kept_as_far_as_it_can_be_true(claim: float | None, issued: f
 
 def test_who_commands_with_the_delay_as_offset_is_never_late() -> None:
     """t_exec = t_iss on a clock that is D_f behind: it arrives just then."""
-    wall, times = ManualWall(0.0), HolderTimes.behind(forward=0.25, backward=0.125)
+    wall, times = ManualWall(0.0), HolderTimes(offset=-0.25)
     engine = Engine(MODEL, clock=wall.clock())
     ready, t_iss = MODEL.poses["ready"], 2.0
     wall.seconds = t_iss + 0.25
     engine.clock.advance(engine.clock.reached)
     with pytest.raises(TooLate):
         engine.begin(Move(JointTarget(ready), False, stamp=Stamp(t_iss)), program=False)
-    engine.begin(Move(JointTarget(ready), False, stamp=Stamp(times.commanded(t_iss))), program=False)
+    engine.begin(Move(JointTarget(ready), False, stamp=Stamp(times.executed(t_iss))), program=False)
     assert engine.deltas[0].executed == engine.now
 
 
-def test_who_watches_with_the_delay_as_offset_sees_the_present() -> None:
-    sent, arrives = 4.0, 4.125
-    assert HolderTimes.behind(forward=0.25, backward=0.125).looked(sent) == arrives
+def test_lines_of_a_desk_are_issued_and_executed_by_its_times() -> None:
+    """The first request of a line is issued when it was given, later ones when they come; AT is by the desk's clock."""
+    wall = ManualWall(0.0)
+    session = Session(RecordingTerminal(), MODEL, clock=wall.clock())
+    desk = session.desk
+    wall.seconds = 5.0
+    desk.times, desk.issued = HolderTimes(offset=-0.25), 4.75
+    session.perform("MOVE #PPOINT(10, -90, 90, 0, 0, 0) AT 4.75")
+    wall.seconds = 6.0
+    session.perform("MOVE #PPOINT(20, -90, 90, 0, 0, 0) IN 0.5")
+    times = [(it.issued, it.executed) for it in session.engine.records()]
+    assert times == [(4.75, 5.0), (6.0, 6.5)]

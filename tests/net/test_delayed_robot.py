@@ -1,0 +1,112 @@
+"""A served robot behind `vrs delay`'s line: real sockets, real time."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+from tests.net.serving import Caller, Serving, serving
+from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED
+from vrs_cli.net.delay_line import Constant, Ways
+from vrs_cli.net.delay_proxy import Address, DelayProxy
+from vrs_cli.net.messages import Delta, Done, Hello, Line, Ping, Pong, Subscribe
+from vrs_cli.net.timesync import TimeSync
+
+READY = "MOVE #PPOINT({}, -90, 90, 0, 0, 0) AT {}"
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Iterator[Serving]:
+    with serving(tmp_path, realtime=1.0, journal=False) as it:
+        yield it
+
+
+@contextmanager
+def behind(it: Serving, forward: float, backward: float) -> Iterator[Serving]:
+    """The same server, over a line."""
+    where, there = urlsplit(it.address), it.address
+    assert where.hostname is not None
+    assert where.port is not None
+    target, listens, stop = Address(where.hostname, where.port), threading.Event(), threading.Event()
+
+    async def run() -> None:
+        proxy = DelayProxy(target, Ways(Constant(forward), Constant(backward)), lambda _text: None)
+        it.address = f"ws://{await proxy.listen(Address('127.0.0.1', 0))}"
+        listens.set()
+        await asyncio.get_running_loop().run_in_executor(None, stop.wait)
+        await proxy.close()
+
+    thread = threading.Thread(target=lambda: asyncio.run(run()))
+    thread.start()
+    assert listens.wait(10.0)
+    try:
+        yield it
+    finally:
+        it.address = there
+        stop.set()
+        thread.join(10.0)
+
+
+def first_change(caller: Caller) -> Delta:
+    """Of what has come, or comes."""
+    there = [one for one in caller.heard if isinstance(one, Delta)]
+    change = there[0] if there else caller.until(lambda message: isinstance(message, Delta))
+    assert isinstance(change, Delta)
+    return change
+
+
+@pytest.mark.parametrize("claim", [-1e6, 0.0, 1e6, None])
+def test_no_claim_changes_the_past(robot: Serving, claim: float | None) -> None:
+    """A delta is issued within what is allowed, and cuts nothing that was before it arrived."""
+    with robot.call(hello=Hello((1,), delay=0.25)) as caller:
+        caller.ask(lambda id: Subscribe(id, deltas=True))
+        done = caller.ask(lambda id: Line(id, "MOVE #PPOINT(5, -90, 90, 0, 0, 0) IN 0.1", claim))
+        assert isinstance(done, Done)
+        assert done.ok
+        change = first_change(caller)
+        assert change.delta.cut >= change.applied
+        assert change.delta.issued <= change.applied
+        if claim == -1e6:
+            assert change.delta.issued == pytest.approx(change.applied - 0.25, abs=0.1)
+
+
+def test_the_longest_delay_is_the_servers_to_allow(robot: Serving) -> None:
+    with robot.call(hello=Hello((1,), delay=1e9)) as caller:
+        caller.ask(lambda id: Subscribe(id, deltas=True))
+        caller.ask(lambda id: Line(id, "MOVE #PPOINT(5, -90, 90, 0, 0, 0) IN 0.1", -1e9))
+        change = first_change(caller)
+        assert change.delta.issued >= change.applied - USUAL_ALLOWED - 0.1
+
+
+def test_the_way_there_and_back_is_measured(robot: Serving) -> None:
+    with behind(robot, 0.06, 0.02) as it, it.call() as caller:
+        sync = TimeSync()
+        for _ in range(4):
+            begin = time.monotonic()
+            caller.protocol.send(Ping(begin))
+            caller.flush()
+            pong = caller.until(lambda message: isinstance(message, Pong))
+            assert isinstance(pong, Pong)
+            sync.heard(begin, pong.came, pong.left, time.monotonic())
+        found = sync.estimate
+        assert found is not None
+        assert 0.08 <= found.round_trip < 0.5
+        assert abs(found.offset) <= found.error, "server and client have one clock here"
+        assert found.offset == pytest.approx(0.02, abs=found.round_trip - 0.08 + 0.001), "half of the asymmetry"
+
+
+def test_who_commands_with_the_delay_as_offset_is_never_too_late(robot: Serving) -> None:
+    for offset, in_time in ((0.0, False), (-1.0, True)):
+        with behind(robot, 0.1, 0.0) as it, it.call(hello=Hello((1,), offset=offset)) as caller:
+            caller.protocol.send(Ping(0.0))
+            caller.flush()
+            pong = caller.until(lambda message: isinstance(message, Pong))
+            assert isinstance(pong, Pong)
+            assert caller.line(READY.format(5, f"{pong.clock + 0.01:.3f}")).ok is in_time
