@@ -16,6 +16,7 @@ from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.engine.position import Position
 from vrs_cli.interfaces.conversation.acts import DeskAct, DeskFound
+from vrs_cli.interfaces.conversation.complete import Suggestion
 from vrs_cli.interfaces.conversation.status import Status as Around
 from vrs_cli.interfaces.session.acts import RobotAct, RobotFound
 from vrs_cli.interfaces.station.lease import Notice
@@ -497,19 +498,10 @@ class Shown(Result, frozen=True):
     snapshot: SnapshotRecord
 
 
-class Choice(Struct, frozen=True, omit_defaults=True):
-    """What may come next; `start`: where it begins, counted back from the end of the text (0 or less)."""
-
-    text: str
-    start: int = 0
-    shown: str = ""
-    about: str = ""
-
-
 class Completed(Result, frozen=True):
     """For `Complete`."""
 
-    choices: tuple[Choice, ...] = ()
+    choices: tuple[Suggestion, ...] = ()
 
 
 class Checked(Result, frozen=True):

@@ -57,7 +57,7 @@ class JogPanel:
         where = plain_text(Whereabouts(seen.position, units=panel.hand.units))
         return (
             f"JOG {panel.frame.value}: {axes}   step {panel.step:g} {panel.unit}, speed {panel.speed:g} %\n"
-            f"t {now:.2f} s{paused}, {doing}\n{where}{panel.said}\n{KEYS}"
+            f"t {now:.2f} s{paused}, {doing}\n{where}{seen.said}\n{KEYS}"
         )
 
     def run(self) -> None:

@@ -43,6 +43,8 @@ class LocalSeat:
         self._keeper = None if recovery is None else Keeper(self.conversation, recovery)
         self._recorded = None if recorder is None else recorder.begin(self.session)
 
+    failed = False
+
     @property
     def interrupted(self) -> bool:
         return self.session.desk.interrupted

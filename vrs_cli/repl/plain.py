@@ -32,7 +32,7 @@ def run(place: Place, source: Iterable[str], sink: TextIO) -> int:
     with stoppable(seat.interrupt):
         seat.leave_entry("the input ended: ")
     seat.end()
-    return FAILED if terminal.failed or seat.interrupted else OK
+    return FAILED if terminal.failed or seat.failed or seat.interrupted else OK
 
 
 def _unmarked(source: Iterable[str]) -> Iterator[str]:

@@ -66,6 +66,7 @@ class ScreenEditor:
         self.page = page
         self.message = ""
         self.findings: tuple[Diagnostic, ...] = ()
+        self._draws = False  # there is a screen
         self._quiet = False  # while the editor itself changes the text
         self._touched: int | None = None  # the row that was typed in, to be put in canonical form when it is left
         self._typed_up_to = -1  # where the last character was typed
@@ -98,6 +99,7 @@ class ScreenEditor:
 
     def run(self) -> None:
         """Until the user leaves."""
+        self._draws = True
         try:
             self.app.run()
         finally:
@@ -110,10 +112,16 @@ class ScreenEditor:
         return self.buffer.document.cursor_position_row
 
     def _changed(self) -> None:
-        self.findings = self.page.findings(self.buffer.text)
+        self.page.look(self.buffer.text, self._found)
         self._warned = False
         if not self._quiet:
             self._touched, self.message = self._row, ""
+
+    def _found(self, findings: tuple[Diagnostic, ...]) -> None:
+        """Of this text, or from afar of one shortly before."""
+        self.findings = findings
+        if self._draws:
+            self.app.invalidate()
 
     def _moved(self) -> None:
         if not self._quiet and self._touched is not None and self._touched != self._row:

@@ -26,13 +26,17 @@ class Screens(Protocol):
 
 
 class Seat(Screens, Protocol):
-    """`noted`: an error where nothing can be printed; `interrupted`: Ctrl-C was heard in the last line, or ABORT."""
+    """`noted`: an error where nothing can be printed; `interrupted`: Ctrl-C was heard in the last line, or ABORT;
+    `failed`: something was not done, and that was not told at the terminal.
+    """
 
     noted: str
 
     def note(self, error: Exception) -> None: ...
     @property
     def interrupted(self) -> bool: ...
+    @property
+    def failed(self) -> bool: ...
 
     # --- what is done: each comes back when it is done, whatever went wrong has been shown ---
 

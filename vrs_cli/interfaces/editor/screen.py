@@ -54,6 +54,9 @@ class Reading(NamedTuple):
     findings: tuple[Diagnostic, ...]
 
 
+Found = Callable[[tuple[Diagnostic, ...]], None]
+
+
 class Page(Protocol):
     """A program while it is edited as a text, here or afar."""
 
@@ -65,8 +68,8 @@ class Page(Protocol):
     def row(self) -> int:
         """The line (from 0) where the cursor begins."""
 
-    def findings(self, text: str) -> tuple[Diagnostic, ...]:
-        """What is wrong with a text, with its structure too; afar what was found last."""
+    def look(self, text: str, found: Found) -> None:
+        """Tell what is wrong with a text, with its structure too: at once, or from afar when that has come."""
 
     def note(self, text: str, *, stored: bool) -> None:
         """It is this text that would be lost, where it is not stored."""
@@ -90,12 +93,12 @@ class ScreenDraft:
     def do(self, act: ReadDraft | KeepDraft) -> Findings | Kept:
         """What somebody far away wants of it. Raises VrsError."""
         if isinstance(act, ReadDraft):
-            return Findings(self.findings(act.text))
+            return Findings(self._read(act.text).findings)
         said = self.save(act.text)
         return Kept(self.name, said)
 
-    def findings(self, text: str) -> tuple[Diagnostic, ...]:
-        return self._read(text).findings
+    def look(self, text: str, found: Found) -> None:
+        found(self._read(text).findings)
 
     def _read(self, text: str) -> Reading:
         program, findings = read(text)

@@ -97,7 +97,7 @@ FORM = "JOG 1, 5 turns joint 1 by 5 degrees; JOG Z, -20; axes are joints, X Y Z 
 
 
 class Seen(Spoken, frozen=True):
-    """The arm and its clock; `end`: when it comes to rest [s]. `said`: what there is to say of a step."""
+    """The arm and its clock; `end`: when it comes to rest [s]. `said`: what there is to say of the last step."""
 
     position: Position
     end: float
@@ -184,6 +184,7 @@ class Jogger:
     def __init__(self, station: Station, speed: float = 100.0) -> None:
         self.station, self.speed = station, speed
         self._key: tuple[Axis, float, float] | None = None  # axis, amount and speed of the step under way
+        self._said = ""  # of the last key
         self._goes_on = False  # that step began while the one before it, of the same key, was under way
 
     @property
@@ -204,20 +205,19 @@ class Jogger:
 
     def do(self, act: Press | Brake | Look) -> Seen:
         """What a key says, and what is seen then. What cannot be is said."""
-        said = ""
         try:
             match act:
                 case Press():
                     self.speed = act.speed
-                    said = self.press(act.axis, act.amount)
+                    self._said = self.press(act.axis, act.amount)
                 case Brake():
                     self.stop()
                 case Look():
                     self.settle()
         except (MotionError, FileError) as error:
-            said = str(error)
+            self._said = str(error)
         engine = self.engine
-        return Seen(engine.position(), engine.end, engine.clock.paused, said)
+        return Seen(engine.position(), engine.end, engine.clock.paused, self._said)
 
     def press(self, axis: Axis, amount: float) -> str:
         """One step of many, as keys give them: left out while the arm has enough to do of the same; another one takes
@@ -369,14 +369,13 @@ def moved(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:
 
 
 class Panel(Struct):
-    """What keys change: the axis, how long a step is, how fast; `said` is what there is to say."""
+    """What keys change: the axis, how long a step is, how fast."""
 
     hand: Hand
     frame: Frame = Frame.JOINT
     index: int = 0
     step: float = 2.0
     speed: float = 100.0
-    said: str = ""
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -397,7 +396,12 @@ class Panel(Struct):
         return self.hand.do(Look())
 
     def move(self, sign: float) -> None:
-        self.said = self.hand.do(Press(self.axis, sign * self.step, self.speed)).said
+        self.hand.do(Press(self.axis, sign * self.step, self.speed))
+
+    @property
+    def said(self) -> str:
+        """What there is to say of the last step."""
+        return self.look().said
 
     def stop(self) -> None:
         self.hand.do(Brake())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import zip_longest
@@ -190,7 +191,9 @@ def _replay(station: Station, it: Instruction) -> Talk[None]:
     recording = yield from _recording(station, path)
     yield from _warnings(recording)
     yield Message(_summary(path, recording))
-    if station.desk.attended and (yield from station.desk.show(recording, Playing(str(path)))):
+    if station.desk.attended and (
+        yield from station.desk.show(recording, Playing(os.path.relpath(path, station.folder.root)))
+    ):
         return
     if recording.dropped_tail:
         yield Message(TORN, Tone.WARNING)

@@ -1,0 +1,346 @@
+"""A seat at a robot afar: lines go over a connection, and what is said comes back over it.
+
+Nothing is given twice by itself: of a line that was on its way when the connection was cut it is told what became of
+it. What concerns the connection itself is told by `told`, never at the terminal.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol, TypeVar
+
+from vrs_cli.dialogue.questions import Answer as Answered
+from vrs_cli.dialogue.questions import Editing, Jogging, Playing
+from vrs_cli.dialogue.replies import Farewell, Message, Tone, refusal
+from vrs_cli.dialogue.talk import Running, Terminal
+from vrs_cli.engine.inbox import Inbox
+from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
+from vrs_cli.files.trajectory_file import Recording, read_trajectory
+from vrs_cli.interfaces.conversation.acts import Attend, DeskAct, LeaveEntry, StopProgram
+from vrs_cli.interfaces.conversation.complete import Suggestion
+from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.status import Status
+from vrs_cli.interfaces.editor.screen import Findings, Found, KeepDraft, Kept, Page, ReadDraft
+from vrs_cli.interfaces.jog.jogger import Brake, Hand, Look, Press, Seen
+from vrs_cli.kinematics.joints import JointUnits
+from vrs_cli.language.text.diagnostics import Diagnostic
+from vrs_cli.net import messages
+from vrs_cli.net.messages import Asked, At, Done, How, Line, Refused, Request, ServerMessage
+
+AT_ONCE = 1.0  # [s] that the answer to a look is waited for: a key does not wait longer
+COMING_BACK = 60.0  # [s] that a line of a pipe waits for a connection that was cut
+LOOKING = 0.05  # [s] between two looks at what has come
+M = TypeVar("M", bound=ServerMessage)
+Outlet = Callable[[ServerMessage], None]
+
+
+class Far(Protocol):
+    """A connection. Any thread may send."""
+
+    def begin(self, make: Callable[[int], Request], outlet: Outlet) -> int:
+        """Send a request; all that comes of it goes to the outlet, its end last. Raises RequestRefused."""
+
+    def send(self, message: messages.ClientMessage) -> None:
+        """What has no answer; lost where there is no connection. Safe in a signal handler."""
+
+    def listen(self, outlet: Outlet) -> None:
+        """Have all that belongs to no request told."""
+
+    def close(self) -> None:
+        """Let the robot go."""
+
+
+class RemoteSeat:
+    """`told` hears what concerns the connection."""
+
+    def __init__(self, terminal: Terminal, far: Far, told: Callable[[str], None]) -> None:
+        self.interrupted = self.failed = False
+        self.noted = ""
+        self._terminal, self._far, self._told = terminal, far, told
+        self._heard: Inbox[ServerMessage] = Inbox()
+        self._later: deque[ServerMessage] = deque()  # for when the user has no question before him
+        self._status = Status()
+        self._waits = self._asks = False
+        self._withdrawn: set[int] = set()
+        self._question = 0  # that is before the user
+        far.listen(self._heard.put)
+
+    # --- what is done ---
+
+    def begin(self) -> None:
+        """What the prompt shows comes with the answer."""
+        self._act(Attend())
+
+    def take(self, text: str) -> None:
+        self._do(lambda id: Line(id, text), text)
+
+    def answer(self) -> None:
+        self._act(Attend())
+
+    def leave_entry(self, why: str = "") -> None:
+        self._act(LeaveEntry(why))
+
+    def leave(self) -> None:
+        """The robot goes on for others: nothing is lost."""
+        self._terminal.show(Farewell())
+
+    def end(self) -> None:
+        self._far.close()
+
+    def stop_program(self) -> None:
+        self._act(StopProgram())
+
+    def _act(self, act: DeskAct) -> None:
+        self._do(lambda id: At(id, act))
+
+    def _do(self, make: Callable[[int], Request], line: str = "") -> None:
+        """Send a command; show what is said of it, and ask what is asked, until it has ended."""
+        self.noted, self.interrupted = "", False
+        self._waits = True
+        try:
+            id = self._begin(make)
+            while True:
+                message = self._next()
+                if isinstance(message, Done | Refused) and message.id == id:
+                    return self._ended(message, line)
+                self._hear(message)
+        except KeyboardInterrupt:
+            self.interrupted = True
+            self._lost("it is not waited for any more: the robot may do it still")
+        except RequestRefused as error:
+            self._lost(str(error))
+        finally:
+            self._waits = False
+
+    def _begin(self, make: Callable[[int], Request]) -> int:
+        """A pipe waits for a connection that was cut; people are told. Raises RequestRefused."""
+        waited = 0.0
+        while True:
+            try:
+                return self._far.begin(make, self._heard.put)
+            except RequestRefused:
+                if self._terminal.attended or waited >= COMING_BACK:
+                    raise
+            waited += LOOKING
+            message = self._heard.take(LOOKING)
+            if message is not None:
+                self._hear(message)
+
+    def _next(self) -> ServerMessage:
+        if self._later:
+            return self._later.popleft()
+        message = self._heard.take(None)
+        assert message is not None, "it waits as long as that takes"
+        return message
+
+    def _ended(self, end: Done | Refused, line: str) -> None:
+        if isinstance(end, Done) and end.status is not None:
+            self._status = end.status
+        if end.refusal is None:
+            return
+        if end.seq:
+            self._terminal.show(refusal(end.refusal.error(), line))
+        else:  # no robot has said it
+            self._lost(str(end.refusal.error()))
+
+    def _lost(self, why: str) -> None:
+        self.failed = True
+        self._told(why)
+
+    # --- what comes ---
+
+    def _hear(self, message: ServerMessage) -> None:
+        match message:
+            case messages.Told(reply):
+                self._terminal.show(reply)
+            case messages.Typed(text, newline):
+                self._terminal.type(text, newline)
+            case Asked(number, question):
+                if number not in self._withdrawn:
+                    self._ask(message)
+            case messages.Withdrawn(number):
+                self._withdrawn.add(number)
+            case messages.Progress(clock=clock):
+                self._terminal.progress(Running(clock))
+            case messages.Status(around):
+                self._status = around
+            case Done() | Refused():
+                self._ended(message, "")
+            case messages.Lease(holder, notice) if notice is not None:
+                self._told(f"{holder or 'nobody'} drives")
+
+    def _ask(self, asked: Asked) -> None:
+        """Have a question answered. What cannot fill the screen is shown, and has been left."""
+        value: Answered = None
+        how, self._asks, self._question = How.ANSWERED, True, asked.number
+        try:
+            value = self._terminal.ask(asked.question)
+        except KeyboardInterrupt:
+            how, self.interrupted = How.INTERRUPTED, True
+        except EndOfInput:
+            how = How.ENDED
+        except VrsError as error:
+            self._terminal.show(Message(str(error), Tone.ERROR))
+            value = True
+        finally:
+            self._asks, self._question = False, 0
+        self._far.send(messages.Answer(asked.number, value, how))
+
+    # --- Ctrl-C ---
+
+    def interrupt(self) -> bool:
+        """Whoever is asked something answers with it; the robot stops all else that is waited for."""
+        if not self._waits or self._asks:
+            return False
+        self.interrupted = True
+        self._far.send(messages.Interrupt())
+        return True
+
+    # --- while a line is typed ---
+
+    def note(self, error: Exception) -> None:
+        self.noted = internal_error(error).text
+
+    def status(self) -> Status:
+        return self._status
+
+    def mistake(self, text: str) -> Diagnostic | None:
+        found = self._look(lambda id: messages.Check(id, text), messages.Checked)
+        return None if found is None else found.mistake
+
+    def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
+        found = self._look(lambda id: messages.Complete(id, text, everything), messages.Completed)
+        return [] if found is None else list(found.choices)
+
+    def _look(self, make: Callable[[int], Request], kind: type[M], seconds: float = AT_ONCE) -> M | None:
+        """What a look finds; None where it finds nothing in that time."""
+        found: Inbox[ServerMessage] = Inbox()
+        try:
+            self._far.begin(make, found.put)
+        except RequestRefused:
+            return None
+        end = found.take(seconds)
+        return end if isinstance(end, kind) else None
+
+    @property
+    def withdrawn(self) -> bool:
+        return self._question in self._withdrawn
+
+    def rest(self) -> float:
+        return LOOKING
+
+    def keep_up(self) -> None:
+        """What belongs to a command whose question is before the user comes after it."""
+        for message in self._heard.taken():
+            if isinstance(message, Asked) or (self._waits and isinstance(message, Done | Refused)):
+                self._later.append(message)
+            else:
+                self._hear(message)
+
+    # --- what fills the screen ---
+
+    def page(self, question: Editing) -> Page:
+        return _Page(question, self._far)
+
+    def hand(self, question: Jogging) -> Hand:
+        seen = self._look(lambda id: At(id, Look()), Done)
+        if seen is None or not isinstance(seen.found, Seen):
+            raise RequestRefused("the robot does not answer", "JOG again")
+        return _Hand(question, self._far, seen.found)
+
+    def recording(self, question: Playing) -> Recording:
+        """The file comes here."""
+        fetched = self._look(lambda id: messages.Get(id, question.path), messages.Fetched, COMING_BACK)
+        if fetched is None:
+            raise RequestRefused(f"{question.path} does not come from the robot", "REPLAY again")
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / Path(question.path).name
+            path.write_bytes(fetched.data)
+            return read_trajectory(path)
+
+
+class _Page:
+    """The program of SEE. One look at its text is on its way at a time, and the last text is looked at."""
+
+    def __init__(self, question: Editing, far: Far) -> None:
+        self.name, self.text, self.row = question.name, question.text, question.row
+        self._far = far
+        self._latest: tuple[str, Found] | None = None
+        self._looking = False
+
+    def look(self, text: str, found: Found) -> None:
+        self._latest = text, found
+        if not self._looking:
+            self._send()
+
+    def _send(self) -> None:
+        assert self._latest is not None, "there is something to look at"
+        (text, found), self._latest, self._looking = self._latest, None, True
+
+        def hear(end: ServerMessage) -> None:
+            self._looking = False
+            if isinstance(end, Done) and isinstance(end.found, Findings):
+                found(end.found.findings)
+            if self._latest is not None:
+                self._send()
+
+        try:
+            self._far.begin(lambda id: At(id, ReadDraft(text)), hear)
+        except RequestRefused:  # there is no connection: the text is looked at when it changes again
+            self._looking = False
+
+    def note(self, text: str, *, stored: bool) -> None:
+        """What would be lost is here until it is stored."""
+
+    def save(self, text: str) -> str:
+        """Raises VrsError."""
+        heard: Inbox[ServerMessage] = Inbox()
+        self._far.begin(lambda id: At(id, KeepDraft(text)), heard.put)
+        end = heard.take(COMING_BACK)
+        if isinstance(end, Done | Refused) and end.refusal is not None:
+            raise end.refusal.error()
+        if not isinstance(end, Done) or not isinstance(end.found, Kept):
+            raise RequestRefused("the robot does not answer", "store it again")
+        self.name = end.found.name
+        return end.found.said
+
+
+class _Hand:
+    """The arm of JOG. What is held down comes to the arm as fast as that answers, and no faster: nothing that was
+    pressed before is done after the key is let go.
+    """
+
+    def __init__(self, question: Jogging, far: Far, seen: Seen) -> None:
+        self.joints: int = question.joints
+        self.units: JointUnits = question.units
+        self._far, self._seen = far, seen
+        self._on_way: list[Press | Look] = []
+
+    def do(self, act: Press | Brake | Look) -> Seen:
+        if act not in self._on_way:
+            self._send(act)
+        return self._seen
+
+    def _send(self, act: Press | Brake | Look) -> None:
+        def hear(end: ServerMessage) -> None:
+            if not isinstance(act, Brake):
+                self._on_way.remove(act)
+            if isinstance(end, Done) and isinstance(end.found, Seen):
+                self._seen = end.found
+            elif isinstance(end, Done | Refused) and end.refusal is not None:
+                self._say(end.refusal.error())
+
+        if not isinstance(act, Brake):
+            self._on_way.append(act)
+        try:
+            self._far.begin(lambda id: At(id, act), hear)
+        except RequestRefused as error:
+            self._on_way.clear()
+            self._say(error)
+
+    def _say(self, error: VrsError) -> None:
+        seen = self._seen
+        self._seen = Seen(seen.position, seen.end, seen.paused, str(error))
