@@ -33,13 +33,16 @@ from dataclasses import dataclass
 from difflib import ndiff
 from pathlib import Path
 from traceback import format_exception_only
+from typing import Protocol
 
 from tests.engine.wall import ManualWall
 from vrs_cli.__main__ import main
+from vrs_cli.dialogue.talk import Terminal
 from vrs_cli.engine.clock import Clock
-from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.diagnostics import Severity
+from vrs_cli.repl.local_seat import LocalSeat
+from vrs_cli.repl.seat import Seat
 from vrs_cli.repl.terminal import PlainTerminal
 
 ROOT = Path(__file__).parents[2]
@@ -144,15 +147,21 @@ def matches(expected: Sequence[str], actual: Sequence[str]) -> bool:
 # --- running it ----------------------------------------------------------------------------------------------------
 
 
+class Seated(Protocol):
+    """How one sits down at a robot."""
+
+    def __call__(self, terminal: Terminal, *, clock: Clock | None = None) -> Seat: ...
+
+
 class Reader:
     """Somebody who does what a page says, in a folder of their own."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, seated: Seated = LocalSeat) -> None:
+        self.folder, self._seated = folder, seated
         self.status = 0
         self.printed = io.StringIO()
         self.wall = ManualWall()
-        self.conversation = self._new_session()
+        self.seat = self._new_session()
         self.names: dict[str, object] = {"__name__": "__main__"}  # of Python
         for part in COPIED:
             shutil.copytree(ROOT / part, folder / part)
@@ -210,22 +219,21 @@ class Reader:
         if block.argument not in ("", "new", "realtime"):
             raise PageFault(f"{block.where}: a session is `vrs`, `vrs new` or `vrs realtime`, not `{block.argument}`")
         if block.argument:
-            self.conversation = self._new_session(self.wall.clock() if block.argument == "realtime" else None)
+            self.seat = self._new_session(self.wall.clock() if block.argument == "realtime" else None)
         for exchange in exchanges(block, _PROMPT, _STEP):
             yield from self._prompts(block, exchange)
             later = _LATER.match(exchange.typed)
             self.wall.seconds += float(later["seconds"]) if later else 0.0
-            self.conversation.take(exchange.typed)
+            self.seat.take(exchange.typed)
             yield from _difference(block, exchange, self._answered())
 
-    def _new_session(self, clock: Clock | None = None) -> Conversation:
-        return Conversation(Session(PlainTerminal(self.printed, iter(())), clock=clock))
+    def _new_session(self, clock: Clock | None = None) -> Seat:
+        return self._seated(PlainTerminal(self.printed, iter(())), clock=clock)
 
     def _prompts(self, block: Block, exchange: Exchange) -> Iterator[str]:
         """The page must show the prompt that a terminal shows, and the blanks that it puts before a step."""
-        entry = self.conversation.entry
-        shown = exchange.prompt + exchange.typed
-        before = (self.conversation.prompt or self.conversation.session.prompt) + (entry.indent if entry else "")
+        status, shown = self.seat.status(), exchange.prompt + exchange.typed
+        before = status.prompt + status.indent
         if not shown.startswith(before):
             yield f"{block.where}: {shown!r}: the shell begins this line with {before!r}\n"
 

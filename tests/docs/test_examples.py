@@ -6,15 +6,18 @@ import re
 import subprocess
 import tomllib
 from collections.abc import Iterator
+from contextlib import chdir
 from pathlib import Path
 
 import pytest
 
-from tests.docs.examples import ROOT, PageFault, Reader, blocks, matches
+from tests.docs.examples import LANGUAGES, ROOT, PageFault, Reader, blocks, matches
+from tests.repl.afar import seat_afar
 
 README = ROOT / "README.md"
 PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
 WITHOUT_EXAMPLES = {"CONTRIBUTING.md", "design.md", "editors.md", "words.md"}
+AT_A_SEAT = ("vrs", "val2", "toml", "xml")  # sessions, and the files that they have
 CI = ROOT / ".ci" / "run"
 
 _LINK = re.compile(r"\]\((?!https?:)([^)#]*)(#[^)]*)?\)")
@@ -35,6 +38,15 @@ def test_examples(page: Path, tmp_path: Path) -> None:
     runnable = [block for block in blocks(name_of(page), text) if block.language not in ("sh", "text")]
     assert bool(runnable) is not (page.name in WITHOUT_EXAMPLES)
     differences = Reader(tmp_path).differences(name_of(page), text)
+    assert not differences, "\n" + "\n".join(differences)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_sessions_are_the_same_over_a_line(page: Path, tmp_path: Path) -> None:
+    sat = [block for block in blocks(name_of(page), page.read_text(encoding="utf-8")) if block.language in AT_A_SEAT]
+    reader = Reader(tmp_path, seat_afar)
+    with chdir(tmp_path):
+        differences = [difference for block in sat for difference in LANGUAGES[block.language](reader, block)]
     assert not differences, "\n" + "\n".join(differences)
 
 

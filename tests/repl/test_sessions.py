@@ -7,15 +7,17 @@ others are what the shell answers.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
 
 import pytest
 
-from vrs_cli.interfaces.conversation.conversation import Conversation
-from vrs_cli.interfaces.session.session import Session
+from tests.repl.afar import seat_afar
+from vrs_cli.dialogue.talk import Terminal
+from vrs_cli.repl.local_seat import LocalSeat
+from vrs_cli.repl.seat import Seat
 from vrs_cli.repl.terminal import PlainTerminal
 
 SESSIONS = Path(__file__).parent / "sessions"
@@ -60,16 +62,19 @@ def exchanges(path: Path) -> Iterator[Exchange]:
         yield present
 
 
+@pytest.mark.parametrize("seated", [LocalSeat, seat_afar])
 @pytest.mark.parametrize("path", sorted(SESSIONS.glob("*.txt")), ids=lambda path: path.stem)
-def test_session(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_session(
+    path: Path, seated: Callable[[Terminal], Seat], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for file in (*SESSIONS.glob("*.v2"), *SESSIONS.glob("*.pc")):
         shutil.copy(file, tmp_path)
     monkeypatch.chdir(tmp_path)
     unread, stream = Unread(), StringIO()
-    conversation = Conversation(Session(PlainTerminal(stream, unread)))
+    seat = seated(PlainTerminal(stream, unread))
     for exchange in exchanges(path):
         unread.lines += [line[2:] + "\n" for line in exchange.read]
-        conversation.take(exchange.typed)
+        seat.take(exchange.typed)
         answered = stream.getvalue().splitlines()
         assert answered == exchange.answers, exchange.typed
         stream.seek(0)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import tempfile
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Protocol, TypeVar
 
@@ -158,7 +159,7 @@ class RemoteSeat:
                 self._terminal.show(reply)
             case messages.Typed(text, newline):
                 self._terminal.type(text, newline)
-            case Asked(number, question):
+            case Asked(number):
                 if number not in self._withdrawn:
                     self._ask(message)
             case messages.Withdrawn(number):
@@ -317,7 +318,7 @@ class _Hand:
         self.joints: int = question.joints
         self.units: JointUnits = question.units
         self._far, self._seen = far, seen
-        self._on_way: list[Press | Look] = []
+        self._on_way: list[Press | Brake | Look] = []
 
     def do(self, act: Press | Brake | Look) -> Seen:
         if act not in self._on_way:
@@ -326,7 +327,7 @@ class _Hand:
 
     def _send(self, act: Press | Brake | Look) -> None:
         def hear(end: ServerMessage) -> None:
-            if not isinstance(act, Brake):
+            with suppress(ValueError):  # a brake, or what was forgotten
                 self._on_way.remove(act)
             if isinstance(end, Done) and isinstance(end.found, Seen):
                 self._seen = end.found

@@ -212,8 +212,10 @@ class Conversation:
         return self.desk.on_screen
 
     def stop_program(self) -> None:
-        """Ctrl-C on an empty line: the end of the program is told when the arm stands."""
-        self.session.driver.abort(ROBOT_PROGRAM)
+        """Ctrl-C on an empty line: the program of whoever types stops; its end is told when the arm stands."""
+        track = self.session.tasks.get(ROBOT_PROGRAM)
+        if track is not None and track.driven_by in (None, self.desk):
+            self.session.driver.abort(ROBOT_PROGRAM)
 
     def interrupt(self, ticket: Ticket[Any]) -> None:
         """Ctrl-C while the request of this ticket is waited for, from any thread: a program, or a line of the prompt,

@@ -191,9 +191,8 @@ def _replay(station: Station, it: Instruction) -> Talk[None]:
     recording = yield from _recording(station, path)
     yield from _warnings(recording)
     yield Message(_summary(path, recording))
-    if station.desk.attended and (
-        yield from station.desk.show(recording, Playing(os.path.relpath(path, station.folder.root)))
-    ):
+    named = os.path.relpath(path, station.folder.root)
+    if station.desk.attended and (yield from station.desk.show(recording, Playing(named))):
         return
     if recording.dropped_tail:
         yield Message(TORN, Tone.WARNING)
