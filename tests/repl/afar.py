@@ -122,13 +122,17 @@ class Line:
 
     def _drive(self) -> None:
         """Until what was asked for is done, or asks something."""
-        while any(not one.done() for one in self._tickets.values()) and not self._asking:
+        while self._busy():
             self.session.actor.step()
             for id, ticket in tuple(self._tickets.items()):
                 for said in ticket.heard():
                     assert isinstance(said, Question), "replies are told as they are said"
                     self._asking.append((ticket, said))
                     self._tell(messages.Asked(said.id, said, id, seq=self.numbered()))
+
+    def _busy(self) -> bool:
+        asking = [ticket for ticket, _ in self._asking]
+        return any(not one.done() and one not in asking for one in self._tickets.values())
 
     def _take(self, message: messages.ClientMessage) -> None:
         match message:

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from threading import Lock, Thread
+from threading import Lock, Thread, current_thread
 from typing import Any, TypeVar, cast
 from weakref import finalize
 
@@ -55,8 +55,14 @@ class Loop:
             future.cancel()
             raise
 
+    def soon(self, act: Callable[[], object]) -> None:
+        """Something that nobody waits for. Safe in a signal handler."""
+        self._loop.call_soon_threadsafe(act)
+
     def do(self, act: Callable[[], T]) -> T:
         """Something that takes no time."""
+        if current_thread() is self._thread:
+            return act()
 
         async def once() -> T:
             return act()

@@ -134,6 +134,7 @@ class Shell:
             validator=None if is_dumb_terminal() else LineValidator(self.backstage.wait),
             validate_while_typing=False,
             complete_while_typing=True,
+            complete_in_thread=place.afar,
             bottom_toolbar=self._toolbar,
             style=STYLE,
             color_depth=colour_depth(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -13,18 +14,21 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.repl.local_seat import LocalSeat
     from vrs_cli.repl.recorder import Recorder
+    from vrs_cli.repl.remote_seat import Far, RemoteSeat
     from vrs_cli.repl.seat import Seat
 
 
 class Place(Protocol):
     """Where a seat can be taken. `lives`: things happen there while a line is typed; `waits`: something is said or
-    asked before the first line.
+    asked before the first line; `afar`: an answer takes its time.
     """
 
     @property
     def lives(self) -> bool: ...
     @property
     def waits(self) -> bool: ...
+    @property
+    def afar(self) -> bool: ...
     def seat(self, terminal: Terminal) -> Seat:
         """Raises VrsError."""
 
@@ -37,6 +41,10 @@ class Local(Struct):
     recorder: Recorder | None = None
     clock: Clock | None = None
     recovery: Path | None = None
+
+    @property
+    def afar(self) -> bool:
+        return False
 
     @property
     def lives(self) -> bool:
@@ -58,3 +66,21 @@ class Local(Struct):
         from vrs_cli.repl.local_seat import LocalSeat
 
         return LocalSeat(terminal, self.model, self.file, self.recorder, self.clock, self.recovery)
+
+
+class Afar(Struct):
+    """A robot behind a connection, which is there. `told` hears what becomes of that."""
+
+    far: Far
+    told: Callable[[str], None]
+
+    @property
+    def afar(self) -> bool:
+        return True
+
+    lives = waits = afar
+
+    def seat(self, terminal: Terminal) -> RemoteSeat:
+        from vrs_cli.repl.remote_seat import RemoteSeat
+
+        return RemoteSeat(terminal, self.far, self.told)

@@ -120,8 +120,8 @@ class Conversation:
         session, entry = self.session, self.entry
         if not text.strip() or "\n" in text:
             return None
-        if session.desk.editor is not None:
-            return session.desk.editor.mistake(text)
+        if self.desk.editor is not None:
+            return self.desk.editor.mistake(text)
         if entry is not None:
             return mistake_in_entry(entry, text, session.environment.kinds())
         return None if opens_entry(text) and not Entry(text).program else session.mistake(text)

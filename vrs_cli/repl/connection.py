@@ -1,0 +1,42 @@
+"""A connection whose loop has a thread of its own, for a seat."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+
+from vrs_cli.errors import RequestRefused
+from vrs_cli.net.client import Client
+from vrs_cli.net.messages import ClientMessage, Request
+from vrs_cli.net.remote import LEAVING, Loop
+from vrs_cli.repl.remote_seat import Outlet
+
+
+class Connection:
+    """Opens the client. Raises RequestRefused where no robot answers, and what that refuses."""
+
+    def __init__(self, client: Client) -> None:
+        self._client, self._loop = client, Loop()
+        try:
+            self.welcome = self._loop.wait(client.open())
+        except BaseException:
+            self.close()
+            raise
+
+    def begin(self, make: Callable[[int], Request], outlet: Outlet) -> int:
+        return self._loop.do(lambda: self._client.begin(make, outlet))
+
+    def send(self, message: ClientMessage) -> None:
+        def send() -> None:
+            with suppress(RequestRefused):
+                self._client.send(message)
+
+        self._loop.soon(send)
+
+    def listen(self, outlet: Outlet) -> None:
+        self._loop.do(lambda: self._client.far.news.append(outlet))
+
+    def close(self) -> None:
+        with suppress(TimeoutError):
+            self._loop.wait(self._client.close(), LEAVING)
+        self._loop.close()
