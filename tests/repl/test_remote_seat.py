@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -10,9 +12,17 @@ from prompt_toolkit.application import create_app_session
 from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
+from tests.engine.wall import ManualWall
 from tests.repl.afar import Line
+from vrs_cli.errors import RequestRefused
+from vrs_cli.net import messages
+from vrs_cli.repl import plain
 from vrs_cli.repl.interactive import Shell
 from vrs_cli.repl.place import Afar, Local, Place
+from vrs_cli.repl.remote_seat import Outlet, RemoteSeat
+from vrs_cli.repl.terminal import PlainTerminal
+from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.wire.refusal import Refusal
 
 ENTER, CTRL_C, CTRL_D, TAB, SAVE, QUIT, UP = "\r", "\x03", "\x04", "\t", "\x13", "\x11", "\x1b[A"
 
@@ -82,3 +92,109 @@ def test_it_shows_the_same(
         said.append(shown(place, keys, capsys))
     assert said[0] == said[1]
     assert len(said[0].splitlines()) > 1
+
+
+# --- a pipe -------------------------------------------------------------------------------------------------------
+
+
+def piped(line: Line, typed: list[str], told: list[str]) -> tuple[int, str]:
+    sink = StringIO()
+    return plain.run(afar(line, told.append), iter(typed), sink), sink.getvalue()
+
+
+def test_a_pipe_has_its_answers_and_its_status() -> None:
+    told: list[str] = []
+    typed = ["a = 2\n", 'PROMPT "n? ", n\n', "5\n", "LISTR a*n\n", ".PROGRAM p\n", "READY\n"]
+    status, text = piped(line := Line(), typed, told)
+    assert text == "n? \na*n              10\nthe input ended: p is not stored (.END would have ended it)\n"
+    assert (status, told, line.closed) == (1, [], True)
+    assert piped(Line(), ["a = 2\n", "EXIT\n", "wrong\n"], told) == (0, "")
+
+
+def test_the_end_of_the_input_is_told_as_here() -> None:
+    typed = ['PROMPT "n? ", n\n']
+    sink = StringIO()
+    plain.run(Local(), iter(typed), sink)
+    assert piped(Line(), typed, []) == (1, sink.getvalue())
+
+
+def test_what_a_cut_connection_says_is_not_the_robots(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrs_cli.repl.remote_seat.COMING_BACK", 0.0)
+    line, told = Line(), list[str]()
+    line.cut = True
+    assert piped(line, ["a = 2\n"], told) == (1, "")
+    assert told == [str(RequestRefused("there is no connection"))] * 2
+
+
+def test_a_line_that_never_came_is_told_and_not_given_again() -> None:
+    line, told = Line(), list[str]()
+    begin = line.begin
+
+    def lost(_make: Callable[[int], messages.Request], outlet: Outlet) -> int:
+        """The first line goes over a connection that is cut."""
+        line.begin = begin  # type: ignore[method-assign]
+        outlet(messages.Done(0, ok=False, refusal=Refusal.of(RequestRefused("it was not done", "give it again"))))
+        return 0
+
+    line.begin = lost  # type: ignore[method-assign]
+    status, text = piped(line, ["a = 2\n", "LISTR a\n"], told)
+    assert (status, told) == (1, [str(RequestRefused("it was not done", "give it again"))])
+    assert text == "*Undefined value* a\n"
+
+
+def test_ctrl_c_stops_what_is_waited_for_and_the_rest_of_the_pipe() -> None:
+    line, pressed = Line(), list[float]()
+    told = line.session.engine.book.told
+
+    def press(deltas: Sequence[TimelineDelta]) -> None:
+        told(deltas)
+        if line.session.engine.now > 5.0 and not pressed:
+            pressed.append(line.session.engine.now)
+            signal.raise_signal(signal.SIGINT)
+
+    line.session.engine.book.told = press
+    loop = [".PROGRAM loop\n", "DO\n", "DRIVE 1, 10\n", "DRIVE 1, -10\n", "UNTIL FALSE\n", ".END\n"]
+    status, text = piped(line, [*loop, "EXECUTE loop\n", "a = 1\n"], [])
+    assert "(ABORTED)\nProgram stopped at loop, step" in text
+    assert (status, line.session.environment.kinds()) == (1, {})
+
+
+# --- while a line is typed ----------------------------------------------------------------------------------------
+
+
+def test_completion_and_status_come_over_the_line() -> None:
+    line = Line(attended=True)
+    terminal = PlainTerminal(StringIO(), iter(()))
+    terminal.attended = True
+    seat = RemoteSeat(terminal, line, lambda _text: None)
+    seat.begin()
+    assert seat.status().prompt == "."
+    seat.take("SET pallet = TRANS(500,150,-100,90,90,0)")
+    (found,) = seat.suggestions("MOVE pa", False)
+    assert (found.text, found.length, found.meta) == ("pallet", 2, "500.0 150.0 -100.0 90.0 90.0 0.0")
+    mistake = seat.mistake("MOVE pallet AT")
+    assert mistake is not None
+    assert mistake.span.column == 15
+    line.cut = True
+    assert (seat.suggestions("MOVE pa", False), seat.mistake("MOVF")) == ([], None)
+
+
+def test_in_real_time_a_program_runs_on_beside_the_prompt_and_asks() -> None:
+    wall = ManualWall()
+    line = Line(attended=True, clock=wall.clock())
+    sink = StringIO()
+    terminal = PlainTerminal(sink, iter(["5\n"]))
+    seat = RemoteSeat(terminal, line, lambda _text: None)
+    seat.take('.PROGRAM ask\nWAIT.EVENT , 2\nPROMPT "n? ", n\nTYPE n\n.END\nEXECUTE ask')
+    assert (seat.status().prompt, seat.status().running, seat.status().asked) == ("*", True, "")
+    wall.seconds += 3.0
+    seat.take("TIME")
+    assert seat.status().asked == "ask asks: n? "
+    seat.answer()
+    assert sink.getvalue().splitlines() == [
+        "Program ask: 3 steps",
+        "Robot clock 3.000 s, rate 1",
+        "n? ",
+        " 5",
+        "Program completed",
+    ]

@@ -20,7 +20,6 @@ from vrs_cli.errors import LimitReached, RequestRefused, RoleWanted, VrsError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.acts import DeskAct, StopProgram
-from vrs_cli.interfaces.conversation.complete import Suggestion
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.conversation.status import Status
@@ -285,12 +284,8 @@ class Guest:
             ticket.throw(ended(question), message.question)
 
     def _complete(self, message: messages.Complete) -> None:
-        def choices(found: list[Suggestion]) -> messages.Completed:
-            chosen = (messages.Choice(one.text, -one.length, about=one.meta) for one in found)
-            return messages.Completed(message.id, tuple(chosen))
-
         talk = self._once(lambda: self.conversation.suggestions(message.text, message.everything))
-        self._look(message, talk, choices)
+        self._look(message, talk, lambda found: messages.Completed(message.id, tuple(found)))
 
     def _check(self, message: messages.Check) -> None:
         talk = self._once(lambda: self.conversation.mistake(message.text))

@@ -72,10 +72,12 @@ class RemoteSeat:
     # --- what is done ---
 
     def begin(self) -> None:
-        """What the prompt shows comes with the answer."""
-        self._act(Attend())
+        """What a prompt shows comes with the answer."""
+        if self._terminal.attended:
+            self._act(Attend())
 
     def take(self, text: str) -> None:
+        self.interrupted = False
         self._do(lambda id: Line(id, text), text)
 
     def answer(self) -> None:
@@ -99,7 +101,7 @@ class RemoteSeat:
 
     def _do(self, make: Callable[[int], Request], line: str = "") -> None:
         """Send a command; show what is said of it, and ask what is asked, until it has ended."""
-        self.noted, self.interrupted = "", False
+        self.noted = ""
         self._waits = True
         try:
             id = self._begin(make)
