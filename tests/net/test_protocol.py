@@ -19,6 +19,7 @@ from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.conversation.status import Status as Around
 from vrs_cli.net.ledger import Bounds, Ledger
 from vrs_cli.net.messages import (
+    Abort,
     Answer,
     Asked,
     Bye,
@@ -45,7 +46,7 @@ from vrs_cli.net.messages import (
     Welcome,
     Withdrawn,
 )
-from vrs_cli.net.protocol import HELLO_BYTES, ClientConnection, ServerConnection
+from vrs_cli.net.protocol import HELLO_BYTES, MOST_WAITING, ClientConnection, ServerConnection
 from vrs_cli.wire.codec import Encoding, Frame, encode
 from vrs_cli.wire.records import Motions, delta_record, segment_records
 from vrs_cli.wire.snapshots import SnapshotRecord
@@ -204,6 +205,17 @@ def test_ends_are_remembered_within_bounds() -> None:
     (said,) = pair.to_client()
     assert isinstance(said, Refused)
     assert said.refusal.detail == "2 commands wait already"
+
+
+def test_abort_never_waits_for_room() -> None:
+    pair = Pair(bounds=Bounds(waiting=2))
+    for _ in range(MOST_WAITING):
+        pair.line("MOVE a")
+    with pytest.raises(RequestRefused, match="1000 requests wait already"):
+        pair.line("MOVE a")
+    stop = Abort(pair.client.next_id())
+    pair.client.send(stop)
+    assert [type(message) for message in pair.to_server()] == [Line, Line, Abort]
 
 
 def test_what_a_later_client_sends_is_refused_and_the_connection_stays() -> None:

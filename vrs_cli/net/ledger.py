@@ -101,9 +101,9 @@ class Ledger:
             return Outcome.DONE if self._ended[id].ok else Outcome.REFUSED
         return Outcome.FORGOTTEN if id <= self._forgotten else Outcome.UNSEEN
 
-    def begin(self, id: int) -> bool:
-        """A command that was unseen: whether there is room for it. `Done` ends it."""
-        if len(self._waiting) >= self.bounds.waiting:
+    def begin(self, id: int, *, always: bool = False) -> bool:
+        """A command that was unseen: whether there is room for it, or it is done `always`. `Done` ends it."""
+        if len(self._waiting) >= self.bounds.waiting and not always:
             return False
         self._waiting.add(id)
         return True

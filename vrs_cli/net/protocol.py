@@ -13,6 +13,7 @@ Nothing that comes raises an exception.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from enum import Enum
 
 from msgspec.structs import replace
@@ -21,6 +22,7 @@ from vrs_cli.errors import RequestRefused
 from vrs_cli.net.ledger import Ledger
 from vrs_cli.net.messages import (
     VERSION,
+    Abort,
     Answer,
     Asked,
     Bye,
@@ -128,8 +130,8 @@ class ServerConnection:
 
     def _heard(self, message: ClientMessage, ledger: Ledger, now: float) -> list[ClientMessage]:
         match message:
-            case Command(id):
-                return [message] if self._is_new(id, ledger, now) else []
+            case Command():
+                return [message] if self._is_new(message, ledger, now) else []
             case Answer(number):
                 if not ledger.asks(number):
                     return []  # it was withdrawn, or answered, meanwhile
@@ -138,11 +140,14 @@ class ServerConnection:
                 self.state = State.CLOSING
         return [message]
 
-    def _is_new(self, id: int, ledger: Ledger, now: float) -> bool:
-        """Whether a command was never seen. One that was is answered from memory, or by its end when that comes."""
+    def _is_new(self, command: Command, ledger: Ledger, now: float) -> bool:
+        """Whether a command was never seen. One that was is answered from memory, or by its end when that comes. There
+        is always room for ABORT.
+        """
+        id = command.id
         outcome, done = ledger.outcome(id), ledger.done(id)
         if outcome is Outcome.UNSEEN:
-            if ledger.begin(id):
+            if ledger.begin(id, always=isinstance(command, Abort)):
                 return True
             ledger.tell(Refused(_refusal(f"{ledger.bounds.waiting} commands wait already", "wait for some"), id), now)
         elif outcome is Outcome.FORGOTTEN:
@@ -167,29 +172,20 @@ class ServerConnection:
         follows.
         """
         assert self.hello is not None, "hello comes first"
-        resume, known = self.hello.resume, self.hello.resume is not None and self.hello.resume.connection == ledger.key
+        resume, encoding = self.hello.resume, self.hello.format
+        known = resume is not None and resume.connection == ledger.key
         missed = ledger.since(resume.seq) if resume is not None and known else None
-        fates = [
-            Fate(id, ledger.outcome(id) if known else Outcome.FORGOTTEN) for id in (resume.unanswered if resume else ())
-        ]
-        self.state, self.ledger = State.OPEN, ledger
-        self._outbox.encoding = self.hello.format
-        ledger.attach(self._outbox.put, self.hello.format)
-        self._outbox.send(
-            replace(
-                welcome,
-                version=self.version,
-                connection=ledger.key,
-                seq=ledger.seq,
-                resumed=missed is not None,
-                fates=tuple(fates),
-            )
-        )
+        ids = resume.unanswered if resume is not None else ()
+        fates = tuple(Fate(id, ledger.outcome(id) if known else Outcome.FORGOTTEN) for id in ids)
+        self.state, self.ledger, self._outbox.encoding = State.OPEN, ledger, encoding
+        ledger.attach(self._outbox.put, encoding)
+        said = replace(welcome, version=self.version, connection=ledger.key, seq=ledger.seq)
+        self._outbox.send(replace(said, resumed=missed is not None, fates=fates))
         for frame in missed or ():
             self._outbox.put(frame)
-        self._say_again([] if missed is not None else [fate.id for fate in fates], ledger, now)
+        self._say_again(ids if missed is None else (), ledger, now)
 
-    def _say_again(self, ids: list[int], ledger: Ledger, now: float) -> None:
+    def _say_again(self, ids: Iterable[int], ledger: Ledger, now: float) -> None:
         """What has ended while nobody heard of it, and what waits for an answer."""
         for id in ids:
             done = ledger.done(id)
@@ -285,11 +281,11 @@ class ClientConnection:
         return self._id
 
     def send(self, message: ClientMessage) -> None:
-        """Raises RequestRefused where there is no connection, or too much waits for an answer."""
+        """Raises RequestRefused where there is no connection, or too much waits for an answer; ABORT need not wait."""
         if self.state is not State.OPEN:
             raise RequestRefused("there is no connection", "connect again")
         if isinstance(message, Request):
-            if len(self._unanswered) >= MOST_WAITING:
+            if len(self._unanswered) >= MOST_WAITING and not isinstance(message, Abort):
                 raise RequestRefused(f"{MOST_WAITING} requests wait already", "wait for some answers first")
             self._unanswered[message.id] = message
         if isinstance(message, Subscribe):
