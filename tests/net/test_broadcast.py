@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import zlib
 from dataclasses import dataclass, field
+from random import Random
 from typing import TypeVar
 
 import pytest
 
 from tests.net.edits import Edits
-from vrs_cli.engine.commands import JointTarget, Move
+from vrs_cli.engine.clock import WallClock
+from vrs_cli.engine.commands import JointTarget, Move, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.feed import Missed as LeftOut
 from vrs_cli.engine.position import Position, joints_at, position_at
@@ -384,6 +386,46 @@ def test_samples_come_at_the_rate_of_each(hall: Hall) -> None:
     for sample in seen:
         assert sample.joints == joints_at(hall.arm, hall.timeline, sample.t)
     assert {(sample.version, sample.clock) for sample in seen} == {(1, hall.now)}
+
+
+class HallInRealTime(Hall):
+    """The same, while the clock on the wall is the robot's."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.engine.clock = WallClock(lambda: self.wall, lambda _seconds: None)
+
+    @property
+    def now(self) -> float:
+        return self.engine.clock.reached
+
+    def command(self, random: Random) -> None:
+        """A motion that begins a little later, and may interrupt another."""
+        self.engine.clock.advance(self.now)
+        goal = tuple(q + random.uniform(-0.5, 0.5) for q in self.engine.model.poses["ready"])
+        stamp = Stamp(random.uniform(0.0, 0.4), relative=True)
+        self.engine.begin(Move(JointTarget(goal), False, stamp=stamp), program=False)
+        self.tell()
+
+
+def test_who_looks_ahead_is_told_what_was_wrong() -> None:
+    hall, random, ahead = HallInRealTime(), Random(3), 0.5
+    (line, _), (now, _) = hall.listen(Subscribe(1, rate=50.0, ahead=ahead)), hall.listen(samples(50.0))
+    for _ in range(40):
+        hall.until(hall.wall + random.uniform(0.1, 0.6))
+        hall.command(random)
+    hall.until(hall.wall + 2.0)
+    seen = line.news(Sample)
+    assert all(sample.t == pytest.approx(sample.clock + ahead, abs=0.021) for sample in seen)
+    wrong = [k for k, it in enumerate(seen) if joints_at(hall.arm, hall.timeline, it.t) != it.joints]
+    told = [
+        k
+        for k, it in enumerate(seen)
+        if any(later.wrong is not None and later.wrong <= it.t for later in seen[k + 1 : k + 30])
+    ]
+    assert len(wrong) > 100
+    assert set(wrong) <= set(told)
+    assert not [it for it in now.news(Sample) if it.wrong is not None], "the present is never made wrong"
 
 
 def test_who_follows_at_one_rate_shares_one_evaluation_and_one_encoding(

@@ -24,6 +24,7 @@ from vrs_cli.net import messages
 from vrs_cli.net.messages import Play, ServerMessage, Step, Subscribe
 from vrs_cli.net.packets import Form, Letter, Packet, Place
 from vrs_cli.net.stream import Listening, Stream
+from vrs_cli.trajectory.delta import TimelineDelta
 
 HIGHEST_RATE = 200.0  # samples a second
 MOST_WAITING = 256 * 1024  # bytes that one connection holds of changes
@@ -103,11 +104,21 @@ class Channel:
     def __init__(self, viewer: Viewer) -> None:
         self.viewer, self.round = viewer, Round()
         self.sample: Letter | None = None
+        self._wrong: list[tuple[float, float]] = []  # cuts of changes, and until when they are told
+
+    def change(self, cut: float, applied: float) -> None:
+        """What was shown of times after the cut was wrong. Samples tell of it as long as one that was may count, so
+        that who misses some of them hears of it too.
+        """
+        if cut < applied + self.viewer.ahead:
+            self._wrong.append((cut, applied + self.viewer.ahead))
 
     def show(self, frame: Frame, clock: float) -> None:
         """The next sample; who has not got the one before gets this one."""
         position, version = frame.position, frame.version
-        self.sample = Letter(lambda _full: messages.Sample(position.time, position.joints, version, clock))
+        self._wrong = [one for one in self._wrong if one[1] > clock]
+        wrong = min((cut for cut, _ in self._wrong), default=None)
+        self.sample = Letter(lambda _full: messages.Sample(position.time, position.joints, version, clock, wrong))
         self.round.begin()
 
     def serve(self, most: int) -> int:
@@ -145,7 +156,7 @@ class Broadcast:
         self._last_news = 0
         self._audience = Audience(watched, wall)
         self._channels: dict[Viewer, Channel] = {}
-        self._shared: dict[float, Channel] = {}
+        self._shared: dict[tuple[float, float], Channel] = {}  # by rate, and how far ahead
 
     # --- who listens ---
 
@@ -167,7 +178,7 @@ class Broadcast:
             checked_rate(wanted.rate, "samples a second", HIGHEST_RATE)
         self._leave_channel(listener)
         if wanted.rate:
-            self._enter_channel(listener, self._following(wanted.rate))
+            self._enter_channel(listener, self._following(wanted.rate, wanted.ahead))
         listener.listening = Listening(listener.form, listener.deflates, wanted.window) if wanted.deltas else None
         known = wanted.after if wanted.after is not None else NOTHING
         listener.number = known if known <= self.stream.number else NOTHING
@@ -188,38 +199,38 @@ class Broadcast:
         if listener.channel is None:
             return
         if wish.step is Step.FOLLOW:
-            rate = listener.channel.viewer.rate
+            viewer = listener.channel.viewer
             self._leave_channel(listener)
-            self._enter_channel(listener, self._following(rate))
+            self._enter_channel(listener, self._following(viewer.rate, viewer.ahead))
         else:
             STEPS[wish.step](self._own(listener, listener.channel).viewer, wish.value)
 
-    def _following(self, rate: float) -> Channel:
+    def _following(self, rate: float, ahead: float) -> Channel:
         """The samples of those who follow the robot; new ones where the others are still behind it, as virtual time
         has jumped.
         """
-        shared = self._shared.get(rate)
+        shared = self._shared.get((rate, ahead))
         if shared is None or self._behind_robot(shared.viewer) > 1.0 / rate:
-            shared = self._shared[rate] = self._channel(rate)
+            shared = self._shared[rate, ahead] = self._channel(rate, ahead)
         return shared
 
     def _behind_robot(self, viewer: Viewer) -> float:
         """How far what it would show now lies behind where the robot is [s]."""
-        timeline, wall = self._watched.timeline, self._wall()
-        return viewer.playback.look(wall, timeline.start, timeline.end, self._watched.now).behind(wall)
+        timeline, wall, now = self._watched.timeline, self._wall(), self._watched.now + viewer.ahead
+        return viewer.playback.look(wall, timeline.start, timeline.end, now).behind(wall)
 
     def _own(self, listener: Listener, channel: Channel) -> Channel:
         """Samples for one who goes on alone from where all others of its channel are."""
         if len(channel.round) == 1 and channel not in self._shared.values():
             return channel
-        own = self._channel(channel.viewer.rate)
+        own = self._channel(channel.viewer.rate, 0.0)
         own.viewer.playback = channel.viewer.playback
         self._leave_channel(listener)
         self._enter_channel(listener, own)
         return own
 
-    def _channel(self, rate: float) -> Channel:
-        channel = Channel(self._audience.join(rate))
+    def _channel(self, rate: float, ahead: float) -> Channel:
+        channel = Channel(self._audience.join(rate, ahead))
         self._channels[channel.viewer] = channel
         return channel
 
@@ -235,14 +246,18 @@ class Broadcast:
         if not len(channel.round):
             self._audience.leave(channel.viewer)
             del self._channels[channel.viewer]
-            if self._shared.get(channel.viewer.rate) is channel:
-                del self._shared[channel.viewer.rate]
+            key = channel.viewer.rate, channel.viewer.ahead
+            if self._shared.get(key) is channel:
+                del self._shared[key]
 
     # --- what happens ---
 
     def tell(self, event: Event, applied: float) -> None:
         """The timeline has changed; the robot's clock was at `applied` [s] then."""
         self.stream.tell(event, applied)
+        if isinstance(event, TimelineDelta):
+            for channel in self._channels.values():
+                channel.change(event.cut, applied)
         self._everybody.begin()
 
     def announce(self, news: ServerMessage) -> None:

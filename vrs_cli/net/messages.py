@@ -173,12 +173,14 @@ class Subscribe(Request, frozen=True):
     """What is heard from now on, in place of what was before. `Done` answers.
 
     `deltas`: the timeline of the last `window` seconds (None: all of it), and every change; `after`: the number of the
-    last change that is known, if the connection was cut. `rate`: so many samples in a second, 0 for none. `console`:
-    what the programs of others TYPE.
+    last change that is known, if the connection was cut. `rate`: so many samples in a second, 0 for none, of the robot
+    as it will be `ahead` [s] later: D_b for one who wants to see the present, D_f + D_b for one who wants to see where
+    a command of now will find it. `console`: what the programs of others TYPE.
     """
 
     deltas: bool = False
     rate: Length = 0.0
+    ahead: Length = 0.0
     console: bool = False
     window: Length | None = None
     after: Count | None = None
@@ -451,15 +453,15 @@ class Missed(ServerMessage, frozen=True):
 
 
 class Sample(ServerMessage, frozen=True):
-    """Where the robot is at the time `t` by timeline `version`, sent at `clock`. `late`: a later command has made it
-    invalid.
+    """Where the robot is at the time `t` by timeline `version`, sent at `clock`. `wrong`: what was sent before this of
+    that time and after it has been made invalid by a later command.
     """
 
     t: float
     joints: Joints
     version: Count = 0
     clock: float = 0.0
-    late: bool = False
+    wrong: float | None = None
 
 
 class Activity(ServerMessage, frozen=True):

@@ -29,10 +29,12 @@ class Frame(Struct, frozen=True):
 
 
 class Viewer:
-    """Looks `rate` times a second, and follows the robot until it is told to do something else."""
+    """Looks `rate` times a second, and follows the robot until it is told to do something else: it sees what is now, or
+    what will be `ahead` [s] later.
+    """
 
-    def __init__(self, rate: float, playback: Playback, wall: Callable[[], float]) -> None:
-        self.rate, self.playback, self._wall = rate, playback, wall
+    def __init__(self, rate: float, ahead: float, playback: Playback, wall: Callable[[], float]) -> None:
+        self.rate, self.ahead, self.playback, self._wall = rate, ahead, playback, wall
         self._last = floor(playback.since * rate)  # the number of the last look
 
     @property
@@ -44,7 +46,8 @@ class Viewer:
         """The look that is due now; those that were missed are left out."""
         self._last = max(floor(self._wall() * self.rate), self._last + 1)
         timeline = watched.timeline
-        self.playback = self.playback.look(self._last / self.rate, timeline.start, timeline.end, watched.now)
+        now = watched.now + self.ahead
+        self.playback = self.playback.look(self._last / self.rate, timeline.start, timeline.end, now)
 
     def play(self) -> None:
         self.playback = self.playback.play(self._wall())
@@ -81,13 +84,13 @@ class Audience:
         self._watched, self._wall = watched, wall
         self._viewers: list[Viewer] = []
 
-    def join(self, rate: float = USUAL_RATE) -> Viewer:
+    def join(self, rate: float = USUAL_RATE, ahead: float = 0.0) -> Viewer:
         """One more viewer, which follows the robot. Raises IllegalValue for a rate [1/s] that is none."""
         checked_rate(rate, "looks a second", HIGHEST_RATE)
         wall = floor(self._wall() * rate) / rate  # on the grid, as those of its rate that are here
         timeline = self._watched.timeline
-        playback = Playback.following(timeline.start, timeline.end, self._watched.now, wall)
-        self._viewers.append(Viewer(rate, playback, self._wall))
+        playback = Playback.following(timeline.start, timeline.end, self._watched.now + ahead, wall)
+        self._viewers.append(Viewer(rate, ahead, playback, self._wall))
         return self._viewers[-1]
 
     def leave(self, viewer: Viewer) -> None:
