@@ -64,12 +64,9 @@ def test_a_program_has_its_share_of_the_machine() -> None:
 
 
 def test_what_has_grown_too_large_takes_no_more() -> None:
-    allowance = Allowance(names=10, segments=20)
-    check_growth(allowance, 10, 20)
+    check_growth(Allowance(names=10), 10)
     with pytest.raises(LimitReached, match="11 variables and programs, 10 at most"):
-        check_growth(allowance, 11, 20)
-    with pytest.raises(LimitReached, match="21 segments, 20 at most"):
-        check_growth(allowance, 10, 21)
+        check_growth(Allowance(names=10), 11)
 
 
 def test_a_run_in_real_time_may_go_on_for_ever() -> None:

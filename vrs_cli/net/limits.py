@@ -16,16 +16,14 @@ MINUTE = 60.0  # [s]
 
 
 class Allowance(Struct, frozen=True):
-    """What a server allows. Of one connection: bytes of one message, messages a second (so many at once), lines that
-    wait for their turn. Connections: of one token, and in all. Of one robot: variables and programs, segments of its
-    timeline, bytes in its folder, the share of a core that its programs may have on average over `cpu_window` [s], and
-    steps of one program.
+    """What a server allows. Of one connection: bytes of one message, messages a second (so many at once). Connections:
+    of one token, and in all. Of one robot: variables and programs, segments of its timeline, bytes in its folder, the
+    share of a core that its programs may have on average over `cpu_window` [s], and steps of one program.
     """
 
     message: int = 2_000_000
     rate: float = 300.0
     burst: int = 1000
-    waiting: int = 200
     connections_each: int = 64
     connections: int = 4000
     names: int = 50_000
@@ -124,15 +122,12 @@ class Meter:
             return None
         self._owed = 0.0
         return LimitReached(
-            f"the program took more than {self._share:.0%} of a core for {self._window:g} s and more",
+            f"programs took more than {self._share:.0%} of a core for {self._window:g} s",
             "let it wait now and then: DELAY, WAIT, a motion; the server sets this limit",
         )
 
 
-def check_growth(allowance: Allowance, names: int, segments: int) -> None:
+def check_growth(allowance: Allowance, names: int) -> None:
     """Raises LimitReached for a robot that has grown too large to take more."""
     if names > allowance.names:
         raise LimitReached(f"it has {names} variables and programs, {allowance.names} at most", "delete some, or ZERO")
-    if segments > allowance.segments:
-        what = f"its timeline has {segments} segments, {allowance.segments} at most"
-        raise LimitReached(what, "UNDO takes some back; or let the server begin a new journal")

@@ -9,7 +9,7 @@ file has been overwritten by later parts, it is written anew.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from zlib import crc32
@@ -104,20 +104,19 @@ class Memory:
             self._replace()
             return
         new = [print_program(one) for key, one in programs.items() if self._programs.get(key) is not one]
-        text = "".join(new) + print_file(sections_of(environment, items)) + "".join(self._settings_line())
+        text = "".join(new) + print_file(sections_of(environment, items))
+        if self._session.engine.settings is not self._settings:
+            text += self._settings_line()
         with writing(self.path):
             file.add(_sealed(text), durable=True)
         self._programs, self._settings = programs, self._session.engine.settings
 
-    def _settings_line(self) -> Iterator[str]:
-        settings = self._session.engine.settings
-        if settings is not self._settings:
-            yield f"{_SETTINGS}{encode(settings, Encoding.JSON)}\n"
+    def _settings_line(self) -> str:
+        return f"{_SETTINGS}{encode(self._session.engine.settings, Encoding.JSON)}\n"
 
     def _replace(self) -> None:
         """A new file with all that there is."""
-        self._settings = None
-        text = store(self._session.environment) + "".join(self._settings_line())
+        text = store(self._session.environment) + self._settings_line()
         write_atomically(self.path, _sealed(text).decode())
         self.close()
         with writing(self.path):

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from msgspec import Struct
 
 from vrs_cli.dialogue.questions import Answer, Question
-from vrs_cli.dialogue.replies import Message, Reply, Tone
+from vrs_cli.dialogue.replies import Message, Reply, Tone, refusal
 from vrs_cli.dialogue.talk import Reading, Running, Talk
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.commands import SetParameter
@@ -183,6 +183,7 @@ class Room:
         self.broadcast = Broadcast(self._self, first, wall)
         self._meter = Meter(plan.allowance, 0.0, wall())
         self._ran = False
+        self._watch: Ticket[None] | None = None
         self._looked: object = None  # when those who sit at a prompt were last told what stands around it
         self._clock: messages.Clock | None = None
         self.session.actor.serve()
@@ -307,6 +308,7 @@ class Room:
             return
         del self._ledgers[guest.ledger.key]
         drove = self.driving.lease.drives(guest.name)
+        guest.holder.desk.left = self.plan.when_gone is not WhenGone.ABORT
         guest.leave()
         self.driving.leave(guest.name)
         if drove:
@@ -339,7 +341,7 @@ class Room:
     def _check(self) -> None:
         self.chronicle.check()
         session = self.session
-        check_growth(self.allowance, len(session.environment.kinds()) + len(session.programs), 0)
+        check_growth(self.allowance, len(session.environment.kinds()) + len(session.programs))
         if size(self.folder) > self.allowance.folder:
             raise LimitReached(f"the robot's folder has more than {self.allowance.folder} bytes", "FDELETE makes room")
 
@@ -452,6 +454,7 @@ class Room:
             driver.link.ping()
         if gone := self.driving.lapsed():
             self._driver_gone(gone)
+        self._watch_over()
         self._measure(now)
         self._push_status()
         self._note_ends()
@@ -465,10 +468,17 @@ class Room:
         said = "stopped" if self.plan.when_gone is WhenGone.ABORT else "paused"
         self._put(_Shown(None, Message(f"{who} drove, and has gone: the program is {said}", Tone.WARNING)))
 
+    def _watch_over(self) -> None:
+        """A program whose holder has gone goes on, though nobody waits for it."""
+        session = self.session
+        if session.running and not session.driver.waited and (self._watch is None or self._watch.done()):
+            self._watch = self._self.submit(session.watch_over())
+
     def _measure(self, now: float) -> None:
         wrong = self._meter.look(self.session.actor.worked, now)
-        if wrong is not None and self.session.running:
-            self.session.driver.end_by(wrong)
+        if wrong is not None and not self.session.driver.end_by(wrong):
+            self._self.stop()  # tasks that nobody waits for
+            self._put(_Shown(None, refusal(wrong, "")))
 
     def _note_ends(self) -> None:
         """What a program that has ended changed is written down."""

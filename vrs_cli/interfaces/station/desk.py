@@ -52,7 +52,7 @@ class Desk:
     the program of SEE, the arm of JOG, the recording of REPLAY, while it fills the screen. `drafted`: that program
     while it is changed and not stored, as a file would hold it. `last_statement` is what a bare DO repeats,
     `command_files` are those that are carried out, the innermost last. `interrupted`, by Ctrl-C or ABORT: what was to
-    come after the present line does not.
+    come after the present line does not. `left`: whoever was at it has gone, and a program that was waited for goes on.
     """
 
     name: str = ""
@@ -68,6 +68,7 @@ class Desk:
     last_statement: Statement | None = None
     command_files: list[Path] = field(default_factory=list)
     interrupted: bool = False
+    left: bool = False
 
     def show(self, it: object, question: OnScreen) -> Talk[bool]:
         """Let something fill the screen until the user leaves it. Whether there is a screen for it."""

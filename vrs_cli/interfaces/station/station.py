@@ -10,7 +10,7 @@ from weakref import WeakSet, finalize
 from vrs_cli.dialogue.questions import Answer
 from vrs_cli.dialogue.replies import Message, ProgramStopped, Tone
 from vrs_cli.dialogue.runs import Beside, Outcome, RunResult
-from vrs_cli.dialogue.talk import Talk, Terminal, at_once, beside
+from vrs_cli.dialogue.talk import Slice, Talk, Terminal, at_once, beside
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine, Postponement
@@ -102,7 +102,7 @@ class Station:
         self.desk = self._own_desk = Desk(attended=terminal.attended)
         self._desks: WeakSet[Desk] = WeakSet((self.desk,))
         self.lease: Lease | None = None
-        self.driver.answers = self._answers
+        self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = Layout()
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
 
@@ -242,6 +242,17 @@ class Station:
             self._changes_by_program(False)
         self._reset_settings(track)
         return result
+
+    def _then(self, track: Track) -> Callable[[RunResult], None] | None:
+        """Whether a program goes on though whoever waited for it does not any more, and what comes after it."""
+        who = track.driven_by
+        return (lambda _result: self._reset_settings(track)) if isinstance(who, Desk) and who.left else None
+
+    def watch_over(self) -> Talk[None]:
+        """Let time go on for a program that nobody waits for, until it stops or asks something."""
+        while self.running and not any(self.driver.questions()):
+            yield Slice.RUNNING
+        self.settle()
 
     def let_run(self, track: Track, ended: Callable[[RunResult], None]) -> None:
         """A program that has begun goes on whenever time does; `ended` is told of its end."""

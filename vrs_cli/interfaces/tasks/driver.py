@@ -62,7 +62,8 @@ class Driver:
     """Runs the `tasks` of one robot. `folder`: where programs have their files.
 
     `begin` says what is waited for, `step` lets the next thing happen, `peek` tells when that is. `run` waits until a
-    task has stopped; `settle` does what is due. `answers`: whether who is served is asked what a task asks.
+    task has stopped; `settle` does what is due. `answers`: whether who is served is asked what a task asks. `then`:
+    what comes after a task that nobody waits for any more, None where it is to stop at once.
     """
 
     def __init__(
@@ -82,6 +83,7 @@ class Driver:
         self._put: set[int] = set()  # numbers of the questions that somebody has before him
         self.asks = False  # somebody, for a line
         self.answers: Callable[[Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
+        self.then: Callable[[Track], Callable[[RunResult], None] | None] = lambda _track: None
         environment.system = SystemReadings(engine.model.name, environment, self.tasks, self.devices)
 
     @property
@@ -109,29 +111,33 @@ class Driver:
         """Until a task stops. At each RUNNING whoever drives lets one thing happen (`step`); the other tasks run beside
         it, and what they ask is asked.
         """
-        self.begin(track, limits)
+        run = self.begin(track, limits)
         try:
             while track.running:
                 if self._performer.asked:
                     yield from self.ask()
                 if track.running:
                     yield Slice.RUNNING
-        except BaseException:
-            self.drop(track)
+        except BaseException as error:
+            if isinstance(error, GeneratorExit):
+                run.then = self.then(track)
+            if run.then is None:
+                self.drop(track)
+                self._over(track)
             raise
-        finally:
-            run = self._over(track)
-        return self._result(run)
+        return self._result(self._over(track))
 
-    def begin(self, track: Track, limits: Limits = USUAL, then: Callable[[RunResult], None] | None = None) -> None:
+    def begin(self, track: Track, limits: Limits = USUAL, then: Callable[[RunResult], None] | None = None) -> _Run:
         """From now on a task is waited for, within limits; or `then` is told of its end, whoever lets time go on."""
         now = self.engine.now
-        self._runs.append(_Run(track, limits, now, now + limits.max_time, self.tasks.steps_done, then))
+        run = _Run(track, limits, now, now + limits.max_time, self.tasks.steps_done, then)
+        self._runs.append(run)
         self._transcript.begin(limits)
         self._written.begin(limits)
         self.tasks.failed, track.awaited = [], True
         self._interrupted = False
         self._bound()
+        return run
 
     def _bound(self) -> None:
         """Requests are held to the limits of the run under way."""

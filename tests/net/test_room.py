@@ -1,0 +1,273 @@
+"""A robot that is served, without sockets: who drives as time passes, what programs may take, who hears what."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.net.audit import Audit
+from vrs_cli.net.driving import WhenGone
+from vrs_cli.net.guest import Guest
+from vrs_cli.net.limits import Allowance
+from vrs_cli.net.messages import Answer, Asked, Done, FromServer, Hello, Line, ServerMessage, Told, Typed
+from vrs_cli.net.packets import Packet
+from vrs_cli.net.protocol import ServerConnection
+from vrs_cli.net.room import Plan, Room
+from vrs_cli.net.tokens import OPEN
+from vrs_cli.wire.codec import Encoding, Reader, encode
+
+PATIENCE = 10.0  # [s]
+_reader: Reader[FromServer] = Reader(FromServer)
+
+
+class Wire:
+    """A socket that keeps what is sent. `alive`: it answers pings."""
+
+    deflates, address, waiting = False, "10.0.0.7:1", 0
+
+    def __init__(self, room: Room, name: str, wall: Callable[[], float]) -> None:
+        self.connection = ServerConnection(wall())
+        self.heard: list[ServerMessage] = []
+        self.pings, self.alive = 0, True
+        self.room, self.ids = room, 0
+        hello = Hello((1,), name=name)
+        self.connection.receive(encode(hello, Encoding.JSON), wall())
+        self.guest: Guest = room.enter(OPEN, hello, self)
+
+    @property
+    def sink(self) -> Wire:
+        return self
+
+    def send(self, packet: Packet) -> None:
+        """What all hear."""
+
+    def flush(self) -> None:
+        self.heard += [_reader.read(frame) for frame in self.connection.frames()]
+
+    def ping(self) -> None:
+        self.pings += 1
+        if self.alive:
+            self.guest.beat()
+
+    def command(self, text: str) -> int:
+        self.ids += 1
+        (line,) = self.connection.receive(encode(Line(self.ids, text), Encoding.JSON), 0.0)
+        self.guest.take(line)
+        return self.ids
+
+    def line(self, text: str) -> Done:
+        id = self.command(text)
+        self.until(lambda: any(isinstance(one, Done) and one.id == id for one in self.heard))
+        return next(one for one in self.heard if isinstance(one, Done) and one.id == id)
+
+    def until(self, there: Callable[[], object]) -> None:
+        deadline = time.monotonic() + PATIENCE
+        while not there():
+            assert time.monotonic() < deadline, self.heard[-3:]
+            time.sleep(0.001)
+            self.room.pump()
+
+    @property
+    def said(self) -> list[str]:
+        return [
+            one.text if isinstance(one, Typed) else str(getattr(one.reply, "text", one.reply))
+            for one in self.heard
+            if isinstance(one, Typed | Told)
+        ]
+
+
+class Served:
+    def __init__(self, folder: Path, plan: dict[str, Any]) -> None:
+        self.now = 100.0
+        self.told: list[str] = []
+        audit = Audit(None, time.time, self.told.append)
+        full = Plan(load_robot("puma560"), folder / "files", folder / "cell1.vrst", **plan)
+        self.room = Room("cell1", full, lambda: None, audit, self.told.append, lambda _: ("cell1",), lambda: self.now)
+
+    def call(self, name: str) -> Wire:
+        return Wire(self.room, name, lambda: self.now)
+
+    def pass_time(self, seconds: float) -> None:
+        for _ in range(int(seconds / 0.5)):
+            self.now += 0.5
+            self.room.tick()
+            self.room.pump()
+
+
+@contextmanager
+def served(folder: Path, **plan: Any) -> Iterator[Served]:
+    it = Served(folder, plan)
+    try:
+        yield it
+    finally:
+        it.room.close()
+        assert it.told == []
+
+
+# --- who drives ---
+
+
+def test_who_is_there_keeps_the_lease_and_who_is_cut_loses_it(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada, bob = it.call("ada"), it.call("bob")
+        assert ada.line("x = 1").ok
+        it.pass_time(60.0)
+        assert ada.pings > 5
+        assert it.room.driving.lease.holder == "ada"
+        it.room.cut(ada.guest, ada)
+        it.pass_time(5.0)
+        assert not bob.line("x = 2").ok
+        it.pass_time(8.0)
+        assert bob.line("x = 2").ok
+        assert it.room.driving.lease.holder == "bob"
+        it.pass_time(60.0)
+        assert list(it.room.guests) == ["bob"], "nobody resumes ada's connection any more"
+
+
+def test_a_connection_that_is_half_open_does_not_keep_the_lease(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada, bob = it.call("ada"), it.call("bob")
+        assert ada.line("x = 1").ok
+        ada.alive = False
+        it.pass_time(11.0)
+        assert ada.pings
+        assert bob.line("x = 2").ok
+
+
+GONE = ((WhenGone.GO_ON, True, ""), (WhenGone.PAUSE, False, "(PAUSED)"), (WhenGone.ABORT, False, "(ABORTED)"))
+
+
+@pytest.mark.parametrize(("when", "runs", "status"), GONE, ids=lambda one: getattr(one, "value", None))
+def test_what_becomes_of_a_program_when_its_driver_goes(
+    tmp_path: Path, when: WhenGone, runs: bool, status: str
+) -> None:
+    with served(tmp_path, realtime=1000.0, when_gone=when) as it:
+        ada, bob = it.call("ada"), it.call("bob")
+        for line in (".PROGRAM ever", "10 DELAY 1", "GOTO 10", ".END"):
+            assert ada.line(line).ok
+        ada.command("EXECUTE ever")
+        bob.until(lambda: it.room.session.running)
+        it.room.leave(ada.guest)
+        if runs:
+            bob.line("WHERE")
+            assert it.room.session.running
+        else:
+            bob.until(lambda: not it.room.session.running)
+            bob.until(lambda: any("drove, and has gone" in text for text in bob.said))
+            task = it.room.session.tasks.get(0)
+            assert task is not None
+            assert task.outcome is not None
+            assert task.outcome.value == status
+            bob.command("PROCEED")
+            bob.until(lambda: it.room.session.running)
+        bob.line("ABORT")
+        assert not it.room.session.running
+
+
+def test_a_program_of_who_has_gone_goes_on_in_virtual_time_and_asks_who_drives_next(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada, bob = it.call("ada"), it.call("bob")
+        for line in (".PROGRAM ask", 'PROMPT "how many?", n', "DELAY 1", "DRIVE 1, n, 50", ".END"):
+            assert ada.line(line).ok
+        ada.command("EXECUTE ask")
+        ada.until(lambda: any(isinstance(one, Asked) for one in ada.heard))
+        it.room.leave(ada.guest)
+        bob.command("x = 1")
+        bob.until(lambda: any(isinstance(one, Asked) for one in bob.heard))
+        (asked,) = (one for one in bob.heard if isinstance(one, Asked))
+        bob.guest.take(Answer(asked.number, "5"))
+
+        def over() -> bool:
+            it.room.tick()
+            return not it.room.session.running
+
+        bob.until(over)
+        assert bob.line("WHERE").version == 1
+
+
+# --- what programs may take, and say ---
+
+
+def test_a_program_that_takes_too_much_is_stopped(tmp_path: Path) -> None:
+    with served(tmp_path, allowance=Allowance(cpu=0.01, cpu_window=1.0)) as it:
+        ada = it.call("ada")
+        for line in (".PROGRAM ever", "10 GOTO 10", ".END"):
+            assert ada.line(line).ok
+        id = ada.command("EXECUTE ever")
+
+        def over() -> bool:
+            it.room.tick()
+            return any(isinstance(one, Done) and one.id == id for one in ada.heard)
+
+        ada.until(over)
+        assert any("of a core" in text for text in ada.said)
+        assert ada.line("WHERE").ok
+
+
+def test_who_drives_a_program_hears_it(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada, bob = it.call("ada"), it.call("bob")
+        for line in (".PROGRAM say", 'TYPE "one"', 'TYPE "two"', ".END"):
+            assert ada.line(line).ok
+        ada.line("EXECUTE say")
+        assert ada.said[-3:] == ["one", "two", "Program completed"]
+        assert bob.said == []
+
+
+def test_a_robot_with_too_many_names_takes_no_more_and_gives_some_back(tmp_path: Path) -> None:
+    with served(tmp_path, allowance=Allowance(names=20)) as it:
+        ada = it.call("ada")
+        done = [ada.line(f"x{n} = 1") for n in range(30)]
+        assert [one.ok for one in done].index(False) == 21
+        refused = done[-1].refusal
+        assert refused is not None
+        assert "21 variables and programs, 20 at most" in refused.message
+        assert ada.line("WHERE").ok
+        assert ada.line("DISABLE INTERACTIVE").ok is False
+        id = ada.command("DELETER x1, x2")
+        ada.until(lambda: any(isinstance(one, Asked) for one in ada.heard))
+        (asked,) = (one for one in ada.heard if isinstance(one, Asked))
+        ada.guest.take(Answer(asked.number, True))
+        ada.until(lambda: any(isinstance(one, Done) and one.id == id for one in ada.heard))
+        assert ada.line("y = 1").ok
+
+
+def test_a_disk_that_takes_nothing_refuses_commands_and_lets_all_look(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from vrs_cli.files.growing import GrowingFile
+
+    def full(*_data: object, **_how: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with served(tmp_path) as it:
+        ada = it.call("ada")
+        assert ada.line("DRIVE 1, 5, 50").ok
+        with monkeypatch.context() as broken:
+            broken.setattr(GrowingFile, "add", full)
+            broken.setattr("vrs_cli.files.atomic.create_beside", full)
+            assert not ada.line("DRIVE 1, 5, 50").ok
+            assert "no space left" in ada.said[-1]
+            assert not ada.line("x = 1").ok
+            refused = ada.line("x = 2").refusal
+            assert refused is not None
+            assert "no space left" in refused.message
+            for line in ("WHERE", "TIMELINE", "ABORT"):
+                assert ada.line(line).ok
+            assert it.room.session.engine.book.commands == 1
+        assert ada.line("x = 3").ok
+        assert ada.line("DRIVE 1, 5, 50").ok
+
+
+def test_names_are_unlike(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        names = [it.call(name).guest.name for name in ("ada", "ada", "", "", "a\x1b[2J" + "b" * 100)]
+        assert names[:4] == ["ada", "ada-2", "guest", "guest-2"]
+        assert len(names[4]) == 40
+        assert names[4].isprintable()
