@@ -188,7 +188,11 @@ def test_a_program_of_who_has_gone_goes_on_in_virtual_time_and_asks_who_drives_n
             return not it.room.session.running
 
         bob.until(over)
-        assert bob.line("WHERE").version == 1
+        task = it.room.session.tasks.get(0)
+        assert task is not None
+        assert task.outcome is not None
+        assert (task.outcome.value, task.fault) == ("Program completed", None)
+        assert bob.line("WHERE").version == 2, "a delay, and a motion"
 
 
 # --- what programs may take, and say ---

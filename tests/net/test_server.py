@@ -319,6 +319,11 @@ def test_too_many_messages_are_refused_and_the_robot_can_be_stopped(tmp_path: Pa
         assert done[-1].refusal is not None
         assert "messages a second" in done[-1].refusal.message
         assert ada.ask(Abort).ok  # type: ignore[attr-defined]
+        for _ in range(20):
+            ada.socket.send('{"type":"dance","id":7}')
+        closing = ada.until(lambda one: isinstance(one, Closing))
+        assert isinstance(closing, Closing)
+        assert "messages a second" in closing.why
 
 
 def test_a_message_that_is_too_long(tmp_path: Path) -> None:

@@ -36,6 +36,7 @@ LOOK = 0.5  # [s] between two looks at the file of tokens
 HIGH_WATER = 256 * 1024  # bytes that a socket holds before it is given no more
 BACKLOG = 512 * 1024  # bytes beside these that wait for a socket
 PINGS, PATIENCE = 20.0, 20.0  # [s] between two questions whether a client is there, and until it has to answer
+FLOOD = 10.0  # [s] of messages that come too fast, after which a connection is closed
 SHORT = 2.0  # [s] in which a client takes leave
 ROBOTS = "/robots/"
 
@@ -63,12 +64,15 @@ class _Link:
         self.guest: Guest | None = None
         self.room: Room | None = None
         self.rate = Rate(allowance.rate, allowance.burst, time.monotonic())
+        self.fast = 0  # messages that came too fast, one after the other
         self.sink = SocketSink(socket)
         self.deflates = self.sink.deflates
         self._full = full  # of those that wait for their socket
         self._tasks: set[asyncio.Task[None]] = set()
 
     def flush(self) -> None:
+        if self.socket.transport.is_closing():
+            return
         if self.sink.waiting <= HIGH_WATER:
             for frame in self.connection.frames():
                 broadcast([self.socket], frame)
@@ -193,8 +197,12 @@ class Server:
         self._strangers.add(link)
         try:
             async for frame in socket:
-                for message in link.connection.receive(frame, time.monotonic()):
+                now = time.monotonic()
+                link.fast = 0 if link.rate.take(now) else link.fast + 1
+                for message in link.connection.receive(frame, now):
                     await self._taken(link, message)
+                if link.fast > FLOOD * self._allowance.rate:
+                    link.connection.close(self._too_fast.detail, Refusal.of(self._too_fast))
                 link.flush()
                 if link.connection.closing:
                     break
@@ -210,7 +218,7 @@ class Server:
         if isinstance(message, messages.Hello):
             await self._enter(link, message)
         elif guest is not None and room is not None:
-            if not link.rate.take(time.monotonic()) and not isinstance(message, messages.Abort | messages.Interrupt):
+            if link.fast and not isinstance(message, messages.Abort | messages.Interrupt):
                 guest.refuse(message, self._too_fast)
                 return
             guest.take(message)
