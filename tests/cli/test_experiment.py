@@ -26,8 +26,8 @@ def test_the_tables_have_a_row_for_each_lead_and_policy(capsys: pytest.CaptureFi
         assert rows == ["0", "0.2", "0.4", "0.6", "0.8"] * 3
     assert "ABORT          0           -           -           -           -           -" in text, "nothing moved"
     assert text.endswith(
-        "What is flagged are the times by the logs of both sides, in 20 courses\n"
-        "At all others the error of deltas is at most 0 deg, 0 mm\n"
+        "The flagged times are those of the logs of both sides (20 trials)\n"
+        "At all other times the error of deltas is at most 0 deg, 0 mm\n"
     )
 
 

@@ -79,7 +79,7 @@ def _parser(prog: str) -> Parser:
     parser.add_argument("--lead", metavar="T", type=duration, nargs="+", default=LEADS, help=told)
     told = "what becomes of late commands (default: ABORT and POSTPONE)"
     parser.add_argument("--policy", type=str.upper, choices=POLICIES, nargs="+", default=POLICIES, help=told)
-    parser.add_argument("--seeds", metavar="N", type=size, default=20, help="courses of events a row (default: 20)")
+    parser.add_argument("--seeds", metavar="N", type=size, default=20, help="trials a row (default: 20)")
     parser.add_argument("--seconds", metavar="T", type=positive, default=200.0, help="how long each is (default: 200)")
     parser.add_argument("--rate", metavar="HZ", type=positive, default=25.0, help="looks a second (default: 25)")
     parser.add_robot()
@@ -185,6 +185,7 @@ def _leave_signals() -> None:
 
 
 def _told(options: argparse.Namespace, rows: Sequence[Row]) -> Iterator[Block]:
+    from vrs_cli.dialogue.numbers import count
     from vrs_cli.render.blocks import line
 
     for name, group in groupby(rows, lambda row: row.delays):
@@ -194,9 +195,12 @@ def _told(options: argparse.Namespace, rows: Sequence[Row]) -> Iterator[Block]:
             yield from _charts(some)
         yield line()
     agreed = "are" if all(row.outcome.agreed for row in rows) else "ARE NOT"
-    yield line(f"What is flagged {agreed} the times by the logs of both sides, in {options.seeds * len(rows)} courses")
-    degrees, mm = (max(getattr(row.outcome.outside, most) for row in rows) for most in ("most_degrees", "most_mm"))
-    yield line(f"At all others the error of deltas is at most {degrees:g} deg, {mm:g} mm")
+    yield line(
+        f"The flagged times {agreed} those of the logs of both sides ({count(options.seeds * len(rows), 'trial')})"
+    )
+    outside = [row.outcome.outside for row in rows]
+    degrees, mm = max(one.most_degrees for one in outside), max(one.most_mm for one in outside)
+    yield line(f"At all other times the error of deltas is at most {degrees:g} deg, {mm:g} mm")
 
 
 def _tables(options: argparse.Namespace, delays: str, rows: Sequence[Row]) -> Iterator[Block]:
