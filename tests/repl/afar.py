@@ -30,6 +30,8 @@ class Line:
     `cut`: nothing gets through.
     """
 
+    name = "tester"
+
     def __init__(self, attended: bool = False, clock: Clock | None = None, folder: Folder = FREE) -> None:
         self.session = Session(_There(self, attended), clock=clock, folder=folder)
         self.desk = Desk(attended=attended, lives=attended and clock is not None)

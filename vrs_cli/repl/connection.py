@@ -16,12 +16,22 @@ class Connection:
     """Opens the client. Raises RequestRefused where no robot answers, and what that refuses."""
 
     def __init__(self, client: Client) -> None:
-        self._client, self._loop = client, Loop()
+        self._client, self._loop, self._closed = client, Loop(), False
         try:
-            self.welcome = self._loop.wait(client.open())
+            self._welcome = self._loop.wait(client.open())
         except BaseException:
             self.close()
             raise
+
+    @property
+    def name(self) -> str:
+        return self._welcome.name
+
+    @property
+    def greeting(self) -> str:
+        """Which robot it is, and who has come."""
+        welcome = self._welcome
+        return f"{welcome.robot} at {self._client.url}; you are {welcome.name}, {welcome.role}"
 
     def begin(self, make: Callable[[int], Request], outlet: Outlet) -> int:
         return self._loop.do(lambda: self._client.begin(make, outlet))
@@ -37,6 +47,10 @@ class Connection:
         self._loop.do(lambda: self._client.far.news.append(outlet))
 
     def close(self) -> None:
+        """Once is enough."""
+        if self._closed:
+            return
+        self._closed = True
         with suppress(TimeoutError):
             self._loop.wait(self._client.close(), LEAVING)
         self._loop.close()

@@ -26,20 +26,26 @@ from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.conversation.status import Status
 from vrs_cli.interfaces.editor.screen import Findings, Found, KeepDraft, Kept, Page, ReadDraft
 from vrs_cli.interfaces.jog.jogger import Brake, Hand, Look, Press, Seen
+from vrs_cli.interfaces.station.lease import Lost, Notice, Requested
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.net import messages
-from vrs_cli.net.messages import Asked, At, Done, How, Line, Refused, Request, ServerMessage
+from vrs_cli.net.messages import Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
 
 AT_ONCE = 1.0  # [s] that the answer to a look is waited for: a key does not wait longer
 COMING_BACK = 60.0  # [s] that a line of a pipe waits for a connection that was cut
+SLASH = "/"  # no line of VAL-II begins with it
+WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive, /release lets anybody"
 LOOKING = 0.05  # [s] between two looks at what has come
 M = TypeVar("M", bound=ServerMessage)
 Outlet = Callable[[ServerMessage], None]
 
 
 class Far(Protocol):
-    """A connection. Any thread may send."""
+    """A connection of somebody who has a name at the robot. Any thread may send."""
+
+    @property
+    def name(self) -> str: ...
 
     def begin(self, make: Callable[[int], Request], outlet: Outlet) -> int:
         """Send a request; all that comes of it goes to the outlet, its end last. Raises RequestRefused."""
@@ -77,8 +83,12 @@ class RemoteSeat:
             self._act(Attend())
 
     def take(self, text: str) -> None:
+        """A line for the robot; one that begins with a slash is about who drives it."""
         self.interrupted = False
-        self._do(lambda id: Line(id, text), text)
+        if text.startswith(SLASH):
+            self._drive(text[1:].split())
+        else:
+            self._do(lambda id: Line(id, text), text)
 
     def answer(self) -> None:
         self._act(Attend())
@@ -98,6 +108,25 @@ class RemoteSeat:
 
     def _act(self, act: DeskAct) -> None:
         self._do(lambda id: At(id, act))
+
+    def _drive(self, words: list[str]) -> None:
+        match [words[0].lower() if words else "", *words[1:]]:
+            case ["who"]:
+                found = self._look(messages.Who, messages.Present)
+                if found is not None:
+                    there = f"there are {', '.join(found.holders)}"
+                    self._told(f"{there}; {self._named(found.driver)}")
+            case ["ask"]:
+                self._do(lambda id: Drive(id, LeaseAct.ASK))
+            case ["give", to]:
+                self._do(lambda id: Drive(id, LeaseAct.GIVE, to))
+            case ["release"]:
+                self._do(lambda id: Drive(id, LeaseAct.RELEASE))
+            case _:
+                self._told(WORDS)
+
+    def _named(self, driver: str) -> str:
+        return f"{driver or 'nobody'} drives" if driver != self._far.name else "you drive"
 
     def _do(self, make: Callable[[int], Request], line: str = "") -> None:
         """Send a command; show what is said of it, and ask what is asked, until it has ended."""
@@ -172,8 +201,16 @@ class RemoteSeat:
                 self._status = around
             case Done() | Refused():
                 self._ended(message, "")
-            case messages.Lease(holder, notice) if notice is not None:
-                self._told(f"{holder or 'nobody'} drives")
+            case messages.Lease(holder, notice) if self._terminal.attended:
+                self._told(self._noticed(holder, notice))
+
+    def _noticed(self, holder: str, notice: Notice | None) -> str:
+        me = self._far.name
+        if isinstance(notice, Requested) and notice.of == me:
+            return f"{notice.by} would like to drive: /give {notice.by}"
+        if isinstance(notice, Lost) and notice.of == me:
+            return f"{notice.by} drives, for nothing was heard of you"
+        return f"{notice.by} has asked {notice.of} to drive" if isinstance(notice, Requested) else self._named(holder)
 
     def _ask(self, asked: Asked) -> None:
         """Have a question answered. What cannot fill the screen is shown, and has been left."""
@@ -211,6 +248,8 @@ class RemoteSeat:
         return self._status
 
     def mistake(self, text: str) -> Diagnostic | None:
+        if text.startswith(SLASH):
+            return None
         found = self._look(lambda id: messages.Check(id, text), messages.Checked)
         return None if found is None else found.mistake
 

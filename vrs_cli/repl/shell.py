@@ -36,7 +36,7 @@ def _run(robot: str | None, file: str | None, recorder: Recorder | None, clock: 
     if recorder is not None and model is None:
         model = recorder.model
     place = Local(model, file, recorder, clock)
-    if _on_terminal():
+    if on_terminal():
         from vrs_cli.repl.history import recovery_folder
 
         place.recovery = recovery_folder(os.environ)
@@ -45,7 +45,7 @@ def _run(robot: str | None, file: str | None, recorder: Recorder | None, clock: 
 
 def at(place: Place) -> int:
     """The shell at a robot; returns the exit status. Raises VrsError."""
-    if _on_terminal():
+    if on_terminal():
         from vrs_cli.repl.interactive import Shell
 
         return Shell(place).run()
@@ -54,7 +54,7 @@ def at(place: Place) -> int:
     return plain.run(place, sys.stdin, sys.stdout)
 
 
-def _on_terminal() -> bool:
+def on_terminal() -> bool:
     return sys.stdin.isatty() and sys.stdout.isatty()
 
 

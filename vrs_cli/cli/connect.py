@@ -1,0 +1,37 @@
+"""`vrs connect`: the shell at a robot that is served, on a terminal or on a pipe."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from vrs_cli.cli.command_line import Parser
+from vrs_cli.cli.connections import EPILOG, add_connection, client_of
+
+EXAMPLES = """\
+  vrs connect ws://127.0.0.1/robots/cell1
+  echo WHERE | vrs connect ws://127.0.0.1/robots/cell1
+
+LOAD and STORE are about the files of the robot: vrs put and vrs get take files
+there and back. What concerns the connection is told on stderr.
+
+"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Hand over to the shell; returns its exit status. Raises what the robot refuses."""
+    parser = Parser(prog, "The VAL-II shell at a robot that is served.", EXAMPLES + EPILOG)
+    add_connection(parser)
+    options = parser.parse(arguments)
+    from vrs_cli.repl.connection import Connection
+    from vrs_cli.repl.place import Afar
+    from vrs_cli.repl.shell import at, on_terminal
+
+    attended = on_terminal()
+    client = client_of(prog, options, attended=attended)
+    connection = Connection(client)
+    try:
+        if attended:
+            client.told(connection.greeting)
+        return at(Afar(connection, client.told))
+    finally:
+        connection.close()
