@@ -114,6 +114,11 @@ def _block(where: str, fence: re.Match[str], lines: list[str]) -> Block:
     return block
 
 
+def typed_in(block: Block) -> list[str]:
+    """The lines that are typed in a session."""
+    return [exchange.typed for exchange in exchanges(block, _PROMPT, _STEP)]
+
+
 def exchanges(block: Block, *patterns: re.Pattern[str]) -> list[Exchange]:
     """What is typed in a block, each with what follows it. Raises PageFault where nothing could be found wrong."""
     found: list[tuple[re.Match[str], list[str]]] = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from vrs_cli.cli.command_line import Parser
 from vrs_cli.cli.connections import EPILOG, add_connection, client_of
@@ -28,6 +28,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 
     attended = on_terminal()
     client = client_of(prog, options, attended=attended)
+    client.told = once(client.told)
     connection = Connection(client)
     try:
         if attended:
@@ -35,3 +36,16 @@ def main(prog: str, arguments: Sequence[str]) -> int:
         return at(Afar(connection, client.told))
     finally:
         connection.close()
+
+
+def once(told: Callable[[str], None]) -> Callable[[str], None]:
+    """The same, but for a text that was told just before: attempts to connect fail alike."""
+    last = ""
+
+    def tell(text: str) -> None:
+        nonlocal last
+        if text != last:
+            told(text)
+        last = text
+
+    return tell

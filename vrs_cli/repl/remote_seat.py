@@ -199,10 +199,21 @@ class RemoteSeat:
                 self._terminal.progress(Running(clock))
             case messages.Status(around):
                 self._status = around
+                if self._waits and around.running:
+                    self._terminal.progress(Running(around.clock))
             case Done() | Refused():
                 self._ended(message, "")
+            case messages.Welcome():
+                self._again()
             case messages.Lease(holder, notice) if self._terminal.attended:
                 self._told(self._noticed(holder, notice))
+
+    def _again(self) -> None:
+        """The connection is there again: what the prompt shows is asked for."""
+        self._told("connected again")
+        if self._terminal.attended:
+            with suppress(RequestRefused):
+                self._far.begin(lambda id: At(id, Attend()), self._heard.put)
 
     def _noticed(self, holder: str, notice: Notice | None) -> str:
         me = self._far.name
@@ -210,7 +221,9 @@ class RemoteSeat:
             return f"{notice.by} would like to drive: /give {notice.by}"
         if isinstance(notice, Lost) and notice.of == me:
             return f"{notice.by} drives, for nothing was heard of you"
-        return f"{notice.by} has asked {notice.of} to drive" if isinstance(notice, Requested) else self._named(holder)
+        if isinstance(notice, Requested):
+            return f"{notice.of} is asked to let {'you' if notice.by == me else notice.by} drive"
+        return self._named(holder)
 
     def _ask(self, asked: Asked) -> None:
         """Have a question answered. What cannot fill the screen is shown, and has been left."""
