@@ -12,7 +12,7 @@ goes on as it was planned before, to its stop at the latest; so it stays inside 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import copysign, inf, nextafter, sqrt
 from typing import NamedTuple
 
@@ -71,14 +71,12 @@ def steer(
     jerks = [_jerk(one, tick) for one in joints]
     steady = [(one, jerk) for one, jerk in zip(joints, jerks, strict=True) if jerk is not None]
     if len(steady) == len(joints):
-        together = _together(steady, tick)
-        if together:
-            return segments_of(start, motion, iter(together))
-    before = coming() if None in jerks else [()] * len(joints)
+        return segments_of(start, motion, _tick_and_stop(state, steady, tick))
+    before = coming()
     if before is None:
         return ()
     pieces = [
-        planned if jerk is None else ((tick, jerk), *_pieces_of_stop(one, jerk, tick))
+        planned if jerk is None else _pieces(one, jerk, tick)
         for one, jerk, planned in zip(joints, jerks, before, strict=True)
     ]
     return segments_of(start, motion, joint_pieces(state, pieces, tick))
@@ -87,9 +85,9 @@ def steer(
 def steered(
     state: JointState, jerks: Joints, limits: JointLimits, tick: float, start: float, motion: Motion
 ) -> tuple[Segment, ...]:
-    """A tick with these jerks, then all joints to rest together; nothing where there is no room for that."""
+    """A tick with these jerks, then a stop."""
     joints = _joints(state, Target(state.joints, state.velocity), limits)
-    return segments_of(start, motion, iter(_together(list(zip(joints, jerks, strict=True)), tick)))
+    return segments_of(start, motion, _tick_and_stop(state, list(zip(joints, jerks, strict=True)), tick))
 
 
 def steering_of(segments: Sequence[Segment]) -> Joints | None:
@@ -204,9 +202,18 @@ def _bound(one: Joint, v: float, a: float) -> float:
 # --- the stop ------------------------------------------------------------------------------------------------------
 
 
-def _pieces_of_stop(one: Joint, jerk: float, tick: float) -> Pieces:
+def _tick_and_stop(
+    state: JointState, steady: Sequence[tuple[Joint, float]], tick: float
+) -> Iterator[tuple[float, Phase, Path]]:
+    """A tick with the jerk of each joint, then all to rest together where there is room for that, else each alone."""
+    together = _together(steady, tick)
+    return iter(together) if together else joint_pieces(state, [_pieces(*one, tick) for one in steady], tick)
+
+
+def _pieces(one: Joint, jerk: float, tick: float) -> Pieces:
+    """What a joint does alone: the tick, and a stop."""
     _, v1, a1 = state_after(one.q, one.v, one.a, tick, jerk)
-    return stop(v1, a1, KEPT * one.a_max, KEPT * one.j_max)
+    return (tick, jerk), *stop(v1, a1, KEPT * one.a_max, KEPT * one.j_max)
 
 
 def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[float, Phase, Path]]:
