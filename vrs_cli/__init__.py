@@ -16,6 +16,7 @@ from vrs_cli.version import __version__
 _HOMES = {  # where each public name is
     "Robot": "vrs_cli.api.robot",
     "load": "vrs_cli.api.robot",
+    "connect": "vrs_cli.api.connection",
     "trans": "vrs_cli.api.location",
     "Location": "vrs_cli.api.location",
     "Posture": "vrs_cli.api.posture",

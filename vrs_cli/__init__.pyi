@@ -3,6 +3,7 @@ from vrs_cli.api.answers import ProgramFailed as ProgramFailed
 from vrs_cli.api.answers import Replies as Replies
 from vrs_cli.api.answers import Run as Run
 from vrs_cli.api.changes import Change as Change
+from vrs_cli.api.connection import connect as connect
 from vrs_cli.api.kinematics import Ways as Ways
 from vrs_cli.api.location import Location as Location
 from vrs_cli.api.location import trans as trans

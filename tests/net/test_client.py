@@ -6,8 +6,10 @@ from random import Random
 
 import pytest
 
+from vrs_cli.cli.serve import USUAL_PORT
 from vrs_cli.errors import UsageError
-from vrs_cli.net.client import LATEST, PORT, SOONEST, address_of, waits
+from vrs_cli.net.client import LATEST, SOONEST, address_of, waits
+from vrs_cli.net.messages import PORT
 
 
 @pytest.mark.parametrize(
@@ -39,3 +41,7 @@ def test_attempts_come_later_and_later_and_never_together() -> None:
         found = [waits(attempt, random) for _ in range(200)]
         assert 0.0 <= min(found) < 0.2 * most
         assert 0.8 * most < max(found) <= most
+
+
+def test_the_usual_port_is_that_of_the_server() -> None:
+    assert PORT == USUAL_PORT

@@ -31,6 +31,7 @@ from vrs_cli.interfaces.monitor.plotting import plotted, selected
 from vrs_cli.interfaces.roles.held import Answers, Held, no_answer
 from vrs_cli.interfaces.roles.local import LocalRobot, Notes
 from vrs_cli.interfaces.roles.supervisor import Supervisor
+from vrs_cli.interfaces.roles.viewer import Audience
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
@@ -152,6 +153,11 @@ class Robot:
         self._robot.abort()
         return self
 
+    @property
+    def held(self) -> Held:
+        """The robot behind it, in metres, radians and seconds, for `Observer`, `Designer`, `Supervisor` and viewers."""
+        return self._robot.held
+
     # --- positions ---
 
     @property
@@ -191,6 +197,17 @@ class Robot:
             raise ValueError(f"rate: more than 0 and at most {MOST_SAMPLES} samples in all, not {rate}")
         times = begin + np.arange(max(np.ceil((last - begin) * asked), 0.0)) / asked
         return self.where(np.append(times[times < last], last))
+
+    def watch(self, rate: float = 25.0) -> Iterator[Posture]:
+        """Where it is now, `rate` times a second, for as long as somebody asks. Raises IllegalValue for a rate that is
+        none.
+        """
+        audience = Audience(self._robot.held, time.monotonic)
+        audience.join(number(rate, "rate"))
+        while True:
+            time.sleep(max(audience.peek() - time.monotonic(), 0.0))
+            for look in audience.step():
+                yield Posture.of(look.frame.position, self._model, self.units)
 
     # --- kinematics ---
 
@@ -343,6 +360,16 @@ class Robot:
         if self.end <= self.timeline.start:
             raise UsageError("there is no motion yet", "move the robot first")
         return Picture((plotted(self._robot.arm, self.timeline, asked),))
+
+    def leave(self) -> None:
+        """Let it go. A robot that others hold too stays as it is; what is asked of it here from now on is refused."""
+        self._robot.held.close()
+
+    def __enter__(self) -> Robot:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.leave()
 
     def __repr__(self) -> str:
         motions, here = len(self.commands), place_text(self.where().location)

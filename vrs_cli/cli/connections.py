@@ -37,8 +37,7 @@ def client_of(prog: str, options: argparse.Namespace, *, attended: bool = False)
     """What connects, once it is opened; what becomes of the connection is told on stderr. Raises CommandLineError for
     what is no address, and for a file that cannot be read, FileError.
     """
-    from vrs_cli.net.client import Client
-    from vrs_cli.net.remote import hello_of
+    from vrs_cli.net.client import Client, hello_of
 
     hello = replace(hello_of(_token(options.token_file), name=options.name), attended=attended)
 

@@ -44,6 +44,8 @@ SUBCOMMANDS: Mapping[str, Row] = {
     "experiment": Row("experiment", "delays", "what delays do to commands, and to what is seen from afar"),
     "serve": Row("serve", "", "serve robots to others over the network"),
     "token": Row("token", "NAME ... --file FILE", "make tokens for those who may enter a server"),
+    "put": Row("transfer", "FILE URL", "put a file into the folder of a robot that is served"),
+    "get": Row("transfer", "NAME URL", "get a file from there"),
     "export": Row("export", "T.vrst --to FORMAT", "write a saved trajectory for other programs: csv, npz, mcap, ..."),
 }
 

@@ -1,6 +1,6 @@
 """A robot afar over sockets: they are opened, and opened again after a cut, until the robot is let go.
 
-    client = Client("ws://127.0.0.1:8560", token="...")
+    client = Client("ws://127.0.0.1:8765", hello_of("token"))
     await client.open()                     # the robot is there: client.far.mirror
     done = await client.ask(lambda id: Line(id, "READY"))
     await client.close()
@@ -12,6 +12,7 @@ together.
 from __future__ import annotations
 
 import asyncio
+import os
 import ssl
 import time
 from asyncio import Event, Future, Task
@@ -25,14 +26,15 @@ from websockets.asyncio.client import ClientConnection as Socket
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus, InvalidURI
 
-from vrs_cli.errors import RequestRefused, UsageError, VrsError
+from vrs_cli.errors import FileError, RequestRefused, UsageError, VrsError
+from vrs_cli.files.opening import reason
 from vrs_cli.net import messages
 from vrs_cli.net.far_end import FarEnd
-from vrs_cli.net.messages import Done, Request, ServerMessage
+from vrs_cli.net.messages import PORT, Done, Request, ServerMessage
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.protocol import SERVER_BYTES
+from vrs_cli.wire.codec import Encoding
 
-PORT = 8560
 OPENING = 10.0  # [s] that a handshake takes at most
 KEEPALIVE, SILENT = 5.0, 10.0  # [s] between two pings of the socket, and until one without an answer cuts it
 CLOSING = 2.0  # [s] that both sides take to say so
@@ -58,6 +60,23 @@ def address_of(url: str) -> str:
     return parts.geturl() if port is not None else parts._replace(netloc=f"{parts.netloc}:{PORT}").geturl()
 
 
+def hello_of(token: str = "", robot: str = "", name: str = "") -> messages.Hello:
+    """Of a client that takes all there is."""
+    return messages.Hello((messages.VERSION,), token, robot, Encoding.MSGPACK, name)
+
+
+def _tls(url: str, ca: Path | None) -> ssl.SSLContext | None:
+    """What is trusted, where the address is that of a server with a certificate. Raises FileError."""
+    if urlsplit(url).scheme != "wss":
+        return None
+    try:
+        return ssl.create_default_context(cafile=ca)
+    except ssl.SSLError:
+        raise FileError(f"{ca} holds no certificate", "a file in PEM: -----BEGIN CERTIFICATE-----") from None
+    except OSError as error:
+        raise FileError(f"{ca} cannot be read: {reason(error)}") from None
+
+
 class Client:
     """Holds a robot; all methods are for the thread of the loop. `told` hears, in plain words, what becomes of the
     connection. `ca`: a file with the certificate of the server, or of who has signed it.
@@ -75,11 +94,14 @@ class Client:
         self.url = address_of(url)
         self.far = FarEnd(hello, time.monotonic)
         self.told = told
-        self._ca, self._random = ca, random or Random()
+        self._tls, self._random = _tls(self.url, ca), random or Random()
         self._stirred = Event()
         self._opened: Future[None]
         self._task: Task[None] | None = None
         self._leaves = False
+        self._window: float | None = None
+        self._shown = Event()
+        self._recalling: Task[None] | None = None
 
     # --- asking ---
 
@@ -120,25 +142,38 @@ class Client:
         return checked(await end)
 
     async def follow(self, window: float | None = None) -> Mirror:
-        """Have every change told; the mirror, once it shows the robot. `window`: the seconds of the past that it begins
-        with, None for all.
+        """Have every change told; the mirror, once it shows the last `window` seconds, or (None) all of the past.
+
+        Raises RequestRefused where that does not come.
         """
-        first = Event()
-
-        def hear(message: ServerMessage) -> None:
-            if isinstance(message, messages.Replaced):
-                first.set()
-
-        self.far.news.append(hear)
+        self._window = window
+        self.far.news.append(self._see)
+        await self.ask(lambda id: messages.Subscribe(id, deltas=True, window=window))
         try:
-            await self.ask(lambda id: messages.Subscribe(id, deltas=True, window=window))
-            await asyncio.wait_for(first.wait(), OPENING)
+            await asyncio.wait_for(self._shown.wait(), OPENING)
         except TimeoutError:
             raise RequestRefused(f"{self.url} does not show the robot within {OPENING:g} s") from None
-        finally:
-            self.far.news.remove(hear)
         assert self.far.mirror is not None, "it is there with the first snapshot"
         return self.far.mirror
+
+    def _see(self, message: ServerMessage) -> None:
+        """A snapshot of a long timeline is of its last part."""
+        if isinstance(message, messages.Replaced | messages.Welcome) and self.far.mirror is not None:
+            if self._recalling is not None:
+                self._recalling.cancel()
+            self._recalling = asyncio.create_task(self._recall(self.far.mirror))
+
+    async def _recall(self, mirror: Mirror) -> None:
+        """Ask for the parts of the past that are wanted, and not known, one after the other."""
+        wanted = -1.0 if self._window is None else mirror.now - self._window
+        with suppress(RequestRefused):  # it was cut: it goes on when it is welcome again
+            while mirror.begins > wanted and not mirror.lost:
+                begins = mirror.begins
+                part = await self.ask(lambda id: messages.Window(id, wanted, begins))  # noqa: B023 (sent at once)
+                assert isinstance(part, messages.Shown), "it answers Window"
+                if not self.far.extend(part):
+                    await asyncio.sleep(SOONEST)  # a change has come between: the next part fits
+        self._shown.set()
 
     async def close(self) -> None:
         """Let the robot go."""
@@ -149,6 +184,8 @@ class Client:
         if self._task is not None:
             await asyncio.wait([self._task], timeout=CLOSING)
             self._task.cancel()
+        if self._recalling is not None:
+            self._recalling.cancel()
         self.far.give_up()
 
     # --- sockets ---
@@ -164,7 +201,7 @@ class Client:
             except InvalidStatus as error:
                 why = f"{self.url} answers {error.response.status_code} {error.response.reason_phrase}"
             except (OSError, InvalidHandshake, InvalidURI, EOFError) as error:
-                why = f"{self.url} does not answer: {str(error) or type(error).__name__}"
+                why = f"{self.url} does not answer: {_reason(error)}"
             attempt = 1 if self.far.open else attempt + 1
             self.far.cut()
             again = self._goes_on(why)
@@ -172,11 +209,10 @@ class Client:
                 await self._pause(waits(attempt, self._random))
 
     def _connect(self) -> connect:
-        parts = urlsplit(self.url)
         return connect(
             self.url,
-            ssl=ssl.create_default_context(cafile=self._ca) if parts.scheme == "wss" else None,
-            proxy=None if parts.hostname in LOOPBACK else True,
+            ssl=self._tls,
+            proxy=None if urlsplit(self.url).hostname in LOOPBACK else True,
             open_timeout=OPENING,
             ping_interval=KEEPALIVE,
             ping_timeout=SILENT,
@@ -235,7 +271,7 @@ class Client:
             return False
         self.told(f"{why}; {'it is tried again' if refusal is None else 'the robot is lost'}")
         if refusal is not None:
-            self.far.give_up()
+            self.far.give_up(refusal)
         return refusal is None
 
 
@@ -249,3 +285,12 @@ def checked(end: ServerMessage) -> ServerMessage:
     if isinstance(end, Done | messages.Refused) and end.refusal is not None:
         raise end.refusal.error()
     return end
+
+
+def _reason(error: Exception) -> str:
+    """In words: asyncio tells of a system call, the system why that failed."""
+    if isinstance(error, TimeoutError):
+        return f"nothing came within {OPENING:g} s"
+    if isinstance(error, OSError) and error.errno is not None:
+        return os.strerror(error.errno).lower() if error.errno > 0 else reason(error)
+    return str(error) or type(error).__name__

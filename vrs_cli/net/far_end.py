@@ -96,13 +96,13 @@ class FarEnd:
             self._next_ping = now + (QUICKLY if self._pings < FIRST_PINGS else USUALLY)
             self.connection.send(messages.Ping(now))
 
-    def give_up(self) -> None:
-        """The robot does not come back: nobody knows what has become of what it was asked for."""
+    def give_up(self, why: VrsError | None = None) -> None:
+        """The robot does not come back: all who wait are told why, or that nobody knows what has become of it."""
         self._cut_at = inf
         self._release(lambda _one: True)
         lost = RequestRefused("the connection is lost: nobody knows whether it was done", "connect again, and look")
         for id in tuple(self._outlets):
-            self._end(id, Done(id, ok=False, refusal=Refusal.of(lost)))
+            self._end(id, Done(id, ok=False, refusal=Refusal.of(why or lost)))
 
     # --- asking ---
 
@@ -118,6 +118,15 @@ class FarEnd:
     def send(self, message: ClientMessage) -> None:
         """What has no answer. Raises RequestRefused where there is no connection."""
         self.connection.send(message)
+
+    def extend(self, part: messages.Shown) -> bool:
+        """More of the past, as far as it fits; False where it has to be asked for again."""
+        if self.mirror is None:
+            return False
+        try:
+            return self.mirror.extend(snapshot_of(part.snapshot, Form.of(self.mirror.arm)))
+        except RecordError:
+            return False
 
     # --- what comes ---
 

@@ -28,6 +28,7 @@ from vrs_cli.wire.snapshots import SnapshotRecord
 from vrs_cli.wire.steered import SteeredRecord
 
 VERSION = 1
+PORT = 8765  # where a server listens, unless it is told otherwise
 
 Ids = tuple[Count, ...]
 

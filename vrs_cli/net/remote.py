@@ -18,6 +18,7 @@ from vrs_cli.engine.feed import Subscription
 from vrs_cli.engine.inbox import Inbox
 from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
 from vrs_cli.files.atomic import atomically
+from vrs_cli.interfaces.conversation.acts import LeaveEntry
 from vrs_cli.interfaces.roles.held import Answers
 from vrs_cli.interfaces.roles.local import Notes
 from vrs_cli.interfaces.session.acts import Record, RobotAct, Say
@@ -27,15 +28,9 @@ from vrs_cli.net.client import Client, checked
 from vrs_cli.net.messages import Abort, At, Done, How, Line, Request, ServerMessage
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.wire.codec import Encoding
 
 LEAVING = 5.0  # [s] that the end of a connection takes at most
 T = TypeVar("T")
-
-
-def hello_of(token: str = "", robot: str = "", name: str = "") -> messages.Hello:
-    """Of a client that takes all there is."""
-    return messages.Hello((messages.VERSION,), token, robot, Encoding.MSGPACK, name)
 
 
 class Loop:
@@ -47,7 +42,10 @@ class Loop:
         self._thread.start()
 
     def wait(self, work: Coroutine[Any, Any, T], seconds: float | None = None) -> T:
-        """What comes of it. Raises TimeoutError where that takes longer."""
+        """What comes of it. Raises TimeoutError where that takes longer, RequestRefused where the loop is closed."""
+        if self._loop.is_closed():
+            work.close()
+            raise RequestRefused("it was let go", "connect again")
         future = asyncio.run_coroutine_threadsafe(work, self._loop)
         try:
             return future.result(seconds)
@@ -95,7 +93,7 @@ class RemoteRobot:
         self.client, self._loop, self._mirror = client, loop, mirror
         self._notes, self._ear, self._talking = Notes(), _Ear(), Lock()
         client.far.news.append(self._ear.hear)
-        self.close = finalize(self, _leave, loop, client)
+        self._left = finalize(self, _leave, loop, client)
 
     @classmethod
     def connect(
@@ -152,7 +150,9 @@ class RemoteRobot:
 
     def type(self, text: str, answer: Answers) -> tuple[Reply, ...]:
         with self._conversing(answer) as inbox:
-            self._follow(lambda id: Line(id, text), inbox)
+            done = self._follow(lambda id: Line(id, text), inbox)
+            if done.status is not None and done.status.in_program:
+                self._follow(lambda id: At(id, LeaveEntry("the text ends; ")), inbox)
             return self._notes.taken()
 
     def abort(self) -> None:
@@ -165,6 +165,9 @@ class RemoteRobot:
 
     def subscribe(self) -> Subscription[Event]:
         return self._loop.do(self._mirror.events.subscribe)
+
+    def close(self) -> None:
+        self._left()
 
     # --- talking ---
 

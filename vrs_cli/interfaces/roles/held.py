@@ -48,3 +48,6 @@ class Held(Watched, Protocol):
 
     def subscribe(self) -> Subscription[Event]:
         """The timeline, and every change of it from then on."""
+
+    def close(self) -> object:
+        """Let the robot go: nothing more is asked of it."""

@@ -140,6 +140,9 @@ class LocalRobot:
     def subscribe(self) -> Subscription[Event]:
         return self._end(self._holder.subscribe())
 
+    def close(self) -> None:
+        self._session.close()
+
     # --- driving ---
 
     @contextmanager

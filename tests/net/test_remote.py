@@ -1,0 +1,255 @@
+"""A robot that is served is the robot that `vrs.Robot` is: over real sockets, with cuts."""
+
+from __future__ import annotations
+
+import gc
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from random import Random
+from threading import Timer
+
+import numpy as np
+import pytest
+
+import vrs_cli as vrs
+from tests.net.cable import cable
+from tests.net.serving import Serving, serving
+from vrs_cli.dialogue.replies import ReachReport
+from vrs_cli.engine.commands import Move
+from vrs_cli.errors import JointOutOfRange, NonexistentFile, ProgramNotExecutable, RequestRefused, UndefinedValue
+from vrs_cli.interfaces.holders.holder import Holder
+from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.stream import SEGMENTS
+from vrs_cli.trajectory.motion import JointOffsetTarget
+
+DOWN = (0, -45, 180, 0, 45, 0)
+PART = vrs.trans(300, 450, -200, 90, 90, 0)
+TILTED = PART @ vrs.trans(1.1, 2.2, -33.3)
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Serving]:
+    with serving(tmp_path_factory.mktemp("served"), tuple(f"cell{k}" for k in range(20))) as it:
+        yield it
+
+
+@pytest.fixture
+def robot(served: Serving, request: pytest.FixtureRequest) -> Iterator[vrs.Robot]:
+    """One that nobody has moved yet."""
+    left = request.config.stash.setdefault(CELLS, list(range(20)))
+    with vrs.connect(f"{served.address}/robots/cell{left.pop()}") as it:
+        yield it
+
+
+CELLS = pytest.StashKey[list[int]]()
+
+
+def both(robot: vrs.Robot) -> tuple[vrs.Robot, vrs.Robot]:
+    return robot, vrs.Robot()
+
+
+def test_motions_are_those_of_a_robot_here_to_the_bit(robot: vrs.Robot) -> None:
+    for one in both(robot):
+        one.move(*DOWN).moves(PART, at=1.0).move(TILTED, speed=37).undo().redo()
+        one.wait()
+    here = vrs.Robot().move(*DOWN).moves(PART, at=1.0).move(TILTED, speed=37)
+    assert list(robot.timeline) == list(here.timeline)
+    assert repr(robot) == repr(here.wait())
+    assert robot.commands == here.commands
+    assert np.array_equal(robot.sample(50).joints, here.sample(50).joints)
+    assert repr(robot.fk()) == repr(here.fk())
+    assert repr(robot.ik(PART)) == repr(here.ik(PART))
+
+
+def test_lines_are_answered_as_here(robot: vrs.Robot) -> None:
+    here = vrs.Robot()
+    for line in ("SPEED 50", "WHERE", "MOVE #PPOINT(0,-45,180,0,45,0)", "TIMELINE", "WHERE AT 0.3", "x = 3", "x + 1"):
+        far, near = robot.do(line), here.do(line)
+        assert far == near, line
+        assert repr(far) == repr(near)
+
+
+def test_what_is_refused_is_raised_as_here(robot: vrs.Robot) -> None:
+    for one in both(robot):
+        with pytest.raises(JointOutOfRange, match=r"would be 200\.00 deg") as caught:
+            one.move(200, 0, 0, 0, 0, 0)
+        assert caught.value.joint == 1
+        with pytest.raises(UndefinedValue, match="nowhere"):
+            one["nowhere"]
+        with pytest.raises(vrs.VrsError, match=r"\*Illegal monitor command\* MOVEE"):
+            one.do("MOVEE a")
+        with pytest.raises(ProgramNotExecutable, match="line 2: "):
+            one.define(".PROGRAM a()\n  MOVEE b\n.END\n")
+        with pytest.raises(vrs.UsageError):
+            one.undo(99)
+
+
+def test_programs_and_variables(robot: vrs.Robot, tmp_path: Path) -> None:
+    text = '.PROGRAM ask()\n  PROMPT "How many? ", count\n  twice = 2*count\n  TYPE "twice:", twice\n.END\n'
+    for one in both(robot):
+        assert one.define(text) == ("ask",)
+        run = one.execute("ask", answers=["4"])
+        assert (run.ok, run.typed, one["twice"]) == (True, ("twice: 8",), 8.0)
+        with pytest.raises(vrs.ProgramFailed, match="PROMPT"):
+            one.execute("ask")
+        one["#home"], one["$s"], one["n"], one["part"] = DOWN, "text", 0.1, PART
+        assert (one["$s"], one["n"], repr(one["part"])) == ("text", 0.1, repr(PART))
+        assert one["#home"].tolist() == pytest.approx(DOWN)  # type: ignore[union-attr]
+        path = tmp_path / "two.v2"
+        path.write_text(".PROGRAM two()\n  TYPE 2\n.END\n")
+        assert one.run(path).typed == (" 2",)
+        with pytest.raises(NonexistentFile):
+            one.run(tmp_path / "none.v2")
+
+
+def test_a_text_at_the_prompt(robot: vrs.Robot) -> None:
+    text = ".PROGRAM three()\n  TYPE 3\n.END\nEXECUTE three\nMOVEE a\n.PROGRAM open()\n"
+    replies = [one.prompt(text).text for one in both(robot)]
+    assert replies[0] == replies[1]
+    assert robot.prompt("WHERE").ok, "the program that was left is forgotten"
+
+
+def test_branches_and_files(robot: vrs.Robot, tmp_path: Path) -> None:
+    for one in both(robot):
+        one.move(*DOWN)
+        with one.what_if("straight"):
+            end = one.moves(PART).end
+            assert one.branch == "straight"
+        assert one.end < end
+        with one.what_if("joints"):
+            one.move(PART)
+        (table,) = one.compare("straight", "joints")
+        assert round(table.comparison.b.duration - table.comparison.a.duration, 3) == -0.449  # type: ignore[union-attr]
+        assert one.branches == ("main", "straight", "joints")
+        one.merge("joints")
+        (report,) = one.why(vrs.trans(1000, 450, -200, 90, 90, 0))
+        assert isinstance(report, ReachReport)
+        assert report.reach.chosen is None
+        one.save(tmp_path / "t.vrst")
+        assert vrs.load(tmp_path / "t.vrst").timeline == one.timeline
+        assert "MOVE" in one._repr_html_()
+        assert one.plot("velocity").curves
+
+
+def test_others_see_it_move(robot: vrs.Robot) -> None:
+    assert isinstance(robot.held, RemoteRobot)
+    heard: list[vrs.Change] = []
+    came = threading.Event()
+
+    def hear(change: vrs.Change) -> None:
+        heard.append(change)
+        if len(heard) == 3:
+            came.set()
+
+    with vrs.connect(robot.held.client.url, name="viewer") as viewer:
+        end = viewer.subscribe(hear)
+        robot.move(*DOWN).move(PART)
+        assert came.wait(20.0)
+        end()
+        assert [change.version for change in heard] == [0, 1, 2]
+        assert viewer.timeline == robot.timeline
+        assert viewer.commands == robot.commands
+        assert viewer.now == robot.now
+        with pytest.raises(vrs.VrsError, match="drives"):
+            viewer.move(*DOWN)
+        viewer.abort()
+        looks = viewer.watch(rate=500.0)
+        assert repr(next(looks).xyz) == repr(robot.where().xyz)
+
+
+def connected(robot: vrs.Robot) -> None:
+    held = robot.held
+    assert isinstance(held, RemoteRobot)
+    for _ in range(2000):
+        if held.client.far.open:
+            return
+        time.sleep(0.01)
+    raise AssertionError("it does not come back")
+
+
+def test_it_comes_back_after_a_cut(robot: vrs.Robot, caplog: pytest.LogCaptureFixture) -> None:
+    assert isinstance(robot.held, RemoteRobot)
+    with cable(robot.held.client.url) as to_it, vrs.connect(to_it.url) as afar:
+        for k in range(8):
+            to_it.pull()
+            robot.move(10.0 * k, *DOWN[1:])
+            with suppress(RequestRefused):
+                afar.commands  # noqa: B018
+            connected(afar)
+            assert len(afar.commands) == k + 1
+            assert afar.timeline == robot.timeline
+        assert to_it.carried == 9
+    assert "it is tried again" in caplog.text
+
+
+def test_what_a_cut_interrupts_is_done_once_or_not_at_all(robot: vrs.Robot) -> None:
+    """Whoever is told that it was not done may do it again."""
+    assert isinstance(robot.held, RemoteRobot)
+    done, refused, chance = 0, 0, Random(1)
+    with cable(robot.held.client.url) as to_it, vrs.connect(to_it.url) as afar:
+        robot.leave()
+        with pytest.raises(RequestRefused, match="it was let go"):
+            robot.move(*DOWN)
+        while done < 40 or not refused:
+            if chance.random() < 0.3:
+                Timer(chance.uniform(0.0, 0.003), to_it.pull).start()  # some come in the middle of a motion
+            try:
+                afar.move(float(done % 90), *DOWN[1:])
+                done += 1
+            except RequestRefused:
+                refused += 1
+                connected(afar)
+        connected(afar)
+        assert len(afar.commands) == done
+
+
+def test_a_robot_that_nobody_holds_leaves_nothing_behind(served: Serving) -> None:
+    before = set(threading.enumerate())
+    robot = vrs.connect(f"{served.address}/robots/cell0")
+    robot.subscribe(lambda _change: None)
+    threads = set(threading.enumerate()) - before
+    assert len(threads) == 2
+    del robot
+    gc.collect()
+    for thread in threads:
+        thread.join(20.0)
+        assert not thread.is_alive()
+
+
+@pytest.mark.parametrize(
+    ("url", "said"),
+    [
+        ("ws://127.0.0.1:1", "does not answer: connection refused"),
+        ("ws://robot.invalid", "does not answer: "),
+        ("http://127.0.0.1", "is no address of a robot"),
+    ],
+)
+def test_what_cannot_be_reached_is_told(url: str, said: str) -> None:
+    with pytest.raises(vrs.VrsError, match=said):
+        vrs.connect(url)
+
+
+def test_a_robot_that_is_not_there_is_told(served: Serving) -> None:
+    with pytest.raises(RequestRefused, match="there is no robot none"):
+        vrs.connect(f"{served.address}/robots/none")
+
+
+def test_a_long_past_comes_in_parts(served: Serving) -> None:
+    """The first snapshot of it is of its end; all of it is there when the robot is."""
+    with vrs.connect(f"{served.address}/robots/cell0") as robot:
+        room = served.hub.rooms["cell0"]
+        engine = room.session.engine
+
+        def many(_session: object) -> None:
+            for k in range(800):
+                engine.perform(Move(JointOffsetTarget(1, 0.01 if k % 2 else -0.01), False))
+
+        Holder(room.session).call(many).result(60.0)
+        with vrs.connect(robot.held.client.url) as late:  # type: ignore[attr-defined]
+            assert len(late.timeline) > SEGMENTS
+            assert late.timeline == engine.timeline
+        assert len(robot.commands) == 800
+        assert robot.timeline == engine.timeline

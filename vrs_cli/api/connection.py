@@ -1,0 +1,36 @@
+"""A robot that is served, in Python: the same object as one of this process."""
+
+from __future__ import annotations
+
+import logging
+import os
+from pathlib import Path
+
+from vrs_cli.api.numbers import Units
+from vrs_cli.api.robot import Robot
+from vrs_cli.net.client import hello_of
+from vrs_cli.net.remote import RemoteRobot
+
+TOKEN = "VRS_TOKEN"  # the variable of the environment
+
+log = logging.getLogger("vrs_cli")
+
+
+def connect(
+    url: str,
+    *,
+    token: str | None = None,
+    name: str = "",
+    units: str | Units = Units.VAL,
+    ca: str | Path | None = None,
+) -> Robot:
+    """The robot at an address: `ws://HOST:PORT`, `ws://HOST:PORT/robots/NAME` for one of several, or `wss://`.
+
+    `token`: what the server knows you by (the variable VRS_TOKEN, where none is given); `name`: what others see you
+    called, where tokens do not say that; `ca`: the certificate of the server, or of who signed it.
+
+    After a cut it connects again by itself, which is told to the logger "vrs_cli"; what is asked meanwhile is refused.
+    Raises UsageError for what is no address, RequestRefused where no robot answers, and what the server refuses.
+    """
+    hello = hello_of(os.environ.get(TOKEN, "") if token is None else token, name=name)
+    return Robot.of(RemoteRobot.connect(url, hello, ca=None if ca is None else Path(ca), told=log.warning), units)

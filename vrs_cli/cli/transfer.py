@@ -1,0 +1,85 @@
+"""`vrs put`, `vrs get`: files to and from the folder of a robot that is served."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vrs_cli.cli.command_line import STANDARD_STREAM, Parser
+from vrs_cli.cli.connections import EPILOG, add_connection, ask_once
+from vrs_cli.errors import FileExists
+
+if TYPE_CHECKING:
+    from vrs_cli.net.messages import Request
+
+PUT = """\
+  vrs put pick.v2 ws://127.0.0.1/robots/cell1
+  vrs put pick.v2 ws://127.0.0.1 --as best.v2 --replace
+
+"""
+GET = """\
+  vrs get demo.vrst ws://127.0.0.1/robots/cell1
+  vrs get pick.v2 ws://127.0.0.1 -o - | vrs check -
+
+"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Put a file, or get one."""
+    puts = prog.endswith("put")
+    options = _parser(prog, puts=puts).parse(arguments)
+    (_put if puts else _get)(prog, options)
+    return 0
+
+
+def _parser(prog: str, *, puts: bool) -> Parser:
+    if puts:
+        parser = Parser(prog, "Put a file into the folder of a robot that is served.", PUT + EPILOG)
+        parser.add_argument("file", metavar="FILE", type=Path, help="a program file, a trajectory, any other")
+        parser.add_argument("--as", dest="called", metavar="NAME", help="how it is called there (default: as here)")
+        parser.add_argument("--replace", action="store_true", help="a file of that name there is overwritten")
+    else:
+        parser = Parser(prog, "Get a file from the folder of a robot that is served.", GET + EPILOG)
+        parser.add_argument("file", metavar="NAME", help="the file there")
+        parser.add_argument("-o", "--output", metavar="FILE", help="where to write it; - for standard output")
+        parser.add_argument("--replace", action="store_true", help="a file of that name here is overwritten")
+    add_connection(parser)
+    return parser
+
+
+def _put(prog: str, options: argparse.Namespace) -> None:
+    """Raises FileError, and what the robot refuses."""
+    from vrs_cli.files.opening import unreadable
+    from vrs_cli.net.messages import Put
+
+    try:
+        data = options.file.read_bytes()
+    except OSError as error:
+        raise unreadable(options.file, error) from None
+    name = options.called or options.file.name
+    ask_once(prog, options, lambda id: Put(id, name, data, options.replace))
+
+
+def _get(prog: str, options: argparse.Namespace) -> None:
+    """Raises FileError, and what the robot refuses. A file is written whole or not at all."""
+    from vrs_cli.files.atomic import atomically
+    from vrs_cli.net.messages import Fetched, Get
+
+    path = Path(options.output or Path(options.file).name)
+    if options.output != STANDARD_STREAM and path.exists() and not options.replace:
+        raise FileExists(str(path), "--replace overwrites it, -o names another")
+
+    def get(id: int) -> Request:
+        return Get(id, options.file)
+
+    fetched = ask_once(prog, options, get)
+    assert isinstance(fetched, Fetched), "it is what was asked for"
+    if options.output == STANDARD_STREAM:
+        sys.stdout.buffer.write(fetched.data)
+        sys.stdout.buffer.flush()
+        return
+    with atomically(path) as stream:
+        stream.write(fetched.data)
