@@ -13,20 +13,21 @@ CHUNK = 65536
 
 
 class Cable:
-    """`url`: what leads over it. `carried`: connections that it carried."""
+    """`url`: what leads over it. `carried`: connections that it carried; `pulled`: how often it was pulled."""
 
     def __init__(self, target: str) -> None:
         parts = urlsplit(target)
         self._target, self._path = (str(parts.hostname), parts.port or 0), parts.path
         self._loop, self._listening = asyncio.new_event_loop(), Event()
         self._writers: set[asyncio.StreamWriter] = set()
-        self.carried, self.url = 0, ""
+        self.carried, self.pulled, self.url = 0, 0, ""
         self._thread = Thread(target=self._run, daemon=True)
         self._thread.start()
         assert self._listening.wait(PATIENCE)
 
     def pull(self) -> None:
         """Nothing is said, and what is on its way is lost."""
+        self.pulled += 1
         asyncio.run_coroutine_threadsafe(self._pull(), self._loop).result(PATIENCE)
 
     def close(self) -> None:

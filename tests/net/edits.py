@@ -9,13 +9,13 @@ from contextlib import suppress
 from tests.laws.sessions import Session
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.branches import Branches
-from vrs_cli.engine.commands import JointTarget, Move
+from vrs_cli.engine.commands import JointTarget, Move, Request, SetParameter, Stamp
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.robot_file import load_robot
 
-LONGEST = 150  # segments
+LONGEST = 120  # segments
 NAMES = ("one", "two")
 
 
@@ -28,6 +28,7 @@ class Edits:
         self.engine = engine or Engine(self._session.model)
         self.branches = branches or Branches(self.engine)
         self._session.engine = self.engine
+        self._session.profile = self._profile  # type: ignore[method-assign]
         self.counts: dict[str, int] = {}
         with suppress(VrsError):
             self.engine.perform(Move(JointTarget(self._session.joints_target().joints), False))
@@ -43,7 +44,17 @@ class Edits:
             self.counts[kind.__name__] = self.counts.get(kind.__name__, 0) + 1
 
     def move(self) -> None:
-        self.engine.perform(self._session.request(), program=self.random.random() < 0.5)
+        """Mostly a plain motion at some time; sometimes anything that can be asked for."""
+        if self.random.random() < 0.2:
+            self.engine.perform(self._session.request(), program=self.random.random() < 0.5)
+            return
+        stamp = Stamp(self._session.instant()) if self.random.random() < 0.6 else None
+        self.engine.perform(Move(self._session.joints_target(), False, stamp=stamp), program=self.random.random() < 0.5)
+
+    def _profile(self) -> Request:
+        """Those that take long to plan are rare."""
+        (name,) = self.random.choices(("LSPB", "SCURVE", "QUINTIC"), (30, 5, 1))
+        return SetParameter("PROFILE", name)
 
     def undo(self) -> None:
         self.engine.undo(self.random.choice((1, 1, 2, 5)))
