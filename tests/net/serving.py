@@ -62,7 +62,9 @@ def serving(
     places = Places(folder / "journal" if journal else None, folder / "files")
     (folder / "journal").mkdir(exist_ok=True)
     usual = Plan(model, folder, allowance=allowance, **plan)
-    hub = Hub(dict.fromkeys(robots, model), places, usual, audit, server.wake, told.append, own=own)
+    hub = Hub(
+        dict.fromkeys(robots, model), places, usual, audit, server.wake, told.append, own=own, grants=server.grants
+    )
     hub.open_all()
     it = Serving(server, hub, told)
     listening = threading.Event()

@@ -255,7 +255,8 @@ def _hub(options: argparse.Namespace, server: Server, audit: Audit, folder: Path
     wanted = options.robot or ([] if options.robots_per_token else [(USUAL_ROBOT, USUAL_ROBOT)])
     robots: Mapping[str, RobotModel] = {name: load_robot(robot) for name, robot in wanted}
     journal = None if options.journal is None else _made(Path(options.journal), "--journal")
-    return Hub(robots, Places(journal, folder), _usual(options), audit, server.wake, tell, own=options.robots_per_token)
+    places, usual, own = Places(journal, folder), _usual(options), options.robots_per_token
+    return Hub(robots, places, usual, audit, server.wake, tell, own=own, grants=server.grants)
 
 
 def _usual(options: argparse.Namespace) -> Plan:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from threading import Lock
@@ -29,7 +29,8 @@ class Places(Struct, frozen=True):
 
 
 class Hub:
-    """`robots`: those that are there from the start, by name. `own`: how many robots each token has for itself.
+    """`robots`: those that are there from the start, by name. `own`: how many robots each token has for itself; a
+    teacher has those of all `grants`.
 
     `open` may be called by any thread, and takes its time; all else by that of the connections.
     """
@@ -43,18 +44,19 @@ class Hub:
         wake: Callable[[str], None],
         tell: Callable[[str], None],
         own: int = 0,
+        grants: Callable[[], Iterable[Grant]] = tuple,
     ) -> None:
         self.rooms: dict[str, Room] = {}
-        self._robots, self._places, self._usual, self._own = robots, places, usual, own
+        self._robots, self._places, self._usual = robots, places, usual
+        self._own, self._grants = own, grants
         self._audit, self._wake, self._tell = audit, wake, tell
         self._opening = Lock()
 
     def names(self, grant: Grant) -> tuple[str, ...]:
         """The robots that a token may hold: those that there are, and its own."""
-        shared = tuple(name for name in self._robots if grant.robots is None or name in grant.robots)
-        if grant.teacher:
-            return tuple(dict.fromkeys((*self._robots, *self.rooms)))
-        return tuple(dict.fromkeys((*self._own_names(grant), *shared)))
+        shared = (name for name in self._robots if grant.teacher or grant.robots is None or name in grant.robots)
+        others = (name for one in self._grants() for name in self._own_names(one)) if grant.teacher else ()
+        return tuple(dict.fromkeys((*self._own_names(grant), *shared, *others)))
 
     def _own_names(self, grant: Grant) -> tuple[str, ...]:
         return grant.own_names(self._own) if grant.name else ()

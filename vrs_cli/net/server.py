@@ -135,6 +135,10 @@ class Server:
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._pump, name)
 
+    def grants(self) -> tuple[Grant, ...]:
+        """Those of all tokens."""
+        return () if self._tokens is None else self._tokens.tokens.grants
+
     @property
     def hub(self) -> Hub:
         assert self._hub is not None, "a server has robots"
