@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from socket import SHUT_RDWR
 from typing import Any, Self
 
 from websockets.exceptions import ConnectionClosed
@@ -111,7 +112,7 @@ class Caller:
 
     def cut(self) -> None:
         """As a cable that is pulled: nothing is said."""
-        self.socket.socket.close()
+        self.socket.socket.shutdown(SHUT_RDWR)
         self.protocol.cut()
 
     def flush(self) -> None:

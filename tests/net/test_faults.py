@@ -1,0 +1,95 @@
+"""Faults at real sockets: who does not read, who is cut, who comes and goes. The server lives, others notice nothing,
+and nothing that was answered is lost or done twice.
+"""
+
+from __future__ import annotations
+
+import random
+import socket as sockets
+import time
+from pathlib import Path
+
+from tests.net.serving import Serving, serving
+from vrs_cli.net.messages import Abort, Done, Hello, Line, Welcome
+from vrs_cli.net.server import BACKLOG, HIGH_WATER
+
+MOST = 1_000_000  # bytes that somebody may cost who does not read
+
+
+def held(server: Serving) -> int:
+    """The bytes that wait for the slowest client."""
+    return max(link.sink.waiting + link.connection._outbox.size for link in server.server._links)
+
+
+def test_who_does_not_read_delays_nobody_and_costs_little(tmp_path: Path) -> None:
+    with serving(tmp_path, journal=False) as server, server.call() as ada:
+        raw = sockets.create_connection(("127.0.0.1", int(server.address.rpartition(":")[2])))
+        raw.setsockopt(sockets.SOL_SOCKET, sockets.SO_RCVBUF, 4096)
+        raw.sendall(
+            b"GET / HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+        )
+        for text in (b'{"type":"hello","versions":[1]}', b'{"type":"subscribe","id":1,"deltas":true,"console":true}'):
+            raw.sendall(bytes((0x81, 0x80 | len(text))) + bytes(4) + text)  # masked with zeros
+        for line in (".PROGRAM much", "FOR i = 1 TO 20000", 'TYPE "' + "x" * 100 + '"', "END", ".END"):
+            assert ada.line(line).ok
+        slowest = 0.0
+        for number in range(150):
+            begun = time.monotonic()
+            assert ada.line(f"DRIVE 1, {5 if number % 2 else -5}, 50").ok
+            slowest = max(slowest, time.monotonic() - begun)
+        assert held(server) <= MOST
+        assert ada.line("EXECUTE much").ok
+        assert held(server) <= BACKLOG + 2 * HIGH_WATER
+        assert ada.line("WHERE").ok
+        raw.close()
+
+
+def test_what_is_answered_over_cuts_is_done_once(tmp_path: Path) -> None:
+    chance = random.Random(5)
+    with serving(tmp_path) as server:
+        ada = server.call()
+        assert ada.line("x = 0").ok
+        done, sent = 0, 0
+        for _ in range(20):
+            for _ in range(chance.randint(0, 3)):
+                done += ada.line("x = x + 1").ok
+                sent += 1
+            id = ada.send(lambda id: Line(id, "x = x + 1"))
+            sent += 1
+            ada.cut()
+            ada.connect()
+            welcome = ada.until(lambda one: isinstance(one, Welcome))
+            assert isinstance(welcome, Welcome)
+            assert welcome.resumed
+            if id in ada.protocol.unseen:
+                ada.protocol.repeat(id)
+                ada.flush()
+            end = ada.until(lambda one, id=id: isinstance(one, Done) and one.id == id)  # type: ignore[misc]
+            assert isinstance(end, Done)
+            done += end.ok
+        assert ada.line("TYPE x").ok
+        assert int(ada.said[-1]) == done == sent
+        ada.leave()
+
+
+def test_who_comes_and_goes_leaves_nothing_behind(tmp_path: Path) -> None:
+    with serving(tmp_path, journal=False) as server:
+        for number in range(60):
+            caller = server.call(hello=Hello((1,), name=f"n{number}"))
+            if number % 3 == 0:
+                caller.cut()
+            elif number % 3 == 1:
+                caller.leave()
+            else:
+                caller.close()
+        with server.call() as ada:
+            assert ada.line("WHERE").ok
+            deadline = time.monotonic() + 5.0
+            while len(server.server._links) > 1 and time.monotonic() < deadline:
+                time.sleep(0.01)
+            assert len(server.server._links) == 1
+            room = server.hub.rooms["cell1"]
+            assert len(room.guests) == 41, "those who may come again within a minute"
+            assert not room._pending
+            assert ada.ask(Abort)
