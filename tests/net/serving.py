@@ -27,7 +27,7 @@ from vrs_cli.net.room import Plan
 from vrs_cli.net.server import Place, Server
 from vrs_cli.net.tokens import TokenFile
 
-PATIENCE = 5.0  # [s] until a test fails that waits for an answer
+PATIENCE = 20.0  # [s] until a test fails that waits for an answer
 
 
 class Serving:
