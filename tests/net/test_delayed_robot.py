@@ -7,17 +7,23 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from math import inf
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
 
 from tests.net.serving import Caller, Serving, serving
+from vrs_cli.engine.position import joints_at
+from vrs_cli.interfaces.session.acts import Go, Goal
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED
+from vrs_cli.net.client import hello_of
 from vrs_cli.net.delay_line import Constant, Ways
 from vrs_cli.net.delay_proxy import Address, DelayProxy
 from vrs_cli.net.messages import Delta, Done, Hello, Line, Ping, Pong, Subscribe
+from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.timesync import TimeSync
+from vrs_cli.trajectory.instant import on_grid
 
 READY = "MOVE #PPOINT({}, -90, 90, 0, 0, 0) AT {}"
 
@@ -100,6 +106,35 @@ def test_the_way_there_and_back_is_measured(robot: Serving) -> None:
         assert 0.08 <= found.round_trip < 0.5
         assert abs(found.offset) <= found.error, "server and client have one clock here"
         assert found.offset == pytest.approx(0.02, abs=found.round_trip - 0.08 + 0.001), "half of the asymmetry"
+
+
+def test_what_is_on_its_way_is_previewed_and_then_confirmed(robot: Serving) -> None:
+    """Over 0.3 s each way: a motion for 0.5 s later is seen at once, and what was wrong until it came is known."""
+    with behind(robot, 0.3, 0.3) as it:
+        far = RemoteRobot.connect(it.address, hello_of())
+        try:
+            while far.client.far.sync.estimate is None:
+                time.sleep(0.01)
+            issued = far.now
+            begin = on_grid(issued + 0.5)
+            goal = Goal(joints=(0.3, *joints_at(far.arm, far.timeline, 0.0)[1:]))
+            going = threading.Thread(target=far.act, args=(Go(goal, executed=begin),))
+            going.start()
+            while (seen := far.previewed()).unconfirmed == inf and going.is_alive():
+                time.sleep(0.01)
+            assert seen.unconfirmed == begin
+            assert far.timeline.end < begin, "it is only previewed"
+            going.join(10.0)
+            after = far.previewed()
+            assert after.unconfirmed == inf
+            assert after.timeline is far.timeline
+            paths = [[(one.start, one.finish, one.path) for one in line][-3:] for line in (seen.timeline, far.timeline)]
+            assert paths[0] == paths[1], "and it is what the robot does"
+            (window,) = far.flagged()
+            assert window.begin == begin
+            assert window.end == pytest.approx(issued + 0.6, abs=0.2)
+        finally:
+            far.close()
 
 
 def test_who_commands_with_the_delay_as_offset_is_never_too_late(robot: Serving) -> None:

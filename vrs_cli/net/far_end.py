@@ -11,13 +11,20 @@ from collections.abc import Callable
 from math import inf
 from typing import NamedTuple
 
+from msgspec import structs
+
+from vrs_cli.engine.commands import Move
 from vrs_cli.errors import FileDamaged, RequestRefused, VrsError
+from vrs_cli.interfaces.session.acts import Go, move_of
+from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.net import messages
+from vrs_cli.net.flags import Flags
 from vrs_cli.net.messages import ClientMessage, Done, Request, ServerMessage
 from vrs_cli.net.mirror import ClockReading, Mirror
+from vrs_cli.net.preview import Preview
 from vrs_cli.net.protocol import ClientConnection, State
 from vrs_cli.net.timesync import TimeSync
 from vrs_cli.wire.codec import Frame
@@ -27,6 +34,7 @@ from vrs_cli.wire.snapshots import snapshot_of
 
 CATCHING_UP = 2.0  # [s] that the end of a command waits at most for the change that it has made
 PATIENCE = 60.0  # [s] after a cut until nobody knows what has become of a command: no server remembers it longer
+REMEMBERED = 600.0  # [s] that it is known what was shown wrongly
 FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # how many, and the seconds between them and after them
 
 Outlet = Callable[[ServerMessage], None]
@@ -40,18 +48,21 @@ class _Ended(NamedTuple):
 
 
 class FarEnd:
-    """`mirror` is there once the first snapshot has come, where the timeline is followed; `refusal` says why the robot
-    cannot be held. `news` hears all that does not belong to one request.
+    """`mirror` is there once the first snapshot has come, where the timeline is followed, and with it `preview`: of the
+    motions that are on their way, where time is real. `flags`: the times of which the mirror was wrong. `refusal` says
+    why the robot cannot be held. `news` hears all that does not belong to one request.
     """
 
     def __init__(self, hello: messages.Hello, wall: Callable[[], float]) -> None:
         self.connection = ClientConnection(hello)
         self.welcome: messages.Welcome | None = None
         self.mirror: Mirror | None = None
+        self.preview: Preview | None = None
+        self.flags = Flags()
         self.refusal: VrsError | None = None
         self.news: list[Outlet] = []
         self.sync = TimeSync()
-        self._wall = wall
+        self._wall, self._times = wall, HolderTimes(hello.offset)
         self._arm: RobotArm | None = None
         self._outlets: dict[int, Outlet] = {}
         self._ended: dict[int, _Ended] = {}
@@ -111,9 +122,21 @@ class FarEnd:
         where there is no connection.
         """
         request = make(self.connection.next_id())
-        self.connection.send(request)
+        match request:
+            case messages.At(act=Go() as go, issued=None) if self._clock.realtime and self.mirror is not None:
+                request = structs.replace(request, issued=self.mirror.now)
+                self.connection.send(request)
+                self._preview(request.id, move_of(go, self._times), self.mirror.now)
+            case _:
+                self.connection.send(request)
         self._outlets[request.id] = outlet
         return request.id
+
+    def _preview(self, id: int, move: Move, issued: float) -> None:
+        """It is on its way, as long as half a round trip takes as a rule."""
+        if self.preview is not None:
+            self.preview.forward = 0.0 if self.sync.estimate is None else self.sync.round_trip(0.5) / 2.0
+            self.preview.sent(id, move, issued)
 
     def send(self, message: ClientMessage) -> None:
         """What has no answer. Raises RequestRefused where there is no connection."""
@@ -188,11 +211,13 @@ class FarEnd:
                     snapshot = snapshot_of(record, form)
                     if self.mirror is None:
                         self.mirror = Mirror(self._arm, snapshot, change.number, self._wall)
+                        self.preview = Preview(self.mirror, 0.0)
                         self._set_clock(self._clock)
                     else:
                         self.mirror.replace(snapshot, change.number)
-                case messages.Delta(delta=delta) if self.mirror is not None:
+                case messages.Delta(delta=delta, applied=applied) if self.mirror is not None:
                     self.mirror.change(delta_of(delta, Motions(), form), change.number)
+                    self._flag(delta.cut, applied, self.mirror.now)
                 case messages.Steered(target=target) if self.mirror is not None:
                     self.mirror.steer(target, change.number)
         except RecordError as wrong:
@@ -200,6 +225,12 @@ class FarEnd:
             return
         self._find_again(full=isinstance(change, messages.Steered))
         self._release(lambda one: self._is_seen(one.done, change))
+
+    def _flag(self, cut: float, applied: float, now: float) -> None:
+        """A change has come, which was applied at the robot a while ago."""
+        if self._clock.realtime:
+            self.flags.forget(now - REMEMBERED)
+            self.flags.arrived(cut, applied, now)
 
     def _find_again(self, *, full: bool) -> None:
         """Ask for a snapshot, once, where the mirror is lost."""
@@ -246,4 +277,8 @@ class FarEnd:
                 self._end(id, one.done)
 
     def _end(self, id: int, message: ServerMessage) -> None:
+        if self.preview is not None and isinstance(message, Done) and message.ok:
+            self.preview.done(id, message.version)
+        elif self.preview is not None:
+            self.preview.refused(id)
         self._outlets.pop(id, self._spread)(message)

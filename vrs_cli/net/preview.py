@@ -55,6 +55,16 @@ class Expected(Struct, frozen=True):
     settings: Settings
 
 
+class Previewed(Struct, frozen=True):
+    """A timeline with all that is under way: from `unconfirmed` on [s] it is not what the robot has said (infinity: all
+    of it is). `expected`: of each command, in the order of sending.
+    """
+
+    timeline: Timeline
+    unconfirmed: float
+    expected: tuple[Expected, ...]
+
+
 class _ArrivalClock(VirtualClock):
     """The robot's clock when a command is expected there: what is before has happened by then."""
 
@@ -95,8 +105,7 @@ class Preview:
 
     def refused(self, id: int) -> None:
         """The robot has not done it."""
-        self._underway.pop(id, None)
-        self._stale = True
+        self._stale |= self._underway.pop(id, None) is not None
 
     # --- what is expected ---
 
@@ -114,6 +123,10 @@ class Preview:
     def unconfirmed(self) -> float:
         """From when on [s] the timeline is not what the robot has said; infinity where it is."""
         return min((it.begin for it in self.expected if it.begin is not None), default=inf)
+
+    def look(self) -> Previewed:
+        """All of that, as it is now."""
+        return Previewed(self.timeline, self.unconfirmed, self.expected)
 
     def _planned(self) -> _Plan:
         """Plan anew where something was sent, or the robot's own change has come."""

@@ -25,8 +25,10 @@ from vrs_cli.interfaces.session.acts import Record, RobotAct, Say
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net import messages
 from vrs_cli.net.client import Client, checked
+from vrs_cli.net.flags import Window
 from vrs_cli.net.messages import Abort, At, Done, How, Line, Request, ServerMessage
 from vrs_cli.net.mirror import Mirror
+from vrs_cli.net.preview import Previewed
 from vrs_cli.trajectory.timeline import Timeline
 
 LEAVING = 5.0  # [s] that the end of a connection takes at most
@@ -131,6 +133,16 @@ class RemoteRobot:
     @property
     def rate(self) -> float | None:
         return self._mirror.clock.rate
+
+    def previewed(self) -> Previewed:
+        """The timeline with the motions that are on their way to the robot, and how far it is confirmed."""
+        preview = self.client.far.preview
+        assert preview is not None, "there is a mirror"
+        return self._loop.do(preview.look)
+
+    def flagged(self) -> tuple[Window, ...]:
+        """The times of which the timeline was wrong here, as a command was not known yet."""
+        return self._loop.do(lambda: self.client.far.flags.windows)
 
     # --- asking ---
 

@@ -23,6 +23,7 @@ from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, timeline_table
 from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.prompt import arguments_of, evaluate
@@ -275,14 +276,19 @@ def act_on(session: Session, act: Act[T], issued: float | None = None) -> Talk[T
     return cast(T, (yield from row.do(session, act, issued)))
 
 
+def move_of(act: Go, times: HolderTimes) -> Move:
+    """What is asked of the robot, in its own time."""
+    stamp = None if act.executed is None else Stamp(times.executed(act.executed))
+    return Move(act.goal.target, act.straight, speed=act.speed, stamp=stamp, text=act.text)
+
+
 def _go(session: Session, act: Go, issued: float | None) -> Talk[None]:
     yield from ()
     for number in (act.executed, act.speed):
         _finite(() if number is None else (number,))
     if act.speed is not None and not 0.0 < act.speed <= 1.0:
         raise IllegalValue(f"{act.speed:g} of nominal speed", "more than 0, at most 1", value=act.speed)
-    stamp = None if act.executed is None else Stamp(session.desk.times.executed(act.executed))
-    move = Move(act.goal.target, act.straight, speed=act.speed, stamp=stamp, text=act.text)
+    move = move_of(act, session.desk.times)
     session.engine.clock.advance(session.engine.begin(move, program=False, issued=issued))
 
 
