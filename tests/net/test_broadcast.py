@@ -22,7 +22,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net import broadcast
 from vrs_cli.net import stream as streams
-from vrs_cli.net.broadcast import AGAIN, MOST_WAITING, SLICE, Broadcast, Listener
+from vrs_cli.net.broadcast import AGAIN, HOLD, MOST_WAITING, SLICE, Broadcast, Listener
 from vrs_cli.net.messages import (
     Clock,
     Delta,
@@ -561,6 +561,28 @@ def test_who_leaves_in_the_middle_of_a_round_costs_nobody_a_turn(hall: Hall) -> 
     hall.until(0.02)
     assert {len(line.packets) for line, _ in joined[:-10]} == {1}
     assert {len(line.packets) for line, _ in joined[-10:]} == {0}
+
+
+def test_nothing_is_sent_before_an_answer_and_not_much_later(hall: Hall) -> None:
+    line, _ = hall.listen(samples(50.0))
+    hall.broadcast.hold()
+    hall.until(HOLD - 0.001)
+    assert not line.heard
+    hall.broadcast.release()
+    hall.until(HOLD)
+    assert len(line.heard) == 1
+    hall.until(1.0)
+    hall.broadcast.hold()
+    hall.until(1.0 + HOLD)
+    assert len(line.heard) == 51
+
+
+def test_half_of_the_time_is_left_for_those_who_listen(hall: Hall) -> None:
+    line, _ = hall.listen(samples(200.0))
+    while hall.wall < 2.0:
+        hall.broadcast.hold()
+        hall.until(hall.wall + 0.001)
+    assert len(line.heard) > 150
 
 
 # --- news -----------------------------------------------------------------------------------------------------------

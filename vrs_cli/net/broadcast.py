@@ -29,6 +29,7 @@ from vrs_cli.trajectory.delta import TimelineDelta
 HIGHEST_RATE = 200.0  # samples a second
 MOST_WAITING = 256 * 1024  # bytes that one connection holds of changes
 SLICE = 50  # packets of one step: half a millisecond
+HOLD = 0.02  # [s] that sending waits at most for an answer
 AGAIN = 0.05  # [s] after which a connection that took nothing is looked at again
 
 
@@ -154,6 +155,7 @@ class Broadcast:
         self._again = inf  # [s] on the wall: when those are looked at again
         self._news: dict[type[ServerMessage], tuple[int, Letter]] = {}
         self._last_news = 0
+        self._held = self._free = -inf  # [s] on the wall: until when nothing is sent, and is not held again
         self._audience = Audience(watched, wall)
         self._channels: dict[Viewer, Channel] = {}
         self._shared: dict[tuple[float, float], Channel] = {}  # by rate, and how far ahead
@@ -269,14 +271,32 @@ class Broadcast:
 
     # --- sending, slice by slice ---
 
+    def hold(self) -> None:
+        """Somebody waits for an answer, which comes first: nothing is sent for HOLD seconds, or until `release`. Then
+        it is sent for as long as it was held, however many wait for answers.
+        """
+        wall = self._wall()
+        if wall >= self._free:
+            self._held, self._free = wall + HOLD, wall + 2.0 * HOLD
+
+    def release(self) -> None:
+        wall = self._wall()
+        if self._held > wall:
+            self._held, self._free = wall, wall + HOLD - (self._held - wall)
+
     def peek(self) -> float:
         """When something is to be sent, on the wall [s]; infinity where nothing is until something happens."""
+        return max(self._due(), self._held)
+
+    def _due(self) -> float:
         if self._everybody.left or any(channel.round.left for channel in self._channels.values()):
             return self._wall()
         return min(self._again, self._audience.peek())
 
     def step(self) -> None:
         """Look where the robot is, if somebody is to see it now, and send a slice of what is to be sent."""
+        if self._held > self._wall():
+            return
         for viewer, frame in self._audience.step():
             self._channels[viewer].show(frame, self._watched.now)
         if self._again <= self._wall():

@@ -186,6 +186,7 @@ class Room:
         self._watch: Ticket[None] | None = None
         self._looked: object = None  # when those who sit at a prompt were last told what stands around it
         self._clock: messages.Clock | None = None
+        self._activity: messages.Activity | None = None
         self.session.actor.serve()
 
     def _session(self) -> _Served:
@@ -320,6 +321,7 @@ class Room:
     # --- what is asked of it ---
 
     def ask(self, guest: Guest, talk: Talk[Any], pending: Pending, *, urgent: bool = False) -> None:
+        self.broadcast.hold()
         ticket = guest.holder.submit(talk, urgent=urgent, outlet=self._hear)
         self._pending[ticket] = guest, pending
 
@@ -396,8 +398,7 @@ class Room:
         for event in self._events.taken():
             if not isinstance(event, Missed):
                 self.broadcast.tell(event, self._self.now)
-        if (clock := self._changed_clock()) is not None:
-            self.broadcast.announce(clock)
+        self._announce()
 
     def _give(self, it: _Said | _Typed | _Shown | _Told) -> list[Guest]:
         """The same, whatever goes wrong with one of them."""
@@ -415,6 +416,7 @@ class Room:
                 if said is None:
                     del self._pending[ticket]
                     guest.ended(pending, ticket)
+                    self.broadcast.release()
                 else:
                     guest.heard(pending, ticket, said)
                 return [guest]
@@ -433,13 +435,21 @@ class Room:
                     guest.tell(messages.Lease(self.driving.lease.holder, notice))
         return hearing
 
-    def _changed_clock(self) -> messages.Clock | None:
-        """The clock, where it goes otherwise than it was told last."""
+    def _announce(self) -> None:
+        """The clock and the activity, where they are not what all were told last."""
         now, before = self.clock(), self._clock
-        if before is not None and (now.rate, now.paused) == (before.rate, before.paused):
-            return None
-        self._clock = now
-        return now
+        if before is None or (now.rate, now.paused) != (before.rate, before.paused):
+            self._clock = now
+            self.broadcast.announce(now)
+        activity = self.activity()
+        if activity != self._activity:
+            self._activity = activity
+            self.broadcast.announce(activity)
+
+    def activity(self) -> messages.Activity:
+        """Who drives, and which programs run."""
+        running = (track for track in tuple(self.session.tasks) if track.running and track.in_program)
+        return messages.Activity(self.driving.lease.holder, tuple(track.task.program for track in running))
 
     # --- as time passes ---
 
@@ -458,6 +468,7 @@ class Room:
         self._measure(now)
         self._push_status()
         self._note_ends()
+        self._announce()
 
     def _driver_gone(self, who: str) -> None:
         """What becomes of the program is a setting."""

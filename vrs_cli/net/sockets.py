@@ -33,7 +33,7 @@ class SocketSink:
 
     def send(self, packet: Packet) -> None:
         """The frame is made once for all: `websockets.broadcast` makes it anew for each connection."""
-        if self._protocol.state is OPEN:
+        if self._protocol.state is OPEN and not self._transport.is_closing():
             packet.frame = packet.frame or frame_of(packet)
             self._transport.write(packet.frame)
 
