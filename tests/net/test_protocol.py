@@ -431,6 +431,19 @@ def test_who_takes_nothing_is_cut_off_with_bounded_memory() -> None:
     assert rest == []
 
 
+def test_all_that_is_remembered_gets_through_after_a_cut() -> None:
+    pair = Pair()
+    pair.cut()
+    for _ in range(300):
+        pair.ledger.tell(Told(Message("x" * 1000)), 0.0)
+    pair.server = ServerConnection(0.0, backlog=100_000)
+    pair.client.begin()
+    pair.to_server()
+    pair.server.welcome(welcome(), pair.ledger, 0.0)
+    assert len(pair.to_client()) == 301
+    assert not pair.server.closing
+
+
 def test_a_long_reply_gets_through_and_many_do_not() -> None:
     pair = Pair()
     pair.server = ServerConnection(0.0, backlog=1000)

@@ -21,12 +21,13 @@ class Outbox:
         self._waiting: dict[object, Frame | Struct] = {}
         self._count = 0
 
-    def put(self, frame: Frame) -> None:
+    def put(self, frame: Frame, *, counts: bool = True) -> None:
+        """`counts`: it is one of those that may be too many."""
         if self.overflown:
             return
         self._count += 1
         self._waiting[self._count] = frame
-        self.size += min(len(frame), self.most // 2)
+        self.size += min(len(frame), self.most // 2) if counts else 0
         if self.size > self.most:
             self.drop()
             self.overflown = True

@@ -182,7 +182,7 @@ class ServerConnection:
         said = replace(welcome, version=self.version, connection=ledger.key, seq=ledger.seq)
         self._outbox.send(replace(said, resumed=missed is not None, fates=fates))
         for frame in missed or ():
-            self._outbox.put(frame)
+            self._outbox.put(frame, counts=False)  # the ledger has bounded it
         self._say_again(ids if missed is None else (), ledger, now)
 
     def _say_again(self, ids: Iterable[int], ledger: Ledger, now: float) -> None:
