@@ -1,0 +1,69 @@
+"""The page of all messages and the JSON Schema are what the types say, and what is sent is what the schema says."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+from pathlib import Path
+from types import ModuleType
+from typing import Any, get_args
+
+import jsonschema
+import pytest
+
+from tests.net.fuzz import corpus
+from vrs_cli.net.ledger import USUAL
+from vrs_cli.net.messages import FromClient, FromServer
+from vrs_cli.net.protocol import CLIENT_BYTES, HELLO_BYTES, HELLO_SECONDS
+from vrs_cli.net.server import BACKLOG
+
+DOCS = Path(__file__).parents[2] / "docs"
+SCHEMA = json.loads((DOCS / "protocol.schema.json").read_text("utf-8"))
+
+
+def maker() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("make_protocol", DOCS / "make_protocol.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_page_and_the_schema_are_what_the_types_say() -> None:
+    made = maker()
+    assert (DOCS / "messages.md").read_text("utf-8") == made.page(), "run python docs/make_protocol.py"
+    assert (DOCS / "protocol.schema.json").read_text("utf-8") == made.schema.text(), "run python docs/make_protocol.py"
+
+
+@pytest.mark.parametrize(("side", "kinds"), [("client", FromClient), ("server", FromServer)])
+def test_what_is_sent_is_what_the_schema_says(side: str, kinds: Any) -> None:
+    look = jsonschema.Draft202012Validator({**SCHEMA, "anyOf": [{"$ref": f"#/$defs/{side}"}]})
+    _, frames = corpus(kinds)
+    checked = [frame for frame in frames[::8] if isinstance(frame, str)]
+    assert len(checked) > 30
+    for frame in checked:
+        look.validate(json.loads(frame))
+    assert not look.is_valid({"type": "hologram"})
+    assert not look.is_valid({"type": "line", "id": -1, "text": "MOVE a"})
+    assert not look.is_valid({"type": "told", "reply": {"kind": "Message"}})
+
+
+def test_the_page_of_the_protocol_speaks_of_messages_that_there_are() -> None:
+    text = (DOCS / "protocol.md").read_text("utf-8")
+    types = {kind.__struct_config__.tag for kind in get_args(FromClient) + get_args(FromServer)}
+    spoken = set(re.findall(r'"type":"(\w+)"', text))
+    assert spoken <= types
+    assert {"hello", "welcome", "line", "done", "sample"} <= spoken
+
+
+def test_the_bounds_are_those_of_the_protocol() -> None:
+    text = (DOCS / "protocol.md").read_text("utf-8")
+    for what, most in (
+        ("the first message", f"{HELLO_BYTES // 1000} kB, within {HELLO_SECONDS:g} s"),
+        ("a message of a client", f"{CLIENT_BYTES // 1_000_000} MB"),
+        ("what a holder was told and may not have heard", f"{USUAL.told // 1_000_000} MB, {USUAL.seconds:g} s"),
+        ("what waits for a socket that takes nothing", f"{BACKLOG // 1024} KiB"),
+    ):
+        assert f"| {what} | {most}" in text
