@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import pytest
 
-from tests.docs.examples import COPIED, ROOT, blocks, typed_in
+from tests.docs.examples import COPIED, PEOPLE, ROOT, blocks, typed_in
 from vrs_cli.cli.connect import once
 from vrs_cli.cli.main import run
 from vrs_cli.repl import plain
@@ -44,7 +44,7 @@ def sittings(page: Path) -> Iterator[Sitting]:
     files = tuple((one.argument, one.text) for one in found if one.language in FILES and one.argument)
     sessions: list[list[str] | None] = [[]]
     for block in found:
-        if block.language == "vrs":
+        if block.language == "vrs" and block.argument not in PEOPLE:
             if block.argument:
                 sessions.append(None if block.argument == "realtime" else [])
             if sessions[-1] is not None:

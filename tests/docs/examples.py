@@ -28,13 +28,14 @@ import sys
 import tomllib
 from codeop import compile_command
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import chdir, redirect_stderr, redirect_stdout
-from dataclasses import dataclass
+from contextlib import chdir, closing, redirect_stderr, redirect_stdout
+from dataclasses import dataclass, replace
 from difflib import ndiff
 from pathlib import Path
 from traceback import format_exception_only
 from typing import Protocol
 
+from tests.docs.people import People
 from tests.engine.wall import ManualWall
 from vrs_cli.__main__ import main
 from vrs_cli.dialogue.talk import Terminal
@@ -46,6 +47,7 @@ from vrs_cli.repl.seat import Seat
 from vrs_cli.repl.terminal import PlainTerminal
 
 ROOT = Path(__file__).parents[2]
+PEOPLE = ("ann", "bob")  # at one robot that is served
 COPIED = ("programs", "vrs_cli/kinematics/robots")
 ANYTHING = "..."
 
@@ -173,7 +175,7 @@ class Reader:
 
     def differences(self, name: str, text: str) -> list[str]:
         """What is not as the page says, in order."""
-        with chdir(self.folder):
+        with chdir(self.folder), closing(People(self.folder)) as self._people:
             return [difference for block in blocks(name, text) for difference in LANGUAGES[block.language](self, block)]
 
     # --- command lines ---
@@ -221,32 +223,43 @@ class Reader:
     # --- the shell ---
 
     def session(self, block: Block) -> Iterator[str]:
+        if block.argument in PEOPLE:
+            yield from self._person(block)
+            return
         if block.argument not in ("", "new", "realtime"):
             raise PageFault(f"{block.where}: a session is `vrs`, `vrs new` or `vrs realtime`, not `{block.argument}`")
         if block.argument:
             self.seat = self._new_session(self.wall.clock() if block.argument == "realtime" else None)
         for exchange in exchanges(block, _PROMPT, _STEP):
-            yield from self._prompts(block, exchange)
+            yield from self._prompts(block, exchange, self.seat)
             later = _LATER.match(exchange.typed)
             self.wall.seconds += float(later["seconds"]) if later else 0.0
             self.seat.take(exchange.typed)
-            yield from _difference(block, exchange, self._answered())
+            yield from _difference(block, exchange, taken(self.printed))
+
+    def _person(self, block: Block) -> Iterator[str]:
+        """Somebody at a robot that others hold too: what stands before the first line has been seen since the last."""
+        person = self._people.person(block.argument)
+        person.look_up()
+        typed = next((number for number, line in enumerate(block.lines) if _PROMPT.match(line)), len(block.lines))
+        waiting = Exchange("", f"what {block.argument} sees", block.lines[:typed])
+        yield from _difference(block, waiting, taken(person.seen))
+        rest = replace(block, lines=block.lines[typed:])
+        for exchange in exchanges(rest, _PROMPT, _STEP) if rest.lines else ():
+            yield from self._prompts(block, exchange, person.seat)
+            person.seat.take(exchange.typed)
+            person.look_up()
+            yield from _difference(block, exchange, taken(person.seen))
 
     def _new_session(self, clock: Clock | None = None) -> Seat:
         return self._seated(PlainTerminal(self.printed, iter(())), clock=clock)
 
-    def _prompts(self, block: Block, exchange: Exchange) -> Iterator[str]:
+    def _prompts(self, block: Block, exchange: Exchange, seat: Seat) -> Iterator[str]:
         """The page must show the prompt that a terminal shows, and the blanks that it puts before a step."""
-        status, shown = self.seat.status(), exchange.prompt + exchange.typed
+        status, shown = seat.status(), exchange.prompt + exchange.typed
         before = status.prompt + status.indent
         if not shown.startswith(before):
             yield f"{block.where}: {shown!r}: the shell begins this line with {before!r}\n"
-
-    def _answered(self) -> list[str]:
-        text = self.printed.getvalue()
-        self.printed.seek(0)
-        self.printed.truncate()
-        return text.splitlines()
 
     # --- files ---
 
@@ -323,6 +336,14 @@ LANGUAGES: Mapping[str, Callable[[Reader, Block], Iterator[str]]] = {
     "sh": Reader.nothing_to_run,
     "text": Reader.nothing_to_run,
 }
+
+
+def taken(stream: io.StringIO) -> list[str]:
+    """What was printed since it was taken last."""
+    text = stream.getvalue()
+    stream.seek(0)
+    stream.truncate()
+    return text.splitlines()
 
 
 def _difference(block: Block, exchange: Exchange, actual: list[str]) -> Iterator[str]:

@@ -81,6 +81,8 @@ class RemoteSeat:
         """What a prompt shows comes with the answer."""
         if self._terminal.attended:
             self._act(Attend())
+            if self._status.driver:
+                self._told(self._named(self._status.driver))
 
     def take(self, text: str) -> None:
         """A line for the robot; one that begins with a slash is about who drives it."""
