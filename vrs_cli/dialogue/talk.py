@@ -71,6 +71,16 @@ def beside(work: Callable[[], W]) -> Talk[W]:
     return cast(W, it.done)
 
 
+def in_parts(work: Generator[None, None, W]) -> Talk[W]:
+    """What comes of work that is done a part at a time."""
+    while True:
+        try:
+            next(work)
+        except StopIteration as over:
+            return cast(W, over.value)
+        yield Slice.MORE
+
+
 def at_once(talk: Talk[R]) -> R:
     """What comes of a talk that says nothing, but that there is more to do, or work beside."""
     try:

@@ -6,15 +6,32 @@ The timeline changes here alone, in one order: what is planned is written into t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import Protocol
+from collections.abc import Callable, Generator, Iterable, Sequence
+from functools import reduce
+from typing import Protocol, TypeVar
 
 from vrs_cli.engine.history import CommandRecord, History, Step, records
+from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import rest
 from vrs_cli.trajectory.timeline import Timeline
+
+AT_ONCE = 50  # changes that are planned before whoever waits may have his turn
+R = TypeVar("R")
+
+Parts = Generator[None, None, R]  # work a part at a time: whoever drives may do something else meanwhile
+
+
+def whole(parts: Parts[R]) -> R:
+    """All of it, without a pause."""
+    while True:
+        try:
+            next(parts)
+        except StopIteration as over:
+            result: R = over.value
+            return result
 
 
 class Journal(Protocol):
@@ -85,12 +102,12 @@ class Book:
 
     # --- changing the timeline ---
 
-    def commit(self, steps: Sequence[Step], *, happens: bool = False) -> None:
+    def commit(self, steps: Sequence[Step], timeline: Timeline | None = None, *, happens: bool = False) -> None:
         """New commands, planned one after the other, take place: all of them or, where that raises FileError, none.
-        What `happens` takes place in any case.
+        What `happens` takes place in any case. `timeline`: what comes of them, where that is known.
         """
         deltas = [step.delta for step in steps]
-        wrong = self._change(deltas, happens=happens)
+        wrong = self._change(deltas, timeline, happens=happens)
         for step in steps:
             self.history.add(step)
             self.number = step.delta.motion.number
@@ -121,44 +138,70 @@ class Book:
         """Become what another course of events has become, which has all that has happened here. Raises FileError."""
         other.end_stream()
         deltas = other.deltas[len(self.deltas) :]
-        self._change(deltas)
+        self._change(deltas, other.timeline)
         self.history, self.number = other.history.copy(), other.number
         self.told(deltas)
 
-    def undo(self, count: int, clock: float) -> float:
-        """Take the last commands back, all of them or none; the clock [s] that was before them. Raises UsageError where
-        there are not so many, FileError.
+    def undo(self, count: int, clock: Callable[[], float]) -> Parts[float]:
+        """Take the last commands back, all of them or none; the clock [s] that was before them. `clock` tells the
+        present one. Raises UsageError where there are not so many, RequestRefused, FileError.
         """
         self.end_stream()
         steps, version = self.history.last_done(count), self.timeline.version
-        deltas = [step.taking_back(version + number) for number, step in enumerate(steps)]
-        self._change(deltas)
+        taken_back = (step.taking_back(version + number) for number, step in enumerate(steps))
+        deltas, timeline = yield from self._planned(taken_back)
+        self._change(deltas, timeline)
+        before = clock()
         for step in steps:
-            self.history.take_back(clock)
-            clock = step.clock
+            self.history.take_back(before)
+            before = step.clock
         self.told(deltas)
-        return clock
+        return before
 
-    def redo(self, count: int) -> float:
+    def redo(self, count: int) -> Parts[float]:
         """Do again what was taken back last, all or none; the clock [s] that was then. Raises as `undo` does."""
         undone, version = self.history.last_undone(count), self.timeline.version
         again = enumerate(one.step.delta for one in undone)
-        deltas = [delta._replace(version=version + number, cause=Cause.REDO) for number, delta in again]
-        self._change(deltas)
+        done_again = (delta._replace(version=version + number, cause=Cause.REDO) for number, delta in again)
+        deltas, timeline = yield from self._planned(done_again)
+        self._change(deltas, timeline)
         for _ in undone:
             self.history.do_again()
         self.told(deltas)
         return undone[-1].clock
 
-    def _change(
-        self, deltas: Sequence[TimelineDelta], *, happens: bool = False, goes_on: bool = False
-    ) -> Exception | None:
-        """Write the changes down, then let them take place. They end the stream, unless it `goes_on` in them. What went
-        wrong with the writing of what `happens` all the same.
+    def _planned(self, deltas: Iterable[TimelineDelta]) -> Parts[tuple[list[TimelineDelta], Timeline]]:
+        """Changes that come one after the other, and the timeline after them, which nobody has yet. Raises
+        RequestRefused where another change took place meanwhile.
         """
-        timeline = self.timeline
-        for delta in deltas:
+        before = timeline = self.timeline
+        planned: list[TimelineDelta] = []
+        for number, delta in enumerate(deltas, 1):
             timeline = timeline.apply(delta)
+            planned.append(delta)
+            if not number % AT_ONCE:
+                yield
+                self.check_same(before)
+        return planned, timeline
+
+    def check_same(self, before: Timeline) -> None:
+        """Raises RequestRefused where the timeline is another than before."""
+        if self.timeline is not before:
+            raise RequestRefused("the robot was stopped before it was done", "give it again")
+
+    def _change(
+        self,
+        deltas: Sequence[TimelineDelta],
+        timeline: Timeline | None = None,
+        *,
+        happens: bool = False,
+        goes_on: bool = False,
+    ) -> Exception | None:
+        """Write the changes down, then let them take place; `timeline`: what comes of them, where that is known. They
+        end the stream, unless it `goes_on` in them. What went wrong with the writing of what `happens` all the same.
+        """
+        if timeline is None:
+            timeline = reduce(Timeline.apply, deltas, self.timeline)
         wrong = None
         try:
             if self.journal is not None and deltas:

@@ -11,7 +11,7 @@ from collections.abc import Hashable, Sequence
 
 from msgspec import Struct, structs
 
-from vrs_cli.engine.book import Book
+from vrs_cli.engine.book import Book, Parts, whole
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.history import Step
 from vrs_cli.engine.planner import plan
@@ -177,6 +177,10 @@ class Branches:
         given; main keeps its settings, and its clock goes on to that of the branch. Raises UsageError, MotionError,
         FileError; nothing is changed then.
         """
+        return whole(self.merging(name))
+
+    def merging(self, name: str) -> Parts[int]:
+        """`merge`, a part at a time. Raises RequestRefused, too, where the robot was stopped meanwhile."""
         branch = self._named(name)
         if branch.fork is None:
             raise UsageError(f"{MAIN} cannot be merged into itself", "MERGE branch")
@@ -187,17 +191,20 @@ class Branches:
             main.book.follow(left.book)
             merged = structs.replace(left, book=main.book)
         else:
-            steps, clock = self._planned_again(branch.name, branch.fork, main, left)
-            main.book.commit(steps)
+            steps, timeline, clock = yield from self._planned_again(branch.name, branch.fork, main, left)
+            main.book.commit(steps, timeline)
             merged = structs.replace(main, clock=clock)
         self.change_over(MAIN)
         self.engine.take_up(merged)
         del self._made[self._key(name)]
         return len(steps)
 
-    def _planned_again(self, name: str, fork: Fork, main: Bookmark, left: Bookmark) -> tuple[list[Step], float]:
-        """The commands of a branch, planned one after another on what main is now, and the clock after them [s]."""
-        timeline, old, clock = main.book.timeline, fork.timeline, main.clock
+    def _planned_again(
+        self, name: str, fork: Fork, main: Bookmark, left: Bookmark
+    ) -> Parts[tuple[list[Step], Timeline, float]]:
+        """The commands of a branch, planned one after another on what main is now; main after them, and its clock."""
+        begun, timeline = (main.book.timeline, left.book.timeline), main.book.timeline
+        old, clock = fork.timeline, main.clock
         arm, slowest = self.engine.arm, main.settings.slowest
         stood, planned = left.clock >= left.book.timeline.end, list[Step]()
         for number, step in enumerate(_own_steps(name, fork, left.book), main.book.number + 1):
@@ -216,7 +223,10 @@ class Branches:
                 clock = max(clock, timeline.end)
             elif stood:  # as after motions in real time, each AT its instant: the clock goes on over them
                 clock = max(clock, destination_at(arm, timeline, delta.executed).time)
-        return planned, max(clock, left.clock)
+            yield
+            main.book.check_same(begun[0])
+            left.book.check_same(begun[1])
+        return planned, timeline, max(clock, left.clock)
 
 
 def _begins_as(book: Book, main: Book) -> bool:

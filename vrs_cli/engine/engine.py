@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from msgspec import Struct, structs
 
-from vrs_cli.engine.book import Book, silent
+from vrs_cli.engine.book import Book, Parts, silent, whole
 from vrs_cli.engine.clock import Clock, VirtualClock
 from vrs_cli.engine.commands import (
     Brake,
@@ -407,27 +407,45 @@ class Engine:
         last one first. Raises UsageError where there are not so many, TooLate for one that has begun in real time,
         FileError.
         """
-        return self._through_history(self.book.history.last_done(count), lambda: self.book.undo(count, self.now))
+        return whole(self.undoing(count))
+
+    def undoing(self, count: int) -> Parts[tuple[str, ...]]:
+        """`undo`, a part at a time. Raises RequestRefused, too, where the robot was stopped meanwhile."""
+        return self._through_history(self.book.history.last_done(count), self.book.undo(count, lambda: self.now))
 
     def redo(self, count: int = 1) -> tuple[str, ...]:
         """Do again what `undo` took back last; timeline and clock are as before that: all or none. Their texts. Raises
         UsageError, TooLate for one whose time has passed in real time, FileError.
         """
-        steps = [one.step for one in self.book.history.last_undone(count)]
-        return self._through_history(steps, lambda: self.book.redo(count))
+        return whole(self.redoing(count))
 
-    def _through_history(self, steps: Iterable[Step], change: Callable[[], float]) -> tuple[str, ...]:
+    def redoing(self, count: int) -> Parts[tuple[str, ...]]:
+        """`redo`, a part at a time. Raises RequestRefused, too, where the robot was stopped meanwhile."""
+        steps = [one.step for one in self.book.history.last_undone(count)]
+        return self._through_history(steps, self.book.redo(count))
+
+    def _through_history(self, steps: Iterable[Step], change: Parts[float]) -> Parts[tuple[str, ...]]:
         deltas = [step.delta for step in steps]
+        while True:
+            self._check_not_begun(deltas)
+            try:
+                next(change)
+            except StopIteration as over:
+                clock: float = over.value
+                break
+            yield
+        if not self.realtime:
+            self.clock.set(clock)
+        return tuple(delta.motion.text for delta in deltas)
+
+    def _check_not_begun(self, deltas: Iterable[TimelineDelta]) -> None:
+        """Raises TooLate for a motion that has begun in real time."""
         for delta in deltas:
             if self.realtime and delta.cut < on_grid(self.now):
                 raise TooLate(
                     f"{delta.motion.text or 'the last motion'} has begun at {delta.executed:.3f} s, and the past stays",
                     "ABORT stops the motion; another one IN 0 takes its place",
                 )
-        clock = change()
-        if not self.realtime:
-            self.clock.set(clock)
-        return tuple(delta.motion.text for delta in deltas)
 
     # --- other courses of events ---
 

@@ -41,6 +41,7 @@ class _Request(Struct, eq=False):
 
     ticket: Ticket[Any]
     talk: Talk[Any]
+    by: object
     urgent: bool = False
     reaction: Reaction = None
     asked: int = 0  # the id of its last question
@@ -125,15 +126,19 @@ class Actor:
 
     # --- asking, from any thread ---
 
-    def submit(self, talk: Talk[T], *, urgent: bool = False, outlet: Outlet | None = None) -> Ticket[T]:
-        """Ask for what a talk does. The ticket has what is said of it, and how it ends; or the outlet hears of that."""
+    def submit(
+        self, talk: Talk[T], *, urgent: bool = False, by: object = None, outlet: Outlet | None = None
+    ) -> Ticket[T]:
+        """Ask for what a talk does. The ticket has what is said of it, and how it ends; or the outlet hears of that.
+        `by`: who asks; while another thread works for that one, what he asks for next waits.
+        """
         ticket: Ticket[T] = Ticket(self._put_reaction, self._put_withdrawal, outlet)
         if self._closed:
             ticket.refuse(RequestRefused("the robot is not driven any more"))
         elif not urgent and len(self._inbox) + len(self._waiting) >= MOST_WAITING:
             ticket.refuse(RequestRefused(f"{MOST_WAITING} requests wait already", "wait for some answers first"))
         else:
-            self._inbox.put(_Request(ticket, talk, urgent))
+            self._inbox.put(_Request(ticket, talk, by, urgent))
         return ticket
 
     def call(self, act: Callable[[], T], *, urgent: bool = False) -> Ticket[T]:
@@ -163,7 +168,7 @@ class Actor:
         """When the next thing is due [s]: now where somebody asks for something, infinity where nothing happens by
         itself."""
         clock = self._driver.engine.clock
-        if len(self._inbox) or self._present or self._waiting or (self._running and self._look):
+        if len(self._inbox) or self._present or self._ready or (self._running and self._look):
             return clock.reached
         due = self._driver.peek()
         passes = self._running or (clock.realtime and not clock.paused)
@@ -245,9 +250,10 @@ class Actor:
         elif self._running and self._look:
             self._look = False
             self._go_on_all()
-        elif self._waiting and not (self._running and (self._time_first or self._line_runs())):
+        elif (ready := self._ready) and not (self._running and (self._time_first or self._line_runs())):
             self._time_first = self._look = bool(self._running)
-            self._go_on(self._waiting.popleft())
+            self._waiting.remove(ready)
+            self._go_on(ready)
         elif self._running:
             self._time_first = False
             self._happen()
@@ -255,6 +261,14 @@ class Actor:
             self._happen()
         elif not came:
             self._wait()
+
+    @property
+    def _ready(self) -> _Request | None:
+        """Who begins next: the first of those whose former request no other thread still works for."""
+        if not self._beside:
+            return self._waiting[0] if self._waiting else None
+        busy = [request.by for request in self._beside if request.by is not None]
+        return next((request for request in self._waiting if request.by not in busy), None)
 
     def _line_runs(self) -> bool:
         """Whether a line of the prompt is being carried out, which others wait for."""
@@ -339,7 +353,7 @@ class Actor:
         journal, now = self._driver.engine.book.journal, time.monotonic()
         self._since = min(self._since, now)
         if journal is not None and journal.unsettled:
-            if (len(self._inbox) or self._present or self._waiting) and now - self._since < TOGETHER:
+            if (len(self._inbox) or self._present or self._ready) and now - self._since < TOGETHER:
                 return
             self._settle(journal)
         answers, self._answers, self._since = self._answers, [], inf

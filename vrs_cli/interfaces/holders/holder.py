@@ -65,7 +65,7 @@ class Holder:
 
     def submit(self, talk: Talk[T], *, urgent: bool = False, outlet: Outlet | None = None) -> Ticket[T]:
         """What a talk does."""
-        ticket = self._actor.submit(self._session.at(self.desk, talk), urgent=urgent, outlet=outlet)
+        ticket = self._actor.submit(self._session.at(self.desk, talk), urgent=urgent, by=self.desk, outlet=outlet)
         self._tickets = [one for one in self._tickets if not one.done()] + [ticket]
         return ticket
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from vrs_cli.dialogue.replies import BranchRow, BranchTable, ComparisonTable, Message, SegmentRow, TimelineTable
-from vrs_cli.dialogue.talk import Talk, beside
+from vrs_cli.dialogue.talk import Talk, beside, in_parts
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.comparison import compare
 from vrs_cli.engine.history import Step, records
@@ -23,12 +23,14 @@ from vrs_cli.trajectory.timeline import Timeline
 
 def _undo(station: Station, it: Instruction) -> Talk[None]:
     engine, count = station.engine, _steps_back(station, it)
-    yield Message(f"{_counted(engine.undo(count), 'undone')}; the clock is at {engine.now:.3f} s")
+    texts = yield from in_parts(engine.undoing(count))
+    yield Message(f"{_counted(texts, 'undone')}; the clock is at {engine.now:.3f} s")
 
 
 def _redo(station: Station, it: Instruction) -> Talk[None]:
     engine, count = station.engine, _steps_back(station, it)
-    yield Message(f"{_counted(engine.redo(count), 'done again')}; the clock is at {engine.now:.3f} s")
+    texts = yield from in_parts(engine.redoing(count))
+    yield Message(f"{_counted(texts, 'done again')}; the clock is at {engine.now:.3f} s")
 
 
 def _steps_back(station: Station, it: Instruction) -> int:
@@ -101,7 +103,7 @@ def _merge(station: Station, it: Instruction) -> Talk[None]:
     asked = operand(it, 0)
     name = station.branches.spelled(station.branches.present if asked is None else word(asked))
     check_tasks_stand(station)
-    again = station.branches.merge(name)
+    again = yield from in_parts(station.branches.merging(name))
     how = f", {again} command{'' if again == 1 else 's'} of it planned again" if again else ""
     yield Message(f"{name} is merged into main{how}; the timeline ends at {station.engine.end:.3f} s")
 

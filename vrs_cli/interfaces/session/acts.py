@@ -15,7 +15,7 @@ from msgspec import Struct
 from vrs_cli.dialogue.replies import BranchTable, ComparisonTable, ReachReport, TimelineTable
 from vrs_cli.dialogue.runs import RunResult
 from vrs_cli.dialogue.spoken import Act, Spoken
-from vrs_cli.dialogue.talk import Talk, beside
+from vrs_cli.dialogue.talk import Talk, beside, in_parts
 from vrs_cli.engine.commands import Break, JointTarget, Move, NamedTarget, PoseTarget, Stamp, Target
 from vrs_cli.engine.history import CommandRecord
 from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
@@ -300,13 +300,11 @@ def _rest(session: Session, _act: Rest, _issued: float | None) -> Talk[None]:
 
 
 def _undo(session: Session, act: Undo, _issued: float | None) -> Talk[None]:
-    yield from ()
-    session.engine.undo(act.count)
+    yield from in_parts(session.engine.undoing(act.count))
 
 
 def _redo(session: Session, act: Redo, _issued: float | None) -> Talk[None]:
-    yield from ()
-    session.engine.redo(act.count)
+    yield from in_parts(session.engine.redoing(act.count))
 
 
 def _explain(session: Session, act: Explain, _issued: float | None) -> Talk[ReachReport]:

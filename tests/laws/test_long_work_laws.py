@@ -1,0 +1,181 @@
+"""Long work comes in parts, or is done by another thread: what others ask for meanwhile comes before it or after it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.engine import book
+from vrs_cli.errors import RequestRefused, VrsError
+from vrs_cli.interfaces.actor import actor
+from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.holders.holder import Holder
+from vrs_cli.interfaces.session.session import Session
+
+FILE = ".PROGRAM brought\nx = 1\nDRIVE 1, 5\n.END\n.REALS\nx 7\nrow[1] 8\n.END\n.LOCATIONS\np 1 2 3 0 0 0\n.END\n"
+BEFORE = ("x = 1", "y = 2", "row[1] = 3", "DRIVE 1, 5", "DRIVE 2, 5", "UNDO", "BRANCH b", "DRIVE 3, 5", "BRANCH main")
+LONG = ("UNDO {0}", "REDO {0}", "MERGE b", "LOAD brought", "STORE all", "LISTR", "LISTL", "COMPARE main, b")
+MEANWHILE = ("DRIVE 4, 5", "x = 5", "p = 3", "DELETER x", "WHERE", "UNDO", "LISTR", "ABORT", "STOP")
+
+
+@dataclass
+class Beside:
+    """Threads that work when the test says so."""
+
+    due: list[Callable[[], object]] = field(default_factory=list)
+
+    def thread(self, target: Callable[[], object], **_: object) -> Beside:
+        self._new = target
+        return self
+
+    def start(self) -> None:
+        self.due.append(self._new)
+
+
+@contextmanager
+def served(session: Session, at_once: int) -> Iterator[Beside]:
+    """As in a server, but for who lets the threads run; and with small parts."""
+    beside = Beside()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(actor, "Thread", beside.thread)
+        patch.setattr(book, "AT_ONCE", at_once)
+        session.actor._server = beside  # type: ignore[assignment]
+        yield beside
+        session.actor._server = None
+
+
+def begun(lines: list[str], seed: int) -> tuple[Session, Holder]:
+    session = Session(RecordingTerminal())
+    holder = Holder(session)
+    for number, line in enumerate(["DISABLE INTERACTIVE", *lines]):
+        told(session, holder.ask(f"{line} ;{seed + number}"))
+    return session, holder
+
+
+def told(session: Session, ticket: Ticket[None]) -> None:
+    while not ticket.done():
+        session.actor.step()
+
+
+def state(session: Session, holder: Holder) -> tuple[Any, ...]:
+    """All that lines can change, as a holder has it, and the files."""
+    session.branches.serve(holder.desk)
+    books = [session.branches.book("main"), session.engine.book]
+    return (
+        session.environment.values(),
+        dict(session.environment.spelling),
+        {key: one.lines for key, one in session.programs.items()},
+        [(list(map(repr, book.timeline)), list(map(repr, book.deltas)), book.number) for book in books],
+        [[step.delta.motion.text for step in book.history.done] for book in books],
+        [[one.step.delta.motion.text for one in book.history.undone] for book in books],
+        session.engine.now,
+        {path.name: path.read_text() for path in Path().iterdir()},
+    )
+
+
+def asked(holder: Holder, line: str) -> Ticket[None]:
+    return holder.stop() if line == "STOP" else holder.ask(line)
+
+
+def ended(ticket: Ticket[None]) -> tuple[str, list[str]]:
+    error = ticket.error(0.0)
+    assert error is None or isinstance(error, VrsError)
+    return str(error), list(map(str, ticket.heard()))
+
+
+def one_after_the_other(lines: list[str], seed: int, first: str, second: str, *, swapped: bool) -> tuple[Any, Any, Any]:
+    """What two lines say, of two holders, and the state after them, when one comes after the other."""
+    session, holder = begun(lines, seed)
+    other = Holder(session)
+    asks = [(holder, first), (other, second)]
+    tickets = []
+    for who, line in reversed(asks) if swapped else asks:
+        tickets.append(asked(who, line))
+        told(session, tickets[-1])
+    said = list(map(ended, tickets))
+    return (*(said[::-1] if swapped else said), state(session, holder))
+
+
+@given(
+    st.lists(st.sampled_from(BEFORE), max_size=12),
+    st.sampled_from(LONG),
+    st.integers(1, 6),
+    st.sampled_from(MEANWHILE),
+    st.integers(0, 8),
+    st.integers(1, 3),
+)
+def test_what_comes_meanwhile_comes_before_or_after(
+    tmp_path_factory: pytest.TempPathFactory,
+    lines: list[str],
+    long: str,
+    count: int,
+    meanwhile: str,
+    steps: int,
+    at_once: int,
+) -> None:
+    line, found = long.format(count), []
+    for swapped in (False, True):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.chdir(tmp_path_factory.mktemp("one_by_one"))
+            Path("brought.v2").write_text(FILE)
+            found.append(one_after_the_other(lines, count, line, meanwhile, swapped=swapped))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("at_the_same_time"))
+        Path("brought.v2").write_text(FILE)
+        session, holder = begun(lines, count)
+        other = Holder(session)
+        with served(session, at_once) as beside:
+            work = asked(holder, line)
+            for _ in range(steps):
+                if session.actor.peek() < inf:
+                    session.actor.step()
+            between = asked(other, meanwhile)
+            while not (work.done() and between.done()):
+                if session.actor.peek() < inf:
+                    session.actor.step()
+                else:
+                    beside.due.pop()()
+        stopped = isinstance(work.error(0.0), RequestRefused)
+        here = ended(work), ended(between), state(session, holder)
+    if stopped and meanwhile in ("ABORT", "STOP"):  # nothing of it is done
+        assert here[2] == alone(tmp_path_factory, lines, count, meanwhile)
+    else:
+        assert any(here == one for one in found)
+
+
+def alone(tmp_path_factory: pytest.TempPathFactory, lines: list[str], seed: int, line: str) -> tuple[Any, ...]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("alone"))
+        Path("brought.v2").write_text(FILE)
+        session, holder = begun(lines, seed)
+        told(session, asked(Holder(session), line))
+        return state(session, holder)
+
+
+def test_what_a_holder_asks_for_waits_for_the_work_beside_before_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("brought.v2").write_text(FILE)
+    session = Session(RecordingTerminal())
+    one, other = Holder(session), Holder(session)
+    with served(session, 1) as beside:
+        load, run, his = one.ask("LOAD brought"), one.ask("CALL brought"), other.ask("DRIVE 2, 5")
+        while not his.done():
+            session.actor.step()
+        assert (load.done(), run.done()) == (False, False)
+        while not run.done():
+            if beside.due:
+                beside.due.pop()()
+            session.actor.step()
+    assert (load.error(0.0), run.error(0.0)) == (None, None)
+    assert [record.text for record in session.engine.records()] == ["DRIVE 2, 5", "DRIVE 1, 5"]
