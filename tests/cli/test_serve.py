@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import shutil
 import signal
+import ssl
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,10 +13,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from websockets.exceptions import InvalidHandshake
 
 from tests.net.serving import Caller
 from vrs_cli.cli.main import run
-from vrs_cli.net.messages import Closing, Hello
+from vrs_cli.cli.serve import USUAL_PORT
+from vrs_cli.net.messages import PORT, Closing, Hello
+from vrs_cli.net.tokens import Wanted, add_tokens
 
 WRONG = (
     (["--host", "0.0.0.0"], "without --tokens"),
@@ -101,3 +106,25 @@ def test_a_port_that_is_taken(tmp_path: Path) -> None:
         assert result.returncode == 2
         assert f"127.0.0.1:{port}" in result.stderr
         assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="there is no openssl to make a certificate with")
+def test_with_tls_and_tokens(tmp_path: Path) -> None:
+    cert, key, tokens = tmp_path / "cert.pem", tmp_path / "key.pem", tmp_path / "tokens.toml"
+    made = add_tokens(tokens, [Wanted("ada")])
+    made_of = "req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost -addext subjectAltName=IP:127.0.0.1"
+    subprocess.run(["openssl", *made_of.split(), "-keyout", key, "-out", cert], check=True, capture_output=True)
+    options = ("--host", "0.0.0.0", "--tls-cert", str(cert), "--tls-key", str(key), "--tokens", str(tokens))
+    with server(*options, "--robots-per-token", "1") as (_, line):
+        assert line.startswith("vrs serve: wss://0.0.0.0:")
+        assert line.endswith(", 1 of its own for each token\n")
+        known = ssl.create_default_context(cafile=cert)
+        here = address(line).replace("0.0.0.0", "127.0.0.1")
+        with Caller(here, Hello((1,), token=made["ada"]), ssl=known) as caller:
+            assert caller.line("WHERE").ok
+        with pytest.raises((OSError, InvalidHandshake)):
+            Caller(here.replace("wss", "ws"), Hello((1,), token=made["ada"]))
+
+
+def test_clients_look_for_a_server_where_it_listens() -> None:
+    assert USUAL_PORT == PORT

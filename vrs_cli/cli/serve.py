@@ -106,9 +106,9 @@ async def _served(prog: str, options: argparse.Namespace, server: Server, hub: H
 
 def _named(options: argparse.Namespace, hub: Hub) -> str:
     names = ", ".join(hub.rooms)
-    said = f"{'robot' if len(hub.rooms) == 1 else 'robots'} {names}" if names else "no robot of all"
-    own = options.robots_per_token
-    return f"{said}; {own} of its own for each token" if own else said
+    said = [f"{'robot' if len(hub.rooms) == 1 else 'robots'} {names}"] if names else []
+    own = [f"{options.robots_per_token} of its own for each token"] if options.robots_per_token else []
+    return ", and ".join(said + own)
 
 
 def _parser(prog: str) -> Parser:
