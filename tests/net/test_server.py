@@ -355,13 +355,14 @@ def test_what_was_answered_is_in_the_journal_and_in_the_audit(tmp_path: Path) ->
             assert not ada.line("MOVEE").ok
         timeline = server.hub.rooms["cell1"].session.engine.timeline
     rows = [json.loads(line) for line in (tmp_path / "audit.jsonl").read_text().splitlines()]
+    assert "MOVEE" in rows[4]["result"]
     assert [(row["what"], row["result"][:7]) for row in rows] == [
         ("(enter)", "done"),
         ("x = 1", "done"),
         ("MOVE #PPOINT(10, -80, 80, 5, 5, 5)", "done"),
         ("TYPE x", "done"),
         ("MOVEE", "refused"),
-        ("(leave)", "cut"),
+        ("(leave)", "left"),
     ]
     with serving(tmp_path) as again, again.call() as ada:
         assert list(again.hub.rooms["cell1"].session.engine.timeline) == list(timeline)

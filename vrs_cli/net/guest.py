@@ -13,10 +13,10 @@ from typing import Any, NamedTuple, Protocol
 from msgspec import structs
 
 from vrs_cli.dialogue.questions import Question, ended
-from vrs_cli.dialogue.replies import Message, Reply, is_error
+from vrs_cli.dialogue.replies import DiagnosticsReport, Message, Reply, is_error
 from vrs_cli.dialogue.talk import Talk, beside
 from vrs_cli.engine.position import position_at
-from vrs_cli.errors import LimitReached, RequestRefused, RoleWanted, VrsError
+from vrs_cli.errors import LimitReached, RequestRefused, RoleWanted, VrsError, sentence
 from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.acts import DeskAct, StopProgram
@@ -26,6 +26,7 @@ from vrs_cli.interfaces.conversation.status import Status
 from vrs_cli.interfaces.editor.screen import KeepDraft
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.jog.jogger import Press
+from vrs_cli.interfaces.rights import STOPPING
 from vrs_cli.interfaces.session.acts import ACTS, RobotAct, Say, Undo, act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
@@ -43,6 +44,7 @@ from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.refusal import Refusal
 from vrs_cli.wire.snapshots import snapshot_record
 
+CHANGING: Mapping[type, str] = {KeepDraft: "a program", Press: "JOG", StopProgram: "ABORT"}  # of whoever types
 MOST_TIMES = 2000  # of one Positions: 20 ms
 
 
@@ -101,11 +103,11 @@ class Hall(Protocol):
 
 
 class Pending(NamedTuple):
-    """Something that a guest has asked for, and the message that answers it."""
+    """Something that a guest has asked for, and the message that answers it: a command has Done."""
 
     id: int
     what: str  # for the audit; empty where that is none of its business
-    answer: Callable[[Any], messages.ServerMessage | None] | None = None  # a command has Done
+    answer: Callable[[Any], messages.ServerMessage | None] | None = None
 
 
 class _Ended(NamedTuple):
@@ -137,7 +139,7 @@ class Guest:
         self._hall, self._wall = hall, wall
         self._listener: Listener | None = None
         self._questions: dict[int, tuple[Question, Ticket[Any]]] = {}
-        self._failed: set[int] = set()  # commands of which an error was told
+        self._failed: dict[int, str] = {}  # commands of which an error was told, and the first of these
         self._status: Status | None = None  # as it was told last
 
     # --- connections ---
@@ -216,9 +218,11 @@ class Guest:
             talk = hall.checked(self._given(message, act_on(hall.session, act)), lambda: hall.may_always(line))
             self._ask(message, self._with_status(talk), line, urgent=self.holder.stops(line))
             return
-        said = str(getattr(act, "text", "")) or type(act).__name__.lower()
-        talk = self._at_desk(act) if isinstance(act, DeskAct) else self._on_robot(act, message.issued)
-        self._ask(message, self._with_status(talk), f"({said})")
+        said = f"({str(getattr(act, 'text', '')) or type(act).__name__.lower()})"
+        if isinstance(act, DeskAct):
+            self._ask(message, self._with_status(self._at_desk(act)), said if type(act) in CHANGING else "")
+        else:
+            self._ask(message, self._with_status(self._on_robot(act, message.issued)), said)
 
     def _given(self, message: messages.Line | messages.At, talk: Talk[Any]) -> Talk[Any]:
         """A line, which was given when its sender says, as far as that can be true."""
@@ -234,15 +238,15 @@ class Guest:
         return work()
 
     def _at_desk(self, act: DeskAct) -> Talk[Any]:
-        """What moves the arm, or changes a program, is asked for anew: the lease may be in other hands."""
-        session, looks = self._hall.session, not isinstance(act, KeepDraft | Press | StopProgram)
+        """What moves the arm, or changes a program, is checked anew: the lease may be in other hands."""
+        session, said = self._hall.session, CHANGING.get(type(act))
 
         def work() -> Talk[Any]:
-            if not looks:
-                session.check_may("ABORT" if isinstance(act, StopProgram) else "a program", Role.SUPERVISOR)
+            if said is not None:
+                session.check_may(said, Role.SUPERVISOR)
             return (yield from self.conversation.act(act))
 
-        return self._hall.checked(work(), lambda: looks or isinstance(act, StopProgram))
+        return self._hall.checked(work(), lambda: said in (None, *STOPPING))
 
     def _on_robot(self, act: RobotAct, claim: float | None) -> Talk[Any]:
         issued = None if claim is None else self.holder.desk.times.issued(claim, self.holder.now)
@@ -391,7 +395,7 @@ class Guest:
             self.tell(messages.Asked(said.id, said, pending.id))
             return
         if is_error(said):
-            self._failed.add(pending.id)
+            self._failed.setdefault(pending.id, _wrong(said))
         self.tell(messages.Told(said, pending.id))
 
     def ended(self, pending: Pending, ticket: Ticket[Any]) -> None:
@@ -404,8 +408,8 @@ class Guest:
         if pending.answer is not None:
             self._answered(pending, pending.answer, ticket, error)
             return
-        ok = error is None and pending.id not in self._failed
-        self._failed.discard(pending.id)
+        wrong = self._failed.pop(pending.id, None) if error is None else str(error)
+        ok = wrong is None
         refusal = None if error is None else _refusal(error)
         result = None if error is not None else ticket.result()
         ended = result if isinstance(result, _Ended) else _Ended()
@@ -413,7 +417,7 @@ class Guest:
         version = self.holder.timeline.version
         self.tell(messages.Done(pending.id, ok, refusal, version, ended.status, ended.found))
         if pending.what:
-            self._hall.note(self, pending.what, "done" if ok else f"refused: {error or 'see its answer'}")
+            self._hall.note(self, pending.what, "done" if ok else f"refused: {wrong}")
 
     def _answered(
         self,
@@ -448,6 +452,13 @@ class Guest:
     def _changed(self, status: Status) -> messages.ServerMessage | None:
         before, self._status = self._status, status
         return None if status == before else messages.Status(status)
+
+
+def _wrong(reply: Reply) -> str:
+    """What an error is about, for the audit."""
+    if isinstance(reply, DiagnosticsReport):
+        return "; ".join(sentence(one.diagnostic.text, one.diagnostic.detail, "") for one in reply.items)
+    return str(getattr(reply, "text", "")) or type(reply).__name__
 
 
 def _refusal(error: BaseException) -> Refusal:

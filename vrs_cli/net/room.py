@@ -326,7 +326,7 @@ class Room:
         self._pending[ticket] = guest, pending
 
     def awaited(self, guest: Guest) -> tuple[Ticket[Any], ...]:
-        return tuple(ticket for ticket, (asker, it) in self._pending.items() if asker is guest and it.what)
+        return tuple(ticket for ticket, (asker, it) in self._pending.items() if asker is guest and it.answer is None)
 
     def checked(self, talk: Talk[Any], always: Callable[[], bool]) -> Talk[Any]:
         """In the robot's thread. Raises FileError, LimitReached where nothing may be changed now."""

@@ -227,6 +227,7 @@ class Server:
                 return
             guest.take(message)
             if isinstance(message, messages.Bye):
+                link.connection.why = "left"
                 room.leave(guest)
 
     async def _enter(self, link: _Link, hello: messages.Hello) -> None:
