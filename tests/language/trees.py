@@ -27,9 +27,9 @@ program_names = st.from_regex(r"[a-z][a-z0-9._]{0,11}", fullmatch=True) | st.sam
 sigils = st.sampled_from(["", "#", "$"])
 texts = st.text(alphabet=st.characters(min_codepoint=32, max_codepoint=126, exclude_characters='"'), max_size=12)
 numbers = st.one_of(
-    st.integers(0, 10**6).map(lambda n: ast.Number(float(n), str(n), NOWHERE)),
+    st.integers(0, 10**6).map(lambda n: ast.Number(float(n), str(n), span=NOWHERE)),
     st.sampled_from(["2.5", ".5", "5.", "1E-3", "^HFF", "^B101", "^17", "'A", "'a"]).map(
-        lambda text: ast.Number(VALUES[text], text, NOWHERE)
+        lambda text: ast.Number(VALUES[text], text, span=NOWHERE)
     ),
 )
 VALUES = {
@@ -44,7 +44,7 @@ VALUES = {
     "'a": 97.0,
 }
 constants = st.sampled_from([name for name, row in FUNCTIONS.items() if row.constant]).map(
-    lambda name: ast.Call(name, (), NOWHERE)
+    lambda name: ast.Call(name, (), span=NOWHERE)
 )
 functions = st.sampled_from([name for name, row in FUNCTIONS.items() if not row.constant and row.arguments])
 
@@ -52,7 +52,7 @@ functions = st.sampled_from([name for name, row in FUNCTIONS.items() if not row.
 def _variables(inner: st.SearchStrategy[ast.Expression], grouped: bool = True) -> st.SearchStrategy[ast.Variable]:
     indexes = st.one_of(st.none(), st.lists(inner, min_size=0, max_size=3).map(tuple))
     groups = st.booleans() if grouped else st.just(False)
-    whole = st.builds(ast.Variable, names, sigils, indexes, st.just(NOWHERE), groups)
+    whole = st.builds(ast.Variable, names, sigils, indexes, groups, span=st.just(NOWHERE))
     part = st.builds(_part, names, sigils, st.lists(inner, max_size=2), st.integers(1, 2))
     return st.one_of(whole, part)
 
@@ -60,7 +60,7 @@ def _variables(inner: st.SearchStrategy[ast.Expression], grouped: bool = True) -
 def _part(name: str, sigil: str, indexes: list[ast.Expression], rest: int) -> ast.Variable:
     """`a[,]`, `a[i,]`, `a[i,,]`, `a[i,j,]`: three indexes at most."""
     rest = min(rest, 3 - len(indexes)) if indexes else rest
-    return ast.Variable(name, sigil, tuple(indexes), NOWHERE, rest=rest)
+    return ast.Variable(name, sigil, tuple(indexes), span=NOWHERE, rest=rest)
 
 
 def _trimmed(items: list[ast.Expression | None]) -> tuple[ast.Expression | None, ...]:
@@ -76,15 +76,15 @@ def _arguments(inner: st.SearchStrategy[ast.Expression]) -> st.SearchStrategy[tu
 def _calls(inner: st.SearchStrategy[ast.Expression]) -> st.SearchStrategy[ast.Call]:
     """Calls of functions whose arguments are plain values: those that take words are read otherwise."""
     plain = functions.filter(lambda name: name not in ("SWITCH", "PARAMETER", "DEFINED", "LAST", "TAS", "$DECODE"))
-    return st.builds(ast.Call, plain, _arguments(inner), st.just(NOWHERE), st.just(True)).filter(
+    return st.builds(ast.Call, plain, _arguments(inner), st.just(True), span=st.just(NOWHERE)).filter(
         lambda call: call.name not in WITH_BY or (len(call.arguments) > 0 and call.arguments[0] is not None)
     )
 
 
 def _deeper(inner: st.SearchStrategy[ast.Expression]) -> st.SearchStrategy[ast.Expression]:
     return st.one_of(
-        st.builds(ast.Unary, st.sampled_from([*ORDER.prefix]), inner, st.just(NOWHERE), st.booleans()),
-        st.builds(ast.Binary, st.sampled_from([*ORDER.infix]), inner, inner, st.just(NOWHERE), st.booleans()),
+        st.builds(ast.Unary, st.sampled_from([*ORDER.prefix]), inner, st.booleans(), span=st.just(NOWHERE)),
+        st.builds(ast.Binary, st.sampled_from([*ORDER.infix]), inner, inner, st.booleans(), span=st.just(NOWHERE)),
         _variables(inner),
         _calls(inner),
     )
@@ -93,9 +93,9 @@ def _deeper(inner: st.SearchStrategy[ast.Expression]) -> st.SearchStrategy[ast.E
 _expressions: st.SearchStrategy[ast.Expression] = st.recursive(
     st.one_of(
         numbers,
-        texts.map(lambda text: ast.Text(text, NOWHERE)),
+        texts.map(lambda text: ast.Text(text, span=NOWHERE)),
         constants,
-        st.builds(ast.Variable, names, sigils, st.none(), st.just(NOWHERE), st.booleans()),
+        st.builds(ast.Variable, names, sigils, st.none(), st.booleans(), span=st.just(NOWHERE)),
     ),
     _deeper,
     max_leaves=12,
@@ -109,7 +109,7 @@ def named(draw: st.DrawFn, inner: Callable[[], st.SearchStrategy[T]]) -> T:
 
 
 expressions = named(lambda: _expressions)
-reals = st.builds(ast.Variable, names, st.just(""), st.none(), st.just(NOWHERE))
+reals = st.builds(ast.Variable, names, st.just(""), st.none(), span=st.just(NOWHERE))
 labels = st.integers(0, 65535)
 modifiers = st.one_of(
     st.just(ast.NO_MODIFIERS),
@@ -119,90 +119,102 @@ modifiers = st.one_of(
 units = st.sampled_from([None, "MMPS", "IPS", "MONITOR"])
 speeds = st.builds(ast.Modifiers, st.none(), st.none(), st.booleans(), units)
 formats = st.builds(
-    ast.Format, st.sampled_from("BCDEFGHIOSUX"), st.one_of(st.none(), st.integers(0, 20)), st.none(), st.just(NOWHERE)
+    ast.Format,
+    st.sampled_from("BCDEFGHIOSUX"),
+    st.one_of(st.none(), st.integers(0, 20)),
+    st.none(),
+    span=st.just(NOWHERE),
 )
 items = st.lists(st.one_of(expressions, formats), max_size=4).map(tuple)
 calls = st.builds(
-    lambda name, arguments: ast.ProgramCall(name, arguments, NOWHERE, True), program_names, _arguments(expressions)
-) | program_names.map(lambda name: ast.ProgramCall(name, (), NOWHERE))
-words = st.sampled_from(["CP", "POWER", "DRY.RUN"]).map(lambda text: ast.Word(text, NOWHERE))
+    lambda name, arguments: ast.ProgramCall(name, arguments, True, span=NOWHERE), program_names, _arguments(expressions)
+) | program_names.map(lambda name: ast.ProgramCall(name, (), span=NOWHERE))
+words = st.sampled_from(["CP", "POWER", "DRY.RUN"]).map(lambda text: ast.Word(text, span=NOWHERE))
 
 applied = st.builds(
     ast.Applied,
     st.builds(
-        ast.Variable, names, st.just("$"), st.lists(expressions, min_size=1, max_size=2).map(tuple), st.just(NOWHERE)
+        ast.Variable,
+        names,
+        st.just("$"),
+        st.lists(expressions, min_size=1, max_size=2).map(tuple),
+        span=st.just(NOWHERE),
     ),
     _arguments(expressions),
-    st.just(NOWHERE),
+    span=st.just(NOWHERE),
 )
 sorts = st.sampled_from([None, "REAL", "DOUBLE", "LOC"]).map(lambda sort: ast.Modifiers(sort=sort))
-declared = st.builds(ast.Variable, names, sigils, st.sampled_from([None, ()]), st.just(NOWHERE))
+declared = st.builds(ast.Variable, names, sigils, st.sampled_from([None, ()]), span=st.just(NOWHERE))
 relations = st.builds(
-    ast.Binary, st.sampled_from(sorted(RELATIONS)), numbers, expressions, st.just(NOWHERE), st.just(False)
+    ast.Binary, st.sampled_from(sorted(RELATIONS)), numbers, expressions, st.just(False), span=st.just(NOWHERE)
 )
-label_numbers = labels.map(lambda n: ast.Number(float(n), str(n), NOWHERE))
+label_numbers = labels.map(lambda n: ast.Number(float(n), str(n), span=NOWHERE))
 signals = st.one_of(st.none(), expressions)
 
 X = st.just(NOWHERE)
 instructions = st.one_of(
-    st.builds(ast.Instruction, st.sampled_from(["MOVE", "MOVES"]), st.tuples(expressions), X, st.none(), modifiers),
-    st.builds(ast.Instruction, st.just("APPRO"), st.tuples(expressions, expressions), X, st.none(), modifiers),
-    st.builds(ast.Instruction, st.just("BASE"), _arguments(expressions), X),
-    st.builds(ast.Instruction, st.just("READY"), st.just(()), X, st.none(), modifiers),
-    st.builds(ast.Instruction, st.just("SPEED"), st.tuples(expressions), X, st.none(), speeds),
-    st.builds(ast.Instruction, st.just("TYPE"), items, X),
-    st.builds(ast.Instruction, st.just("SET"), st.tuples(reals), X, expressions),
-    st.builds(ast.Instruction, st.just("BITS"), st.tuples(expressions, expressions), X, expressions),
-    st.builds(ast.Instruction, st.just("CALL"), st.tuples(calls), X),
-    st.builds(ast.Instruction, st.just("CALLS"), st.tuples(applied), X),
+    st.builds(
+        ast.Instruction, st.sampled_from(["MOVE", "MOVES"]), st.tuples(expressions), st.none(), modifiers, span=X
+    ),
+    st.builds(ast.Instruction, st.just("APPRO"), st.tuples(expressions, expressions), st.none(), modifiers, span=X),
+    st.builds(ast.Instruction, st.just("BASE"), _arguments(expressions), span=X),
+    st.builds(ast.Instruction, st.just("READY"), st.just(()), st.none(), modifiers, span=X),
+    st.builds(ast.Instruction, st.just("SPEED"), st.tuples(expressions), st.none(), speeds, span=X),
+    st.builds(ast.Instruction, st.just("TYPE"), items, span=X),
+    st.builds(ast.Instruction, st.just("SET"), st.tuples(reals), expressions, span=X),
+    st.builds(ast.Instruction, st.just("BITS"), st.tuples(expressions, expressions), expressions, span=X),
+    st.builds(ast.Instruction, st.just("CALL"), st.tuples(calls), span=X),
+    st.builds(ast.Instruction, st.just("CALLS"), st.tuples(applied), span=X),
     st.builds(
         ast.Instruction,
         st.sampled_from(["AUTO", "LOCAL", "GLOBAL"]),
         st.lists(declared, min_size=1, max_size=3).map(tuple),
-        X,
         st.none(),
         sorts,
+        span=X,
     ),
-    st.builds(ast.Instruction, st.just("SHIFT"), st.tuples(reals, expressions, expressions), X),
-    st.builds(ast.Instruction, st.just("FRAME"), st.tuples(reals, expressions, expressions, expressions), X),
-    st.builds(ast.Instruction, st.just("INVERSE"), st.tuples(reals), X, expressions),
-    st.builds(ast.Instruction, st.just("IFSIG"), st.tuples(expressions, signals, signals, signals, label_numbers), X),
-    st.builds(ast.Instruction, st.just("ENABLE"), st.lists(words, min_size=1, max_size=3).map(tuple), X),
+    st.builds(ast.Instruction, st.just("SHIFT"), st.tuples(reals, expressions, expressions), span=X),
+    st.builds(ast.Instruction, st.just("FRAME"), st.tuples(reals, expressions, expressions, expressions), span=X),
+    st.builds(ast.Instruction, st.just("INVERSE"), st.tuples(reals), expressions, span=X),
+    st.builds(
+        ast.Instruction, st.just("IFSIG"), st.tuples(expressions, signals, signals, signals, label_numbers), span=X
+    ),
+    st.builds(ast.Instruction, st.just("ENABLE"), st.lists(words, min_size=1, max_size=3).map(tuple), span=X),
 )
 _statements = st.one_of(
-    st.builds(ast.Assignment, _variables(expressions, grouped=False), expressions, X),
+    st.builds(ast.Assignment, _variables(expressions, grouped=False), expressions, span=X),
     instructions,
-    st.builds(ast.Goto, labels, X),
-    st.builds(ast.IfGoto, expressions, labels, X),
-    st.builds(ast.IfGoto, relations, labels, X, st.just(True)),
-    st.builds(ast.If, expressions, X),
-    st.builds(ast.Else, X),
-    st.builds(ast.While, expressions, X),
-    st.builds(ast.Do, X),
-    st.builds(ast.Until, expressions, X),
-    st.builds(ast.For, reals, expressions, expressions, st.one_of(st.none(), expressions), X),
-    st.builds(ast.Case, expressions, X),
-    st.builds(ast.Value, st.lists(expressions, min_size=1, max_size=3).map(tuple), X),
-    st.builds(ast.Any, X),
-    st.builds(ast.End, X),
+    st.builds(ast.Goto, labels, span=X),
+    st.builds(ast.IfGoto, expressions, labels, span=X),
+    st.builds(ast.IfGoto, relations, labels, st.just(True), span=X),
+    st.builds(ast.If, expressions, span=X),
+    st.builds(ast.Else, span=X),
+    st.builds(ast.While, expressions, span=X),
+    st.builds(ast.Do, span=X),
+    st.builds(ast.Until, expressions, span=X),
+    st.builds(ast.For, reals, expressions, expressions, st.one_of(st.none(), expressions), span=X),
+    st.builds(ast.Case, expressions, span=X),
+    st.builds(ast.Value, st.lists(expressions, min_size=1, max_size=3).map(tuple), span=X),
+    st.builds(ast.Any, span=X),
+    st.builds(ast.End, span=X),
 )
 statements = named(lambda: _statements)
 comments = st.one_of(
     st.none(), st.text(alphabet=st.characters(min_codepoint=32, max_codepoint=126), max_size=12).map(str.rstrip)
 )
-steps = st.builds(ast.Step, st.one_of(st.none(), labels), st.one_of(st.none(), statements), comments, X)
-parameters = st.lists(st.builds(ast.Variable, names, sigils, st.just(None), X), max_size=3).map(tuple)
+steps = st.builds(ast.Step, st.one_of(st.none(), labels), st.one_of(st.none(), statements), comments, span=X)
+parameters = st.lists(st.builds(ast.Variable, names, sigils, st.just(None), span=X), max_size=3).map(tuple)
 
 
 def _without_blank_end(all_steps: list[ast.Step]) -> tuple[ast.Step, ...]:
-    blank = ast.Step(None, None, None, NOWHERE)
+    blank = ast.Step(None, None, None, span=NOWHERE)
     while all_steps and all_steps[-1] == blank:
         all_steps.pop()
     return tuple(all_steps)
 
 
 _programs = st.builds(
-    ast.Program, program_names, parameters, st.lists(steps, max_size=8).map(_without_blank_end), comments, X
+    ast.Program, program_names, parameters, st.lists(steps, max_size=8).map(_without_blank_end), comments, span=X
 )
 
 

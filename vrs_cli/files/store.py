@@ -105,7 +105,7 @@ def sections_of(environment: Memory, items: Iterable[Item]) -> File:
 def _of_kinds(row: _SectionRow, named: Iterable[NamedValue], units: JointUnits) -> Iterator[Section]:
     entries = tuple(_entry(one, units) for one in named if kind_of_value(one.value) in row.kinds)
     if entries:
-        yield Section(row.name, entries, NOWHERE)
+        yield Section(row.name, entries, span=NOWHERE)
 
 
 def _key(variable: NamedValue) -> str:
@@ -115,9 +115,9 @@ def _key(variable: NamedValue) -> str:
 def _entry(stored: NamedValue, units: JointUnits) -> Entry:
     value = stored.value
     if isinstance(value, str):
-        return Entry(_variable(stored.name), (), value, NOWHERE)
+        return Entry(_variable(stored.name), (), value, span=NOWHERE)
     numbers = (value,) if isinstance(value, float) else numbers_of(value, units)
-    return Entry(_variable(stored.name), numbers, None, NOWHERE)
+    return Entry(_variable(stored.name), numbers, None, span=NOWHERE)
 
 
 def _variable(name: str) -> ast.Variable:
@@ -125,9 +125,9 @@ def _variable(name: str) -> ast.Variable:
     sigil = name[:1] if name[:1] in SIGIL_KINDS else ""
     bare, bracket, indexes = name[len(sigil) :].partition("[")
     if not bracket:
-        return ast.Variable(bare, sigil, None, NOWHERE)
-    numbers = tuple(ast.Number(float(text), text, NOWHERE) for text in indexes.rstrip("]").split(","))
-    return ast.Variable(bare, sigil, numbers, NOWHERE)
+        return ast.Variable(bare, sigil, None, span=NOWHERE)
+    numbers = tuple(ast.Number(float(text), text, span=NOWHERE) for text in indexes.rstrip("]").split(","))
+    return ast.Variable(bare, sigil, numbers, span=NOWHERE)
 
 
 # --- what programs use -------------------------------------------------------------------------------------------

@@ -193,7 +193,7 @@ class _Way(Struct, frozen=True):
         return self.target.key if isinstance(self.target, ast.Variable) else ""
 
 
-_CHANGES_FRAMES = _Way(ast.Variable("", "", None, ast.Span(0, 0, 0)), 0.0)  # a TOOL or a BASE
+_CHANGES_FRAMES = _Way(ast.Variable("", "", None, span=ast.Span(0, 0, 0)), 0.0)  # a TOOL or a BASE
 
 
 def _ways(program: Program) -> tuple[_Way, ...]:

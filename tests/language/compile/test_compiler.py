@@ -99,14 +99,14 @@ def in_python(tree: Expression) -> float:
 
 
 leaves: st.SearchStrategy[Expression] = st.one_of(
-    st.floats(0, 1e4, allow_nan=False).map(lambda x: Number(x, str(x), NOWHERE)),
-    st.sampled_from(sorted(NAMES)).map(lambda name: Variable(name, "", None, NOWHERE)),
+    st.floats(0, 1e4, allow_nan=False).map(lambda x: Number(x, str(x), span=NOWHERE)),
+    st.sampled_from(sorted(NAMES)).map(lambda name: Variable(name, "", None, span=NOWHERE)),
 )
 
 
 def branches(children: st.SearchStrategy[Expression]) -> st.SearchStrategy[Expression]:
-    unary = st.builds(Unary, st.sampled_from(sorted(UNARY)), children, st.just(NOWHERE))
-    binary = st.builds(Binary, st.sampled_from(sorted(PYTHON)), children, children, st.just(NOWHERE))
+    unary = st.builds(Unary, st.sampled_from(sorted(UNARY)), children, span=st.just(NOWHERE))
+    binary = st.builds(Binary, st.sampled_from(sorted(PYTHON)), children, children, span=st.just(NOWHERE))
     return unary | binary
 
 
@@ -114,8 +114,8 @@ trees = st.recursive(leaves, branches, max_leaves=20)
 
 
 def assigned(tree: Expression) -> Analysis:
-    statement = Assignment(Variable("x", "", None, NOWHERE), tree, NOWHERE)
-    return analyze(Program("main", (), (Step(None, statement, None, NOWHERE),), None, NOWHERE))
+    statement = Assignment(Variable("x", "", None, span=NOWHERE), tree, span=NOWHERE)
+    return analyze(Program("main", (), (Step(None, statement, None, span=NOWHERE),), None, span=NOWHERE))
 
 
 def value_or_error(tree: Expression) -> float | type[VrsError]:
@@ -412,24 +412,24 @@ def test_two_programs_compiled_apart_share_their_variables() -> None:
 
 
 def test_a_program_with_errors_is_not_compiled() -> None:
-    whole_program = assigned(Number(1.0, "1", NOWHERE)).program
+    whole_program = assigned(Number(1.0, "1", span=NOWHERE)).program
     broken = Analysis(whole_program, {}, (), {}, (error(IllegalValue, NOWHERE),))
     with pytest.raises(ProgramNotExecutable, match="main"):
         compile_program(LIBRARY, broken)
 
 
 def test_a_program_with_a_line_that_could_not_be_read_is_not_compiled() -> None:
-    bad = Program("main", (), (Step(None, BadLine("MOVE MOVE", NOWHERE), None, NOWHERE),), None, NOWHERE)
+    bad = Program("main", (), (Step(None, BadLine("MOVE MOVE", span=NOWHERE), None, span=NOWHERE),), None, span=NOWHERE)
     with pytest.raises(ProgramNotExecutable, match="main"):
         compile_program(LIBRARY, Analysis(bad, {}, (), {}, ()))
 
 
 def test_an_expression_of_a_thousand_levels_is_refused_not_crashed() -> None:
-    tree: Expression = Variable("a", "", None, NOWHERE)
+    tree: Expression = Variable("a", "", None, span=NOWHERE)
     for _ in range(5000):
-        tree = Unary("-", tree, NOWHERE)
-    statement = Assignment(Variable("x", "", None, NOWHERE), tree, NOWHERE)
-    deep = Program("deep", (), (Step(None, statement, None, NOWHERE),), None, NOWHERE)
+        tree = Unary("-", tree, span=NOWHERE)
+    statement = Assignment(Variable("x", "", None, span=NOWHERE), tree, span=NOWHERE)
+    deep = Program("deep", (), (Step(None, statement, None, span=NOWHERE),), None, span=NOWHERE)
     with pytest.raises(ProgramNotExecutable, match="nested too deeply"):
         compile_program(LIBRARY, Analysis(deep, {"a": Kind.REAL, "x": Kind.REAL}, (), {}, ()))
 

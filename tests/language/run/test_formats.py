@@ -12,7 +12,7 @@ NOWHERE = Span(1, 1, 1)
 
 
 def form(code: str, width: int | None = None, decimals: int | None = None) -> Format:
-    return Format(code, width, decimals, NOWHERE)
+    return Format(code, width, decimals, span=NOWHERE)
 
 
 @pytest.mark.parametrize(

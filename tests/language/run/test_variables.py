@@ -141,14 +141,14 @@ def test_entries_of_a_file_replace_what_was_there(
     environment = Environment()
     if not sigil:
         environment.reference(name).assign(IDENTITY if kind is Kind.REAL else 1.0)
-    environment.define(Entry(Variable(name, sigil, None, NOWHERE), numbers, text, NOWHERE))
+    environment.define(Entry(Variable(name, sigil, None, span=NOWHERE), numbers, text, span=NOWHERE))
     assert environment.kind_of(sigil + name) is kind
 
 
 def test_an_entry_may_be_an_element() -> None:
     environment = Environment()
-    row = Variable("row", "", (Number(3.0, "3", NOWHERE),), NOWHERE)
-    environment.define(Entry(row, (7.0,), None, NOWHERE))
+    row = Variable("row", "", (Number(3.0, "3", span=NOWHERE),), span=NOWHERE)
+    environment.define(Entry(row, (7.0,), None, span=NOWHERE))
     assert environment.reference("row", 3).value() == 7.0
 
 

@@ -93,13 +93,13 @@ def _grouping(tree: Any) -> str:
 
 
 def test_values() -> None:
-    assert value("PI") == Call("PI", (), Span(1, 5, 7))
-    assert value("count") == Variable("count", "", None, Span(1, 5, 10))
+    assert value("PI") == Call("PI", (), span=Span(1, 5, 7))
+    assert value("count") == Variable("count", "", None, span=Span(1, 5, 10))
     assert value("(a)").grouped
-    assert value("a[1, 2]").indexes == (Number(1.0, "1", Span(1, 7, 8)), Number(2.0, "2", Span(1, 10, 11)))
+    assert value("a[1, 2]").indexes == (Number(1.0, "1", span=Span(1, 7, 8)), Number(2.0, "2", span=Span(1, 10, 11)))
     assert value("a[]").indexes == ()
-    assert value("sqrt(2)") == Call("SQRT", (Number(2.0, "2", Span(1, 10, 11)),), Span(1, 5, 12), True)
-    assert value("TIME()") == Call("TIME", (), Span(1, 5, 11), True)
+    assert value("sqrt(2)") == Call("SQRT", (Number(2.0, "2", span=Span(1, 10, 11)),), True, span=Span(1, 5, 12))
+    assert value("TIME()") == Call("TIME", (), True, span=Span(1, 5, 11))
     assert value("TRANS(,,5,)").arguments[:2] == (None, None)
     assert len(value("TRANS(,,5,)").arguments) == 3
     assert len(value("SHIFT(a BY 1,,2)").arguments) == 4
@@ -111,22 +111,22 @@ def test_instructions() -> None:
     motion = statement("MOVES part:grip AT 2*t")
     assert motion.word == "MOVES"
     assert isinstance(motion.modifiers.at, Binary)
-    assert statement("READY IN 1").modifiers.within == Number(1.0, "1", Span(1, 10, 11))
+    assert statement("READY IN 1").modifiers.within == Number(1.0, "1", span=Span(1, 10, 11))
     assert statement("SPEED 20, 50 MMPS ALWAYS").modifiers == ast.Modifiers(always=True, unit="MMPS")
     assert statement("BASE ,,300").arguments[:2] == (None, None)
-    assert statement("TIMER 1 = 0").value == Number(0.0, "0", Span(1, 11, 12))
-    assert statement("TIMER (1) = 0").arguments == (Number(1.0, "1", Span(1, 8, 9)),)
+    assert statement("TIMER 1 = 0").value == Number(0.0, "0", span=Span(1, 11, 12))
+    assert statement("TIMER (1) = 0").arguments == (Number(1.0, "1", span=Span(1, 8, 9)),)
     assert statement("ENABLE cp, dry.run").arguments == (
-        ast.Word("cp", Span(1, 8, 10)),
-        ast.Word("dry.run", Span(1, 12, 19)),
+        ast.Word("cp", span=Span(1, 8, 10)),
+        ast.Word("dry.run", span=Span(1, 12, 19)),
     )
-    assert statement("CALL pick").arguments == (ast.ProgramCall("pick", (), Span(1, 6, 10)),)
+    assert statement("CALL pick").arguments == (ast.ProgramCall("pick", (), span=Span(1, 6, 10)),)
     assert statement("CALL sin(1)").arguments[0].name == "sin"
     assert statement("PROMPT n").arguments[0] is None
     assert statement("PROMPT $text, n").arguments[0] is not None
-    assert statement("SIGNAL -1").arguments == (Unary("-", Number(1.0, "1", Span(1, 9, 10)), Span(1, 8, 10)),)
-    assert statement('TYPE /C2, "x", /F6.2').arguments[2] == ast.Format("F", 6, 2, Span(1, 16, 21))
-    assert statement("DEFBELT 1001, pick").arguments == (ast.Word("1001, pick", Span(1, 9, 19)),)
+    assert statement("SIGNAL -1").arguments == (Unary("-", Number(1.0, "1", span=Span(1, 9, 10)), span=Span(1, 8, 10)),)
+    assert statement('TYPE /C2, "x", /F6.2').arguments[2] == ast.Format("F", 6, 2, span=Span(1, 16, 21))
+    assert statement("DEFBELT 1001, pick").arguments == (ast.Word("1001, pick", span=Span(1, 9, 19)),)
 
 
 @pytest.mark.parametrize("text", ["0" * 5000 + "10 STOP", "GOTO " + "0" * 5000 + "10"])
@@ -163,8 +163,8 @@ def test_a_refusal_says_what_the_parser_would_have_taken(line: str, message: str
 
 def test_constants_can_be_named_where_something_is_defined() -> None:
     """So that the analyzer can say that they are reserved."""
-    assert statement("PI = 3").target == Variable("pi", "", None, Span(1, 1, 3))
-    assert statement("SET here = a").arguments == (Variable("here", "", None, Span(1, 5, 9)),)
+    assert statement("PI = 3").target == Variable("pi", "", None, span=Span(1, 1, 3))
+    assert statement("SET here = a").arguments == (Variable("here", "", None, span=Span(1, 5, 9)),)
     assert statement("FOR on = 1 TO 2").variable.name == "on"
 
 
@@ -182,7 +182,7 @@ def test_commands() -> None:
     assert isinstance(parse_prompt("a = 5"), ast.DoInstruction)
     assert isinstance(parse_prompt("HERE a"), Instruction)
     assert isinstance(parse_prompt("TOOL"), Instruction)
-    assert parse_prompt("DO") == ast.DoInstruction(None, Span(1, 1, 3))
+    assert parse_prompt("DO") == ast.DoInstruction(None, span=Span(1, 1, 3))
     assert parse_prompt("") is None
     assert parse_prompt("  ; a comment") is None
 

@@ -356,7 +356,7 @@ def named_program(text: str) -> Program:
     """An empty program by its name and parameters, `pick(part, height)`. Raises LineRefused."""
     header = parse_prompt(f".PROGRAM {text}")
     assert isinstance(header, ProgramHeader)
-    return Program(header.name, header.parameters, (), None, Span(HEADER_LINE, 1, 1))
+    return Program(header.name, header.parameters, (), None, span=Span(HEADER_LINE, 1, 1))
 
 
 def opened(station: Station, asked: Program, step: int = 1) -> Draft:
@@ -389,4 +389,4 @@ def asked_program(expression: Expression) -> Program:
     parameters = tuple(one for one in given if isinstance(one, Variable))
     if not isinstance(expression, ProgramCall) or len(parameters) < len(given):
         raise IllegalValue("the parameters of a program are variables", "EDIT pick(part, height)")
-    return Program(expression.name, parameters, (), None, Span(HEADER_LINE, 1, 1))
+    return Program(expression.name, parameters, (), None, span=Span(HEADER_LINE, 1, 1))

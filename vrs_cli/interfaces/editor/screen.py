@@ -135,7 +135,7 @@ def read(text: str) -> Reading:
     if isinstance(header, Diagnostic):
         return Reading(None, (header, *findings))
     body = tuple(step for step, _ in steps)
-    program = Program(header.name, header.parameters, body, header.comment, header.span)
+    program = Program(header.name, header.parameters, body, header.comment, span=header.span)
     return Reading(resolve_program(program), findings)
 
 
@@ -174,4 +174,4 @@ def read_step(text: str, line: int) -> tuple[Step, Diagnostic | None]:
         return parse_step(text, line), None
     except LineRefused as refused:
         span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
-        return Step(None, BadLine(text.strip(), span), None, span), refused.diagnostic
+        return Step(None, BadLine(text.strip(), span=span), None, span=span), refused.diagnostic

@@ -111,7 +111,7 @@ def _counted_up(station: Station, name: Variable) -> Variable:
     if name.indexes:
         *others, last = name.indexes
         following = real(station, last) + 1.0
-        return replace(name, indexes=(*others, Number(following, plain(following), last.span)))
+        return replace(name, indexes=(*others, Number(following, plain(following), span=last.span)))
     letters = name.name.rstrip("0123456789")
     longer = f"{letters}{int(name.name[len(letters) :] or 0) + 1}"
     if len(longer) > NAME_LENGTH:

@@ -22,12 +22,12 @@ def channel(expression: Expression) -> int | None:
 
 def signals_on(channels: Iterable[Expression | None], span: Span) -> ast.Call:
     """`SIG(...)` of these channels; what is no plain number is a signal number already."""
-    return ast.Call("SIG", tuple(_signal(one) for one in channels if one is not None), span, True)
+    return ast.Call("SIG", tuple(_signal(one) for one in channels if one is not None), True, span=span)
 
 
 def _signal(expression: Expression) -> Expression:
     number = channel(expression)
     if number is None:
         return expression
-    known = ast.Number(float(abs(number)), str(abs(number)), expression.span)
-    return known if number > 0 else ast.Unary("-", known, expression.span)
+    known = ast.Number(float(abs(number)), str(abs(number)), span=expression.span)
+    return known if number > 0 else ast.Unary("-", known, span=expression.span)

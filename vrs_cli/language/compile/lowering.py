@@ -205,8 +205,8 @@ def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction 
     """GRASP: the hand closes, and its fingers are nearer than the width."""
     width, span = statement.arguments[0], statement.span
     assert width is not None
-    gap = ast.Call("PARAMETER", (ast.Word("GRASP.WIDTH", span),), span, True)
-    return ast.Binary("<", gap, width, span), statement
+    gap = ast.Call("PARAMETER", (ast.Word("GRASP.WIDTH", span=span),), True, span=span)
+    return ast.Binary("<", gap, width, span=span), statement
 
 
 _CONDITIONS: dict[str, Callable[[ast.Instruction], tuple[ast.Expression, ast.Instruction | None]]] = {

@@ -36,7 +36,7 @@ def statement_task(environment: Environment, robot: RobotReadings, statement: as
 
     Raises ProgramNotExecutable with the first fault that the analyzer finds.
     """
-    program = Program("", (), (Step(None, statement, None, statement.span),), None, statement.span)
+    program = Program("", (), (Step(None, statement, None, span=statement.span),), None, span=statement.span)
     programs = {key: stored.program for key, stored in environment.programs.items()}
     analysis = analyze(program, environment.kinds(), programs)
     if not analysis.executable:

@@ -22,25 +22,29 @@ class Span(Struct, frozen=True):
     end: int
 
 
+class Node(Struct, frozen=True, kw_only=True):
+    """What stands somewhere in the source."""
+
+    span: Span
+
+
 # --- expressions -----------------------------------------------------------------------------------------------
 
 
-class Number(Struct, frozen=True):
+class Number(Node, frozen=True):
     """A numeric constant; `text` as typed (`^HFF`, `'A`, `1E-3`)."""
 
     value: float
     text: str
-    span: Span
 
 
-class Text(Struct, frozen=True):
+class Text(Node, frozen=True):
     """A string constant, without its quotes."""
 
     value: str
-    span: Span
 
 
-class Variable(Struct, frozen=True):
+class Variable(Node, frozen=True):
     """`name`, `#name`, `$name`, `name[i]`, `name[i,j]`; `name[]` (the whole array) has `indexes == ()`.
 
     `sigil` is "", "#" or "$". A bare name is a real or a transformation: the analyzer decides from its use.
@@ -51,7 +55,6 @@ class Variable(Struct, frozen=True):
     name: str
     sigil: str
     indexes: tuple[Expression, ...] | None
-    span: Span
     grouped: bool = False
     rest: int = 0
 
@@ -66,16 +69,15 @@ class Variable(Struct, frozen=True):
         return self.indexes == () or self.rest > 0
 
 
-class Unary(Struct, frozen=True):
+class Unary(Node, frozen=True):
     """`operator` is "-", "+", "NOT" or "COM"; `grouped` as in Binary."""
 
     operator: str
     operand: Expression
-    span: Span
     grouped: bool = False
 
 
-class Binary(Struct, frozen=True):
+class Binary(Node, frozen=True):
     """`operator` in canonical spelling: + - * / MOD ** == <> < > <= >= AND OR XOR BAND BOR BXOR, and `:` (compound).
 
     `grouped` is true when the source had parentheses round this node (the printer keeps them; the analyzer warns
@@ -85,11 +87,10 @@ class Binary(Struct, frozen=True):
     operator: str
     left: Expression
     right: Expression
-    span: Span
     grouped: bool = False
 
 
-class Call(Struct, frozen=True):
+class Call(Node, frozen=True):
     """A function (`ABS(x)`, `TRANS(,,5)`, `#PPOINT(..)`, `$CHR(10)`) or a constant (`PI`, `HERE`: no arguments).
 
     `name` is upper case for a function of the table, otherwise as typed. An omitted argument is None.
@@ -99,7 +100,6 @@ class Call(Struct, frozen=True):
 
     name: str
     arguments: tuple[Expression | None, ...]
-    span: Span
     parenthesised: bool = False
     grouped: bool = False
 
@@ -107,10 +107,10 @@ class Call(Struct, frozen=True):
     def variable(self) -> Variable:
         """The variable of this name."""
         sigil = self.name[0] if self.name[0] in "#$" else ""
-        return Variable(self.name[len(sigil) :].lower(), sigil, None, self.span, self.grouped)
+        return Variable(self.name[len(sigil) :].lower(), sigil, None, self.grouped, span=self.span)
 
 
-class ProgramCall(Struct, frozen=True):
+class ProgramCall(Node, frozen=True):
     """A program where the table asks for one, with its arguments: `pick(a, 5)` after CALL. `name` is as typed.
 
     `parenthesised` as in Call.
@@ -118,7 +118,6 @@ class ProgramCall(Struct, frozen=True):
 
     name: str
     arguments: tuple[Expression | None, ...]
-    span: Span
     parenthesised: bool = False
 
     @property
@@ -127,28 +126,25 @@ class ProgramCall(Struct, frozen=True):
         return self.name.lower()[:NAME_LENGTH]
 
 
-class Applied(Struct, frozen=True):
+class Applied(Node, frozen=True):
     """The argument of CALLS: a string that names a program, with that program's arguments: `$name[i](a, 5)`."""
 
     text: Variable
     arguments: tuple[Expression | None, ...]
-    span: Span
 
 
-class Format(Struct, frozen=True):
+class Format(Node, frozen=True):
     """A format code of TYPE and $ENCODE: `/F6.2` is code "F", width 6, decimals 2."""
 
     code: str
     width: int | None
     decimals: int | None
-    span: Span
 
 
-class Word(Struct, frozen=True):
+class Word(Node, frozen=True):
     """A bare word or raw text where the table asks for one: a file name, a switch, a program to be stored."""
 
     text: str
-    span: Span
 
 
 Expression = Number | Text | Variable | Unary | Binary | Call | ProgramCall | Applied | Format | Word
@@ -157,12 +153,11 @@ Expression = Number | Text | Variable | Unary | Binary | Call | ProgramCall | Ap
 # --- statements ------------------------------------------------------------------------------------------------
 
 
-class Assignment(Struct, frozen=True):
+class Assignment(Node, frozen=True):
     """`x = e`, `$s = e`."""
 
     target: Variable
     value: Expression
-    span: Span
 
 
 class Modifiers(Struct, frozen=True):
@@ -179,7 +174,7 @@ class Modifiers(Struct, frozen=True):
 NO_MODIFIERS = Modifiers()
 
 
-class Instruction(Struct, frozen=True):
+class Instruction(Node, frozen=True):
     """Any operation that is a row of the instruction or the monitor-command table and not a control word.
 
     `word` is the full upper-case keyword, also when the source abbreviated it. An omitted argument is None, trailing
@@ -188,95 +183,81 @@ class Instruction(Struct, frozen=True):
 
     word: str
     arguments: tuple[Expression | None, ...]
-    span: Span
     value: Expression | None = None
     modifiers: Modifiers = NO_MODIFIERS
 
 
-class DoInstruction(Struct, frozen=True):
+class DoInstruction(Node, frozen=True):
     """The monitor command `DO statement`; a bare `DO` at the prompt (repeat the last) has no statement."""
 
     statement: Statement | None
-    span: Span
 
 
-class Show(Struct, frozen=True):
+class Show(Node, frozen=True):
     """An expression alone at the prompt: its value is shown."""
 
     expression: Expression
-    span: Span
 
 
-class Goto(Struct, frozen=True):
+class Goto(Node, frozen=True):
     label: int
-    span: Span
 
 
-class IfGoto(Struct, frozen=True):
+class IfGoto(Node, frozen=True):
     """`IF condition GOTO label`, or (`then`) VAL's `IF a EQ b THEN label`, whose condition is a relation."""
 
     condition: Expression
     label: int
-    span: Span
     then: bool = False
 
 
-class If(Struct, frozen=True):
+class If(Node, frozen=True):
     condition: Expression
-    span: Span
 
 
-class Else(Struct, frozen=True):
-    span: Span
+class Else(Node, frozen=True):
+    """`ELSE`."""
 
 
-class While(Struct, frozen=True):
+class While(Node, frozen=True):
     condition: Expression
-    span: Span
 
 
-class Do(Struct, frozen=True):
+class Do(Node, frozen=True):
     """`DO` alone in a program: the loop that ends in UNTIL."""
 
-    span: Span
 
-
-class Until(Struct, frozen=True):
+class Until(Node, frozen=True):
     condition: Expression
-    span: Span
 
 
-class For(Struct, frozen=True):
+class For(Node, frozen=True):
     variable: Variable
     first: Expression
     last: Expression
     step: Expression | None
-    span: Span
 
 
-class Case(Struct, frozen=True):
+class Case(Node, frozen=True):
     subject: Expression
-    span: Span
 
 
-class Value(Struct, frozen=True):
+class Value(Node, frozen=True):
     tests: tuple[Expression, ...]
-    span: Span
 
 
-class Any(Struct, frozen=True):
-    span: Span
+class Any(Node, frozen=True):
+    """`ANY`, the last branch of a CASE."""
 
 
-class End(Struct, frozen=True):
-    span: Span
+class End(Node, frozen=True):
+    """`END` of a block."""
 
 
-class BadLine(Struct, frozen=True):
+class BadLine(Node, frozen=True):
     """A line that could not be read: kept as it stands, listed with `?`; its program is not executable."""
 
     text: str
-    span: Span
 
 
 Statement = (
@@ -303,16 +284,15 @@ Statement = (
 # --- programs and files ----------------------------------------------------------------------------------------
 
 
-class Step(Struct, frozen=True):
+class Step(Node, frozen=True):
     """One line of a program. `statement` is None for a blank or comment line; `comment` is the text after `;`."""
 
     label: int | None
     statement: Statement | None
     comment: str | None
-    span: Span
 
 
-class Program(Struct, frozen=True):
+class Program(Node, frozen=True):
     """`.PROGRAM name(parameters) ;comment` to `.END`; steps count from 1 in messages and listings.
 
     `span`: the heading from the name on.
@@ -322,7 +302,6 @@ class Program(Struct, frozen=True):
     parameters: tuple[Variable, ...]
     steps: tuple[Step, ...]
     comment: str | None
-    span: Span
 
     @property
     def key(self) -> str:
@@ -330,16 +309,15 @@ class Program(Struct, frozen=True):
         return self.name.lower()[:NAME_LENGTH]
 
 
-class ProgramHeader(Struct, frozen=True):
+class ProgramHeader(Node, frozen=True):
     """`.PROGRAM name(parameters) ;comment` at the prompt: what follows, up to `.END`, are its steps."""
 
     name: str
     parameters: tuple[Variable, ...]
     comment: str | None
-    span: Span
 
 
-class Entry(Struct, frozen=True):
+class Entry(Node, frozen=True):
     """A line of a .LOCATIONS, .REALS or .STRINGS section: a variable (constant indexes) and its value.
 
     Locations: six numbers, mm and degrees as the file writes them; reals: one; strings: `text`.
@@ -348,11 +326,10 @@ class Entry(Struct, frozen=True):
     variable: Variable
     numbers: tuple[float, ...]
     text: str | None
-    span: Span
     comment: str | None = None
 
 
-class Section(Struct, frozen=True):
+class Section(Node, frozen=True):
     """`.LOCATIONS`, `.REALS` or `.STRINGS` to `.END`; `name` has its dot, in upper case.
 
     `remarks`: lines without a variable, each as the number of entries before it, and its comment (None: blank).
@@ -360,15 +337,13 @@ class Section(Struct, frozen=True):
 
     name: str
     entries: tuple[Entry, ...]
-    span: Span
     remarks: tuple[tuple[int, str | None], ...] = ()
 
 
-class Comment(Struct, frozen=True):
+class Comment(Node, frozen=True):
     """A comment or blank line between programs and sections."""
 
     text: str | None
-    span: Span
 
 
 class File(Struct, frozen=True):

@@ -75,7 +75,7 @@ def _number(token: Token) -> ast.Number:
     if value is None:
         hint = "write ^HFF, ^B101 (8 digits), ^17 or 'A" if token.text[0] in "^'" else "reals go to about 3E38"
         raise refusal(InvalidNumber, token.span, token.text, hint)
-    return ast.Number(value, token.text.upper() if token.text[0] != "'" else token.text, token.span)
+    return ast.Number(value, token.text.upper() if token.text[0] != "'" else token.text, span=token.span)
 
 
 def _variable(name: Token, indexes: tuple[Expression, ...] | None, span: Span) -> ast.Variable:
@@ -83,8 +83,8 @@ def _variable(name: Token, indexes: tuple[Expression, ...] | None, span: Span) -
     if text[0] == "%":
         raise refusal(NotAvailable, name.span, f"{text} is a belt", "there is no conveyor at this robot")
     if text[0] in "#$":
-        return ast.Variable(text[1:], text[0], indexes, span)
-    return ast.Variable(text, "", indexes, span)
+        return ast.Variable(text[1:], text[0], indexes, span=span)
+    return ast.Variable(text, "", indexes, span=span)
 
 
 def _items(children: Sequence[Any], row: Row | None = None, places: int | None = None) -> Items:
@@ -118,9 +118,9 @@ def trim(items: Items) -> Items:
 
 def _to_word(expression: Expression) -> Expression:
     if isinstance(expression, ast.Variable) and expression.indexes is None:
-        return ast.Word(expression.sigil + expression.name, expression.span)
+        return ast.Word(expression.sigil + expression.name, span=expression.span)
     if isinstance(expression, ast.Call) and not expression.parenthesised:
-        return ast.Word(expression.name, expression.span)
+        return ast.Word(expression.name, span=expression.span)
     return expression
 
 
@@ -136,8 +136,8 @@ _SETTINGS = frozenset(word for row in PARAMETERS.values() for word in row.words)
 def _to_applied(expression: Expression) -> Expression:
     """`$name(a)` looks like a function."""
     if isinstance(expression, ast.Call) and expression.name[0] == "$" and expression.name not in FUNCTIONS:
-        text = ast.Variable(expression.name[1:], "$", None, expression.span)
-        return ast.Applied(text, expression.arguments, expression.span)
+        text = ast.Variable(expression.name[1:], "$", None, span=expression.span)
+        return ast.Applied(text, expression.arguments, span=expression.span)
     return expression
 
 
@@ -258,7 +258,7 @@ class _Given(Struct):
             given = _fit(self.values, (row.value,))
             arguments, value = (arguments + given, None) if row.value.repeated else (arguments, given[0])
         modifiers = ast.Modifiers(**dict(self.modifiers.values())) if self.modifiers else ast.NO_MODIFIERS
-        return ast.Instruction(row.name, arguments, span, value, modifiers)
+        return ast.Instruction(row.name, arguments, value, modifiers, span=span)
 
     def _in_order(self) -> Items:
         """The arguments in the order of the table: those between commas, those with a leading word, the task."""
@@ -329,16 +329,16 @@ class Builder:
         if name.text[0] in "#$%":
             raise refusal(InvalidName, name.span, name.text, "a program name begins with a letter")
         parameters = tuple(child for child in rest if type(child) is not Token)
-        return ast.ProgramHeader(name.text, parameters, None, span)
+        return ast.ProgramHeader(name.text, parameters, None, span=span)
 
     @_by_name
     def entry(self, span: Span, variable: ast.Variable, *rest: Any) -> ast.Entry:
         pieces = [child.value for child in rest if isinstance(child, ast.Text)]
         numbers = tuple(_entry_number(child) for child in rest if _is(child, "NUMBER"))
-        return ast.Entry(variable, numbers, "".join(pieces) if pieces else None, span)
+        return ast.Entry(variable, numbers, "".join(pieces) if pieces else None, span=span)
 
     def string(self, children: Children) -> ast.Text:
-        return ast.Text(children[0].value, children[0].span)
+        return ast.Text(children[0].value, span=children[0].span)
 
     @_by_name
     def character(self, span: Span, name: Token, _open: Token, number: Token, _close: Token) -> ast.Text:
@@ -347,7 +347,7 @@ class Builder:
         if name.value.upper() != "$CHR" or code is None or not 0 <= code <= LAST_CHARACTER or not code.is_integer():
             hint = 'strings here are made of "text" and $CHR(0) to $CHR(255)'
             raise refusal(IllegalExpression, span, name.text, hint)
-        return ast.Text(chr(int(code)), span)
+        return ast.Text(chr(int(code)), span=span)
 
     # --- statements ---
 
@@ -364,22 +364,22 @@ class Builder:
 
     @_by_name
     def goto(self, span: Span, _goto: Token, label: Token) -> ast.Goto:
-        return ast.Goto(label_value(label.text, label.span), span)
+        return ast.Goto(label_value(label.text, label.span), span=span)
 
     @_by_name
     def if_goto(self, span: Span, _if: Token, condition: Expression, _goto: Token, label: Token) -> ast.IfGoto:
-        return ast.IfGoto(condition, label_value(label.text, label.span), span)
+        return ast.IfGoto(condition, label_value(label.text, label.span), span=span)
 
     @_by_name
     def if_then_label(self, span: Span, _if: Token, condition: Expression, _then: Token, label: Token) -> ast.IfGoto:
         if not isinstance(condition, ast.Binary) or condition.grouped or condition.operator not in RELATIONS:
             hint = "write IF condition GOTO label"
             raise refusal(IllegalExpression, condition.span, "IF ... THEN label compares two values", hint)
-        return ast.IfGoto(condition, label_value(label.text, label.span), span, then=True)
+        return ast.IfGoto(condition, label_value(label.text, label.span), span=span, then=True)
 
     @_by_name
     def value(self, span: Span, *children: Any) -> ast.Value:
-        return ast.Value(tuple(child for child in children if type(child) is not Token), span)
+        return ast.Value(tuple(child for child in children if type(child) is not Token), span=span)
 
     @_by_name
     def instruction(self, span: Span, word: Token, *pieces: _Piece) -> ast.Instruction:
@@ -397,7 +397,7 @@ class Builder:
 
     @_by_name
     def unread(self, span: Span, word: Token, rest: Token) -> ast.Instruction:
-        return ast.Instruction(word.value, (ast.Word(rest.text, rest.span),), span)
+        return ast.Instruction(word.value, (ast.Word(rest.text, span=rest.span),), span=span)
 
     # --- expressions ---
 
@@ -414,17 +414,17 @@ class Builder:
             detail, hint = token.text, f"the numbers of a format code have up to {FORMAT_DIGITS} digits"
             raise refusal(InvalidNumber, token.span, detail, hint)
         most, after_point = (int(digits) if digits else None for digits in (width, decimals))
-        return ast.Format(token.text[1].upper(), most, after_point, token.span)
+        return ast.Format(token.text[1].upper(), most, after_point, span=token.span)
 
     def raw(self, children: Children) -> ast.Word:
-        return ast.Word(children[0].value, children[0].span)
+        return ast.Word(children[0].value, span=children[0].span)
 
     def name(self, children: Children) -> ast.Call | ast.Variable:
         """A constant, or a variable."""
         token: Token = children[0]
         known = FUNCTIONS.get(token.text.upper())
         if known is not None and known.constant:
-            return ast.Call(known.name, (), token.span)
+            return ast.Call(known.name, (), span=token.span)
         return _variable(token, None, token.span)
 
     def variable(self, children: Children) -> ast.Variable:
@@ -444,7 +444,7 @@ class Builder:
 
     @_by_name
     def applied(self, span: Span, text: ast.Variable, _open: Token, *inner: Any) -> ast.Applied:
-        return ast.Applied(text, tuple(_items(inner[:-1])), span)
+        return ast.Applied(text, tuple(_items(inner[:-1])), span=span)
 
     @_by_name
     def call(self, span: Span, name: Token, _open: Token, *inner: Any) -> ast.Call:
@@ -454,13 +454,13 @@ class Builder:
         arguments = tuple(_items(given, known, None if known is None or known.repeats else len(known.arguments)))
         if known is not None:
             arguments = _fit(arguments, known.arguments)
-        return ast.Call(upper if known else name.text, arguments, span, True)
+        return ast.Call(upper if known else name.text, arguments, True, span=span)
 
     @_by_name
     def program(self, span: Span, name: Token, *inner: Any) -> ast.ProgramCall:
         given = inner[1:-1]
         _check_by("", given)
-        return ast.ProgramCall(name.text, tuple(_items(given)), span, bool(inner))
+        return ast.ProgramCall(name.text, tuple(_items(given)), bool(inner), span=span)
 
     @_by_name
     def grouped(self, span: Span, _open: Token, inner: Expression, _close: Token) -> Expression:
@@ -492,8 +492,8 @@ def _entry_number(token: Token) -> float:
 
 
 def _unary(sign: Token, operand: Expression) -> Expression:
-    return ast.Unary(sign.value, operand, _span((sign, operand)))
+    return ast.Unary(sign.value, operand, span=_span((sign, operand)))
 
 
 def _binary(sign: Token, left: Expression, right: Expression) -> Expression:
-    return ast.Binary(sign.value, left, right, _span((left, right)))
+    return ast.Binary(sign.value, left, right, span=_span((left, right)))

@@ -30,15 +30,17 @@ def usual_entry(text: str, line: int) -> Entry | None:
         return None
     first, last = match.start("sigil") + 1, match.end("numbers") + 1
     named = match.end("name") + 1 if match["index"] is None else match.end("index") + 2
-    variable = Variable(match["name"], match["sigil"], _index(match, line), Span(line, first, named))
-    return Entry(variable, tuple(number for number in numbers if number is not None), None, Span(line, first, last))
+    variable = Variable(match["name"], match["sigil"], _index(match, line), span=Span(line, first, named))
+    return Entry(
+        variable, tuple(number for number in numbers if number is not None), None, span=Span(line, first, last)
+    )
 
 
 def _index(match: re.Match[str], line: int) -> tuple[Expression, ...] | None:
     digits = match["index"]
     if digits is None:
         return None
-    return (Number(float(digits), digits, Span(line, match.start("index") + 1, match.end("index") + 1)),)
+    return (Number(float(digits), digits, span=Span(line, match.start("index") + 1, match.end("index") + 1)),)
 
 
 @cache

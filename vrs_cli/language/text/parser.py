@@ -95,7 +95,7 @@ class LineParser:
         statement: Statement | None = self._parse(tokens, "step") if tokens else None
         spans = [part.span for part in (label, statement, comment) if part is not None]
         span = Span(line, spans[0].column, spans[-1].end) if spans else Span(line, 1, 1)
-        return Step(label_value(label.text, label.span) if label else None, statement, _text(comment), span)
+        return Step(label_value(label.text, label.span) if label else None, statement, _text(comment), span=span)
 
     def prompt(self, text: str, names: Container[str]) -> Statement | None:
         """Raises LineRefused."""
@@ -109,7 +109,7 @@ class LineParser:
             return statement
         if row is not None and COMMANDS.get(row.name) is row:
             return statement
-        return ast.DoInstruction(statement, statement.span)
+        return ast.DoInstruction(statement, span=statement.span)
 
     def header(self, text: str, line: int, at: int) -> ProgramHeader:
         """`at`: the index after `.PROGRAM`. Raises LineRefused."""

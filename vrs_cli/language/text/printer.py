@@ -227,7 +227,7 @@ def _shape_at(row: Word, place: int) -> Shape:
 def _capital(expression: Expression | None, shape: Shape) -> Expression | None:
     """The words of switches, parameters and their settings in upper case."""
     if shape in _CAPITAL and isinstance(expression, ast.Word):
-        return ast.Word(expression.text.upper(), expression.span)
+        return ast.Word(expression.text.upper(), span=expression.span)
     return expression
 
 

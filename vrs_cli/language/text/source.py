@@ -122,10 +122,10 @@ class FileReader(Findings):
         for line in lines[end + 1 :]:
             text = line.text.strip()
             if not text or text.startswith(";"):
-                yield Comment(text[1:].rstrip() if text else None, line.span)
+                yield Comment(text[1:].rstrip() if text else None, span=line.span)
             else:
                 self._refuse_outside(line, stray)
-                yield BadLine(text, line.span)
+                yield BadLine(text, span=line.span)
             stray = bool(text) and not text.startswith((";", "."))
 
     def _refuse_outside(self, line: SourceLine, stray: bool) -> None:
@@ -146,8 +146,8 @@ class FileReader(Findings):
         written = next((i for i in range(len(body), 0, -1) if body[i - 1].text.strip()), 0)
         steps = tuple(self._step(inner, numbered) for inner in body[:written])
         if header is None:
-            return BadLine(line.text.strip(), line.span)
-        return resolve_program(Program(header.name, header.parameters, steps, header.comment, header.span))
+            return BadLine(line.text.strip(), span=line.span)
+        return resolve_program(Program(header.name, header.parameters, steps, header.comment, span=header.span))
 
     def _header(self, line: SourceLine) -> ProgramHeader | None:
         at = header_end(line.text)
@@ -167,14 +167,14 @@ class FileReader(Findings):
     def _step(self, line: SourceLine, numbered: bool) -> Step:
         text = line.text
         if not text or text.isspace():
-            return Step(None, None, None, Span(line.number, 1, 1))
+            return Step(None, None, None, span=Span(line.number, 1, 1))
         if numbered:
             text = _STEP_NUMBER.sub(lambda match: " " * len(match[0]), text, count=1)
         try:
             return self._parser.step(text, line.number)
         except LineRefused as refused:
             self.diagnostics.append(refused.diagnostic)
-            return Step(None, BadLine(text.strip(), line.span), None, line.span)
+            return Step(None, BadLine(text.strip(), span=line.span), None, span=line.span)
 
     # --- sections of variables ---
 
@@ -191,7 +191,7 @@ class FileReader(Findings):
                 remarks.append((len(entries), entry))
             elif self._fits(entry, line.directive):
                 entries.append(entry)
-        return Section(line.directive, tuple(entries), line.span, tuple(remarks))
+        return Section(line.directive, tuple(entries), tuple(remarks), span=line.span)
 
     def _fits(self, entry: Entry, section: str) -> bool:
         """Whether an entry is of its section's kind, with constant indexes and as many numbers as it needs."""

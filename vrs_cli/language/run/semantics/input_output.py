@@ -153,7 +153,7 @@ def _record(line: str, kinds: list[Kind]) -> list[Value]:
 
 INPUT_OUTPUT: Mapping[str, Handler] = {
     "TYPE": _type,
-    "TYPEI": lambda _context, _it, number: (Type(*encode([Format("I", 0, None, NOWHERE), number])),),
+    "TYPEI": lambda _context, _it, number: (Type(*encode([Format("I", 0, None, span=NOWHERE), number])),),
     "PROMPT": _prompt,
     "ATTACH": _attach,
     "DETACH": _detach,
