@@ -105,7 +105,7 @@ DEFERRED = (
             *("kinematics", "trajectory", "engine", "files"),
             *("interfaces/monitor/plotting.py", "interfaces/roles/observer.py", "net/experiment.py", "render/plots.py"),
         ),
-        ("numpy",),
+        ("numpy", "vrs_cli.kinematics.arrays"),
         "numpy takes longer to load than a short program runs, and one position needs none of it",
     ),
     Deferred(

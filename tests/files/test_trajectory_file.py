@@ -15,8 +15,7 @@ from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.wire.checksum import Checksums
-from vrs_cli.wire.lines import LineEncoder, decode_delta
+from vrs_cli.wire.lines import Checksums, LineEncoder, decode_delta
 from vrs_cli.wire.records import MotionRecord, Motions
 
 

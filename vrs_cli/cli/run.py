@@ -32,8 +32,7 @@ from vrs_cli.cli.sources import Source, has_errors, read_source
 from vrs_cli.errors import FileError, LimitReached, UndefinedName
 
 if TYPE_CHECKING:
-    from vrs_cli.cli.batch import BatchTerminal
-    from vrs_cli.cli.reports import Object
+    from vrs_cli.cli.batch import BatchTerminal, Object
     from vrs_cli.dialogue.runs import Beside, RunResult
     from vrs_cli.interfaces.station.station import Station
     from vrs_cli.interfaces.tasks.limits import Limits
@@ -143,8 +142,7 @@ class _Batch(Struct, frozen=True):
 
     def run(self) -> int:
         """Load and execute; the exit status."""
-        from vrs_cli.cli.batch import BatchTerminal
-        from vrs_cli.cli.reports import error_object
+        from vrs_cli.cli.batch import BatchTerminal, error_object
         from vrs_cli.render.progress import RunProgress
         from vrs_cli.repl.interrupt import Stoppable
 
@@ -229,7 +227,7 @@ class _Batch(Struct, frozen=True):
     def _refused(self, station: Station, diagnostics: Sequence[Diagnostic]) -> int:
         """A file with errors is not executed."""
         if self.options.json:
-            from vrs_cli.cli.reports import diagnostic_objects
+            from vrs_cli.cli.batch import diagnostic_objects
 
             self._print_json(station, None, diagnostic_objects(diagnostics))
         print(self.source.shown(diagnostics, most=MOST_TOLD), end="", file=sys.stderr)
@@ -237,7 +235,7 @@ class _Batch(Struct, frozen=True):
 
     def _ended(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
         """Tell how the run ended, and write the files: what there is of the trajectory, also after an error."""
-        from vrs_cli.cli.reports import fault_object, fault_text
+        from vrs_cli.cli.batch import fault_object, fault_text
         from vrs_cli.dialogue.replies import Message
         from vrs_cli.render.control import for_stream
 
@@ -254,7 +252,7 @@ class _Batch(Struct, frozen=True):
 
     def _tell_beside(self, terminal: BatchTerminal, one: Beside) -> None:
         """Another task has stopped with an error."""
-        from vrs_cli.cli.reports import fault_text
+        from vrs_cli.cli.batch import fault_text
         from vrs_cli.render.control import for_stream
 
         said = f"{fault_text(self.source.path, one.fault)} ({one.where})"
@@ -272,7 +270,7 @@ class _Batch(Struct, frozen=True):
     def _print_json(self, station: Station, result: RunResult | None, errors: list[Object]) -> None:
         import json
 
-        from vrs_cli.cli.reports import run_object
+        from vrs_cli.cli.batch import run_object
 
         print(json.dumps(run_object(station.engine, result, errors), indent=2))
 

@@ -13,20 +13,17 @@ from itertools import islice
 
 import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
 
 from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.errors import MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.transform import compose, distance, inverse
 from vrs_cli.trajectory.block_table import coefficients
 from vrs_cli.trajectory.motion import Kind
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 MANY = 4096  # segments that are looked at at once
 CUBIC = 4  # coefficients

@@ -18,10 +18,8 @@ from vrs_cli.trajectory.segment import Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from vrs_cli.kinematics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 MOST_SAMPLES = 200_000  # of one timeline
 DENSEST, SPARSEST = 32, 2  # samples a segment

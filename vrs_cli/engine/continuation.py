@@ -9,10 +9,10 @@ from math import hypot
 
 import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
 
 from vrs_cli.engine.boundary import most
 from vrs_cli.engine.following import Follower, Sample
+from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.numeric.continuation import Continuation, Gaps
 from vrs_cli.kinematics.transform import position
 from vrs_cli.trajectory.path_batch import flange_poses
@@ -112,7 +112,7 @@ def _arrays(follower: Follower, gaps: list[Gap]) -> Gaps:
     return Gaps(begin, end, begin_rate * h[:, None], end_rate * h[:, None], bend, turn * h, turn_bend * h * h)
 
 
-def _poses(follower: Follower, gaps: list[Gap], pieces: int) -> NDArray[np.float64]:
+def _poses(follower: Follower, gaps: list[Gap], pieces: int) -> Floats:
     """T_robot_flange (k, pieces + 1, 3, 4) at the ends of the pieces of each gap."""
     x = np.linspace(0.0, 1.0, pieces + 1)
     poses = []

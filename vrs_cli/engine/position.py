@@ -24,12 +24,7 @@ from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-    Rows = NDArray[np.intp]
-    Flags = NDArray[np.bool_]
+    from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 
 
 class Position(Struct, frozen=True):

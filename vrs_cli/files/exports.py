@@ -27,7 +27,8 @@ from vrs_cli.trajectory.timeline import Timeline
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Floats = NDArray[np.float64]
+    from vrs_cli.kinematics.arrays import Floats
+
 
 DECIMALS = 9  # of degrees and millimetres
 STANDARD_OUTPUT = "-"

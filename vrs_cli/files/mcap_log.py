@@ -23,9 +23,8 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from vrs_cli.kinematics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 INFO = 20  # the level of rcl_interfaces/Log
 CDR_HEAD = b"\x00\x01\x00\x00"

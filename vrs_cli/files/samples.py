@@ -12,9 +12,8 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from vrs_cli.kinematics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 CHUNK = 4096  # rows that are in memory at a time
 NANOSECONDS = 1_000_000_000  # in a second

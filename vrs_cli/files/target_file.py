@@ -16,7 +16,6 @@ from math import inf, isfinite
 from msgspec import Struct
 
 from vrs_cli.errors import FileDamaged
-from vrs_cli.files.fields import fields_of
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.values import precision_point, read_number, transformation
@@ -134,3 +133,9 @@ def _number(text: str, where: str) -> float:
     if value is None or not isfinite(value):
         raise FileDamaged(f"{where}: {text!r} is no number")
     return value
+
+
+def fields_of(line: str) -> list[str]:
+    """The fields of a line; none where it is blank, or a comment (`;` or `#`)."""
+    said = line.partition(";")[0].partition("#")[0].strip()
+    return [field.strip() for field in said.split(",")] if said else []

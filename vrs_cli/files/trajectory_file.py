@@ -28,8 +28,17 @@ from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.version import __version__
-from vrs_cli.wire.checksum import START, Checksums
-from vrs_cli.wire.lines import FORMAT, HeaderRecord, LineEncoder, Marks, decode, decode_delta, is_object
+from vrs_cli.wire.lines import (
+    FORMAT,
+    START,
+    Checksums,
+    HeaderRecord,
+    LineEncoder,
+    Marks,
+    decode,
+    decode_delta,
+    is_object,
+)
 from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
 
 EXTENSION = ".vrst"

@@ -31,14 +31,9 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, 
 from vrs_cli.kinematics.unchanging import LEVEL, Unchanging, difference, unchanging
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from vrs_cli.kinematics.arrays import Flags, Floats
     from vrs_cli.kinematics.numeric.continuation import Continuation
     from vrs_cli.kinematics.serial_batch import SerialBatch
-
-    Floats = NDArray[np.float64]
-    Flags = NDArray[np.bool_]
 
 
 class Solution(NamedTuple):

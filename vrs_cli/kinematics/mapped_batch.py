@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.axes import Chain
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.serial_batch import Flags, Floats, SerialBatch
+from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import inverse
 from vrs_cli.kinematics.transform_batch import compose_batch, stack
 from vrs_cli.kinematics.unchanging import Unchanging

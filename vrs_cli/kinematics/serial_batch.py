@@ -9,17 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.compiled import formulas
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, TURN, JointKind
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 CHUNK = 2048
 

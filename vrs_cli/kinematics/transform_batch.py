@@ -10,11 +10,9 @@ from collections.abc import Iterable
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.transform import POLE, RIGHT_ANGLE, TURN, Transform
-
-Floats = NDArray[np.float64]
 
 
 def stack(transforms: Iterable[Transform]) -> Floats:

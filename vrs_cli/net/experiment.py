@@ -43,7 +43,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    Floats = NDArray[np.float64]
+    from vrs_cli.kinematics.arrays import Floats
+
     Flagged = NDArray[np.bool_]
 
 FIRST = 1.0  # [s] the first command

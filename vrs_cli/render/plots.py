@@ -17,13 +17,10 @@ from vrs_cli.extras import how_to_install
 from vrs_cli.files.atomic import atomically, check_writable
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from vrs_cli.kinematics.arm import RobotArm
+    from vrs_cli.kinematics.arrays import Floats
     from vrs_cli.trajectory.timeline import Timeline
 
-    Floats = NDArray[np.float64]
 
 SUFFIXES = (".svg", ".png")
 SAMPLES = 2000  # along the whole time, beside the borders of segments

@@ -13,12 +13,7 @@ from vrs_cli.trajectory.motion import Frames
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-    Flags = NDArray[np.bool_]
-    Rows = NDArray[np.intp]
+    from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 
 
 class BlockTable(NamedTuple):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from vrs_cli.kinematics import transform_batch as batch
+from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.transform import Transform, inverse
-from vrs_cli.kinematics.transform_batch import Floats
 from vrs_cli.trajectory.segment import CartesianPath
 
 

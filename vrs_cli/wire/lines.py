@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import zlib
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, TypeVar
@@ -14,7 +16,6 @@ from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.version import __version__
-from vrs_cli.wire.checksum import START, Checksums
 from vrs_cli.wire.records import (
     Count,
     DeltaRecord,
@@ -30,6 +31,50 @@ from vrs_cli.wire.records import (
 FORMAT = 1
 UNITS = {"length": "m", "angle": "rad", "time": "s"}
 UNREADABLE = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
+
+
+START = 0  # what the first line begins from
+KEY = b',"crc":"'
+SEALED = KEY + b'%08x"}'
+LENGTH = len(SEALED % START)
+_SAID = re.compile(rb',"crc":"([0-9a-f]{8})"}$')
+
+
+class Checksums:
+    """Those of the lines of one file, in their order. `last`: that of the last line; None where the lines have none,
+    as files had it before."""
+
+    def __init__(self, last: int | None = START) -> None:
+        self.last = last
+
+    def seal(self, record: bytes) -> bytes:
+        """The next line with its checksum; `record` is one JSON object that is not empty."""
+        if self.last is None:
+            return record
+        self.last = zlib.crc32(record[:-1], self.last)
+        return record[:-1] + SEALED % self.last
+
+    def open(self, line: bytes) -> bytes:
+        """The record of the next line, which may have its line end. Raises RecordError where the checksum is not that
+        of the line."""
+        if self.last is None:
+            return line
+        line = line.removesuffix(b"\n")
+        body = line[:-LENGTH]
+        due = zlib.crc32(body, self.last)
+        if line[-LENGTH:] != SEALED % due:
+            raise RecordError("its checksum does not fit: it is not the line that was written here")
+        self.last = due
+        return body + b"}"
+
+    def skip(self, line: bytes) -> bytes:
+        """The record of a line whose checksum does not fit; the next line is held against what this one says."""
+        line = line.removesuffix(b"\n")
+        said = _SAID.search(line)
+        if said is None:
+            return line
+        self.last = int(said[1], 16)
+        return line[: said.start()] + b"}"
 
 
 class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):

@@ -7,7 +7,7 @@ import pytest
 from vrs_cli.errors import (
     IllegalValue,
 )
-from vrs_cli.language.run.timers import Timers
+from vrs_cli.language.run.memory import Timers
 
 
 def test_timers_count_from_what_they_were_set_to() -> None:

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from vrs_cli.language.text.ast import Entry
 from vrs_cli.language.text.diagnostics import LineRefused
-from vrs_cli.language.text.entries import usual_entry
-from vrs_cli.language.text.parser import LineParser
+from vrs_cli.language.text.parser import LineParser, usual_entry
 
 names = st.sampled_from(
     ["x", "a.b_2", "#p", "$s", "%b", "and", "COM", "pi", "here", "time", "Move", "sin", "a1", "_x", "é"]

@@ -16,10 +16,8 @@ from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.trajectory.timeline import Timeline
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from vrs_cli.kinematics.arrays import Floats
 
-    Floats = NDArray[np.float64]
 
 SAMPLES = 481  # more than the dots of the widest drawing need
 

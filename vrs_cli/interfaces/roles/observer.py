@@ -10,10 +10,7 @@ from vrs_cli.trajectory.motion import Frames
 from vrs_cli.trajectory.timeline import Timeline
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
+    from vrs_cli.kinematics.arrays import Floats
 
 
 class Watched(Protocol):

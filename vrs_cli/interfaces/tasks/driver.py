@@ -26,11 +26,10 @@ from vrs_cli.interfaces.tasks.debugging import Debugging
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.endless import UNTIMED, endless, in_vain
 from vrs_cli.interfaces.tasks.limits import GO_ON, USUAL, Limits, Spent
-from vrs_cli.interfaces.tasks.performing import Performer
+from vrs_cli.interfaces.tasks.performing import Performer, Transcript
 from vrs_cli.interfaces.tasks.readings import SystemReadings
 from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Asked, Pending, Track
-from vrs_cli.interfaces.tasks.transcript import Transcript
 from vrs_cli.language.run.effects import Budget, Event, Failed
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.inputs import NO_INPUTS, Inputs

@@ -13,16 +13,16 @@ from typing import Any
 from msgspec import structs
 
 from vrs_cli.dialogue.runs import Outcome
+from vrs_cli.dialogue.talk import Terminal
 from vrs_cli.engine.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, IllegalValue, TaskNotActive, VrsError
 from vrs_cli.interfaces.tasks.debugging import Onward, Stopped
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
-from vrs_cli.interfaces.tasks.limits import GO_ON, USUAL
+from vrs_cli.interfaces.tasks.limits import GO_ON, USUAL, Limits, Spent
 from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.interfaces.tasks.track import Aborted, Asked, Pending, Track
-from vrs_cli.interfaces.tasks.transcript import Transcript
 from vrs_cli.language.run.effects import (
     AttachRobot,
     Budget,
@@ -51,6 +51,40 @@ from vrs_cli.trajectory.instant import on_grid
 
 WAIT_TICK = on_grid(0.028)  # [s] a WAIT is tested, and a busy loop seen to be one, every trajectory tick of VAL-II
 EVERYBODYS = (SetMonitorSpeed, SetParameter, SetSwitch)  # requests that a task without the robot may make
+
+
+class Transcript:
+    """`lines` are those that have ended since the run began."""
+
+    def __init__(self, engine: Engine, terminal: Terminal) -> None:
+        self.lines: list[str] = []
+        self._engine, self._terminal = engine, terminal
+        self._line = ""
+        self._spent = Spent("max_output", "type")
+
+    def begin(self, limits: Limits) -> None:
+        self.lines, self._line = [], ""
+        self._spent.begin(limits)
+
+    def count(self, text: str, newline: bool = False) -> None:
+        """Text is about to be typed. Raises LimitReached."""
+        self._spent.add(len(text.encode("utf-8", "replace")) + newline)
+
+    def show(self, text: str, newline: bool) -> None:
+        """Nothing on the terminal where the switch MESSAGES is off. Raises LimitReached."""
+        self.count(text, newline)
+        self._put(text, newline)
+
+    def _put(self, text: str, newline: bool) -> None:
+        if self._engine.settings.switch("MESSAGES"):
+            self._terminal.type(text, newline)
+        *lines, self._line = (self._line + text + ("\n" if newline else "")).split("\n")
+        self.lines += lines
+
+    def end_line(self) -> None:
+        """The end of a line that is not ended yet."""
+        if self._line:
+            self._put("", newline=True)
 
 
 class Performer:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.numeric.search import CONVERGED, LARGEST_STEP, LEAST_DAMPING, STEPS, starts
-from vrs_cli.kinematics.serial_batch import Flags, Floats, SerialBatch
+from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
 

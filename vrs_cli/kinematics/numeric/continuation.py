@@ -23,9 +23,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.numeric.batch import NumericBatch
-from vrs_cli.kinematics.serial_batch import Flags, Floats
 
 LENGTH = 0.4  # of the longest lever: the proof is easiest about there
 MOST = 0.5  # of beta L eta, and of what F' may lose on a piece

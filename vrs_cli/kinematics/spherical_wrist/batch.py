@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR
 from vrs_cli.kinematics.configuration import ALL, Configuration
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, TURN
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.serial_batch import Flags, Floats, SerialBatch, chunks, columns
+from vrs_cli.kinematics.serial_batch import SerialBatch, chunks, columns
 from vrs_cli.kinematics.spherical_wrist.geometry import Geometry
 from vrs_cli.kinematics.unchanging import Unchanging
 

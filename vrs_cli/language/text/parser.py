@@ -16,15 +16,15 @@ from typing import Any, NamedTuple, cast
 from msgspec.structs import replace
 
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import ProgramHeader, Span, Statement, Step
-from vrs_cli.language.text.builder import Builder
+from vrs_cli.language.text.ast import Entry, Expression, Number, ProgramHeader, Span, Statement, Step, Variable
+from vrs_cli.language.text.builder import Builder, signed_number
 from vrs_cli.language.text.complaints import complaint
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused
-from vrs_cli.language.text.entries import usual_entry
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, resolve_line, variables_named_like_functions
 from vrs_cli.language.text.source import FileReader, header_end
 from vrs_cli.language.text.table import END, Rule, table_of
+from vrs_cli.language.words.instructions import OPERATOR_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
 
 GRAMMAR = "val2.lark"
@@ -205,3 +205,41 @@ def _text(comment: Token | None) -> str | None:
 @cache
 def _parser() -> LineParser:
     return LineParser()
+
+
+# --- usual lines of a section of variables -------------------------------------------------------------------
+
+
+_NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?(?![^ \t])"
+_USUAL = (
+    rf"[ \t]*(?P<sigil>#?)(?P<name>[A-Za-z][A-Za-z0-9._]*)(?:\[(?P<index>[0-9]{{1,9}})\])?"
+    rf"[ \t]+(?P<numbers>{_NUMBER}(?:[ \t]+{_NUMBER})*)[ \t]*"
+)
+
+
+def usual_entry(text: str, line: int) -> Entry | None:
+    """Read a usual line. Return None if the grammar has to read it."""
+    match = _usual().fullmatch(text)
+    if match is None or match["name"].upper() in OPERATOR_WORDS:
+        return None
+    numbers = [signed_number(number) for number in match["numbers"].split()]
+    if None in numbers:
+        return None
+    first, last = match.start("sigil") + 1, match.end("numbers") + 1
+    named = match.end("name") + 1 if match["index"] is None else match.end("index") + 2
+    variable = Variable(match["name"], match["sigil"], _index(match, line), span=Span(line, first, named))
+    return Entry(
+        variable, tuple(number for number in numbers if number is not None), None, span=Span(line, first, last)
+    )
+
+
+def _index(match: re.Match[str], line: int) -> tuple[Expression, ...] | None:
+    digits = match["index"]
+    if digits is None:
+        return None
+    return (Number(float(digits), digits, span=Span(line, match.start("index") + 1, match.end("index") + 1)),)
+
+
+@cache
+def _usual() -> re.Pattern[str]:
+    return re.compile(_USUAL)
