@@ -2,37 +2,25 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import re
-from pathlib import Path
-from types import ModuleType
 from typing import Any, get_args
 
 import jsonschema
 import pytest
 
+from tests.docs.makers import DOCS, maker
 from tests.net.fuzz import corpus
 from vrs_cli.net.ledger import USUAL
 from vrs_cli.net.messages import FromClient, FromServer
 from vrs_cli.net.protocol import CLIENT_BYTES, HELLO_BYTES, HELLO_SECONDS
 from vrs_cli.net.server import BACKLOG
 
-DOCS = Path(__file__).parents[2] / "docs"
 SCHEMA = json.loads((DOCS / "protocol.schema.json").read_text("utf-8"))
 
 
-def maker() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make_protocol", DOCS / "make_protocol.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def test_the_page_and_the_schema_are_what_the_types_say() -> None:
-    made = maker()
+    made = maker("make_protocol")
     assert (DOCS / "messages.md").read_text("utf-8") == made.page(), "run python docs/make_protocol.py"
     assert (DOCS / "protocol.schema.json").read_text("utf-8") == made.schema.text(), "run python docs/make_protocol.py"
 

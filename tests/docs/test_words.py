@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
-from pathlib import Path
-from types import ModuleType
 
 import pytest
 
+from tests.docs.makers import DOCS, maker
 from vrs_cli.interfaces.conversation.complete import _all_words
 from vrs_cli.interfaces.monitor.help import overview
 from vrs_cli.interfaces.monitor.help import page as help_page
@@ -18,22 +16,12 @@ from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.words.word import State, Word
 
-DOCS = Path(__file__).parents[2] / "docs"
 ROWS = [*COMMANDS.values(), *CONTROL.values(), *INSTRUCTIONS.values(), *FUNCTIONS.values()]
-
-
-def maker() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make_words", DOCS / "make_words.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def test_the_page_is_what_the_tables_say() -> None:
     text = (DOCS / "words.md").read_text(encoding="utf-8")
-    assert text == maker().page(), "run python docs/make_words.py"
+    assert text == maker("make_words").page(), "run python docs/make_words.py"
 
 
 def test_every_word_has_an_anchor_of_its_own() -> None:

@@ -46,7 +46,7 @@ from vrs_cli.net.messages import (
     Welcome,
     Withdrawn,
 )
-from vrs_cli.net.protocol import HELLO_BYTES, MOST_WAITING, ClientConnection, ServerConnection
+from vrs_cli.net.protocol import BACKLOG, HELLO_BYTES, MOST_WAITING, ClientConnection, ServerConnection
 from vrs_cli.wire.codec import Encoding, Frame, encode
 from vrs_cli.wire.records import Motions, delta_record, segment_records
 from vrs_cli.wire.snapshots import SnapshotRecord
@@ -67,9 +67,9 @@ class Pair:
         self.client = ClientConnection(hello)
         self.connect()
 
-    def connect(self, ledger: Ledger | None = None, life: str = "a") -> list[ServerMessage]:
+    def connect(self, ledger: Ledger | None = None, life: str = "a", backlog: int = BACKLOG) -> list[ServerMessage]:
         self.ledger = ledger or self.ledger
-        self.server = ServerConnection(self.now)
+        self.server = ServerConnection(self.now, backlog=backlog)
         self.client.begin()
         (hello,) = self.to_server()
         assert isinstance(hello, Hello)
@@ -416,10 +416,7 @@ def test_the_newest_sample_wins_and_all_else_is_kept() -> None:
 
 def test_who_takes_nothing_is_cut_off_with_bounded_memory() -> None:
     pair = Pair(bounds=Bounds(told=100_000))
-    pair.server = ServerConnection(0.0, backlog=100_000)
-    pair.client.begin()
-    pair.to_server()
-    pair.server.welcome(welcome(), pair.ledger, 0.0)
+    pair.connect(backlog=100_000)
     for _ in range(300):
         pair.tell(Told(Message("x" * 1000)))
     assert pair.server.closing
@@ -436,21 +433,13 @@ def test_all_that_is_remembered_gets_through_after_a_cut() -> None:
     pair.cut()
     for _ in range(300):
         pair.ledger.tell(Told(Message("x" * 1000)), 0.0)
-    pair.server = ServerConnection(0.0, backlog=100_000)
-    pair.client.begin()
-    pair.to_server()
-    pair.server.welcome(welcome(), pair.ledger, 0.0)
-    assert len(pair.to_client()) == 301
+    assert len(pair.connect(backlog=100_000)) == 301
     assert not pair.server.closing
 
 
 def test_a_long_reply_gets_through_and_many_do_not() -> None:
     pair = Pair()
-    pair.server = ServerConnection(0.0, backlog=1000)
-    pair.client.begin()
-    pair.to_server()
-    pair.server.welcome(welcome(), pair.ledger, 0.0)
-    pair.to_client()
+    pair.connect(backlog=1000)
     pair.tell(Told(Message("x" * 5000)), Done(1))
     assert len(pair.to_client()) == 2
     pair.tell(*[Told(Message("x" * 5000))] * 3)
