@@ -151,8 +151,10 @@ def test_others_see_it_move(robot: vrs.Robot) -> None:
         end()
         assert [change.version for change in heard] == [0, 1, 2]
         assert viewer.timeline == robot.timeline
-        assert viewer.commands == robot.commands
         assert viewer.now == robot.now
+        assert viewer.commands == robot.commands
+        with vrs.connect(robot.held.client.url) as late:
+            assert late.now == robot.now
         with pytest.raises(vrs.VrsError, match="drives"):
             viewer.move(*DOWN)
         viewer.abort()

@@ -176,7 +176,7 @@ class FarEnd:
                 self._welcomed(message)
             case messages.Change():
                 self._changed(message)
-            case messages.Clock():
+            case messages.Clock(wall=wall) if wall >= self._clock.wall:  # what was told to all may be older
                 self._set_clock(message)
             case messages.Pong():
                 self.sync.heard(message.sent, message.came, message.left, self._wall())
@@ -216,6 +216,7 @@ class FarEnd:
                     else:
                         self.mirror.replace(snapshot, change.number)
                 case messages.Delta(delta=delta, applied=applied) if self.mirror is not None:
+                    self._moves_to(applied)
                     self.mirror.change(delta_of(delta, Motions(), form), change.number)
                     self._flag(delta.cut, applied, self.mirror.now)
                 case messages.Steered(target=target) if self.mirror is not None:
@@ -249,12 +250,17 @@ class FarEnd:
         goes = clock.realtime and not clock.paused
         self.mirror.clock = ClockReading(clock.now, clock.rate if goes else None, since)
 
+    def _moves_to(self, now: float) -> None:
+        """In virtual time the clock stands but for what is commanded."""
+        if not self._clock.realtime:
+            self._set_clock(structs.replace(self._clock, now=now))
+
     # --- ends ---
 
     def _done(self, done: Done) -> None:
         """Who has commanded something sees what it has changed: that comes after the answer."""
-        if done.status is not None and not self._clock.realtime:
-            self._set_clock(messages.Clock(done.status.clock))
+        if done.status is not None:
+            self._moves_to(done.status.clock)
         if self._is_seen(done, None):
             self._end(done.id, done)
         else:

@@ -51,6 +51,8 @@ from vrs_cli.net.locker import size
 from vrs_cli.net.memory import Memory
 from vrs_cli.net.places import prefixes_of
 from vrs_cli.net.tokens import TEACHER, Grant
+from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.motion import Kind
 from vrs_cli.version import __version__
 
 ALIVE = 3.0  # [s] after which who drives and says nothing is asked whether it is there
@@ -187,6 +189,7 @@ class Room:
         self._looked: object = None  # when those who sit at a prompt were last told what stands around it
         self._clock: messages.Clock | None = None
         self._activity: messages.Activity | None = None
+        self._told_now = 0.0  # of the clock
         self.session.actor.serve()
 
     def _session(self) -> _Served:
@@ -397,7 +400,10 @@ class Room:
                 guest.link.flush()
         for event in self._events.taken():
             if not isinstance(event, Missed):
-                self.broadcast.tell(event, self._self.now)
+                applied = self._self.now
+                self.broadcast.tell(event, applied)
+                if isinstance(event, TimelineDelta) and event.motion.kind is not Kind.STEERED:
+                    self._told_now = applied  # what is told in short does not say it
         self._announce()
 
     def _give(self, it: _Said | _Typed | _Shown | _Told) -> list[Guest]:
@@ -436,10 +442,13 @@ class Room:
         return hearing
 
     def _announce(self) -> None:
-        """The clock and the activity, where they are not what all were told last."""
+        """The clock and the activity, where they are not what all were told last. What the clock shows in virtual time
+        is told by most changes.
+        """
         now, before = self.clock(), self._clock
-        if before is None or (now.rate, now.paused) != (before.rate, before.paused):
-            self._clock = now
+        same = before is not None and (now.rate, now.paused) == (before.rate, before.paused)
+        if not same or (not now.realtime and now.now != self._told_now):
+            self._clock, self._told_now = now, now.now
             self.broadcast.announce(now)
         activity = self.activity()
         if activity != self._activity:
