@@ -43,6 +43,7 @@ from vrs_cli.net.messages import (
     Status,
     Subscribe,
     Told,
+    Typed,
     Welcome,
     Withdrawn,
 )
@@ -511,5 +512,28 @@ def test_a_client_closes_when_what_it_hears_is_nothing(frame: Frame) -> None:
 
 def test_a_client_passes_over_what_a_later_server_adds() -> None:
     pair = Pair()
-    assert pair.client.receive('{"type":"hologram","seq":1}') == []
+    assert pair.client.receive('{"type":"hologram","colour":"red"}') == []
+    line = pair.line("MOVE a")
+    for seq, said in enumerate(
+        ('"hologram"', '"told","reply":{"kind":"Smell"}', f'"done","id":{line.id},"found":{{"kind":"Smell"}}'), 1
+    ):
+        (message,) = pair.client.receive(f'{{"type":{said},"seq":{seq}}}')
+        assert isinstance(message, Refused)
+        assert message.id == (line.id if seq == 3 else None)  # it has ended, one way or another
+    assert pair.client.receive('{"type":"told","reply":{"kind":"Smell"},"seq":3}') == []
+    assert pair.client.receive('{"type":"typed","text":"a","seq":4}') == [Typed("a", seq=4)]
     assert not pair.client.closing
+
+
+def test_commands_that_nobody_repeats_or_drops_are_bounded() -> None:
+    pair = Pair()
+    for _ in range(4):
+        for _ in range(MOST_WAITING // 4):
+            pair.line("MOVE a")
+        pair.cut()
+        pair.connect()
+    assert len(pair.client.unseen) == MOST_WAITING
+    with pytest.raises(RequestRefused, match="wait already"):
+        pair.line("MOVE b")
+    pair.client.repeat(1)
+    assert len(pair.to_server()) == 1

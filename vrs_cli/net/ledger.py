@@ -11,6 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.net.messages import Asked, Done, Numbered, Outcome, Withdrawn
+from vrs_cli.net.outbox import BESIDE
 from vrs_cli.wire.codec import Encoding, Frame, encode
 
 SHORT = 400  # characters of a refusal that is remembered
@@ -56,7 +57,7 @@ class Ledger:
         self.seq += 1
         frame = encode(replace(message, seq=self.seq), self.encoding)
         self._told.append((now, frame))
-        self._size += len(frame)
+        self._size += len(frame) + BESIDE
         self._trim(now if self._since is None else self._since)
         if self.put is not None:
             self.put(frame)
@@ -83,7 +84,7 @@ class Ledger:
     def _trim(self, now: float) -> None:
         told, earliest = self._told, now - self.bounds.seconds
         while told and (told[0][0] < earliest or self._size > self.bounds.told):
-            self._size -= len(told.popleft()[1])
+            self._size -= len(told.popleft()[1]) + BESIDE
 
     def since(self, seq: int) -> list[Frame] | None:
         """What it was told after that number; None where that is not remembered."""

@@ -9,6 +9,8 @@ from vrs_cli.wire.codec import Encoding, Frame, encode
 
 NEWEST_WINS = (Sample, Clock, Status, Progress)  # what was not sent yet is out of date when the next one comes
 
+BESIDE = 100  # bytes that a frame takes in memory, beside its own
+
 
 class Outbox:
     """`size`: the bytes that wait; a long message counts as half of what may wait, so that it gets through alone.
@@ -27,7 +29,7 @@ class Outbox:
             return
         self._count += 1
         self._waiting[self._count] = frame
-        self.size += min(len(frame), self.most // 2) if counts else 0
+        self.size += min(len(frame) + BESIDE, self.most // 2) if counts else 0
         if self.size > self.most:
             self.drop()
             self.overflown = True

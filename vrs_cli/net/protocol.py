@@ -285,7 +285,7 @@ class ClientConnection:
         if self.state is not State.OPEN:
             raise RequestRefused("there is no connection", "connect again")
         if isinstance(message, Request):
-            if len(self._unanswered) >= MOST_WAITING and not isinstance(message, Abort):
+            if len(self._unanswered) + len(self.unseen) >= MOST_WAITING and not isinstance(message, Abort):
                 raise RequestRefused(f"{MOST_WAITING} requests wait already", "wait for some answers first")
             self._unanswered[message.id] = message
         if isinstance(message, Subscribe):
@@ -296,8 +296,12 @@ class ClientConnection:
 
     def repeat(self, id: int) -> None:
         """Give a command again that was never seen. Raises RequestRefused as `send` does."""
-        self.send(self.unseen[id])
-        del self.unseen[id]
+        command = self.unseen.pop(id)
+        try:
+            self.send(command)
+        except RequestRefused:
+            self.unseen[id] = command
+            raise
 
     # --- what comes ---
 
@@ -309,16 +313,23 @@ class ClientConnection:
             return self._close(f"a message of {len(frame)} bytes; at most {self._most} are taken")
         try:
             message = _from_server.read(frame)
-        except UnknownType:
-            return []  # of a later version
         except RecordError as error:
-            return self._close(str(error))
+            return self._passed_over(frame, error)
         if isinstance(message, Closing):
             self.state, self.why = State.CLOSING, message.why
             return [message]
         if isinstance(message, Welcome) is not (self.state is State.WELCOME):
             return self._close("welcome comes first, and once")
         return self._began(message) if isinstance(message, Welcome) else self._took(message)
+
+    def _passed_over(self, frame: Frame, error: RecordError) -> list[ServerMessage]:
+        """A later server may say what is not known here. What must be heard counts, and is told to be unreadable."""
+        marks = marks_of(frame)
+        if marks is None or self.state is not State.OPEN or type(marks.seq) is not int:
+            return [] if isinstance(error, UnknownType) else self._close(str(error))
+        ended = marks.known_id if marks.type == "done" else None
+        refusal = _refusal(f"what the robot says cannot be read here: {error}", "install the same vrs on both")
+        return self._took(Refused(refusal, ended, seq=marks.seq))
 
     def _close(self, why: str) -> list[ServerMessage]:
         self.state, self.why = State.CLOSING, why

@@ -32,6 +32,7 @@ class Marks(msgspec.Struct):
 
     type: str
     id: Any = None
+    seq: Any = None
 
     @property
     def known_id(self) -> int | None:
