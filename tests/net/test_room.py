@@ -269,6 +269,16 @@ def test_a_disk_that_takes_nothing_refuses_commands_and_lets_all_look(
         assert ada.line("DRIVE 1, 5, 50").ok
 
 
+def test_who_stops_the_robot_is_told_to_the_others(tmp_path: Path) -> None:
+    with served(tmp_path, realtime=1.0) as it:
+        ada, bob = it.call("ada"), it.call("bob")
+        ada.command("DRIVE 1, 90, 10")
+        ada.until(lambda: it.room.session.engine.timeline.version)
+        assert bob.line("ABORT").ok
+        assert "bob stops the robot" in ada.said
+        assert "bob stops the robot" not in bob.said
+
+
 def test_names_are_unlike(tmp_path: Path) -> None:
     with served(tmp_path) as it:
         names = [it.call(name).guest.name for name in ("ada", "ada", "", "", "a\x1b[2J" + "b" * 100)]

@@ -92,6 +92,9 @@ class Hall(Protocol):
     def awaited(self, guest: Guest) -> tuple[Ticket[Any], ...]:
         """The commands of a holder that have not ended."""
 
+    def stops(self, guest: Guest) -> None:
+        """A holder stops the robot: the others are told who it was."""
+
     def note(self, guest: Guest, what: str, result: str) -> None:
         """A line for the audit."""
 
@@ -198,6 +201,8 @@ class Guest:
             self.tell(messages.Refused(refusal, id))
 
     def _ask(self, request: messages.Request, talk: Talk[Any], what: str, *, urgent: bool = False) -> None:
+        if urgent:
+            self._hall.stops(self)
         self._hall.ask(self, talk, Pending(request.id, what), urgent=urgent)
 
     def _look(

@@ -360,6 +360,20 @@ class Room:
             return True
         return not isinstance(statement, ProgramHeader | None) and may_all(*needed(statement))
 
+    def stops(self, guest: Guest) -> None:
+        session = self.session
+        if session.running or self._self.now < session.engine.end:
+            said = Message(f"{guest.name} stops the robot", Tone.WARNING)
+            for other in self.guests.values():
+                if other is not guest:
+                    other.show(said)
+                    self._flush(other)
+
+    @staticmethod
+    def _flush(guest: Guest) -> None:
+        if guest.link is not None:
+            guest.link.flush()
+
     def note(self, guest: Guest, what: str, result: str) -> None:
         self._audit.note(Deed(self.name, guest.name, guest.address, what, result))
 
@@ -396,8 +410,7 @@ class Room:
             for guest in self._give(self._said.popleft()):
                 touched[guest] = None
         for guest in touched:
-            if guest.link is not None:
-                guest.link.flush()
+            self._flush(guest)
         for event in self._events.taken():
             if not isinstance(event, Missed):
                 applied = self._self.now
@@ -507,9 +520,10 @@ class Room:
             self._self.call(lambda _session: self.chronicle.note())
 
     def _push_status(self) -> None:
-        """What stands around a prompt, to those who sit at one, where something has happened."""
-        engine = self.session.engine
-        now = (engine.timeline.version, self.session.running, engine.settings, min(self._self.now, engine.end))
+        """What stands around a prompt, to those who sit at one: where something has happened, and each second."""
+        engine, t = self.session.engine, self._self.now
+        happened = engine.timeline.version, self.session.running, engine.settings, self.driving.lease.holder
+        now = (*happened, min(t, engine.end), int(t))
         if now == self._looked:
             return
         self._looked = now
