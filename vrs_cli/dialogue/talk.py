@@ -5,6 +5,7 @@ drives it (`interfaces/actor`); who holds the robot shows, asks and answers.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
+from contextlib import AbstractContextManager
 from enum import Enum
 from typing import Protocol, TypeVar, cast
 
@@ -69,6 +70,21 @@ def beside(work: Callable[[], W]) -> Talk[W]:
     if it.error is not None:
         raise it.error
     return cast(W, it.done)
+
+
+def within(context: Callable[[], AbstractContextManager[object]], talk: Talk[W]) -> Talk[W]:
+    """A talk, each part of it done within a context."""
+    reaction: Answer | BaseException = None
+    while True:
+        with context():
+            try:
+                said = talk.throw(reaction) if isinstance(reaction, BaseException) else talk.send(reaction)
+            except StopIteration as over:
+                return cast(W, over.value)
+        try:
+            reaction = yield said
+        except BaseException as error:  # for the talk, which puts in order what it leaves
+            reaction = error
 
 
 def in_parts(work: Generator[None, None, W]) -> Talk[W]:

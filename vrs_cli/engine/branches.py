@@ -7,7 +7,8 @@ only, as deltas like any others.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterator, Sequence
+from contextlib import contextmanager
 
 from msgspec import Struct, structs
 
@@ -140,6 +141,39 @@ class Branches:
         place = self._places.get(who, self._main)
         if place is not self._present and not stay:
             self._change_over(place)
+
+    def is_at(self, who: Hashable) -> bool:
+        """Whether the present branch is that of somebody."""
+        return self._places.get(who, self._main) is self._present
+
+    @contextmanager
+    def own_in_place(self) -> Iterator[None]:
+        """While something runs on another branch, whoever is served looks at his own: nobody hears of it."""
+        there, place = self._present, self._places.get(self.who, self._main)
+        there.left = self.engine.bookmark()
+        self._put(place)
+        try:
+            yield
+        finally:
+            self._put(there)
+            there.left = None
+
+    def _put(self, branch: _Branch) -> None:
+        assert branch.left is not None
+        mark, self._present = branch.left, branch
+        self.engine.book, self.engine.settings = mark.book, mark.settings
+        self.engine.clock.set(mark.clock)
+
+    def seen_by(self, who: Hashable) -> tuple[Timeline, float]:
+        """The timeline of the branch where somebody is, and how far time has come there [s]; in any thread."""
+        place, engine = self._places.get(who, self._main), self.engine
+        while True:
+            book, now = engine.book, engine.clock.reached
+            left = place.left  # set before the engine takes another book, and deleted after it has this one
+            if left is not None:
+                return left.book.timeline, left.clock
+            if engine.book is book:
+                return book.timeline, now
 
     def forget(self, who: Hashable) -> None:
         """Somebody has gone, and with that one what was tried."""

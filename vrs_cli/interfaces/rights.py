@@ -5,7 +5,7 @@ from __future__ import annotations
 from vrs_cli.errors import RoleWanted, UsageError
 from vrs_cli.language.text.ast import Assignment, DoInstruction, Instruction, Show, Statement
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.monitor import BESIDE, COMMANDS
+from vrs_cli.language.words.monitor import BESIDE, COMMANDS, ON_BRANCH
 from vrs_cli.language.words.word import Role
 
 CHANGE = "a change of a variable"
@@ -23,14 +23,18 @@ def may_all(said: str, wanted: Role) -> bool:
     return wanted is Role.OBSERVER or said in STOPPING
 
 
-def check_beside(statement: Statement) -> None:
-    """Raises UsageError for a line that waits until the robot program has stopped."""
+def check_beside(statement: Statement, *, elsewhere: bool) -> None:
+    """Raises UsageError for a line that waits until the program has stopped, which runs elsewhere: on another branch
+    than that of who says it.
+    """
     said, role = needed(statement)
-    check_goes_beside(CHANGE if isinstance(_inner(statement), Assignment) else said, role)
+    check_goes_beside(CHANGE if isinstance(_inner(statement), Assignment) else said, role, elsewhere=elsewhere)
 
 
-def check_goes_beside(said: str, role: Role) -> None:
-    """Raises UsageError for what waits until the robot program has stopped."""
+def check_goes_beside(said: str, role: Role, *, elsewhere: bool) -> None:
+    """The same of what is said so, and is for that role."""
+    if elsewhere and said in ON_BRANCH:
+        raise UsageError(f"{said} has to wait until the program on another branch stops", "ABORT stops it")
     if not (said == CHANGE or said in BESIDE or role is Role.OBSERVER):
         raise UsageError(f"{said} has to wait until the program stops", "ABORT stops it")
 

@@ -10,7 +10,7 @@ from vrs_cli.engine.commands import JointTarget
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.holders.holder import Holder
-from vrs_cli.interfaces.session.acts import Go, Goal, act_on
+from vrs_cli.interfaces.session.acts import Go, Goal, ListCommands, act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import Lease
 from vrs_cli.language.words.word import Role
@@ -216,3 +216,44 @@ def test_what_a_program_asks_is_asked_of_who_has_the_lease(session: Session) -> 
 def test_an_observer_commands_no_motion(session: Session) -> None:
     ticket = Holder(session, Role.OBSERVER).submit(act_on(session, UP))
     assert refusal(session, ticket) == "*Not in your role* MOVE is for a designer (you are an observer)"
+
+
+def test_who_looks_sees_his_own_branch_while_a_program_runs_on_another(session: Session) -> None:
+    session.load_text(SWING)
+    a, b = Holder(session), Holder(session)
+    done(session, b, "DRIVE 2, 30")
+    done(session, a, "BRANCH trial")
+    before, where = b.timeline, done(session, b, "WHERE")
+    run = a.ask("EXECUTE swing")
+    for _ in range(30):
+        session.actor.step()
+    tickets = [b.ask(line) for line in ("WHERE", "TIMELINE", "DRIVE 1, 5", "EXECUTE swing", "x = 3", "SIGNAL 1")]
+    replies = b.submit(act_on(session, ListCommands()))
+    while not (tickets[-1].done() and replies.done()):
+        session.actor.step()
+    assert list(map(str, tickets[0].heard())) == where
+    errors = [str(ticket.error(0.0)) for ticket in tickets]
+    assert errors[2].endswith("DRIVE has to wait until the program stops (ABORT stops it)")
+    assert errors[3].endswith("EXECUTE has to wait until the program on another branch stops (ABORT stops it)")
+    assert [errors[0], errors[1], errors[4], errors[5]] == ["None"] * 4
+    assert [record.text for record in replies.result(0.0).commands] == ["DRIVE 2, 30"]
+    assert b.timeline is before
+    assert len(a.timeline) > len(before)
+    assert (run.done(), session.environment.value(("x", None))) == (False, 3.0)
+    done(session, b, "ABORT")
+    assert (run.done(), b.timeline is before) == (True, True)
+
+
+def test_who_leaves_is_forgotten_though_a_program_runs_on_another_branch(session: Session) -> None:
+    session.load_text(SWING)
+    a, b = Holder(session), Holder(session)
+    done(session, a, "BRANCH trial")
+    a.ask("BRANCH main")
+    b.ask("EXECUTE swing")
+    a.ask("BRANCH trial")
+    for _ in range(30):
+        session.actor.step()
+    a.leave()
+    for _ in range(5):
+        session.actor.step()
+    assert session.branches.seen_by(a.desk)[0] is session.engine.timeline

@@ -41,12 +41,12 @@ class Holder:
     @property
     def timeline(self) -> Timeline:
         """All that has been and will be, as far as is known."""
-        return self._session.engine.timeline
+        return self._session.branches.seen_by(self.desk)[0]
 
     @property
     def now(self) -> float:
         """How far time has come [s]."""
-        return self._session.engine.clock.reached
+        return self._session.branches.seen_by(self.desk)[1]
 
     # --- asking ---
 

@@ -271,9 +271,9 @@ def act_on(session: Session, act: Act[T], issued: float | None = None) -> Talk[T
         return cast(T, (yield from session.answers(act.line)))
     row = ACTS[type(act)]
     session.check_may(row.said, row.role)
-    if session.running:
-        check_goes_beside(row.said, row.role)
-    return cast(T, (yield from row.do(session, act, issued)))
+    if session.running or session.elsewhere:
+        check_goes_beside(row.said, row.role, elsewhere=session.elsewhere)
+    return cast(T, (yield from session.on_branch(row.role, row.do(session, act, issued))))
 
 
 def move_of(act: Go, times: HolderTimes) -> Move:

@@ -116,12 +116,13 @@ class Session(Station):
             raise UsageError(
                 ".PROGRAM opens a program of several lines", "type it at the prompt of vrs, or LOAD a file"
             )
-        self.check_may(*needed(statement))
+        said, role = needed(statement)
+        self.check_may(said, role)
         yield from self._check(statement, read)
-        if self.running:
-            check_beside(statement)
+        if self.running or self.elsewhere:
+            check_beside(statement, elsewhere=self.elsewhere)
         self._scheduled = self._schedules()
-        yield from self.carry_out(statement)
+        yield from self.on_branch(role, self.carry_out(statement))
         yield from self._displaced()
 
     def _schedules(self) -> dict[str, tuple[Book, Timeline]]:

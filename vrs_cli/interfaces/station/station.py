@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 from weakref import WeakSet, finalize
 
-from vrs_cli.dialogue.questions import Answer
 from vrs_cli.dialogue.replies import Message, ProgramStopped, Tone
 from vrs_cli.dialogue.runs import Beside, Outcome, RunResult
-from vrs_cli.dialogue.talk import Slice, Talk, Terminal, at_once, beside
+from vrs_cli.dialogue.talk import Slice, Talk, Terminal, at_once, beside, within
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine, Postponement
@@ -383,9 +383,18 @@ class Station:
         for track in self.tasks:
             if track.driven_by is desk:
                 track.driven_by = None
-        if not any(self.tasks.running):
+        if not any(self.tasks.running) or not self.branches.is_at(desk):
             self.branches.forget(desk)
         self.desk = own
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether a program runs on another branch than that of who is served."""
+        return not self.branches.is_at(self.desk)
+
+    def on_branch(self, role: Role, talk: Talk[R]) -> Talk[R]:
+        """A talk for those of a role: who only looks, looks at his own branch, whatever runs on another."""
+        return within(self.branches.own_in_place, talk) if role is Role.OBSERVER and self.elsewhere else talk
 
     def check_may(self, said: str, wanted: Role) -> None:
         """Raises RoleWanted and LeaseHeld for what is not for who is served: said so, of that role."""
@@ -403,23 +412,19 @@ class Station:
         """A talk with somebody else, at whose desk it is done."""
         self._desks.add(desk)
         desk.interrupted = False
-        reaction: Answer | BaseException = None
-        while True:
-            own, self.desk = self.desk, desk
+        try:
+            return (yield from within(lambda: self._served(desk), talk))
+        except LineStopped:
+            raise RequestRefused("it was stopped before it was done") from None
+
+    @contextmanager
+    def _served(self, desk: Desk) -> Iterator[None]:
+        own, self.desk = self.desk, desk
+        try:
             self.serve()
-            try:
-                said = talk.throw(reaction) if isinstance(reaction, BaseException) else talk.send(reaction)
-            except StopIteration as over:
-                result: R = over.value
-                return result
-            except LineStopped:
-                raise RequestRefused("it was stopped before it was done") from None
-            finally:
-                self.desk = own
-            try:
-                reaction = yield said
-            except BaseException as error:  # for the talk, which puts in order what it leaves
-                reaction = error
+            yield
+        finally:
+            self.desk = own
 
     def do(self, statement: Statement) -> Talk[None]:
         """One instruction now, as a program of one step. Raises VrsError where it cannot be done, KeyboardInterrupt

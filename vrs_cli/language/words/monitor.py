@@ -190,3 +190,6 @@ _BESIDE = """
     BPT WATCH SPEED SIGNAL RESET ENABLE DISABLE SWITCH PARAMETER CLOCK BRANCH EXIT QUIT SET TIMER
 """
 BESIDE = frozenset(_BESIDE.split())
+# those of them that move the robot, or ask where it is: not from another branch than that of the program
+_ON_BRANCH = "HERE TEACH EXECUTE PRIME SSTEP XSTEP NEXT PROCEED RETRY PCEXECUTE PCPROCEED PCRETRY"
+ON_BRANCH = frozenset(_ON_BRANCH.split())
