@@ -227,7 +227,10 @@ def test_who_drives_a_program_hears_it(tmp_path: Path) -> None:
 def test_a_robot_with_too_many_names_takes_no_more_and_gives_some_back(tmp_path: Path) -> None:
     with served(tmp_path, allowance=Allowance(names=20)) as it:
         ada = it.call("ada")
-        done = [ada.line(f"x{n} = 1") for n in range(30)]
+        done = []
+        for n in range(30):
+            it.now += 1.0
+            done.append(ada.line(f"x{n} = 1"))
         assert [one.ok for one in done].index(False) == 21
         refused = done[-1].refusal
         assert refused is not None
@@ -239,6 +242,7 @@ def test_a_robot_with_too_many_names_takes_no_more_and_gives_some_back(tmp_path:
         (asked,) = (one for one in ada.heard if isinstance(one, Asked))
         ada.guest.take(Answer(asked.number, True))
         ada.until(lambda: any(isinstance(one, Done) and one.id == id for one in ada.heard))
+        it.now += 1.0
         assert ada.line("y = 1").ok
 
 

@@ -280,6 +280,21 @@ def test_tokens_give_robots_and_roles(tmp_path: Path) -> None:
                 assert isinstance(nobody.heard[0], Closing)
 
 
+def test_a_robot_whose_journal_is_damaged(tmp_path: Path) -> None:
+    path = tmp_path / "tokens.toml"
+    made = add_tokens(path, [Wanted("ada")])
+    (tmp_path / "journal").mkdir()
+    (tmp_path / "journal" / "ada.vrst").write_text("no trajectory\n")
+    with serving(tmp_path, tokens=path, own=1) as server:
+        with server.call(hello=Hello((1,), token=made["ada"])) as ada:
+            (closing,) = ada.heard
+            assert isinstance(closing, Closing)
+            assert closing.why == "ada cannot be served now"
+        assert "ada.vrst" in server.told[0]
+        with server.call("/robots/cell1", Hello((1,), token=made["ada"])) as ada:
+            assert ada.line("WHERE").ok
+
+
 def test_a_token_that_is_taken_out_ends_its_connections(tmp_path: Path) -> None:
     path = tmp_path / "tokens.toml"
     made = add_tokens(path, [Wanted("ada"), Wanted("bob")])

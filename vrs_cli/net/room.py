@@ -55,6 +55,7 @@ from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import Kind
 from vrs_cli.version import __version__
 
+MEASURED = 0.1  # [s] between two looks at what a robot has, which take a while where that is much
 ALIVE = 3.0  # [s] after which who drives and says nothing is asked whether it is there
 FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # good where there is no room
 
@@ -184,6 +185,8 @@ class Room:
         assert isinstance(first, Replaced)
         self.broadcast = Broadcast(self._self, first, wall)
         self._meter = Meter(plan.allowance, 0.0, wall())
+        self._measured = wall() - 2 * MEASURED
+        self._grown: LimitReached | None = None
         self._ran = False
         self._watch: Ticket[None] | None = None
         self._looked: object = None  # when those who sit at a prompt were last told what stands around it
@@ -345,10 +348,21 @@ class Room:
 
     def _check(self) -> None:
         self.chronicle.check()
-        session = self.session
-        check_growth(self.allowance, len(session.environment.kinds()) + len(session.programs))
-        if size(self.folder) > self.allowance.folder:
-            raise LimitReached(f"the robot's folder has more than {self.allowance.folder} bytes", "FDELETE makes room")
+        if (now := self._wall()) - self._measured > MEASURED:
+            self._measured, self._grown = now, self._too_large()
+        if self._grown is not None:
+            raise self._grown
+
+    def _too_large(self) -> LimitReached | None:
+        """What keeps the robot from growing any more."""
+        session, most = self.session, self.allowance.folder
+        try:
+            check_growth(self.allowance, len(session.environment.kinds()) + len(session.programs))
+        except LimitReached as error:
+            return error
+        if size(self.folder) <= most:
+            return None
+        return LimitReached(f"the robot's folder has more than {most} bytes", "FDELETE makes room")
 
     def may_always(self, line: str) -> bool:
         """Whether a line only looks, stops, or makes room."""

@@ -20,6 +20,7 @@ from websockets.http11 import Request, Response
 from websockets.typing import Origin
 
 from vrs_cli.errors import LimitReached, RequestRefused, VrsError
+from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit, Deed
 from vrs_cli.net.guest import Guest
@@ -36,6 +37,8 @@ LOOK = 0.5  # [s] between two looks at the file of tokens
 HIGH_WATER = 256 * 1024  # bytes that a socket holds before it is given no more
 BACKLOG = 512 * 1024  # bytes beside these that wait for a socket
 PINGS, PATIENCE = 20.0, 20.0  # [s] between two questions whether a client is there, and until it has to answer
+MISHAPS = 20  # errors of vrs itself that are told, each with a file
+PAUSE = 1.0  # [s] after one, where it might come again at once
 FLOOD = 10.0  # [s] of messages that come too fast, after which a connection is closed
 SHORT = 2.0  # [s] in which a client takes leave
 ROBOTS = "/robots/"
@@ -124,7 +127,7 @@ class Server:
         self._full: set[_Link] = set()  # who do not take what they are sent
         self._looked = 0.0  # [s] when the tokens were looked at
         self._due: dict[str, asyncio.Event] = {}
-        self._told = ""
+        self._told, self._mishaps = "", 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._hub: Hub | None = None
         self._broadcasts: set[asyncio.Task[None]] = set()
@@ -234,9 +237,8 @@ class Server:
         """Let somebody in, or say why not."""
         try:
             grant = self._grant(link, hello)
-            wanted = self._wanted(link, hello)
-            name = self.hub.chosen(grant, wanted)
-            room = await asyncio.to_thread(self.hub.open, name)
+            name = self.hub.chosen(grant, self._wanted(link, hello))
+            room = await self._opened(name)
             self._crowd.enter(grant.name)
         except VrsError as error:
             self._audit.note(Deed(hello.robot, hello.name, link.address, "(enter)", f"refused: {error}"))
@@ -247,6 +249,14 @@ class Server:
         link.room, link.guest = room, room.enter(grant, hello, link)
         room.pump()
         self._audit.note(Deed(name, link.guest.name, link.address, "(enter)", "done"))
+
+    async def _opened(self, name: str) -> Room:
+        """Raises RequestRefused where a robot cannot be served; why is for whoever runs the server."""
+        try:
+            return await asyncio.to_thread(self.hub.open, name)
+        except VrsError as error:
+            self._tell(f"{name}: {error}")
+            raise RequestRefused(f"{name} cannot be served now", "ask whoever runs the server") from None
 
     def _grant(self, link: _Link, hello: messages.Hello) -> Grant:
         """Raises RequestRefused."""
@@ -286,7 +296,7 @@ class Server:
     def _pump(self, name: str) -> None:
         room = self.hub.rooms.get(name)
         if room is not None:
-            room.pump()
+            self._guarded(room.pump)
             if name in self._due:
                 self._due[name].set()
 
@@ -301,7 +311,8 @@ class Server:
         due, cast = self._due[name], self.hub.rooms[name].broadcast
         while True:
             due.clear()
-            cast.step()
+            if not self._guarded(cast.step):
+                await asyncio.sleep(PAUSE)
             left = cast.peek() - time.monotonic()
             if left <= 0.0:
                 await asyncio.sleep(0)
@@ -323,10 +334,21 @@ class Server:
                 link.connection.look(now)
                 link.flush()
             for room in self.hub.rooms.values():
-                room.tick()
+                self._guarded(room.tick)
             if now - self._looked > LOOK:
                 self._looked = now
-                self._look_at_tokens()
+                self._guarded(self._look_at_tokens)
+
+    def _guarded(self, act: Callable[[], None]) -> bool:
+        """An error of vrs itself is told, and all else goes on; whether there was none."""
+        try:
+            act()
+        except Exception as error:
+            self._mishaps += 1
+            if self._mishaps <= MISHAPS:
+                self._tell(internal_error(error).text)
+            return False
+        return True
 
     def _look_at_tokens(self) -> None:
         """Who has no token any more is out at once."""
