@@ -17,7 +17,7 @@ from vrs_cli.__main__ import COLLECT_AFTER
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.comparison import compare
 from vrs_cli.files.exports import EXPORTERS
-from vrs_cli.language.analysis.formatting import canonical_text
+from vrs_cli.language.analysis.structure import canonical_text
 
 ROUNDS = 2
 SIZES = (10_000, 100_000)

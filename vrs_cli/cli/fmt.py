@@ -64,7 +64,7 @@ def _parser(prog: str) -> Parser:
 
 def _formatted(source: Source) -> Formatted:
     """The canonical text; what stands in its way is told on standard error."""
-    from vrs_cli.language.analysis.formatting import canonical_text
+    from vrs_cli.language.analysis.structure import canonical_text
 
     text = canonical_text(source.text)
     if isinstance(text, str):

@@ -17,7 +17,7 @@ from vrs_cli.dialogue.numbers import count
 from vrs_cli.errors import FileDamaged, NonexistentFile
 from vrs_cli.files.opening import open_to_read
 from vrs_cli.files.target_file import fields_of
-from vrs_cli.language.run.inputs import InputChange, Inputs
+from vrs_cli.language.run.signals import InputChange, Inputs
 from vrs_cli.language.words.signals import INPUTS, INTERNAL
 from vrs_cli.language.words.values import read_number
 from vrs_cli.trajectory.instant import LATEST, on_grid

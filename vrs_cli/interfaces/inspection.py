@@ -16,7 +16,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language.analysis.analyzer import Analysis, analyze_among
 from vrs_cli.language.analysis.confusions import delays
-from vrs_cli.language.analysis.reachability import unreachable
+from vrs_cli.language.analysis.structure import unreachable
 from vrs_cli.language.analysis.surroundings import Surroundings, names_given_in
 from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment

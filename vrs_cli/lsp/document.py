@@ -20,8 +20,7 @@ from vrs_cli.interfaces.conversation.complete import Names, Suggestion, suggesti
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.monitor.help import page
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.language.analysis.formatting import canonical_text
-from vrs_cli.language.analysis.structure import BlockKind, structure_of
+from vrs_cli.language.analysis.structure import BlockKind, canonical_text, structure_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section, Span
 from vrs_cli.language.text.diagnostics import Diagnostic

@@ -15,7 +15,7 @@ from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.interfaces.tasks.performing import WAIT_TICK
-from vrs_cli.language.run.inputs import InputChange
+from vrs_cli.language.run.signals import InputChange
 
 # --- time ---
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.language.analysis.analyzer import analyze
-from vrs_cli.language.analysis.reachability import unreachable
+from vrs_cli.language.analysis.structure import unreachable
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.text.parser import parse_file

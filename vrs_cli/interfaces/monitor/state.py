@@ -1,21 +1,30 @@
-"""What is: STATUS, signals, the time, the memory, help."""
+"""What is: STATUS, signals, the time, the memory, help; and what is set: SPEED, signals, switches, parameters."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from typing import Any
 
 from vrs_cli.dialogue.replies import (
     FreeReport,
     Identification,
+    Message,
     Progress,
     Reply,
+    SettingRow,
+    SettingTable,
     SignalBank,
     SignalTable,
     StatusReport,
 )
+from vrs_cli.dialogue.talk import Talk
+from vrs_cli.engine.commands import SetMonitorSpeed
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch, row_of
+from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.monitor.clock import clock_report
 from vrs_cli.interfaces.monitor.consent import leave
@@ -116,6 +125,45 @@ def _help(_station: Station, it: Instruction) -> Iterable[Reply]:
     yield overview() if asked is None else page(word(asked))
 
 
+def _speed(station: Station, it: Instruction) -> None:
+    argument = operand(it, 0)
+    assert argument is not None
+    station.engine.perform(SetMonitorSpeed(real(station, argument)))
+
+
+def _signal(station: Station, it: Instruction) -> None:
+    """As the instruction, and inputs too: at the prompt one stands at the cabinet."""
+    signals = station.environment.signals
+    numbers = [real(station, argument) for argument in it.arguments if argument is not None]
+    for number in numbers:
+        signals.read(number)
+    for number in numbers:
+        signals.write(number, inputs=True)
+    station.settle()
+
+
+def _table(
+    title: str, table: Mapping[str, Any], value: Callable[[Settings, Any], str], station: Station, it: Instruction
+) -> Talk[None]:
+    """SWITCH, PARAMETER: give one a value, or show those that are named, all when none is. Raises UsageError."""
+    if it.value is not None:
+        yield from station.do(it)
+        return
+    names = [word(argument) for argument in it.arguments if argument is not None]
+    rows = [row_of(table, name, title.lower()) for name in names] or table.values()
+    settings = station.engine.settings
+    yield SettingTable(title, tuple(SettingRow(row.name, value(settings, row), row.summary) for row in rows))
+
+
+def _switch(settings: Settings, row: Switch) -> str:
+    return "ON" if settings.switches[row.name] else "OFF"
+
+
+def _parameter(settings: Settings, row: ParameterRow) -> str:
+    value = settings.parameters[row.name]
+    return value if isinstance(value, str) else f"{plain(value)} {row.unit}".rstrip()
+
+
 STATE: Mapping[str, Handler] = {
     "STATUS": of_task(_status),
     "PCSTATUS": of_task(_status, PROCESS_CONTROL),
@@ -126,4 +174,10 @@ STATE: Mapping[str, Handler] = {
     "HELP": _help,
     "EXIT": lambda station, _it: leave(station),
     "QUIT": lambda station, _it: leave(station),
+    "SPEED": _speed,
+    "SIGNAL": _signal,
+    "CALIBRATE": lambda _station, _it: (Message("A virtual robot is calibrated"),),
+    **dict.fromkeys(("RESET", "SELECT", "ENABLE", "DISABLE"), Station.do),  # the same as in a program
+    "SWITCH": partial(_table, "Switch", SWITCHES, _switch),
+    "PARAMETER": partial(_table, "Parameter", PARAMETERS, _parameter),
 }

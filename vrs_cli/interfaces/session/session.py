@@ -24,7 +24,6 @@ from vrs_cli.interfaces.monitor.files import FILES
 from vrs_cli.interfaces.monitor.locations import LOCATIONS
 from vrs_cli.interfaces.monitor.programs import PROGRAMS
 from vrs_cli.interfaces.monitor.running import RUNNING
-from vrs_cli.interfaces.monitor.settings import SETTINGS
 from vrs_cli.interfaces.monitor.state import STATE
 from vrs_cli.interfaces.monitor.stepping import STEPPING
 from vrs_cli.interfaces.monitor.timeline import TIMELINE
@@ -192,7 +191,6 @@ HANDLERS: Mapping[str, Callable[[Session, Instruction], Talk[None] | Iterable[Re
     **FILES,
     **RUNNING,
     **STEPPING,
-    **SETTINGS,
     **STATE,
     **TIMELINE,
     "CLOCK": clock,

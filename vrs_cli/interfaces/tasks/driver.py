@@ -32,9 +32,9 @@ from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Asked, Pending, Track
 from vrs_cli.language.run.effects import Budget, Event, Failed
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.inputs import NO_INPUTS, Inputs
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import BUDGET, Task
+from vrs_cli.language.run.signals import NO_INPUTS, Inputs
 
 _P = TypeVar("_P", bound=Pending)
 

@@ -23,7 +23,6 @@ from typing import Any, cast
 
 from vrs_cli.engine.commands import Brake, Break
 from vrs_cli.errors import IllegalValue, LimitReached, LineMissing, StackOverflow, VrsError
-from vrs_cli.language.run.activation import Activation, Interruption
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
@@ -45,7 +44,7 @@ from vrs_cli.language.run.effects import (
     TaskState,
     Wait,
 )
-from vrs_cli.language.run.environment import Environment, Executable
+from vrs_cli.language.run.environment import Activation, Environment, Executable, Interruption
 from vrs_cli.language.run.library import at_once, by_value, overflow
 from vrs_cli.language.run.memory import Context, StoredProgram
 from vrs_cli.language.run.reactions import OF_ERRORS, Reaction, Reactions

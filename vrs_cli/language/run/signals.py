@@ -1,8 +1,14 @@
-"""Digital signals: outputs 1.., inputs 1001.., internal (software) 2001... A negative number is the inverse."""
+"""Digital signals: outputs 1.., inputs 1001.., internal (software) 2001... A negative number is the inverse.
+
+And input signals that change at times that are known before: the world outside, written down. Data, nothing runs.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from math import inf
+
+from msgspec import Struct
 
 from vrs_cli.errors import IllegalSignal
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
@@ -80,3 +86,43 @@ class Signals:
             banks = ", ".join(f"{bank[0]}-{bank[-1]}" for bank in (OUTPUTS, INPUTS, INTERNAL))
             raise IllegalSignal(plain(number), f"signals are {banks}")
         return round(number)
+
+
+# --- input signals that change at times that are known before ------------------------------------------------
+
+
+class InputChange(Struct, frozen=True):
+    """At `time` [s] of the robot's clock a signal goes on or off."""
+
+    time: float
+    signal: int
+    on: bool
+
+
+class Inputs(Struct, frozen=True):
+    """Changes to come, the earliest first."""
+
+    changes: tuple[InputChange, ...] = ()
+    done: int = 0
+
+    @classmethod
+    def of(cls, changes: Iterable[InputChange]) -> Inputs:
+        """In the order of their times; of equal times in the order given."""
+        return cls(tuple(sorted(changes, key=lambda change: change.time)))
+
+    @property
+    def next_time(self) -> float:
+        """The time of the next change [s]; infinity if there is none."""
+        return self.changes[self.done].time if self.done < len(self.changes) else inf
+
+    def applied(self, now: float, signals: Signals) -> Inputs:
+        """Make all changes up to `now`. Return those that are left."""
+        done = self.done
+        while done < len(self.changes) and self.changes[done].time <= now:
+            change = self.changes[done]
+            signals.write(change.signal if change.on else -change.signal, inputs=True)
+            done += 1
+        return Inputs(self.changes, done)
+
+
+NO_INPUTS = Inputs()
