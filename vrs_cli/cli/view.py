@@ -1,0 +1,109 @@
+"""`vrs view`: watch a robot that others move, or a saved trajectory."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import os
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from vrs_cli.cli.command_line import CommandLineError, Parser, positive
+from vrs_cli.cli.connections import EPILOG as TOKENS
+from vrs_cli.cli.connections import add_connection, client_of
+from vrs_cli.cli.recordings import add_lenient_option, read_recording
+
+if TYPE_CHECKING:
+    from vrs_cli.net.messages import ServerMessage
+
+WINDOW = 600.0  # [s] of the past that are there at first
+
+EPILOG = f"""\
+Keys: space plays and pauses, left and right seek, r rewinds, f follows the robot again,
++ and - change the rate, q leaves.
+
+  vrs view --terminal ws://127.0.0.1:8765
+  vrs view --terminal day.vrst
+
+{TOKENS}"""
+
+
+def main(prog: str, arguments: Sequence[str]) -> int:
+    """Watch until the user leaves."""
+    options = _parser(prog).parse(arguments)
+    if not options.terminal:
+        raise CommandLineError("the view in a browser is not there yet", "--terminal watches on the terminal")
+    if not is_at_terminal():
+        raise CommandLineError("this is no terminal", "vrs where and vrs replay tell of a saved trajectory in a pipe")
+    if options.url.endswith(".vrst") or os.path.exists(options.url):
+        _play(prog, options)
+    else:
+        asyncio.run(_watch(prog, options))
+    return 0
+
+
+def is_at_terminal() -> bool:
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+def _parser(prog: str) -> Parser:
+    parser = Parser(prog, "Watch a robot that others move, or a saved trajectory.", EPILOG)
+    add_connection(parser)
+    parser.add_argument("--terminal", action="store_true", help="on the terminal: joints, tool, clock, who drives")
+    parser.add_argument(
+        "--window",
+        metavar="S",
+        type=positive,
+        default=WINDOW,
+        help=f"so many seconds of the robot's past (default {WINDOW:g})",
+    )
+    add_lenient_option(parser)
+    return parser
+
+
+def _play(prog: str, options: argparse.Namespace) -> None:
+    """A saved trajectory. Raises FileError."""
+    recording = read_recording(prog, options.url, lenient=options.lenient)
+    from vrs_cli.kinematics.forms import arm_for
+    from vrs_cli.repl.player import play
+
+    play(arm_for(recording.model), recording.timeline, 1.0)
+
+
+async def _watch(prog: str, options: argparse.Namespace) -> None:
+    """A robot afar. Raises RequestRefused, and what the server refuses."""
+    from vrs_cli.repl.player import watch
+
+    news = News()
+    client = client_of(prog, options)
+    client.told = news.cut
+    client.far.news.append(news.hear)
+    try:
+        await client.open()
+        await watch(await client.follow(options.window), news.line)
+    finally:
+        await client.close()
+
+
+class News:
+    """What there is to tell of a robot beside where it is: who drives, what runs, and whether it is heard of at all."""
+
+    def __init__(self) -> None:
+        self._activity, self._cut = "", ""
+
+    def hear(self, message: ServerMessage) -> None:
+        from vrs_cli.net.messages import Activity, Welcome
+
+        match message:
+            case Activity(driver, programs):
+                runs = f"{', '.join(programs) or 'no program'} {'run' if len(programs) > 1 else 'runs'}"
+                self._activity = f"{driver or 'nobody'} drives; {runs}"
+            case Welcome():
+                self._cut = ""
+
+    def cut(self, why: str) -> None:
+        self._cut = why
+
+    def line(self) -> str:
+        return self._cut or self._activity
