@@ -95,6 +95,18 @@ def test_who_watches_sees_the_present_and_who_drives() -> None:
     assert max(map(len, player.text().splitlines())) <= 80
 
 
+def test_who_follows_real_time_is_where_its_clock_is_found_to_be() -> None:
+    moved = Moved()
+    player = moved.watcher()
+    player.passes = lambda: True
+    moved.now = 2.4
+    assert "    2.40 / " in player.text()
+    assert "   live, rate 1" in player.text()
+    press(player, "pq")
+    moved.now = 3.0
+    assert "    2.40 / " in player.text()
+
+
 def test_who_watches_looks_back_and_follows_again() -> None:
     player = press(Moved().watcher(), "rpq")
     assert "]     0.00 / " in player.text()

@@ -18,6 +18,7 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.net.mirror import Mirror
 from vrs_cli.render.text import plain_text
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -70,7 +71,7 @@ def nothing_else() -> str:
 
 class Player(Struct):
     """Holds the playback and draws it; `wall` tells the time of the day [s]. `news`: a line of what else there is to
-    tell, such as who drives the robot; `live`: others move it.
+    tell, such as who drives the robot; `live`: others move it; `passes`: whether its time goes by itself.
     """
 
     watched: Watched
@@ -78,12 +79,15 @@ class Player(Struct):
     wall: Callable[[], float] = time.monotonic
     news: Callable[[], str] = nothing_else
     live: bool = False
+    passes: Callable[[], bool] = lambda: False
 
     def text(self) -> str:
         """What is shown now."""
         wall, watched = self.wall(), self.watched
         timeline = watched.timeline
         self.playback = self.playback.look(wall, timeline.start, timeline.end, watched.now)
+        if self.playback.follows and self.playback.playing and self.passes():
+            self.playback = self.playback.follow(wall)  # its clock is known better than a moment ago
         position = position_at(watched.arm, timeline, self.playback.at(wall))
         where = plain_text(Whereabouts(position, units=watched.arm.model.units))
         doing = position.text if position.moving else "at rest"
@@ -142,8 +146,9 @@ def play(arm: RobotArm, timeline: Timeline, rate: float) -> None:
     Player(Recorded(arm, timeline), playback).application().run()
 
 
-async def watch(watched: Watched, news: Callable[[], str]) -> None:
+async def watch(mirror: Mirror, news: Callable[[], str]) -> None:
     """Watch a robot that others move, from where it is now on."""
-    timeline = watched.timeline
-    playback = Playback.following(timeline.start, timeline.end, watched.now, time.monotonic())
-    await Player(watched, playback, news=news, live=True).application().run_async()
+    timeline = mirror.timeline
+    playback = Playback.following(timeline.start, timeline.end, mirror.now, time.monotonic())
+    player = Player(mirror, playback, news=news, live=True, passes=lambda: mirror.clock.rate is not None)
+    await player.application().run_async()

@@ -53,3 +53,9 @@ def test_the_rate_has_a_highest_and_a_lowest_step() -> None:
     for _ in RATES:
         playback = playback.slower(100.0)
     assert playback.rate == RATES[0]
+
+
+def test_who_follows_pauses_in_the_present() -> None:
+    paused = Playback.following(0.0, 10.0, 4.0, 0.0).toggle(1.0)
+    assert (paused.playing, paused.at(9.0)) == (False, 4.0)
+    assert paused.toggle(9.0).playing

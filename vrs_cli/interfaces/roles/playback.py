@@ -73,8 +73,8 @@ class Playback(Struct, frozen=True):
         return replace(self._anchored(self.at(wall), wall), playing=False)
 
     def toggle(self, wall: float) -> Playback:
-        """Play or pause; at the end, play again from the start."""
-        if self.ended(wall):
+        """Play or pause; at the end of what goes no further, play again from the start."""
+        if self.ended(wall) and not self.follows:
             return self.rewind(wall).play(wall)
         return self.pause(wall) if self.playing else self.play(wall)
 
