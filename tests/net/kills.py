@@ -20,7 +20,10 @@ from pathlib import Path
 
 from tests.net.serving import Caller
 from vrs_cli.files.trajectory_file import read_trajectory
-from vrs_cli.net.messages import Hello
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.net.messages import Hello, Shown, Window
+from vrs_cli.wire.records import Form
+from vrs_cli.wire.snapshots import snapshot_of
 
 ROBOTS = ("cell1", "cell2")
 LONGEST = 0.6  # [s] of work before a server is killed
@@ -55,12 +58,18 @@ class Driver:
         if done.ok:
             self.version, self.answered = done.version, self.answered + 1
 
-    def check(self, address: str) -> None:
-        """All that was answered is there."""
+    def check(self, address: str, folder: Path) -> None:
+        """All that was answered is there, and what is served is what the journal says, to the bit."""
         with Caller(f"{address}/robots/{self.robot}", Hello((1,))) as caller:
             version = caller.line("WHERE").version
             caller.line("TYPE x")
             found = int(float(caller.said[-1])) if self.value else 0
+            shown = caller.ask(lambda id: Window(id, -1.0))
+        assert isinstance(shown, Shown)
+        recording = read_trajectory(folder / f"{self.robot}.vrst")
+        snapshot = snapshot_of(shown.snapshot, Form.of(arm_for(recording.model)))
+        if snapshot.segments != tuple(recording.timeline)[snapshot.first :]:
+            raise SystemExit(f"{self.robot}: what is served is not what the journal says")
         if version < self.version:
             raise SystemExit(f"{self.robot}: version {self.version} was answered, {version} came back")
         if not self.value <= found <= self.asked:
@@ -87,7 +96,7 @@ def kill(times: int, seed: int, folder: Path) -> int:
     for number in range(times):
         process, address = started(folder)
         for driver in drivers:
-            driver.check(address)
+            driver.check(address, folder)
         threads = [threading.Thread(target=driver.drive, args=(address,), daemon=True) for driver in drivers]
         for thread in threads:
             thread.start()
@@ -102,7 +111,7 @@ def kill(times: int, seed: int, folder: Path) -> int:
             print(f"{number + 1} kills, {sum(driver.answered for driver in drivers)} commands answered", flush=True)
     process, address = started(folder)
     for driver in drivers:
-        driver.check(address)
+        driver.check(address, folder)
     process.terminate()
     if process.wait(20):
         raise SystemExit(f"the server ended with {process.returncode}")
