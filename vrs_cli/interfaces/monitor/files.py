@@ -192,13 +192,14 @@ def _replay(station: Station, it: Instruction) -> Talk[None]:
     yield from _warnings(recording)
     yield Message(_summary(path, recording))
     named = os.path.relpath(path, station.folder.root)
-    if station.desk.attended and (yield from station.desk.show(recording, Playing(named))):
-        return
-    if recording.dropped_tail:
+    shown = station.desk.attended and (yield from station.desk.show(recording, Playing(named)))
+    if recording.dropped_tail and not shown:
         yield Message(TORN, Tone.WARNING)
-    arm, timeline = arm_for(recording.model), recording.timeline
-    rows = yield from beside(lambda: tuple(_replay_row(arm, timeline, it) for it in _last_of_motions(timeline)))
-    yield ReplayTable(rows)
+    arm, there = arm_for(recording.model), [recording]
+    del recording  # its memory is given back beside
+    rows = yield from beside(lambda: _replayed(arm, there.pop()))
+    if not shown:
+        yield ReplayTable(rows)
 
 
 def _summary(path: Path, recording: Recording) -> str:
@@ -210,14 +211,27 @@ def _summary(path: Path, recording: Recording) -> str:
     )
 
 
+def _replayed(arm: RobotArm, recording: Recording) -> tuple[ReplayRow, ...]:
+    """The rows of a recording that nobody else has: a million values that are given back at once hold every thread."""
+    timeline, deltas = recording.timeline, list(recording.deltas)
+    del recording
+    segments = list(timeline)
+    rows = tuple(_replay_row(arm, timeline, it) for it in _last_of_motions(segments))
+    del timeline
+    while deltas:
+        deltas.pop()
+    while segments:
+        segments.pop()
+    return rows
+
+
 def _replay_row(arm: RobotArm, timeline: Timeline, segment: Segment) -> ReplayRow:
     motion, end = segment.motion, segment.finish
     return ReplayRow(motion.number, motion.text, end, position_at(arm, timeline, end).T_world_tool)
 
 
-def _last_of_motions(timeline: Timeline) -> Iterator[Segment]:
+def _last_of_motions(segments: Sequence[Segment]) -> Iterator[Segment]:
     """The initial segment, and the last one of each motion."""
-    segments = list(timeline)
     for segment, follower in zip_longest(segments, segments[1:]):
         if follower is None or follower.motion.number != segment.motion.number:
             yield segment
