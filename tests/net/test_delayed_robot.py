@@ -13,8 +13,10 @@ from urllib.parse import urlsplit
 
 import pytest
 
+import vrs_cli as vrs
 from tests.net.serving import Caller, Serving, serving
 from vrs_cli.engine.position import joints_at
+from vrs_cli.errors import TooLate
 from vrs_cli.interfaces.session.acts import Go, Goal
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED
 from vrs_cli.net.client import hello_of
@@ -138,10 +140,21 @@ def test_what_is_on_its_way_is_previewed_and_then_confirmed(robot: Serving) -> N
 
 
 def test_who_commands_with_the_delay_as_offset_is_never_too_late(robot: Serving) -> None:
-    for offset, in_time in ((0.0, False), (-1.0, True)):
+    for offset, in_time in ((0.0, False), (-2.0, True)):
         with behind(robot, 0.1, 0.0) as it, it.call(hello=Hello((1,), offset=offset)) as caller:
             caller.protocol.send(Ping(0.0))
             caller.flush()
             pong = caller.until(lambda message: isinstance(message, Pong))
             assert isinstance(pong, Pong)
             assert caller.line(READY.format(5, f"{pong.clock + 0.01:.3f}")).ok is in_time
+
+
+def test_a_robot_in_python_may_be_commanded_by_a_clock_that_is_behind(robot: Serving) -> None:
+    with behind(robot, 0.1, 0.0) as it:
+        with vrs.connect(it.address, behind=2.0) as far:
+            at = far.now - 0.5
+            far.move([10, -90, 90, 0, 0, 0], at=at)
+            assert far.commands[-1].executed == pytest.approx(at + 2.0)
+            assert far.commands[-1].issued <= far.commands[-1].executed
+        with vrs.connect(it.address) as near, pytest.raises(TooLate):
+            near.move([0, -90, 90, 0, 0, 0], at=near.now - 0.5)

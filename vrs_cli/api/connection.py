@@ -23,14 +23,16 @@ def connect(
     name: str = "",
     units: str | Units = Units.VAL,
     ca: str | Path | None = None,
+    behind: float = 0.0,
 ) -> Robot:
     """The robot at an address: `ws://HOST:PORT`, `ws://HOST:PORT/robots/NAME` for one of several, or `wss://`.
 
     `token`: what the server knows you by (the variable VRS_TOKEN, where none is given); `name`: what others see you
-    called, where tokens do not say that; `ca`: the certificate of the server, or of who signed it.
+    called, where tokens do not say that; `ca`: the certificate of the server, or of who signed it;
+    `behind`: a motion `at=t` begins so many seconds after t, so that what takes no longer to arrive is never too late.
 
     After a cut it connects again by itself, which is told to the logger "vrs_cli"; what is asked meanwhile is refused.
     Raises UsageError for what is no address, RequestRefused where no robot answers, and what the server refuses.
     """
-    hello = hello_of(os.environ.get(TOKEN, "") if token is None else token, name=name)
+    hello = hello_of(os.environ.get(TOKEN, "") if token is None else token, name=name, behind=behind)
     return Robot.of(RemoteRobot.connect(url, hello, ca=None if ca is None else Path(ca), told=log.warning), units)

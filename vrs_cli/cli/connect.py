@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from vrs_cli.cli.command_line import Parser
 from vrs_cli.cli.connections import EPILOG, add_connection, client_of
+from vrs_cli.cli.delay_options import duration
 
 EXAMPLES = """\
   vrs connect ws://127.0.0.1/robots/cell1
@@ -21,13 +22,15 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     """Hand over to the shell; returns its exit status. Raises what the robot refuses."""
     parser = Parser(prog, "The VAL-II shell at a robot that is served.", EXAMPLES + EPILOG)
     add_connection(parser)
+    told = "a motion AT t begins T after t: what takes no longer to arrive is not too late"
+    parser.add_argument("--behind", metavar="T", type=duration, default=0.0, help=told)
     options = parser.parse(arguments)
     from vrs_cli.repl.connection import Connection
     from vrs_cli.repl.place import Afar
     from vrs_cli.repl.shell import at, on_terminal
 
     attended = on_terminal()
-    client = client_of(prog, options, attended=attended)
+    client = client_of(prog, options, attended=attended, behind=options.behind)
     client.told = once(client.told)
     connection = Connection(client)
     try:

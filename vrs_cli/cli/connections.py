@@ -33,13 +33,13 @@ def add_connection(parser: Parser) -> None:
     group.add_argument("--ca", metavar="FILE", type=Path, help="the certificate of the server, or of who signed it")
 
 
-def client_of(prog: str, options: argparse.Namespace, *, attended: bool = False) -> Client:
+def client_of(prog: str, options: argparse.Namespace, *, attended: bool = False, behind: float = 0.0) -> Client:
     """What connects, once it is opened; what becomes of the connection is told on stderr. Raises CommandLineError for
     what is no address, and for a file that cannot be read, FileError.
     """
     from vrs_cli.net.client import Client, hello_of
 
-    hello = replace(hello_of(_token(options.token_file), name=options.name), attended=attended)
+    hello = replace(hello_of(_token(options.token_file), name=options.name, behind=behind), attended=attended)
 
     def told(text: str) -> None:
         print(f"{prog}: {text}", file=sys.stderr, flush=True)

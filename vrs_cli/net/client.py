@@ -60,9 +60,9 @@ def address_of(url: str) -> str:
     return parts.geturl() if port is not None else parts._replace(netloc=f"{parts.netloc}:{PORT}").geturl()
 
 
-def hello_of(token: str = "", robot: str = "", name: str = "") -> messages.Hello:
-    """Of a client that takes all there is."""
-    return messages.Hello((messages.VERSION,), token, robot, Encoding.MSGPACK, name)
+def hello_of(token: str = "", robot: str = "", name: str = "", behind: float = 0.0) -> messages.Hello:
+    """Of a client that takes all there is, and commands by a clock that is so far `behind` the robot's [s]."""
+    return messages.Hello((messages.VERSION,), token, robot, Encoding.MSGPACK, name, offset=-behind)
 
 
 def _tls(url: str, ca: Path | None) -> ssl.SSLContext | None:

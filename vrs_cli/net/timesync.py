@@ -84,10 +84,10 @@ class TimeSync:
         new = Exchange(t0, t1, t2, t3)
         if new.round_trip < -FINEST:
             return
-        if (known := self.estimate) is not None:
-            may_be = known.error + new.round_trip / 2.0 + MOST_DRIFT * abs(new.at - known.at) + FINEST
-            if abs(new.offset - (known.there(new.at) - new.at)) > may_be:
-                self._exchanges.clear()
+        best = min(self._exchanges, key=_round_trip, default=new)
+        may_be = (best.round_trip + new.round_trip) / 2.0 + MOST_DRIFT * abs(new.at - best.at) + FINEST
+        if abs(new.offset - best.offset) > may_be:
+            self._exchanges.clear()
         self._exchanges.append(new)
         while self._exchanges[0].at < new.at - self.window:
             self._exchanges.popleft()
