@@ -21,6 +21,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import Position, position_at
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.jog.jogger import Jogger, Panel
+from vrs_cli.interfaces.session.acts import Go, Goal, Redo, Undo, act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.profile import Profile
@@ -207,7 +208,7 @@ class Shell:
     def act(self) -> str:
         source = self.random
         self.wall.seconds += source.choice((0.0, 0.01, 0.1, 0.4, source.uniform(0.0, 2.0)))
-        way = source.choice((self.line, self.line, self.line, self.keys, self.stream, self.interrupted))
+        way = source.choice((self.line, self.line, self.line, self.keys, self.stream, self.interrupted, self.values))
         with suppress(VrsError, KeyboardInterrupt):
             return way()
         return way.__name__
@@ -216,6 +217,16 @@ class Shell:
         line = self.random.choice(LINES)
         self.session.perform(line)
         return line
+
+    def values(self) -> str:
+        """What is asked for as a value, from here or afar."""
+        source, now = self.random, self.clock.reached
+        joints = tuple(q + radians(source.uniform(-20.0, 20.0)) for q in MODEL.poses["ready"])
+        at, claim = (source.choice((None, 0.0, now - 0.2, now + 0.3)) for _ in range(2))
+        go = Go(Goal(joints=joints), executed=at, text="GO")
+        act = source.choice((go, go, go, Undo(), Redo()))
+        self.session.converse(act_on(self.session, act, issued=claim and min(claim, now)))
+        return f"{act}"
 
     def keys(self) -> str:
         panel, source = self.panel, self.random
