@@ -22,7 +22,7 @@ def kept(folder: Path, most: int = 1000) -> tuple[Session, Chronicle]:
     journal = keep_journal(take_up(folder / "cell1.vrst"), session.engine, together=True)
     memory = Memory(session, folder / "cell1.v2")
     memory.bring_back()
-    chronicle = session.engine.book.journal = Chronicle(most, journal, memory)
+    chronicle = session.engine.book.journal = Chronicle(lambda: len(session.engine.timeline), most, journal, memory)
     return session, chronicle
 
 
@@ -55,7 +55,7 @@ def test_a_timeline_that_is_too_long_is_not_made_longer(tmp_path: Path) -> None:
 def test_braking_is_no_matter_of_limits(tmp_path: Path) -> None:
     session, _ = kept(tmp_path, most=20)
     session.perform("DRIVE 1, 90, 10 AT 0.5")
-    full = session.engine.book.journal = Chronicle(1)
+    full = session.engine.book.journal = Chronicle(lambda: 1, 1)
     assert not full.unsettled
     session.abort()
     assert session.engine.end < 5.0

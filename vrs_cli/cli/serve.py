@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import ipaddress
-import signal
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -85,12 +84,11 @@ class _Teller:
 async def _served(prog: str, options: argparse.Namespace, server: Server, hub: Hub, tell: Callable[[str], None]) -> int:
     import asyncio
 
-    stop, loop = asyncio.Event(), asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        try:
-            loop.add_signal_handler(number, stop.set)
-        except NotImplementedError:  # Windows: Ctrl-C raises
-            break
+    from vrs_cli.cli.signals import signal_comes
+
+    stop = asyncio.Event()
+    ending = asyncio.create_task(signal_comes())
+    ending.add_done_callback(lambda _: stop.set())
 
     def ready(address: str) -> None:
         print(f"{prog}: {address}, {_named(options, hub)}", flush=True)
@@ -100,6 +98,8 @@ async def _served(prog: str, options: argparse.Namespace, server: Server, hub: H
     except OSError as error:
         where = f"{options.host}:{options.port}"
         raise CommandLineError(f"{where}: {(error.strerror or str(error)).lower()}", "name another --port") from None
+    finally:
+        ending.cancel()
     tell("ended")
     return OK
 

@@ -5,7 +5,7 @@ It stands where the book has its journal, so that both go to the disk when `sett
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from vrs_cli.engine.book import Journal
 from vrs_cli.errors import LimitReached
@@ -14,15 +14,19 @@ from vrs_cli.trajectory.delta import TimelineDelta
 
 
 class Chronicle:
-    """`journal` and `memory` of one robot, None where it has no folder for them. `most`: segments of its timeline."""
+    """`journal` and `memory` of one robot, None where it has no folder for them. `length`: of its timeline in segments,
+    `most`: what that may be.
+    """
 
-    def __init__(self, most: int, journal: Journal | None = None, memory: Memory | None = None) -> None:
-        self._most, self._journal, self._memory = most, journal, memory
+    def __init__(
+        self, length: Callable[[], int], most: int, journal: Journal | None = None, memory: Memory | None = None
+    ) -> None:
+        self._length, self._most, self._journal, self._memory = length, most, journal, memory
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
         """Raises FileError, and LimitReached for a timeline that is as long as it may be."""
-        ends = deltas[-1]
-        if ends.keep + len(ends.segments) > self._most and not happens:
+        longer = sum(len(delta.segments) - delta.drop for delta in deltas)
+        if longer > 0 and self._length() + longer > self._most and not happens:
             what = f"the timeline has {self._most} segments, and the server allows no more"
             raise LimitReached(what, "UNDO takes some back")
         if self._journal is not None:

@@ -10,7 +10,6 @@ from msgspec import Struct
 from vrs_cli.errors import LimitReached, RequestRefused
 from vrs_cli.interfaces.tasks.limits import LONGEST, Limits
 
-HELLO = 10.0  # [s] in which a client says who it is
 WRONG_TOKENS = 10  # from one address in a minute
 MINUTE = 60.0  # [s]
 

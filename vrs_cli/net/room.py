@@ -56,6 +56,7 @@ from vrs_cli.trajectory.motion import Kind
 from vrs_cli.version import __version__
 
 MEASURED = 0.1  # [s] between two looks at what a robot has, which take a while where that is much
+MOST_AWAY = 200  # holders whose connection is cut, and who may come again
 ALIVE = 3.0  # [s] after which who drives and says nothing is asked whether it is there
 FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # good where there is no room
 
@@ -168,7 +169,7 @@ class Room:
         self._woken = False
         self._pending: dict[Ticket[Any], tuple[Guest, Pending]] = {}
         self._ledgers: dict[str, Guest] = {}
-        self._away: set[Guest] = set()  # whose connection is cut
+        self._away: dict[Guest, None] = {}  # whose connection is cut, in the order in which it was
         self.driving = Driving(wall, self._driven)
         self.folder = Folder(plan.folder, closed=True)
         self.prefixes = prefixes_of((plan.folder, plan.journal and plan.journal.parent))
@@ -220,7 +221,8 @@ class Room:
             except BaseException:
                 self._journal.close()
                 raise
-        chronicle = Chronicle(self.allowance.segments, self._journal, self._memory)
+        most = self.allowance.segments
+        chronicle = Chronicle(lambda: len(engine.timeline), most, self._journal, self._memory)
         engine.book.journal = chronicle
         return chronicle
 
@@ -247,7 +249,7 @@ class Room:
     def enter(self, grant: Grant, hello: messages.Hello, link: Link) -> Guest:
         """Somebody is there, perhaps again; the connection is welcomed."""
         guest = self._known(grant, hello) or self._new(grant, hello)
-        self._away.discard(guest)
+        self._away.pop(guest, None)
         connection, now = link.connection, self._wall()
         before = guest.link
         if before is not None:
@@ -306,11 +308,13 @@ class Room:
         link.connection.cut(self._wall())
         if guest.link is link:
             guest.detach()
-            self._away.add(guest)
+            self._away[guest] = None
+            if len(self._away) > MOST_AWAY:
+                self.leave(next(iter(self._away)))
 
     def leave(self, guest: Guest) -> None:
         """A holder is gone for good."""
-        self._away.discard(guest)
+        self._away.pop(guest, None)
         if self.guests.pop(guest.name, None) is None:
             return
         del self._ledgers[guest.ledger.key]

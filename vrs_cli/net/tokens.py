@@ -66,11 +66,8 @@ class Grant(Struct, frozen=True):
     def expired(self, now: float) -> bool:
         return self.until is not None and now >= self.until
 
-    def own(self, robot: str, most: int) -> bool:
-        """Whether a robot is one of those that this token has for itself: `ada`, `ada-2`, up to the number `most`."""
-        return robot in self.own_names(most)
-
     def own_names(self, most: int) -> tuple[str, ...]:
+        """Of the robots that this token has for itself: `ada`, `ada-2`, up to the number `most`."""
         return tuple(self.name if number == 1 else f"{self.name}-{number}" for number in range(1, most + 1))
 
 
