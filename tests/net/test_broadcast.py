@@ -332,6 +332,19 @@ def test_a_line_that_takes_nothing_holds_little_and_delays_nobody(hall: Hall) ->
     assert slow.heard[-1] == fast.heard[-1]
 
 
+def test_a_crowd_that_has_stalled_is_served_slice_by_slice(hall: Hall) -> None:
+    lines = [hall.listen(CHANGES, stalled=True)[0] for _ in range(3 * SLICE)]
+    hall.broadcast.tell(Other(hall.timeline, hall.engine.settings), 0.0)
+    hall.until(hall.wall)
+    for line in lines:
+        line.stalled = False
+        line.take()
+    for number in range(1, 4):
+        hall.until(hall.wall + AGAIN)
+        assert sum(len(line.packets) == 2 for line in lines) == number * SLICE
+    assert hall.broadcast.peek() == float("inf")
+
+
 def test_who_stalls_for_a_moment_misses_nothing(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(broadcast, "MOST_WAITING", 3000)
     line, _ = hall.listen(CHANGES)

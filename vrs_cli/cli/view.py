@@ -49,7 +49,7 @@ def is_at_terminal() -> bool:
 
 def _parser(prog: str) -> Parser:
     parser = Parser(prog, "Watch a robot that others move, or a saved trajectory.", EPILOG)
-    add_connection(parser)
+    add_connection(parser, "URL|T.vrst", "; or a saved trajectory")
     parser.add_argument("--terminal", action="store_true", help="on the terminal: joints, tool, clock, who drives")
     parser.add_argument(
         "--window",

@@ -151,7 +151,7 @@ class Broadcast:
         self.stream = Stream(begin, watched.arm)
         self._watched, self._wall = watched, wall
         self._everybody = Round()
-        self._behind: set[Listener] = set()
+        self._behind: dict[Listener, None] = {}  # in the order in which they were looked at last
         self._again = inf  # [s] on the wall: when those are looked at again
         self._news: dict[type[ServerMessage], tuple[int, Letter]] = {}
         self._last_news = 0
@@ -171,7 +171,7 @@ class Broadcast:
 
     def leave(self, listener: Listener) -> None:
         self._leave_channel(listener)
-        self._behind.discard(listener)
+        self._behind.pop(listener, None)
         self._everybody.remove(listener)
 
     def subscribe(self, listener: Listener, wanted: Subscribe) -> None:
@@ -300,9 +300,9 @@ class Broadcast:
         for viewer, frame in self._audience.step():
             self._channels[viewer].show(frame, self._watched.now)
         if self._again <= self._wall():
-            self._again = inf
-            for listener in tuple(self._behind):
+            for listener in list(islice(self._behind, SLICE)):
                 self._catch_up(listener)
+            self._again = self._wall() + AGAIN if self._behind else inf
         turn = self._everybody.take(SLICE)
         for listener in turn:
             self._catch_up(listener)
@@ -311,10 +311,9 @@ class Broadcast:
             left -= channel.serve(left)
 
     def _catch_up(self, listener: Listener) -> None:
-        if self._send_changes(listener) and self._send_news(listener):
-            self._behind.discard(listener)
-        else:
-            self._behind.add(listener)
+        self._behind.pop(listener, None)
+        if not (self._send_changes(listener) and self._send_news(listener)):
+            self._behind[listener] = None
             self._again = min(self._again, self._wall() + AGAIN)
 
     def _send_changes(self, listener: Listener) -> bool:
