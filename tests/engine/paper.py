@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from vrs_cli.engine.book import Book
 from vrs_cli.errors import FileError
-from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 
 class Paper:

@@ -16,8 +16,8 @@ from vrs_cli.errors import FileError
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
-from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import JointOffsetTarget
+from vrs_cli.trajectory.timeline import TimelineDelta
 
 
 @pytest.fixture

@@ -23,14 +23,17 @@ from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
+    along,
     at_position,
     compose,
+    cross,
     from_oat,
     inverse,
     position,
+    subtracted,
     translation,
+    unit,
 )
-from vrs_cli.kinematics.vector import along, cross, subtracted, unit
 from vrs_cli.trajectory.segment import CartesianPath, Phase, Segment, Turn
 
 PLACES = 40  # of a stretch, at which a bound is checked

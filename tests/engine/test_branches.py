@@ -15,9 +15,8 @@ from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetMonitorSpe
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import JointOffsetTarget
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 MODEL = load_robot("puma560")
 

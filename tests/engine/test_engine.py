@@ -45,8 +45,8 @@ from vrs_cli.errors import (
 from vrs_cli.kinematics.configuration import Arm, Wrist
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, distance, from_oat, translation
-from vrs_cli.trajectory.delta import Cause
 from vrs_cli.trajectory.motion import JointOffsetTarget, Start, ToolOffsetTarget
+from vrs_cli.trajectory.timeline import Cause
 
 MODEL = load_robot("puma560")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.engine.line_check import _across
-from vrs_cli.kinematics.vector import Vector, dot, length
+from vrs_cli.kinematics.transform import Vector, dot, length
 
 
 @pytest.mark.parametrize("way", [(0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.1, -0.2, 0.3), (0.0, 0.0, -0.5)])

@@ -8,7 +8,7 @@ from pathlib import Path
 from tests.files.trajectories import initial, puma
 from vrs_cli.files.journal import Course, Journal, Taken, take, take_up
 from vrs_cli.files.trajectory_file import read_trajectory
-from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.timeline import TimelineDelta
 
 
 class Kept:

@@ -8,7 +8,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import UndefinedName
 from vrs_cli.files.store import EVERYTHING, Part, store
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.values import Kind
 
 TEXT = """\
 .PROGRAM main(p) ;does it all

@@ -23,13 +23,13 @@ from vrs_cli.kinematics.transform import (
     Transform,
     angle_between,
     compose,
+    dot,
     from_oat,
     inverse,
     rotation_z,
     to_oat,
     translation,
 )
-from vrs_cli.kinematics.vector import dot
 
 NAMES = robot_names()
 N = 4000

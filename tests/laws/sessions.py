@@ -49,9 +49,8 @@ from vrs_cli.errors import IllegalValue, MotionError, UsageError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, from_oat, rotation_x, rotation_z, translation
-from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 LONGEST = 400  # segments; then the timeline begins anew
 NEAR = (0.02, 0.1, 0.1, 0.3)  # of the ranges: how far straight lines go

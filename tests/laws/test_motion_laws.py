@@ -30,11 +30,10 @@ from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat, translation
-from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
 from vrs_cli.trajectory.segment import CartesianPath
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 MODEL = load_robot("puma560")
 

@@ -19,8 +19,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Delta, FromServer
 from vrs_cli.net.mirror import ClockReading, Mirror
-from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.wire.codec import Encoding, Reader, encode
 from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
 from vrs_cli.wire.snapshots import snapshot_of, snapshot_record

@@ -21,7 +21,7 @@ from vrs_cli.dialogue.replies import Message
 from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Role
 from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.repl import interactive
@@ -31,7 +31,7 @@ from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.local_seat import LocalSeat
 from vrs_cli.repl.place import Local
-from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.timeline import TimelineDelta
 
 ENTER, CTRL_C, CTRL_D, TAB, UP = "\r", "\x03", "\x04", "\t", "\x1b[A"
 PASTE = ("\x1b[200~", "\x1b[201~")

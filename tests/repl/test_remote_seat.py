@@ -21,7 +21,7 @@ from vrs_cli.repl.interactive import Shell
 from vrs_cli.repl.place import Afar, Local, Place
 from vrs_cli.repl.remote_seat import Outlet, RemoteSeat
 from vrs_cli.repl.terminal import PlainTerminal
-from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.wire.refusal import Refusal
 
 ENTER, CTRL_C, CTRL_D, TAB, SAVE, QUIT, UP = "\r", "\x03", "\x04", "\t", "\x13", "\x11", "\x1b[A"

@@ -9,8 +9,7 @@ from msgspec import Struct
 
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Missed, Subscription
-from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 
 class Change(Struct, frozen=True):

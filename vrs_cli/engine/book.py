@@ -13,10 +13,9 @@ from typing import Protocol, TypeVar
 from vrs_cli.engine.history import CommandRecord, History, Step, records
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import rest
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 
 AT_ONCE = 50  # changes that are planned before whoever waits may have his turn
 R = TypeVar("R")

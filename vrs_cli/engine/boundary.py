@@ -18,8 +18,7 @@ from msgspec import Struct
 from vrs_cli.engine.following import Follower
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, inverse, rotate
-from vrs_cli.kinematics.vector import cross, length
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, cross, inverse, length, rotate
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes
 from vrs_cli.trajectory.segment import CartesianPath, Turn
 

@@ -9,9 +9,8 @@ from msgspec import Struct
 
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.history import CommandRecord
-from vrs_cli.trajectory.delta import Cause
 from vrs_cli.trajectory.motion import Motion, Start
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Cause, Timeline
 
 MOST = 100  # motions that are looked at: what it costs does not depend on how much is scheduled
 SAME_TIME = 5e-4  # [s] two times that are shown alike

@@ -46,11 +46,10 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose
-from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
 from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start, ToolOffsetTarget
 from vrs_cli.trajectory.state import Target
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 LONGER = 1.0 + 1e-5  # a tick of steering, so that the next target comes before its end
 

@@ -12,10 +12,9 @@ from typing import TypeVar
 from msgspec import Struct, structs
 
 from vrs_cli.errors import UsageError
-from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.instant import shown
 from vrs_cli.trajectory.motion import Start
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 _S = TypeVar("_S")
 

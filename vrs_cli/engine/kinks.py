@@ -20,12 +20,12 @@ from vrs_cli.kinematics.transform import (
     at_position,
     compose,
     inverse,
+    length,
     position,
     rotate,
     rotation_about,
     translation,
 )
-from vrs_cli.kinematics.vector import length
 from vrs_cli.trajectory.segment import CartesianPath
 
 NEAR = 1e-5  # [m] of a touch, where its place is found to a billionth by differences

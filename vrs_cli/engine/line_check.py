@@ -20,14 +20,18 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
     Transform,
     Vector,
+    added,
     at_position,
     axis_angle,
     compose,
+    cross,
     inverse,
+    length,
     position,
     rotation_about,
+    scaled,
+    subtracted,
 )
-from vrs_cli.kinematics.vector import added, cross, length, scaled, subtracted
 from vrs_cli.trajectory.motion import Frames, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, Segment, stops_on_the_way
 from vrs_cli.trajectory.state import JointState

@@ -10,8 +10,7 @@ from vrs_cli.engine.rates import joint_acceleration
 from vrs_cli.errors import PathWithoutJoints
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, compose, inverse
-from vrs_cli.kinematics.vector import added
+from vrs_cli.kinematics.transform import Transform, added, compose, inverse
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import STILL, JointPath, Segment

@@ -18,8 +18,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import Transform, Vector
-from vrs_cli.kinematics.vector import added, cross, dot, scaled, subtracted
+from vrs_cli.kinematics.transform import Transform, Vector, added, cross, dot, scaled, subtracted
 from vrs_cli.trajectory.segment import CartesianPath
 
 

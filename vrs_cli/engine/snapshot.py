@@ -7,9 +7,8 @@ from math import inf
 from msgspec import Struct, structs
 
 from vrs_cli.engine.settings import Settings
-from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.segment import Segment
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 
 class Snapshot(Struct, frozen=True):

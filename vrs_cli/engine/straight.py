@@ -24,16 +24,14 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import WRIST
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import at_position, axis_angle, compose, inverse, position
-from vrs_cli.kinematics.vector import dot, subtracted
+from vrs_cli.kinematics.transform import at_position, axis_angle, compose, dot, inverse, position, subtracted
 from vrs_cli.trajectory.laws.law import NoTimes
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.limits import ToolLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import value
-from vrs_cli.trajectory.segment import STILL, CartesianPath, Phase, Segment, Turn
+from vrs_cli.trajectory.segment import STILL, CartesianPath, Phase, Segment, ToolStretch, Turn, segments_of
 from vrs_cli.trajectory.state import JointState, ToolState
-from vrs_cli.trajectory.stretch import ToolStretch, segments_of
 
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
 NEAR_START = 0.05  # [m] of the start of a line, where its singular pose is what stops it

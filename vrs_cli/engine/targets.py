@@ -24,8 +24,17 @@ from vrs_cli.kinematics.configuration import Flag
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints, joints_outside
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, inverse, rotation_about
-from vrs_cli.kinematics.vector import cross, dot, length
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    at_position,
+    compose,
+    cross,
+    dot,
+    inverse,
+    length,
+    rotation_about,
+)
 from vrs_cli.trajectory.motion import AlignedTarget, Frames, JointOffsetTarget, Kind, Motion, ToolOffsetTarget
 
 FARTHEST = 100.0  # [m] of a location, a tool or a base: beyond, the figures of an arm are lost in rounding

@@ -14,7 +14,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Number, Program, Section
-from vrs_cli.language.words.kind import key_of
+from vrs_cli.language.words.values import key_of
 
 Loose = Comment | BadLine  # a line of a file that is in no program or section
 EntryKey = tuple[str, tuple[float, ...]]  # a variable by its key, and its indexes

@@ -8,9 +8,8 @@ from itertools import pairwise
 from msgspec import Struct
 
 from vrs_cli.engine.history import History, Step
-from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.segment import Segment
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.wire.records import RecordError
 
 

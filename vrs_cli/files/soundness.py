@@ -9,8 +9,7 @@ import numpy as np
 from vrs_cli.engine.breaches import PLACE, Breach, breaches
 from vrs_cli.files.rebuild import Fault
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 FIRST_DELTA = 2  # its line
 

@@ -15,8 +15,7 @@ from vrs_cli.language.run.variables import NamedValue, item_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Entry, File, Program, Section, Span
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.kind import SIGIL_KINDS, Kind, key_of
-from vrs_cli.language.words.values import Value, kind_of_value, numbers_of
+from vrs_cli.language.words.values import SIGIL_KINDS, Kind, Value, key_of, kind_of_value, numbers_of
 from vrs_cli.language.words.word import Shape
 
 NO_LAYOUT = Layout()

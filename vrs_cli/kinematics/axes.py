@@ -11,8 +11,18 @@ from math import atan2, cos, hypot, sin, sqrt
 from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import JointKind, Joints
-from vrs_cli.kinematics.transform import Transform, Vector, compose, inverse, position
-from vrs_cli.kinematics.vector import along, any_normal, cross, dot, subtracted
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    along,
+    any_normal,
+    compose,
+    cross,
+    dot,
+    inverse,
+    position,
+    subtracted,
+)
 
 PARALLEL = 1e-8  # [rad] two axes that are
 EXACT = 1e-9  # [rad, m] how near an angle or a length must be to the one that a closed form needs

@@ -13,8 +13,7 @@ from vrs_cli.kinematics.axes import EXACT, Line, Link, axis_of, link_transform
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, position
-from vrs_cli.kinematics.vector import along, cross, dot, subtracted
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, along, compose, cross, dot, position, subtracted
 
 PROFILES = tuple(Profile.__members__)  # the first is that of a robot that names none
 SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show what an arm cannot change

@@ -14,13 +14,16 @@ from vrs_cli.kinematics.transform import (
     Transform,
     Vector,
     angle_between,
+    any_normal,
     at_position,
     compose,
+    cross,
+    dot,
     position,
     rotation_about,
     to_oat,
+    unit,
 )
-from vrs_cli.kinematics.vector import any_normal, cross, dot, unit
 
 LEVEL, STRAIGHT = 1e-5, 2e-4  # [m, rad] what a location may be beside the arm's plane or tilted: three decimals do it
 CONSTANT = 1e-9  # [m, sine] an arm that changes it by less does not

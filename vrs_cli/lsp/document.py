@@ -30,7 +30,7 @@ from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.text.source import PROGRAM, SECTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED, why_reserved
-from vrs_cli.language.words.kind import NAME_LENGTH, SIGIL_KINDS, Kind, key_of
+from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, key_of
 from vrs_cli.language.words.word import Shape
 from vrs_cli.lsp.occurrences import (
     Occurrence,

@@ -11,7 +11,7 @@ from vrs_cli.interfaces.conversation.complete import top_level
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.kind import key_of
+from vrs_cli.language.words.values import key_of
 from vrs_cli.lsp.occurrences import blanked
 
 _FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Za-z][\w.]*)\s")

@@ -24,7 +24,7 @@ from vrs_cli.net import messages
 from vrs_cli.net.messages import Play, ServerMessage, Step, Subscribe
 from vrs_cli.net.packets import Form, Letter, Packet, Place
 from vrs_cli.net.stream import Listening, Stream
-from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.timeline import TimelineDelta
 
 HIGHEST_RATE = 200.0  # samples a second
 MOST_WAITING = 256 * 1024  # bytes that one connection holds of changes

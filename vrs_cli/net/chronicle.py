@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from vrs_cli.engine.book import Journal
 from vrs_cli.errors import LimitReached
 from vrs_cli.net.memory import Memory
-from vrs_cli.trajectory.delta import TimelineDelta
+from vrs_cli.trajectory.timeline import TimelineDelta
 
 
 class Chronicle:

@@ -34,8 +34,7 @@ from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.playout import Playout
 from vrs_cli.net.preview import Preview
 from vrs_cli.net.timesync import TimeSync
-from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.wire.codec import Encoding, Frame, Reader, encode
 from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
 

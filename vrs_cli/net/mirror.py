@@ -17,10 +17,9 @@ from vrs_cli.engine.feed import Feed
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Replaced, Snapshot
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.instant import down_to_grid
 from vrs_cli.trajectory.segment import Segment
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.wire.records import Form, RecordError
 from vrs_cli.wire.steered import SteeredRecord, steered_delta
 

@@ -51,8 +51,8 @@ from vrs_cli.net.locker import size
 from vrs_cli.net.memory import Memory
 from vrs_cli.net.places import prefixes_of
 from vrs_cli.net.tokens import TEACHER, Grant
-from vrs_cli.trajectory.delta import TimelineDelta
 from vrs_cli.trajectory.motion import Kind
+from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.version import __version__
 
 MEASURED = 0.1  # [s] between two looks at what a robot has, which take a while where that is much

@@ -16,8 +16,7 @@ from vrs_cli.engine.snapshot import Replaced, Snapshot
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net import messages
 from vrs_cli.net.packets import Context, Form, Letter, Packet, Place
-from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.wire.records import Motions, delta_record
 from vrs_cli.wire.snapshots import snapshot_record
 from vrs_cli.wire.steered import steered_record

@@ -15,8 +15,17 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
-from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotate, rotation_about
-from vrs_cli.kinematics.vector import added, cross, scaled
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    added,
+    at_position,
+    compose,
+    cross,
+    rotate,
+    rotation_about,
+    scaled,
+)
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import (
     Polynomial,
@@ -227,3 +236,26 @@ def stops_on_the_way(segments: Iterable[Segment]) -> Iterator[Segment]:
     for a, b in pairwise(segments):
         if a.motion.number == b.motion.number and (a.phase, b.phase) == (Phase.DECELERATE, Phase.ACCELERATE):
             yield a
+
+
+# --- stretches -----------------------------------------------------------------------------------------------
+
+
+class ToolStretch(NamedTuple):
+    """A stretch of a straight-line motion before its joints are known."""
+
+    duration: float
+    phase: Phase
+    position: tuple[Polynomial, Polynomial, Polynomial]
+    orientation: Transform
+    turns: tuple[tuple[Vector, Polynomial], ...]
+
+
+def segments_of(start: float, motion: Motion, stretches: Iterator[tuple[float, Phase, Path]]) -> tuple[Segment, ...]:
+    """Segments one after the other from `start`; those of no duration are left out."""
+    segments = []
+    for duration, phase, path in stretches:
+        if duration > 0.0:
+            segments.append(Segment(start, start + duration, path, phase, motion))
+            start += duration
+    return tuple(segments)

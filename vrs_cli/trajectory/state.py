@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, Vector
-from vrs_cli.kinematics.vector import length
+from vrs_cli.kinematics.transform import Transform, Vector, length
 
 NEGLIGIBLE = 1e-12  # a displacement or velocity that is none [rad, m, rad/s, m/s]
 STEADY = 1e-9  # an acceleration that is none [rad/s2, m/s2]

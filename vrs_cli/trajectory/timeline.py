@@ -2,16 +2,47 @@
 
 An edit makes a new version that shares all but a few nodes of its rope with the old one: the kept tail is neither
 copied nor computed again, whatever its length. Old versions stay valid for whoever reads them.
+
+A change of the timeline exists in one form, the timeline delta: it is what the planner f returns, what a timeline
+applies, a line of the trajectory file, the message of a stream, and what undo takes back.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from enum import Enum
+from typing import NamedTuple
 
 from vrs_cli.trajectory import rope
-from vrs_cli.trajectory.delta import Cause, TimelineDelta
+from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.rope import Block, Held
 from vrs_cli.trajectory.segment import Segment
+
+
+class Cause(Enum):
+    COMMAND = "command"
+    UNDO = "undo"
+    REDO = "redo"
+
+
+class TimelineDelta(NamedTuple):
+    """Turns timeline `version` into `version + 1`.
+
+    The first `keep` segments stay; if the last of them ends after `cut` [s] it is truncated there. The next `drop`
+    segments go. `segments` come in their place. All segments after them are shifted by `shift` [s], their paths
+    untouched to the bit. `motion` is the motion that caused it, `issued` and `executed` its issue and execution time.
+    """
+
+    version: int
+    cause: Cause
+    motion: Motion
+    issued: float
+    executed: float
+    cut: float
+    keep: int
+    drop: int
+    shift: float
+    segments: tuple[Segment, ...]
 
 
 class Timeline:

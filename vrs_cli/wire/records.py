@@ -18,7 +18,6 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform
-from vrs_cli.trajectory.delta import Cause, TimelineDelta
 from vrs_cli.trajectory.instant import LATEST, TICKS_PER_SECOND
 from vrs_cli.trajectory.motion import (
     AlignedTarget,
@@ -31,6 +30,7 @@ from vrs_cli.trajectory.motion import (
     ToolOffsetTarget,
 )
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Path, Phase, Segment, Turn
+from vrs_cli.trajectory.timeline import Cause, TimelineDelta
 
 NEEDS = {Kind.JOINT: "goal", Kind.STEERED: "goal", Kind.STRAIGHT: "pose"}  # to be planned again
 

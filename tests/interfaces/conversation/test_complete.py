@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrs_cli.interfaces.conversation.complete import Names, suggestions
-from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.values import Kind
 
 NAMES = Names(
     programs={"pick.place": "5 steps", "part.in": "1 step"},

@@ -25,8 +25,7 @@ from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.trajectory.delta import Cause, TimelineDelta
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 
 PROGRAMS = """\
 .PROGRAM swing

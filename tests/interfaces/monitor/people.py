@@ -8,8 +8,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue.questions import Amendment, Answer, Question
 from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import numbers_of
+from vrs_cli.language.words.values import Kind, numbers_of
 
 R = TypeVar("R")
 PART = "POINT part = TRANS(500,150,-100,90,90,0)"

@@ -11,7 +11,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue import replies
 from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.values import Kind
 
 
 def test_store_and_load_bring_everything_back(folder: Path) -> None:

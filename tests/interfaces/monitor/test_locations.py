@@ -12,8 +12,7 @@ from vrs_cli.dialogue import replies
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError
 from vrs_cli.interfaces.monitor.locations import changed
 from vrs_cli.kinematics.transform import IDENTITY
-from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import numbers_of
+from vrs_cli.language.words.values import Kind, numbers_of
 
 
 def test_where_is_g() -> None:

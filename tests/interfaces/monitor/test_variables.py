@@ -14,8 +14,8 @@ from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.language.words.instructions import PROGRAM_WORDS, RESERVED
-from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.values import Kind
 
 
 def test_elements_and_whole_arrays() -> None:

@@ -11,7 +11,7 @@ from vrs_cli.language.analysis.analyzer import analyze_among
 from vrs_cli.language.analysis.surroundings import FEW, Candidates, Surroundings
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import parse_file
-from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.values import Kind
 
 MANY = [f"name{i}" for i in range(FEW + 1)]
 

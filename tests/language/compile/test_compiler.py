@@ -43,8 +43,7 @@ from vrs_cli.language.text.ast import (
 )
 from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.language.text.diagnostics import error
-from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import LIMIT, integer
+from vrs_cli.language.words.values import LIMIT, Kind, integer
 
 NOWHERE = Span(1, 1, 1)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vrs_cli.language.run.cells import Cells, Item
-from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.values import Kind
 
 
 def test_elements_and_characters_are_what_cells_hold() -> None:

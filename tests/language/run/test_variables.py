@@ -14,8 +14,7 @@ from vrs_cli.errors import (
 from vrs_cli.kinematics.transform import IDENTITY, translation
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.text.ast import Entry, Number, Span, Variable
-from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import Value
+from vrs_cli.language.words.values import Kind, Value
 
 NOWHERE = Span(1, 1, 1)
 

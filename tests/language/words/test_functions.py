@@ -21,7 +21,7 @@ from vrs_cli.errors import (
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, message, pack, unpacked
 from vrs_cli.language.words.functions import FUNCTIONS, Function
-from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Shape, State
 
 REALS = [

@@ -18,8 +18,8 @@ from vrs_cli.interfaces.monitor.clock import CLOCK_WORDS
 from vrs_cli.interfaces.monitor.plotting import QUANTITIES
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
-from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Row, Shape, State, Word, rows_for
 
 

@@ -7,8 +7,7 @@ from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.interfaces.conversation.complete import Names
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import Value, numbers_of, plain
+from vrs_cli.language.words.values import Kind, Value, numbers_of, plain
 
 MOST = 500  # names of a kind that are offered: a menu is for reading
 

@@ -10,7 +10,7 @@ from vrs_cli.language.text.ast import ProgramHeader
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, first_error
 from vrs_cli.language.text.meaning import resolve_line
 from vrs_cli.language.text.parser import parse_prompt, parse_step, variables_in
-from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.values import Kind
 
 
 def mistake_in_entry(entry: Entry, line: str, known: Mapping[str, Kind]) -> Diagnostic | None:

@@ -27,7 +27,7 @@ from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, errors, f
 from vrs_cli.language.text.meaning import resolve_line, resolve_program, variables_named_like_functions
 from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import print_program, program_header, step_texts
-from vrs_cli.language.words.kind import Kind, key_of
+from vrs_cli.language.words.values import Kind, key_of
 
 HEADER_LINE = 1  # of a program's text; its steps follow
 _SUBCOMMAND = re.compile(r"\s*(?P<word>[A-Za-z]{1,2})(?:\s+(?P<argument>(?![=\[]).*))?$")

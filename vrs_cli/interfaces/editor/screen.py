@@ -19,7 +19,7 @@ from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, error
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import program_header, step_texts
-from vrs_cli.language.words.kind import key_of
+from vrs_cli.language.words.values import key_of
 
 
 class Findings(Spoken, frozen=True):

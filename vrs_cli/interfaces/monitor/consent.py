@@ -9,7 +9,7 @@ from vrs_cli.dialogue.replies import Farewell, Message, Tone
 from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import FileError, FileExists
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.language.words.kind import Kind, key_of
+from vrs_cli.language.words.values import Kind, key_of
 
 
 def agreed(station: Station, question: str) -> Talk[bool]:

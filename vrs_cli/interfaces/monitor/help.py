@@ -12,10 +12,9 @@ from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import UsageError, did_you_mean
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
-from vrs_cli.language.words.kind import Kind
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
-from vrs_cli.language.words.values import plain
+from vrs_cli.language.words.values import Kind, plain
 from vrs_cli.language.words.word import Route, Row, State, Word, rows_for
 
 ROUTES: Mapping[Route, str] = {

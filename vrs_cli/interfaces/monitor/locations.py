@@ -28,8 +28,9 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.prompt import definable
 from vrs_cli.language.text.ast import Instruction, Number, Variable
-from vrs_cli.language.words.kind import NAME_LENGTH, Kind
 from vrs_cli.language.words.values import (
+    NAME_LENGTH,
+    Kind,
     kind_of_value,
     numbers_of,
     plain,

@@ -21,8 +21,7 @@ from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Instruction, Program
 from vrs_cli.language.text.printer import program_header
-from vrs_cli.language.words.kind import key_of
-from vrs_cli.language.words.values import whole
+from vrs_cli.language.words.values import key_of, whole
 
 
 def _listp(station: Station, it: Instruction) -> Talk[None]:

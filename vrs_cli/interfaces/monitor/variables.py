@@ -17,8 +17,7 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.cells import Index, Reference, subscript
 from vrs_cli.language.text.ast import Binary, Expression, Instruction, Unary, Variable
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
-from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import Value, kind_of_value, whole
+from vrs_cli.language.words.values import Kind, Value, kind_of_value, whole
 
 MANY = 100  # variables
 W = TypeVar("W")

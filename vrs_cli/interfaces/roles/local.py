@@ -24,8 +24,7 @@ from vrs_cli.interfaces.roles.held import Answers, no_answer
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.delta import TimelineDelta
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 PATIENCE = 0.005  # [s] between two looks whether another thread, which drives the robot, has done what was asked for
 T = TypeVar("T")

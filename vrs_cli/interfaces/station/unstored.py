@@ -9,8 +9,7 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.printer import print_program
-from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import Value, kind_of_value
+from vrs_cli.language.words.values import Kind, Value, kind_of_value
 
 State = tuple[int, Mapping[str, Program]]
 

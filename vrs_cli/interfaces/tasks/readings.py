@@ -16,7 +16,7 @@ from vrs_cli.language.run.effects import TaskState
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
 from vrs_cli.language.run.robot import System
-from vrs_cli.language.words.kind import key_of
+from vrs_cli.language.words.values import key_of
 from vrs_cli.version import __version__
 
 # INRANGE: why a location is out of reach, as bits: joints 1 to 6, then too close and too far, then joints 7 and on

@@ -20,8 +20,7 @@ from random import Random
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import Transform, Vector
-from vrs_cli.kinematics.vector import cross, dot
+from vrs_cli.kinematics.transform import Transform, Vector, cross, dot
 
 CONVERGED = 1e-10  # [m, rad] an error that is none
 STEPS = 60  # of one search

@@ -27,8 +27,7 @@ from vrs_cli.kinematics.jacobian import Singularity
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.offset_wrist.offsets import Offsets
-from vrs_cli.kinematics.transform import IDENTITY, Transform
-from vrs_cli.kinematics.vector import cross
+from vrs_cli.kinematics.transform import IDENTITY, Transform, cross
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import SerialBatch

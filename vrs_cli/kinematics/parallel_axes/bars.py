@@ -21,8 +21,7 @@ from vrs_cli.kinematics.axes import EXACT, Line, frame
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel, axes_parallel, joint_axes, link_frames
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import Transform, compose, inverse
-from vrs_cli.kinematics.vector import any_normal, dot
+from vrs_cli.kinematics.transform import Transform, any_normal, compose, dot, inverse
 
 TASKS = {(2, 0): Task.POINT, (3, 0): Task.PLANE, (3, 1): Task.UPRIGHT, (2, 1): Task.POSITION}  # turning, sliding joints
 

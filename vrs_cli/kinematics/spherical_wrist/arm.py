@@ -31,8 +31,7 @@ from vrs_cli.kinematics.spherical_wrist import rates
 from vrs_cli.kinematics.spherical_wrist.forward import make_forward
 from vrs_cli.kinematics.spherical_wrist.geometry import Geometry, configuration_of
 from vrs_cli.kinematics.spherical_wrist.inverse import make_branch, make_branches, make_outside, make_within
-from vrs_cli.kinematics.transform import IDENTITY, Transform
-from vrs_cli.kinematics.vector import cross
+from vrs_cli.kinematics.transform import IDENTITY, Transform, cross
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import SerialBatch

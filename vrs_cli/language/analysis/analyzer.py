@@ -34,8 +34,8 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Span, Statement
 from vrs_cli.language.text.diagnostics import Diagnostic, Severity, counted
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
-from vrs_cli.language.words.kind import SIGIL_KINDS, Kind
 from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.values import SIGIL_KINDS, Kind
 from vrs_cli.language.words.word import Argument, Shape, State, Word, argument_at
 
 # names of a program that are compared with others: one without its locations has hundreds that it lacks

@@ -16,7 +16,7 @@ from vrs_cli.language.analysis.names import Names
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program
 from vrs_cli.language.words.instructions import DECLARATIONS
-from vrs_cli.language.words.kind import SIGIL_KINDS, Kind
+from vrs_cli.language.words.values import SIGIL_KINDS, Kind
 
 SORTS: Mapping[str, Kind] = {"REAL": Kind.REAL, "DOUBLE": Kind.REAL, "LOC": Kind.LOCATION}
 

@@ -31,7 +31,7 @@ from vrs_cli.language.text.ast import Expression, Span
 from vrs_cli.language.text.diagnostics import did_you_mean
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
 from vrs_cli.language.words.functions import FUNCTIONS
-from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Row, Shape, State, argument_at, usable_names
 
 FORMAT_CODES = "BCDEFGHIOSUX"

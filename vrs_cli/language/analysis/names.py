@@ -11,7 +11,7 @@ from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.diagnostics import Findings
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.instructions import RESERVED, why_reserved
-from vrs_cli.language.words.kind import NAME_LENGTH, SIGIL_KINDS, Kind
+from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind
 
 Kinds = frozenset[Kind]
 

@@ -15,7 +15,7 @@ from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.diagnostics import did_you_mean
 from vrs_cli.language.text.meaning import variables_given_by
 from vrs_cli.language.words.instructions import DECLARATIONS
-from vrs_cli.language.words.kind import NAME_LENGTH, Kind
+from vrs_cli.language.words.values import NAME_LENGTH, Kind
 
 FEW = 200  # names: a word is compared with each of them; of more, with those one slip of the fingers away
 

@@ -55,8 +55,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import LIMIT
+from vrs_cli.language.words.values import LIMIT, Kind
 from vrs_cli.language.words.word import Argument, Shape, argument_at
 
 Steps = Generator[Any, str | None, int | None]

@@ -19,8 +19,7 @@ from vrs_cli.language.analysis.kinds import VARIABLES, kind_of
 from vrs_cli.language.compile import python_tree as tree
 from vrs_cli.language.text import ast
 from vrs_cli.language.words.functions import FUNCTIONS, Function
-from vrs_cli.language.words.kind import SIGIL_KINDS, Kind
-from vrs_cli.language.words.values import whole
+from vrs_cli.language.words.values import SIGIL_KINDS, Kind, whole
 from vrs_cli.language.words.word import Argument, Shape, argument_at
 
 _ARITHMETIC: dict[str, type[py.operator]] = {"+": py.Add, "-": py.Sub, "*": py.Mult, "/": py.Div}

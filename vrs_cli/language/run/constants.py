@@ -47,8 +47,7 @@ from vrs_cli.language.text.ast import Expression, Program, Span, Statement
 from vrs_cli.language.text.diagnostics import Diagnostic, warning
 from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import Value
+from vrs_cli.language.words.values import Kind, Value
 from vrs_cli.language.words.word import Argument, Shape, State, argument_at
 
 NEVER_RIGHT = (IllegalValue, IllegalSignal, IllegalJoint, ArithmeticOverflow, NegativeSquareRoot)

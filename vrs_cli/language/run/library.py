@@ -23,8 +23,7 @@ from vrs_cli.language.run.semantics.motions import MOTIONS
 from vrs_cli.language.run.semantics.settings import SETTINGS
 from vrs_cli.language.run.semantics.signals import SIGNALS
 from vrs_cli.language.run.semantics.tasks import TASKS
-from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import Value, integer, kind_of_value, storable, whole, within_range, wrap
+from vrs_cli.language.words.values import Kind, Value, integer, kind_of_value, storable, whole, within_range, wrap
 
 
 def for_step(step: float) -> float:

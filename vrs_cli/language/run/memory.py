@@ -15,8 +15,7 @@ from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.run.variables import Variables
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.printer import statement_text
-from vrs_cli.language.words.kind import key_of
-from vrs_cli.language.words.values import integer_between, plain
+from vrs_cli.language.words.values import integer_between, key_of, plain
 from vrs_cli.trajectory.instant import LATEST
 
 LAST_TIMER = 15

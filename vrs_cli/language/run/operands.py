@@ -13,8 +13,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Event
-from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import plain
+from vrs_cli.language.words.values import Kind, plain
 
 
 class Definable(Struct, frozen=True):

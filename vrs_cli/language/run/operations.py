@@ -21,6 +21,7 @@ from vrs_cli.kinematics.transform import (
     Transform,
     Vector,
     at_position,
+    cross,
     distance,
     from_oat,
     inverse,
@@ -29,9 +30,10 @@ from vrs_cli.kinematics.transform import (
     rotation_x,
     rotation_y,
     rotation_z,
+    scaled,
+    subtracted,
     translation,
 )
-from vrs_cli.kinematics.vector import cross, scaled, subtracted
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.formats import encode
 from vrs_cli.language.run.memory import Context

@@ -17,8 +17,7 @@ from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Step, Variable
-from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import Value, kind_of_value
+from vrs_cli.language.words.values import Kind, Value, kind_of_value
 
 
 class _StepTask(Task):

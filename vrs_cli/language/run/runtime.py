@@ -51,8 +51,7 @@ from vrs_cli.language.run.reactions import OF_ERRORS, Reaction, Reactions
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.units import AwaitLine
 from vrs_cli.language.text.ast import Statement
-from vrs_cli.language.words.kind import key_of
-from vrs_cli.language.words.values import Value
+from vrs_cli.language.words.values import Value, key_of
 
 STACK_LIMIT = 10_000  # programs that have called one another
 MOST_CYCLES = 32767

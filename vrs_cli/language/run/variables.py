@@ -8,8 +8,17 @@ from typing import NamedTuple
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.run.cells import NO_CELLS, OTHER_KIND, Cells, Index, Item, Reference, bare_cells, subscript
 from vrs_cli.language.text.ast import Entry, Number
-from vrs_cli.language.words.kind import Kind, key_of, kind_of_name, kinds_of_name
-from vrs_cli.language.words.values import Value, kind_of_value, precision_point, transformation, whole
+from vrs_cli.language.words.values import (
+    Kind,
+    Value,
+    key_of,
+    kind_of_name,
+    kind_of_value,
+    kinds_of_name,
+    precision_point,
+    transformation,
+    whole,
+)
 
 
 class NamedValue(NamedTuple):

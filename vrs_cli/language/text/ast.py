@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from msgspec import Struct
 
-from vrs_cli.language.words.kind import NAME_LENGTH
+from vrs_cli.language.words.values import NAME_LENGTH
 
 
 class Span(Struct, frozen=True):

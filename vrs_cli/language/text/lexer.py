@@ -31,8 +31,8 @@ from vrs_cli.language.words.instructions import (
     RELATIONS_OF_VAL,
     why_reserved,
 )
-from vrs_cli.language.words.kind import NAME_LENGTH
 from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words.values import NAME_LENGTH
 from vrs_cli.language.words.word import SORT_WORDS, Control, Shape, State, Word, argument_at, rows_for, usable_names
 
 LABEL_HIGH = 65535

@@ -18,7 +18,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Span, Step
 from vrs_cli.language.text.diagnostics import Diagnostic, Findings, LineRefused, did_you_mean, error
 from vrs_cli.language.text.meaning import resolve_program
-from vrs_cli.language.words.kind import key_of
+from vrs_cli.language.words.values import key_of
 
 PROGRAM, END = ".PROGRAM", ".END"
 JOINTS_HIGH = 12  # joints of a precision point in a file

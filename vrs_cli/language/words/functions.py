@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cached_property, partial
 
-from vrs_cli.language.words.kind import Kind
+from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Form, Row, Shape, State, by_name, read_form
 
 

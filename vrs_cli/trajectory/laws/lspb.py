@@ -9,8 +9,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, position, rotation_about
-from vrs_cli.kinematics.vector import length, rotated_back, scaled, subtracted
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    axis_angle,
+    compose,
+    inverse,
+    length,
+    position,
+    rotated_back,
+    rotation_about,
+    scaled,
+    subtracted,
+)
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law
 from vrs_cli.trajectory.laws.lspb_steering import steer, steered, steering_of
@@ -28,9 +39,8 @@ from vrs_cli.trajectory.laws.lspb_times import (
 from vrs_cli.trajectory.limits import JointLimits, ToolLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import Polynomial, parabola, value
-from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointState, ToolState
-from vrs_cli.trajectory.stretch import ToolStretch, segments_of
 
 FIRST_STEPS = 4  # towards the shortest blend of two lines, which is the quickest as a rule
 

@@ -17,8 +17,21 @@ from math import cbrt, hypot, sqrt
 from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, position, rotation_about
-from vrs_cli.kinematics.vector import cross, dot, length, rotated_back, scaled, subtracted
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    axis_angle,
+    compose,
+    cross,
+    dot,
+    inverse,
+    length,
+    position,
+    rotated_back,
+    rotation_about,
+    scaled,
+    subtracted,
+)
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law, NoTimes
 from vrs_cli.trajectory.laws.lspb_times import MARGIN
@@ -29,9 +42,8 @@ from vrs_cli.trajectory.laws.scurve_times import PEAK
 from vrs_cli.trajectory.limits import JointLimits, ToolLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes, shifted, value
-from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.trajectory.segment import JointPath, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointState, ToolState
-from vrs_cli.trajectory.stretch import ToolStretch, segments_of
 
 FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # of D/T, D/T^2 and D/T^3, from rest to rest
 LONGER = 1.06  # times are tried that are each so much longer than the one before

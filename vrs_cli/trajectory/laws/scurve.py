@@ -9,8 +9,21 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, position, rotation_about
-from vrs_cli.kinematics.vector import added, dot, length, rotated_back, scaled, subtracted
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    added,
+    axis_angle,
+    compose,
+    dot,
+    inverse,
+    length,
+    position,
+    rotated_back,
+    rotation_about,
+    scaled,
+    subtracted,
+)
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law, NoTimes
 from vrs_cli.trajectory.laws.lspb_times import MARGIN
@@ -35,9 +48,8 @@ from vrs_cli.trajectory.laws.scurve_times import (
 from vrs_cli.trajectory.limits import JointLimits, ToolLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import value
-from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, JointState, ToolState
-from vrs_cli.trajectory.stretch import ToolStretch, segments_of
 
 STRETCH = 1.02  # powers of it are factors by which the likely times of a stop are tried
 STRETCHES = (-150, 150)  # the powers, from short to long

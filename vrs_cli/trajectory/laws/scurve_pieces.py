@@ -16,9 +16,8 @@ from vrs_cli.trajectory.laws.scurve_times import CAREFUL, MOMENT, Change
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import turns
-from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointState
-from vrs_cli.trajectory.stretch import segments_of
 
 # --- one joint alone ---
 

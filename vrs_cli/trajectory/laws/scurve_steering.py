@@ -25,9 +25,8 @@ from vrs_cli.trajectory.laws.scurve_times import MOMENT, Change, ramps
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import Polynomial
-from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of
 from vrs_cli.trajectory.state import JointState, Target
-from vrs_cli.trajectory.stretch import segments_of
 
 RESPONSE = 4.0  # ticks in which an error goes: the quickest without going beyond
 EASY = 0.25  # of acceleration and jerk, to come near a target with

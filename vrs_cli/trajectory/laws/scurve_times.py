@@ -23,8 +23,7 @@ from collections.abc import Callable, Sequence
 from math import cbrt, inf, sqrt
 from typing import NamedTuple
 
-from vrs_cli.kinematics.transform import Vector
-from vrs_cli.kinematics.vector import added, dot, length, scaled, subtracted
+from vrs_cli.kinematics.transform import Vector, added, dot, length, scaled, subtracted
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import NoTimes, Pieces
 from vrs_cli.trajectory.laws.lspb_times import MARGIN, ROOM, SAME, SLIVER

@@ -33,8 +33,7 @@ from vrs_cli.language.run.units import (
     checked_unit,
 )
 from vrs_cli.language.text.ast import Format, Span
-from vrs_cli.language.words.kind import Kind
-from vrs_cli.language.words.values import Value, integer_between, kind_of_value, read_number, storable, whole
+from vrs_cli.language.words.values import Kind, Value, integer_between, kind_of_value, read_number, storable, whole
 
 NOWHERE = Span(0, 0, 0)
 
