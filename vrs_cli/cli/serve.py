@@ -7,11 +7,13 @@ import ipaddress
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import CommandLineError, Parser, clock_rate, size, whole, with_rate
 from vrs_cli.errors import FileError
+from vrs_cli.extras import how_to_install
 
 if TYPE_CHECKING:
     import ssl
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from vrs_cli.net.audit import Audit
     from vrs_cli.net.hub import Hub
     from vrs_cli.net.limits import Allowance
+    from vrs_cli.net.nats import Publisher
     from vrs_cli.net.room import Plan
     from vrs_cli.net.server import Place, Server
     from vrs_cli.net.tokens import TokenFile
@@ -93,15 +96,30 @@ async def _served(prog: str, options: argparse.Namespace, server: Server, hub: H
     def ready(address: str) -> None:
         print(f"{prog}: {address}, {_named(options, hub)}", flush=True)
 
+    publisher = None if options.nats is None else _publisher(options.nats, tell)
     try:
+        if publisher is not None:
+            await publisher.open()
+            server.opened.append(publisher.add)
         await server.run(hub, ready, stop)
     except OSError as error:
         where = f"{options.host}:{options.port}"
         raise CommandLineError(f"{where}: {(error.strerror or str(error)).lower()}", "name another --port") from None
     finally:
         ending.cancel()
+        if publisher is not None:
+            await publisher.close()
     tell("ended")
     return OK
+
+
+def _publisher(url: str, tell: Callable[[str], None]) -> Publisher:
+    """Raises CommandLineError where what it takes is not installed."""
+    if find_spec("nats") is None:
+        raise CommandLineError("--nats needs nats-py", how_to_install("nats-py"))
+    from vrs_cli.net.nats import Publisher
+
+    return Publisher(url, tell)
 
 
 def _named(options: argparse.Namespace, hub: Hub) -> str:
@@ -148,6 +166,7 @@ def _parser(prog: str) -> Parser:
     net.add_argument("--tls-key", metavar="FILE", help="its key (default: in the same file)")
     net.add_argument("--insecure", action="store_true", help="other machines too, though all can be read on the way")
     net.add_argument("--origin", metavar="URL", action="append", default=[], help="pages of this site may connect too")
+    net.add_argument("--nats", metavar="URL", help="publish all robots there, to look at: nats://HOST:4222")
     limits = parser.add_argument_group("limits", "K, M and G are 1000, 1000K and 1000M.")
     limits.add_argument("--max-connections", metavar="N", type=size, help="in all (default: 4000)")
     limits.add_argument("--max-folder", metavar="BYTES", type=size, help="in a robot's folder (default: 100M)")

@@ -162,14 +162,14 @@ class FarEnd:
             case messages.Told(id=int(id)) | messages.Asked(id=int(id)) | messages.Progress(id=id):
                 self._outlets.get(id, self._spread)(message)
             case _:
-                self._learn(message)
+                self.learn(message)
                 self._spread(message)
 
     def _spread(self, message: ServerMessage) -> None:
         for outlet in self.news:
             outlet(message)
 
-    def _learn(self, message: ServerMessage) -> None:
+    def learn(self, message: ServerMessage) -> None:
         """What is known of the robot from now on."""
         match message:
             case messages.Welcome():
@@ -236,7 +236,7 @@ class FarEnd:
     def _find_again(self, *, full: bool) -> None:
         """Ask for a snapshot, once, where the mirror is lost."""
         lost = self.mirror is not None and self.mirror.lost
-        if lost and not self._resyncs:
+        if lost and not self._resyncs and self.open:
             self.connection.send(messages.Resync(full=full))
         self._resyncs = lost
 

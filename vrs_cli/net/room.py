@@ -297,6 +297,20 @@ class Room:
             server=__version__,
         )
 
+    def greeting(self) -> messages.Welcome:
+        """For those who look without holding it."""
+        return messages.Welcome(
+            messages.VERSION,
+            "",
+            self.name,
+            self.life,
+            "observer",
+            "",
+            self.clock(),
+            to_dict(self.plan.model),
+            server=__version__,
+        )
+
     def clock(self) -> messages.Clock:
         clock = self.session.engine.clock
         if isinstance(clock, WallClock):

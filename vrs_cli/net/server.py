@@ -131,6 +131,7 @@ class Server:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._hub: Hub | None = None
         self._broadcasts: set[asyncio.Task[None]] = set()
+        self.opened: list[Callable[[Room], None]] = []  # they are told of every robot that is served
         self._too_fast = LimitReached(f"more than {allowance.rate:g} messages a second", "send fewer, or wait")
 
     def wake(self, name: str) -> None:
@@ -304,6 +305,10 @@ class Server:
         """Broadcast from a robot, from now on."""
         if name not in self._due:
             self._due[name] = asyncio.Event()
+            room = self.hub.rooms[name]
+            room.pump()  # what it has said before anybody was there to be woken
+            for hear in self.opened:
+                hear(room)
             task = asyncio.get_running_loop().create_task(self._broadcast(name))
             self._broadcasts.add(task)
 

@@ -1,0 +1,300 @@
+"""Robots that are served, published over NATS: as many may watch as that carries; the server says all once.
+
+Each robot has a subject, `vrs.NAME`, and a stream of JetStream that keeps the end of what was said on it: a welcome
+with the robot as data, a snapshot, and every change after it. Both come anew from time to time, so that who is late
+finds a beginning. They are the messages of a connection (docs/protocol.md), in MessagePack. Nobody can command here.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Protocol
+
+from nats.aio.client import Client as Connection
+from nats.errors import Error, NoServersError
+from nats.js.api import DiscardPolicy, StorageType, StreamConfig
+from nats.js.client import JetStreamContext
+
+from vrs_cli.errors import RequestRefused
+from vrs_cli.net import messages
+from vrs_cli.net.broadcast import Broadcast, Listener
+from vrs_cli.net.client import hello_of
+from vrs_cli.net.far_end import FarEnd
+from vrs_cli.net.messages import FromServer, Subscribe
+from vrs_cli.net.mirror import Mirror
+from vrs_cli.net.packets import Form, Packet
+from vrs_cli.wire.codec import Encoding, Reader, encode, marks_of
+from vrs_cli.wire.records import RecordError
+
+TAIL = 500  # changes, after which a snapshot comes anew
+KEPT = 4 * TAIL  # messages of a robot that JetStream keeps
+AGAIN = 0.2  # [s] between two looks whether a robot is published
+OPENING = 10.0  # [s] until NATS has to answer, and a robot has to be there
+FORM = Form(text=False, full=True)
+
+_reader: Reader[FromServer] = Reader(FromServer)
+
+
+def subject_of(robot: str) -> str:
+    return f"vrs.{robot}"
+
+
+def _stream_of(robot: str) -> str:
+    """A name of a stream has no dots."""
+    return "vrs=" + robot.replace(".", "=")
+
+
+class Published(Protocol):
+    """A robot of a server."""
+
+    name: str
+    broadcast: Broadcast
+
+    def greeting(self) -> messages.Welcome:
+        """What is told of it to who only looks."""
+
+    def stirred(self) -> None:
+        """There is something to broadcast."""
+
+
+async def _connected(url: str, told: Callable[[str], None], again: Callable[[], None] = lambda: None) -> Connection:
+    """Raises RequestRefused where NATS does not answer."""
+
+    async def lost() -> None:
+        if not connection.is_closed and not connection.is_draining:
+            told(f"{url}: NATS does not answer; it is tried again")
+
+    async def found() -> None:
+        told(f"{url}: NATS answers again")
+        again()
+
+    async def wrong(_error: Exception) -> None:
+        """Told by what comes of it."""
+
+    connection = Connection()
+    try:
+        await asyncio.wait_for(
+            connection.connect(
+                url,
+                disconnected_cb=lost,
+                reconnected_cb=found,
+                error_cb=wrong,
+                max_reconnect_attempts=-1,
+                allow_reconnect=True,
+                connect_timeout=2,
+            ),
+            OPENING,
+        )
+    except (Error, OSError, TimeoutError, ValueError) as error:
+        await connection.close()
+        raise RequestRefused(f"{url}: NATS does not answer: {_reason(error)}", "is nats-server running?") from None
+    return connection
+
+
+def _reason(error: BaseException) -> str:
+    return "no server there" if isinstance(error, NoServersError | TimeoutError) else str(error) or type(error).__name__
+
+
+class Publisher:
+    """`told` hears, in plain words, what becomes of the connection to NATS. All is done in the thread of the loop."""
+
+    def __init__(self, url: str, told: Callable[[str], None]) -> None:
+        self._url, self._told = url, told
+        self._robots: dict[str, _Robot] = {}
+        self._connection: Connection | None = None
+
+    async def open(self) -> None:
+        """Raises RequestRefused where NATS does not answer, or keeps no streams."""
+        self._connection = await _connected(self._url, self._told, self._found)
+        try:
+            await self._connection.jetstream().account_info()
+        except Error:
+            await self._connection.close()
+            raise RequestRefused(f"{self._url}: this NATS keeps no streams", "start it as nats-server -js") from None
+
+    def add(self, robot: Published) -> None:
+        """One more robot."""
+        assert self._connection is not None, "it is open"
+        if robot.name not in self._robots:
+            self._robots[robot.name] = _Robot(robot, self._connection, self._told)
+
+    def _found(self) -> None:
+        """What was said while NATS was gone is lost, and perhaps what it kept."""
+        for robot in self._robots.values():
+            robot.found()
+
+    async def close(self) -> None:
+        """What was said is sent."""
+        for robot in self._robots.values():
+            await robot.close()
+        if self._connection is not None:
+            with suppress(Error, OSError, TimeoutError):
+                await asyncio.wait_for(self._connection.drain(), OPENING)
+
+
+class _Robot:
+    """One robot, as a listener of its broadcast."""
+
+    def __init__(self, robot: Published, connection: Connection, told: Callable[[str], None]) -> None:
+        self._robot, self._connection, self._told = robot, connection, told
+        self._waiting: deque[bytes] = deque()
+        self._size, self._changes = 0, 0
+        self._stirred, self._lost = asyncio.Event(), False
+        self._listener: Listener = robot.broadcast.join(self, FORM)
+        self._task = asyncio.create_task(self._publish())
+        robot.broadcast.subscribe(self._listener, Subscribe(0, deltas=True))
+        robot.stirred()
+
+    # --- as a sink of the broadcast ---
+
+    @property
+    def waiting(self) -> int:
+        return self._size
+
+    def send(self, packet: Packet) -> None:
+        marks = marks_of(packet.data)
+        kind = "" if marks is None else marks.type
+        if kind == "replaced":
+            self._changes = 0
+            self._put(_bytes(self._robot.greeting()))
+        self._put(packet.data)
+        if kind == "delta":
+            self._changes += 1
+            if self._changes == TAIL:
+                asyncio.get_running_loop().call_soon(self.begin_anew)
+
+    def begin_anew(self) -> None:
+        """A snapshot comes next."""
+        self._robot.broadcast.resync(self._listener)
+        self._robot.stirred()
+
+    def found(self) -> None:
+        """NATS is there again."""
+        self._lost = True
+        self._stirred.set()
+
+    def _put(self, data: bytes) -> None:
+        self._waiting.append(data)
+        self._size += len(data)
+        self._stirred.set()
+
+    # --- to NATS ---
+
+    async def _publish(self) -> None:
+        await self._make_stream()
+        while True:
+            await self._stirred.wait()
+            self._stirred.clear()
+            if self._lost:
+                self._lost = False
+                await self._make_stream()
+                self.begin_anew()
+            while self._waiting:
+                data = self._waiting.popleft()
+                self._size -= len(data)
+                with suppress(Error):  # it begins anew when NATS is there again
+                    await self._connection.publish(subject_of(self._robot.name), data)
+
+    async def _make_stream(self) -> None:
+        """A new one: what another run of the server has said is of no use."""
+        name, streams = self._robot.name, self._connection.jetstream()
+        with suppress(Error, TimeoutError):
+            await streams.delete_stream(_stream_of(name))
+        config = StreamConfig(
+            _stream_of(name),
+            subjects=[subject_of(name)],
+            max_msgs=KEPT,
+            storage=StorageType.MEMORY,
+            discard=DiscardPolicy.OLD,
+        )
+        try:
+            await streams.add_stream(config)
+        except (Error, TimeoutError) as error:
+            self._told(f"{name}: NATS keeps no stream of it ({_reason(error)})")
+
+    async def close(self) -> None:
+        self._robot.broadcast.leave(self._listener)
+        while self._waiting and not self._task.done():
+            await asyncio.sleep(0)
+        self._task.cancel()
+
+
+def _bytes(message: messages.ServerMessage) -> bytes:
+    frame = encode(message, Encoding.MSGPACK)
+    assert isinstance(frame, bytes), "that is its form"
+    return frame
+
+
+class Watching:
+    """A robot that is published: `mirror` follows it."""
+
+    def __init__(self, robot: str) -> None:
+        self._robot = robot
+        self._far = FarEnd(hello_of(), time.monotonic)
+        self._shown, self._anew = asyncio.Event(), True
+        self._connection: Connection | None = None
+        self._task: asyncio.Task[None] | None = None
+
+    @classmethod
+    async def open(cls, url: str, robot: str, told: Callable[[str], None] = lambda _text: None) -> Watching:
+        """Raises RequestRefused where NATS does not answer, or no such robot is published."""
+        watching = cls(robot)
+        watching._connection = await _connected(url, told, watching._begin)
+        watching._begin()
+        try:
+            await asyncio.wait_for(watching._shown.wait(), OPENING)
+        except TimeoutError:
+            await watching.close()
+            hint = "vrs serve --nats URL publishes it"
+            raise RequestRefused(f"{url}: no robot {robot} is published there", hint) from None
+        return watching
+
+    @property
+    def mirror(self) -> Mirror:
+        assert self._far.mirror is not None, "it was shown"
+        return self._far.mirror
+
+    async def close(self) -> None:
+        if self._task is not None:
+            self._task.cancel()
+        if self._connection is not None:
+            await self._connection.close()
+
+    def _begin(self) -> None:
+        """NATS is there, perhaps again."""
+        if self._task is not None:
+            self._task.cancel()
+        assert self._connection is not None, "it is open"
+        self._task = asyncio.create_task(self._follow(self._connection.jetstream()))
+
+    async def _follow(self, streams: JetStreamContext) -> None:
+        subscription = None
+        while subscription is None:
+            try:
+                subscription = await streams.subscribe(subject_of(self._robot), ordered_consumer=True)
+            except (Error, TimeoutError):  # there is no such stream so far
+                await asyncio.sleep(AGAIN)
+        async for heard in subscription.messages:
+            with suppress(RecordError):  # of a later version
+                self._hear(_reader.read(heard.data))
+
+    def _hear(self, message: messages.ServerMessage) -> None:
+        """What does not begin with a welcome is the end of what is not kept any more."""
+        before = self._far.welcome
+        if isinstance(message, messages.Welcome):
+            self._anew = self._anew or before is None or before.life != message.life
+        elif before is None or (isinstance(message, messages.Replaced) and self._is_known(message)):
+            return
+        self._far.learn(message)
+        if isinstance(message, messages.Replaced):
+            self._anew = False
+            self._shown.set()
+
+    def _is_known(self, snapshot: messages.Replaced) -> bool:
+        """Whether it came for others."""
+        mirror = self._far.mirror
+        return not self._anew and mirror is not None and not mirror.lost and mirror.seq == snapshot.number
