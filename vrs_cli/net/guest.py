@@ -45,7 +45,7 @@ from vrs_cli.wire.refusal import Refusal
 from vrs_cli.wire.snapshots import snapshot_record
 
 CHANGING: Mapping[type, str] = {KeepDraft: "a program", Press: "JOG", StopProgram: "ABORT"}  # of whoever types
-MOST_TIMES = 2000  # of one Positions: 20 ms
+MOST_TIMES = 1000  # of one Positions: 20 ms
 
 
 class Link(Protocol):
@@ -413,7 +413,8 @@ class Guest:
         if pending.answer is not None:
             self._answered(pending, pending.answer, ticket, error)
             return
-        wrong = self._failed.pop(pending.id, None) if error is None else str(error)
+        wrong = self._failed.pop(pending.id, None)
+        wrong = wrong if error is None else str(error)
         ok = wrong is None
         refusal = None if error is None else _refusal(error)
         result = None if error is not None else ticket.result()
