@@ -30,7 +30,7 @@ class Line:
     `cut`: nothing gets through.
     """
 
-    name = "tester"
+    name, lost = "tester", False
 
     def __init__(self, attended: bool = False, clock: Clock | None = None, folder: Folder = FREE) -> None:
         self.session = Session(_There(self, attended), clock=clock, folder=folder)
@@ -91,8 +91,8 @@ class Line:
 
     def _command(self, command: messages.Command) -> None:
         match command:
-            case messages.Line(text=text):
-                talk: Talk[Any] = self.conversation.lines(text)
+            case messages.Line(text=text, more=more):
+                talk: Talk[Any] = self.conversation.lines(text, more)
             case messages.At(act=act):
                 talk = self.conversation.act(act)  # type: ignore[arg-type]
         done = self._done(command.id, talk)

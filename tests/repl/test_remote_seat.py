@@ -15,6 +15,7 @@ from prompt_toolkit.output import DummyOutput
 from tests.engine.wall import ManualWall
 from tests.repl.afar import Line
 from vrs_cli.errors import RequestRefused
+from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net import messages
 from vrs_cli.repl import plain
 from vrs_cli.repl.interactive import Shell
@@ -74,7 +75,7 @@ ASKED = {
     "SEE that is left": lines("SEE q") + "ready" + QUIT + QUIT + lines("DIRECTORY", "DISABLE INTERACTIVE"),
     "JOG": lines("JOG") + UP + UP + "]" + UP + "q" + lines("WHERE", "DISABLE INTERACTIVE"),
     "REPLAY": lines("DRIVE 1, 10", "SAVE t", "REPLAY t") + " q" + lines("DISABLE INTERACTIVE"),
-    "PLOT": lines("DRIVE 1, 10", "PLOT J1", "TIMELINE", "HELP MOVE", "DISABLE INTERACTIVE"),
+    "PLOT": lines("DRIVE 1, 10", "PLOT 1", "TIMELINE", "HELP MOVE", "DISABLE INTERACTIVE"),
     "files": lines("a = 1", "STORE all", "a = 2", "LOAD all", "STORE all", "N", "STORE all", "Y", "LISTR"),
     "branches": lines("BRANCH try", "DRIVE 1, 5", "COMPARE try, main", "BRANCH main", "DISABLE INTERACTIVE"),
 }
@@ -198,3 +199,35 @@ def test_in_real_time_a_program_runs_on_beside_the_prompt_and_asks() -> None:
         " 5",
         "Program completed",
     ]
+
+
+def attended(line: Line, answers: list[str], told: list[str]) -> tuple[RemoteSeat, StringIO]:
+    """A seat whose user answers so."""
+    sink = StringIO()
+    terminal = PlainTerminal(sink, iter(answers))
+    terminal.attended = True
+    return RemoteSeat(terminal, line, told.append), sink
+
+
+def test_a_long_paste_goes_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrs_cli.repl.remote_seat.LONGEST", 20)
+    line = Line(attended=True)
+    seat, sink = attended(line, [], [])
+    seat.take(".PROGRAM p\n" + "x = 1\n" * 20 + ".END\na = 2\nLISTR a\n")
+    assert sink.getvalue() == "Program p: 20 steps\na                2\n"
+    seat.take(".PROGRAM p\n" + "b = 1\n" * 20 + ".END\nLISTR a")  # nobody lets it be replaced
+    assert "already exists" in sink.getvalue()
+    assert sink.getvalue().endswith("a                2\n")
+    assert "b" not in line.session.environment.kinds()
+
+
+def test_a_server_that_was_started_anew_asks_anew() -> None:
+    line, told = Line(attended=True), list[str]()
+    seat, sink = attended(line, ["Y\n"], told)
+    line._tell(messages.Withdrawn(1, seq=1))
+    model = to_dict(line.session.engine.model)
+    line._tell(messages.Welcome(1, "key", "one", "life", "supervisor", "tester", messages.Clock(0.0), model))
+    seat.keep_up()
+    assert told == ["connected again"]
+    seat.take("a = 1\nZERO\nLISTR")
+    assert sink.getvalue().endswith("Are you sure (Y/N)?\nNo reals defined\n")

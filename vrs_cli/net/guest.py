@@ -212,8 +212,8 @@ class Guest:
 
     def _line(self, message: messages.Line) -> None:
         text, hall = message.text, self._hall
-
-        talk = hall.checked(self._given(message, self.conversation.lines(text)), lambda: hall.may_always(text))
+        talk = self._given(message, self.conversation.lines(text, message.more))
+        talk = hall.checked(talk, lambda: hall.may_always(text))
         self._ask(message, self._with_status(talk), text, urgent=self.holder.stops(text))
 
     def _act(self, message: messages.At) -> None:

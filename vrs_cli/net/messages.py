@@ -117,10 +117,13 @@ class Bye(ClientMessage, frozen=True):
 
 
 class Line(Command, frozen=True):
-    """A line of the conversation. `issued`: when it was given, by the robot's clock as its holder knows it [s]."""
+    """A line of the conversation, or lines that were pasted together; `more` of these come in the next message.
+    `issued`: when it was given, by the robot's clock as its holder knows it [s].
+    """
 
     text: Text
     issued: Number | None = None
+    more: bool = False
 
 
 class At(Command, frozen=True):

@@ -28,6 +28,10 @@ class Connection:
         return self._welcome.name
 
     @property
+    def lost(self) -> bool:
+        return self._client.far.refusal is not None
+
+    @property
     def greeting(self) -> str:
         """Which robot it is, and who has come."""
         welcome = self._welcome

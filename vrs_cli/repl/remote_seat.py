@@ -10,6 +10,7 @@ import tempfile
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Protocol, TypeVar
 
@@ -34,6 +35,7 @@ from vrs_cli.net.messages import Asked, At, Done, Drive, How, LeaseAct, Line, Re
 
 AT_ONCE = 1.0  # [s] that the answer to a look is waited for: a key does not wait longer
 COMING_BACK = 60.0  # [s] that a line of a pipe waits for a connection that was cut
+LONGEST = 50_000  # characters of one message
 SLASH = "/"  # no line of VAL-II begins with it
 WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive, /release lets anybody"
 LOOKING = 0.05  # [s] between two looks at what has come
@@ -46,6 +48,9 @@ class Far(Protocol):
 
     @property
     def name(self) -> str: ...
+    @property
+    def lost(self) -> bool:
+        """Whether it is gone for good."""
 
     def begin(self, make: Callable[[int], Request], outlet: Outlet) -> int:
         """Send a request; all that comes of it goes to the outlet, its end last. Raises RequestRefused."""
@@ -89,8 +94,12 @@ class RemoteSeat:
         self.interrupted = False
         if text.startswith(SLASH):
             self._drive(text[1:].split())
-        else:
-            self._do(lambda id: Line(id, text), text)
+            return
+        *parts, last = _parts(text)
+        for part in parts:
+            if not self._do(partial(Line, text=part, more=True), part) or self.interrupted:
+                return
+        self._do(partial(Line, text=last), last)
 
     def answer(self) -> None:
         self._act(Attend())
@@ -130,8 +139,10 @@ class RemoteSeat:
     def _named(self, driver: str) -> str:
         return f"{driver or 'nobody'} drives" if driver != self._far.name else "you drive"
 
-    def _do(self, make: Callable[[int], Request], line: str = "") -> None:
-        """Send a command; show what is said of it, and ask what is asked, until it has ended."""
+    def _do(self, make: Callable[[int], Request], line: str = "") -> bool:
+        """Send a command; show what is said of it, and ask what is asked, until it has ended. Whether the robot has
+        told of its end.
+        """
         self.noted = ""
         self._waits = True
         try:
@@ -139,7 +150,8 @@ class RemoteSeat:
             while True:
                 message = self._next()
                 if isinstance(message, Done | Refused) and message.id == id:
-                    return self._ended(message, line)
+                    self._ended(message, line)
+                    return bool(message.seq)
                 self._hear(message)
         except KeyboardInterrupt:
             self.interrupted = True
@@ -148,6 +160,7 @@ class RemoteSeat:
             self._lost(str(error))
         finally:
             self._waits = False
+        return False
 
     def _begin(self, make: Callable[[int], Request]) -> int:
         """A pipe waits for a connection that was cut; people are told. Raises RequestRefused."""
@@ -156,7 +169,7 @@ class RemoteSeat:
             try:
                 return self._far.begin(make, self._heard.put)
             except RequestRefused:
-                if self._terminal.attended or waited >= COMING_BACK:
+                if self._terminal.attended or self._far.lost or waited >= COMING_BACK:
                     raise
             waited += LOOKING
             message = self._heard.take(LOOKING)
@@ -206,6 +219,7 @@ class RemoteSeat:
             case Done() | Refused():
                 self._ended(message, "")
             case messages.Welcome():
+                self._withdrawn.clear()  # a server that was started anew counts its questions anew
                 self._again()
             case messages.Lease(holder, notice) if self._terminal.attended:
                 self._told(self._noticed(holder, notice))
@@ -317,6 +331,18 @@ class RemoteSeat:
             path = Path(folder) / Path(question.path).name
             path.write_bytes(fetched.data)
             return read_trajectory(path)
+
+
+def _parts(text: str) -> list[str]:
+    """What was pasted, in messages of whole lines."""
+    parts, size = [""], 0
+    for line in text.splitlines(keepends=True):
+        if size and size + len(line) > LONGEST:
+            parts.append("")
+            size = 0
+        parts[-1] += line
+        size += len(line)
+    return parts
 
 
 class _Page:

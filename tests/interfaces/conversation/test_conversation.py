@@ -121,6 +121,7 @@ def test_who_leaves_a_robot_that_others_hold_is_asked_nothing() -> None:
 
 def test_the_status_is_what_a_prompt_shows() -> None:
     talk = conversation()
+    talk.desk.attended = True
     talk.take("SPEED 50\nDRIVE 1, 10\nhand = 3")
     status = talk.status()
     assert (status.prompt, status.running, status.monitor_speed, status.speed_unit) == (".", False, 50.0, "%")

@@ -67,14 +67,16 @@ class Conversation:
         except (Exception, KeyboardInterrupt) as error:
             self.session.terminal.show(self._told(error, ""))
 
-    def lines(self, text: str) -> Talk[None]:
-        """One line, or several that were pasted together; Ctrl-C in one of them forgets those after it."""
+    def lines(self, text: str, more: bool = False) -> Talk[None]:
+        """One line, or several that were pasted together; Ctrl-C in one of them forgets those after it. `more` of them
+        come.
+        """
         self.desk.interrupted = False
         for line in text.splitlines() or [""]:
             yield from self._guarded(self._line(line), line)
             if self.desk.interrupted:
                 break
-        if self._refused and self.desk.attended:
+        if self._refused and self.desk.attended and not more:
             self.entry, self._refused = None, False  # somebody is there, and knows that it was refused
 
     def load(self, path: str) -> Talk[None]:
@@ -256,8 +258,12 @@ class Conversation:
         )
 
     def _hidden(self) -> tuple[str, ...]:
-        """The constants whose names variables bear: of the program that is typed, or of all that have a value."""
+        """The constants whose names variables bear: of the program that is typed, or of all that have a value. Where
+        nobody looks at colours, they are not looked for: a line of a long program is parsed for that.
+        """
         entry = self.entry
+        if not self.desk.attended:
+            return ()
         known = self.session.names() if entry is None else variables_in((entry.header, *entry.lines))
         return tuple(name for name in CONSTANTS if name in known)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import reduce
 
 from msgspec import Struct, field
 
@@ -43,6 +44,10 @@ class Entry(Struct):
 
     header: str
     lines: list[str] = field(default_factory=list)
+    blocks: int = 0  # that are open after these lines
+
+    def __post_init__(self) -> None:
+        self.blocks = depth(self.lines)
 
     @property
     def program(self) -> bool:
@@ -57,7 +62,7 @@ class Entry(Struct):
     @property
     def indent(self) -> str:
         """The blanks before the next line: one INDENT for each open block, and one for the program."""
-        return INDENT * (1 + depth(self.lines)) if self.program else ""
+        return INDENT * (1 + self.blocks) if self.program else ""
 
     def add(self, line: str) -> None:
         """Take a line, a block's END or ELSE moved back under its beginning."""
@@ -65,7 +70,7 @@ class Entry(Struct):
         if not self.program:
             self.lines.append(text)
             return
-        before = depth(self.lines)
+        before, self.blocks = self.blocks, _blocks_after(self.blocks, text)
         back = 1 if before and _first_word(text) in CLOSERS | MIDDLES else 0
         self.lines.append(INDENT * (1 + before - back) + text if text else "")
 
@@ -77,14 +82,15 @@ class Entry(Struct):
 
 def depth(lines: Sequence[str]) -> int:
     """How many blocks are open after these lines."""
-    open_blocks = 0
-    for line in lines:
-        word, words = _first_word(line), _words(line)
-        if word in CLOSERS:
-            open_blocks = max(0, open_blocks - 1)
-        elif word in OPENERS or (word == "IF" and words[-1:] == ["THEN"]) or words == ["DO"]:
-            open_blocks += 1
-    return open_blocks
+    return reduce(_blocks_after, lines, 0)
+
+
+def _blocks_after(before: int, line: str) -> int:
+    word, words = _first_word(line), _words(line)
+    if word in CLOSERS:
+        return max(0, before - 1)
+    opens = word in OPENERS or (word == "IF" and words[-1:] == ["THEN"]) or words == ["DO"]
+    return before + opens
 
 
 def _first_word(line: str) -> str:
