@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from io import StringIO
+from math import inf
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,7 @@ ENTER, CTRL_C, CTRL_D, TAB, SAVE, QUIT, UP = "\r", "\x03", "\x04", "\t", "\x13",
 def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.setattr("vrs_cli.repl.terminal.PATIENCE", inf)  # a slow computer shows progress, here and there
     monkeypatch.chdir(tmp_path)
     return iter(())
 
@@ -231,3 +233,17 @@ def test_a_server_that_was_started_anew_asks_anew() -> None:
     assert told == ["connected again"]
     seat.take("a = 1\nZERO\nLISTR")
     assert sink.getvalue().endswith("Are you sure (Y/N)?\nNo reals defined\n")
+
+
+def test_the_clock_of_a_robot_in_real_time_goes_on_between_two_looks(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr("time.monotonic", lambda: now[0])
+    line = Line(attended=True, clock=(wall := ManualWall()).clock())
+    seat, _ = attended(line, [], [])
+    wall.seconds += 2.0
+    seat.take("TIME")
+    now[0] += 1.5
+    assert seat.status().clock == 3.5
+    seat.take("CLOCK PAUSE")
+    now[0] += 1.5
+    assert seat.status().clock == 2.0

@@ -7,12 +7,15 @@ it. What concerns the connection itself is told by `told`, never at the terminal
 from __future__ import annotations
 
 import tempfile
+import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Protocol, TypeVar
+
+from msgspec.structs import replace
 
 from vrs_cli.dialogue.questions import Answer as Answered
 from vrs_cli.dialogue.questions import Editing, Jogging, Playing
@@ -37,7 +40,7 @@ AT_ONCE = 1.0  # [s] that the answer to a look is waited for: a key does not wai
 COMING_BACK = 60.0  # [s] that a line of a pipe waits for a connection that was cut
 LONGEST = 50_000  # characters of one message
 SLASH = "/"  # no line of VAL-II begins with it
-WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive, /release lets anybody"
+WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive, /release lets anybody; all may ABORT"
 LOOKING = 0.05  # [s] between two looks at what has come
 M = TypeVar("M", bound=ServerMessage)
 Outlet = Callable[[ServerMessage], None]
@@ -74,7 +77,7 @@ class RemoteSeat:
         self._terminal, self._far, self._told = terminal, far, told
         self._heard: Inbox[ServerMessage] = Inbox()
         self._later: deque[ServerMessage] = deque()  # for when the user has no question before him
-        self._status = Status()
+        self._status, self._told_at = Status(), 0.0
         self._waits = self._asks = False
         self._withdrawn: set[int] = set()
         self._question = 0  # that is before the user
@@ -86,6 +89,7 @@ class RemoteSeat:
         """What a prompt shows comes with the answer."""
         if self._terminal.attended:
             self._act(Attend())
+            self._told(WORDS)
             if self._status.driver:
                 self._told(self._named(self._status.driver))
 
@@ -183,9 +187,12 @@ class RemoteSeat:
         assert message is not None, "it waits as long as that takes"
         return message
 
+    def _see(self, status: Status) -> None:
+        self._status, self._told_at = status, time.monotonic()
+
     def _ended(self, end: Done | Refused, line: str) -> None:
         if isinstance(end, Done) and end.status is not None:
-            self._status = end.status
+            self._see(end.status)
         if end.refusal is None:
             return
         if end.seq:
@@ -213,7 +220,7 @@ class RemoteSeat:
             case messages.Progress(clock=clock):
                 self._terminal.progress(Running(clock))
             case messages.Status(around):
-                self._status = around
+                self._see(around)
                 if self._waits and around.running:
                     self._terminal.progress(Running(around.clock))
             case Done() | Refused():
@@ -274,7 +281,11 @@ class RemoteSeat:
         self.noted = internal_error(error).text
 
     def status(self) -> Status:
-        return self._status
+        """As it was told last; a clock on the wall has gone on since."""
+        pace, status = self._status.pace, self._status
+        if pace is None or pace.paused:
+            return status
+        return replace(status, clock=status.clock + pace.rate * (time.monotonic() - self._told_at))
 
     def mistake(self, text: str) -> Diagnostic | None:
         if text.startswith(SLASH):

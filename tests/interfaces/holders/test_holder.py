@@ -160,7 +160,7 @@ def test_without_a_lease_all_drive(session: Session) -> None:
         assert done(session, Holder(session, name=name), "DRIVE 1, 5") == []
 
 
-LEASED = "*Lease is not yours* ann drives (ask for the lease)"
+LEASED = "*Lease is not yours* ann drives (ask for the lease; in the shell: /ask)"
 UP = Go(Goal.of(JointTarget((0.0, -1.0, 1.0, 0.0, 1.0, 0.0))))
 
 

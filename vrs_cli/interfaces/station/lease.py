@@ -59,7 +59,7 @@ class Lease(Struct, frozen=True):
     def check(self, who: str) -> None:
         """Raises LeaseHeld for somebody who does not drive."""
         if not self.drives(who):
-            raise LeaseHeld(self._held(), "ask for the lease")
+            raise LeaseHeld(self._held(), "ask for the lease; in the shell: /ask")
 
     def acquire(self, who: str, now: float) -> tuple[Lease, tuple[Notice, ...]]:
         """Drive, where nobody does or the time of who does has passed. Raises LeaseHeld."""
