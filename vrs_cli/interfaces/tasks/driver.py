@@ -87,8 +87,9 @@ class Driver:
 
     @property
     def waited(self) -> Track | None:
-        """The task until whose end somebody lets time go on."""
-        return self._runs[-1].track if self._runs and self._runs[-1].then is None else None
+        """The task until whose end somebody lets time go on. Any thread may ask."""
+        last = self._runs[-1:]
+        return last[0].track if last and last[0].then is None else None
 
     def close(self) -> None:
         """Close the files of programs."""
