@@ -21,6 +21,7 @@ from vrs_cli.dialogue.replies import ReachReport
 from vrs_cli.engine.commands import Move
 from vrs_cli.errors import JointOutOfRange, NonexistentFile, ProgramNotExecutable, RequestRefused, UndefinedValue
 from vrs_cli.interfaces.holders.holder import Holder
+from vrs_cli.net.messages import LeaseAct
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.stream import SEGMENTS
 from vrs_cli.trajectory.motion import JointOffsetTarget
@@ -157,6 +158,16 @@ def test_others_see_it_move(robot: vrs.Robot) -> None:
             assert late.now == robot.now
         with pytest.raises(vrs.VrsError, match="drives"):
             viewer.move(*DOWN)
+        assert isinstance(viewer.held, RemoteRobot)
+        viewer.held.drive(LeaseAct.ASK)
+        with pytest.raises(vrs.VrsError, match="drives"):
+            viewer.held.drive(LeaseAct.ACQUIRE)
+        robot.held.drive(LeaseAct.GIVE, "viewer")
+        viewer.move(*DOWN)
+        with pytest.raises(vrs.VrsError, match="viewer drives"):
+            robot.move(*DOWN)
+        viewer.held.drive(LeaseAct.RELEASE)
+        robot.undo()
         viewer.abort()
         looks = viewer.watch(rate=500.0)
         assert repr(next(looks).xyz) == repr(robot.where().xyz)

@@ -26,7 +26,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net import messages
 from vrs_cli.net.client import Client, checked
 from vrs_cli.net.flags import Window
-from vrs_cli.net.messages import Abort, At, Done, How, Line, Request, ServerMessage
+from vrs_cli.net.messages import Abort, At, Done, Drive, How, LeaseAct, Line, Request, ServerMessage
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.preview import Previewed
 from vrs_cli.trajectory.timeline import Timeline
@@ -169,6 +169,10 @@ class RemoteRobot:
 
     def abort(self) -> None:
         self._follow(Abort, Inbox())
+
+    def drive(self, act: LeaseAct, to: str = "") -> None:
+        """Ask for the lease, which says who moves the robot; take, give or release it. Raises LeaseHeld."""
+        self._follow(lambda id: Drive(id, act, to), Inbox())
 
     def save(self, path: Path) -> None:
         recorded = self.act(Record())
