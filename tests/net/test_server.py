@@ -351,6 +351,18 @@ def test_a_message_that_is_too_long(tmp_path: Path) -> None:
             assert ada.line("WHERE").ok
 
 
+def test_a_line_that_is_too_long_is_not_read(server: Serving) -> None:
+    long = 'TYPE "' + "a" * 99_000 + '"'
+    with server.call("/robots/cell1") as ada:
+        for text in (long, f"WHERE\n{long}"):
+            refused = ada.line(text).refusal
+            assert refused is not None
+            assert "a line of 99007 characters" in refused.message
+        for answer in (ada.ask(lambda id: Complete(id, long)), ada.ask(lambda id: Check(id, long))):
+            assert isinstance(answer, Refused)
+        assert ada.line("\n".join(["WHERE"] * 100)).ok
+
+
 def test_a_folder_that_is_full(tmp_path: Path) -> None:
     with serving(tmp_path, allowance=Allowance(folder=1000)) as server, server.call() as ada:
         assert not ada.ask(lambda id: Put(id, "big.v2", b" " * 2000)).ok  # type: ignore[attr-defined]

@@ -45,6 +45,7 @@ from vrs_cli.wire.refusal import Refusal
 from vrs_cli.wire.snapshots import snapshot_record
 
 CHANGING: Mapping[type, str] = {KeepDraft: "a program", Press: "JOG", StopProgram: "ABORT"}  # of whoever types
+LONGEST_LINE = 4000  # characters
 MOST_TIMES = 1000  # of one Positions: 20 ms
 
 
@@ -211,7 +212,7 @@ class Guest:
         self._hall.ask(self, talk, Pending(request.id, "", answer))
 
     def _line(self, message: messages.Line) -> None:
-        text, hall = message.text, self._hall
+        text, hall = short(message.text), self._hall
         talk = self._given(message, self.conversation.lines(text, message.more))
         talk = hall.checked(talk, lambda: hall.may_always(text))
         self._ask(message, self._with_status(talk), text, urgent=self.holder.stops(text))
@@ -219,7 +220,7 @@ class Guest:
     def _act(self, message: messages.At) -> None:
         act, hall = message.act, self._hall
         if isinstance(act, Say):
-            line = act.line
+            line = short(act.line)
             talk = hall.checked(self._given(message, act_on(hall.session, act)), lambda: hall.may_always(line))
             self._ask(message, self._with_status(talk), line, urgent=self.holder.stops(line))
             return
@@ -293,11 +294,11 @@ class Guest:
             ticket.throw(ended(question), message.question)
 
     def _complete(self, message: messages.Complete) -> None:
-        talk = self._once(lambda: self.conversation.suggestions(message.text, message.everything))
+        talk = self._once(lambda: self.conversation.suggestions(short(message.text), message.everything))
         self._look(message, talk, lambda found: messages.Completed(message.id, tuple(found)))
 
     def _check(self, message: messages.Check) -> None:
-        talk = self._once(lambda: self.conversation.mistake(message.text))
+        talk = self._once(lambda: self.conversation.mistake(short(message.text)))
         self._look(message, talk, partial(messages.Checked, message.id))
 
     @staticmethod
@@ -458,6 +459,14 @@ class Guest:
     def _changed(self, status: Status) -> messages.ServerMessage | None:
         before, self._status = self._status, status
         return None if status == before else messages.Status(status)
+
+
+def short(text: str) -> str:
+    """Lines as people type them. Raises LimitReached for one that takes long to be read."""
+    longest = max(map(len, text.splitlines()), default=0)
+    if longest > LONGEST_LINE:
+        raise LimitReached(f"a line of {longest} characters, {LONGEST_LINE} at most", "give it in parts")
+    return text
 
 
 def _wrong(reply: Reply) -> str:
