@@ -218,7 +218,7 @@ class FarEnd:
                 case messages.Delta(delta=delta, applied=applied) if self.mirror is not None:
                     self._moves_to(applied)
                     self.mirror.change(delta_of(delta, Motions(), form), change.number)
-                    self._flag(delta.cut, applied, self.mirror.now)
+                    self._flag(delta.cut, self.mirror.now)
                 case messages.Steered(target=target) if self.mirror is not None:
                     self.mirror.steer(target, change.number)
         except RecordError as wrong:
@@ -227,11 +227,13 @@ class FarEnd:
         self._find_again(full=isinstance(change, messages.Steered))
         self._release(lambda one: self._is_seen(one.done, change))
 
-    def _flag(self, cut: float, applied: float, now: float) -> None:
-        """A change has come, which was applied at the robot a while ago."""
+    def _flag(self, cut: float, now: float) -> None:
+        """A change has come. In real time it cuts nothing that was before it, and `applied` of its message is a moment
+        later: that is when it was told.
+        """
         if self._clock.realtime:
             self.flags.forget(now - REMEMBERED)
-            self.flags.arrived(cut, applied, now)
+            self.flags.arrived(cut, cut, now)
 
     def _find_again(self, *, full: bool) -> None:
         """Ask for a snapshot, once, where the mirror is lost."""
