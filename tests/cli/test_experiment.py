@@ -92,6 +92,8 @@ def test_curves_are_drawn_into_a_picture(capsys: pytest.CaptureFixture[str], tmp
         (("delays", "--plot", "picture.pdf"), "picture.pdf is no picture file"),
         (("delays", "--forward", "trace nowhere"), "--forward: nowhere cannot be read: No such file or directory"),
         (("delays", "--seeds", "0"), "--seeds: 0 is not above 0"),
+        (("delays", "--seconds", "1"), "--seconds: 1 s is not from 5 to 10000 s"),
+        (("delays", "--rate", "1e9"), "--rate: 1e+09 Hz is not from 1 to 200 Hz"),
     ],
 )
 def test_what_is_wrong_is_told(arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:

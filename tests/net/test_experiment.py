@@ -108,6 +108,13 @@ def test_without_delays_all_is_seen_as_it_is() -> None:
     assert all(error == NOTHING for error in found.errors.values())
 
 
+def test_nothing_is_seen_of_a_robot_that_is_an_hour_away() -> None:
+    found = tried(0.2, "POSTPONE", Constant(3600.0), Constant(3600.0))
+    assert found.errors[Strategy.FRAMES] == found.errors[Strategy.PREDICTED] == NOTHING, "none has come"
+    assert found.agreed
+    assert found.outside == NOTHING
+
+
 def test_the_same_trial_comes_out_the_same() -> None:
     assert tried(0.3) == tried(0.3)
 

@@ -298,7 +298,7 @@ class _Course:
         always = np.ones(len(self.looks), dtype=bool)
         compared = {
             Strategy.FRAMES: (now[shown], now, shown >= 0),
-            Strategy.PREDICTED: (self._seen[Strategy.PREDICTED][due], now, due >= 0),
+            Strategy.PREDICTED: (self._seen[Strategy.PREDICTED][np.maximum(due, 0)], now, due >= 0),
             Strategy.DELTAS: (self._seen[Strategy.DELTAS], now, always),
             Strategy.AHEAD: (self._seen[Strategy.AHEAD], ahead, always),
             Strategy.PREVIEW: (self._seen[Strategy.PREVIEW], ahead, always),
