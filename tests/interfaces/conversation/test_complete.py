@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.conversation.complete import Names, suggestions
 from vrs_cli.language.words.values import Kind
 
@@ -148,6 +149,29 @@ def test_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert words("LOAD programs/") == ["weld.v2"]
     assert words("REPLAY ") == ["demo.vrst", "programs/"]
     assert words("LOAD nowhere/") == []
+
+
+def test_files_of_a_closed_folder_and_no_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    inside = tmp_path / "cell1"
+    for folder in (inside, tmp_path / "secret", inside / "mine"):
+        folder.mkdir()
+        (folder / f"{folder.name}.v2").touch()
+    (inside / "way").symlink_to(tmp_path / "secret")
+    monkeypatch.chdir(tmp_path)
+
+    def offered(text: str) -> list[str]:
+        return [one.text for one in suggestions(text, Names(), Folder(inside, closed=True))]
+
+    assert offered("LOAD ") == ["cell1.v2", "mine/"]
+    assert offered("LOAD mine/") == ["mine.v2"]
+    for outside in ("secret/", "../", "../secret/", f"{tmp_path}/", "/", "~/", "way/", "mine/../../", "a\0b/"):
+        assert offered(f"LOAD {outside}") == [], outside
+
+
+def test_a_giant_line_is_not_completed() -> None:
+    """Searches from its end would cost the square of its length."""
+    assert words("MOVE" + 10 * " ")
+    assert words("MOVE" + 5000 * " ") == []
 
 
 @given(st.text(alphabet="MOVEATpart #$\"'(),:=[].;0123456789\t", max_size=40), st.booleans())

@@ -13,6 +13,8 @@ from functools import cache
 
 from msgspec import Struct, field
 
+from vrs_cli.errors import FileError
+from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.interfaces.jog.jogger import AXIS_WORDS
 from vrs_cli.interfaces.monitor.clock import CLOCK_WORDS
 from vrs_cli.interfaces.monitor.plotting import QUANTITIES
@@ -47,6 +49,7 @@ class Names(Struct, frozen=True):
 
 # --- where the cursor is -------------------------------------------------------------------------------------------
 
+LONGEST = 1000  # characters of a line that is completed: searches from its end cost their square
 _PREFIX = re.compile(r"[#$]?[A-Za-z][\w.]*$|[#$.]$|\.[A-Za-z]+$")
 _OPERAND_BEFORE = re.compile(r"([\w.]+|[\])\"])\s+$")
 _LABEL = re.compile(r"^\s*\d+\s+")
@@ -216,11 +219,16 @@ def explanation(word: Word) -> str:
 # --- the whole of it -----------------------------------------------------------------------------------------------
 
 
-def suggestions(text: str, names: Names, *, in_program: bool = False, everything: bool = True) -> list[Suggestion]:
-    """What may stand at the end of `text`, best first. `in_program`: a step is typed, not a command.
+def suggestions(
+    text: str, names: Names, folder: Folder = FREE, *, in_program: bool = False, everything: bool = True
+) -> list[Suggestion]:
+    """What may stand at the end of `text`, best first. `in_program`: a step is typed, not a command. `folder` has the
+    files.
 
     Without `everything`, functions only where they are begun: so many would stand in the way of a number.
     """
+    if len(text) > LONGEST:
+        return []
     line = _LABEL.sub("", text, count=1) if in_program else text
     blanked = _QUOTED.sub(lambda quoted: '"' * len(quoted.group()), line)
     if ";" in blanked or blanked.count('"') % 2:
@@ -232,7 +240,7 @@ def suggestions(text: str, names: Names, *, in_program: bool = False, everything
         if (everything or prefix or not word.endswith("("))
         and word.upper().startswith(prefix.upper())
         and word.upper() != prefix.upper()
-    ] or _files(line)
+    ] or _files(line, folder)
 
 
 def _prefix(line: str) -> str:
@@ -352,7 +360,7 @@ EXTENSIONS: Mapping[str, tuple[str, ...]] = {
 }
 
 
-def _files(line: str) -> list[Suggestion]:
+def _files(line: str, folder: Folder) -> list[Suggestion]:
     """The files that a FILE argument may name: folders, and files with the right extension."""
     first = _FIRST.match(line)
     word = _row_of(first.group(1).upper(), False) if first else None
@@ -361,15 +369,16 @@ def _files(line: str) -> list[Suggestion]:
     typed = line[first.end() :].lstrip()
     if "=" in typed or not line[first.end() :][:1].isspace():
         return []
-    return list(_paths(typed, EXTENSIONS.get(word.name, PROGRAM_EXTENSIONS)))
+    return list(_paths(typed, folder, EXTENSIONS.get(word.name, PROGRAM_EXTENSIONS)))
 
 
-def _paths(typed: str, extensions: tuple[str, ...]) -> Iterator[Suggestion]:
-    folder, begun = os.path.split(typed)
+def _paths(typed: str, folder: Folder, extensions: tuple[str, ...]) -> Iterator[Suggestion]:
+    above, begun = os.path.split(typed)
     try:
-        entries = sorted(os.scandir(os.path.expanduser(folder) or "."), key=lambda entry: entry.name)
-        rows = [(entry.name, entry.is_dir()) for entry in entries]
-    except OSError:
+        place = folder.path(above) if above else folder.root
+        entries = sorted(os.scandir(place), key=lambda entry: entry.name)
+        rows = [(entry.name, entry.is_dir(follow_symlinks=not folder.closed)) for entry in entries]
+    except (OSError, FileError):
         return
     for name, is_folder in rows:
         if name.startswith(begun) and (begun or not name.startswith(".")):

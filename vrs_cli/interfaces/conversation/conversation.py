@@ -230,7 +230,8 @@ class Conversation:
 
     def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
         """What may stand at the end of a line that is begun."""
-        return suggestions(text, names_of(self.session), in_program=self.in_program, everything=everything)
+        session = self.session
+        return suggestions(text, names_of(session), session.folder, in_program=self.in_program, everything=everything)
 
     def status(self) -> Status:
         """What the prompt and the toolbar show. For a desk of its own it is asked for as all else: `Holder.call`."""
