@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import signal
 import threading
 import time
 from collections.abc import Iterator
@@ -15,7 +16,7 @@ import numpy as np
 import pytest
 
 import vrs_cli as vrs
-from tests.net.cable import cable
+from tests.net.cable import Cable, cable
 from tests.net.serving import Serving, serving
 from vrs_cli.dialogue.replies import ReachReport
 from vrs_cli.engine.commands import Move
@@ -266,3 +267,24 @@ def test_a_long_past_comes_in_parts(served: Serving) -> None:
             assert late.timeline == engine.timeline
         assert len(robot.commands) == 800
         assert robot.timeline == engine.timeline
+
+
+def press_ctrl_c() -> None:
+    signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+
+
+def test_ctrl_c_stops_what_is_waited_for_and_a_second_one_waits_no_longer(tmp_path: Path) -> None:
+    with serving(tmp_path, realtime=1.0) as served:
+        to_it = Cable(served.address)
+        robot = vrs.connect(to_it.url)
+        robot.define(".PROGRAM slow()\n  WAIT SIG(1001)\n.END\n")
+        Timer(0.5, press_ctrl_c).start()
+        with pytest.raises(KeyboardInterrupt):
+            robot.execute("slow")
+        assert robot["1 + 1"] == 2.0
+        Timer(0.4, to_it.close).start()
+        Timer(0.8, press_ctrl_c).start()
+        Timer(1.2, press_ctrl_c).start()
+        with pytest.raises(KeyboardInterrupt):
+            robot.execute("slow")
+        robot.leave()

@@ -199,7 +199,7 @@ class RemoteRobot:
                 self._ear.inbox = None
 
     def _follow(self, make: Callable[[int], Request], inbox: Inbox[ServerMessage]) -> Done:
-        """Send a command, and wait for its end. Ctrl-C stops it."""
+        """Send a command, and wait for its end. Ctrl-C stops it; a second one waits no longer."""
         self._loop.do(lambda: self.client.begin(make, inbox.put))
         interrupted = False
         while True:
@@ -209,6 +209,8 @@ class RemoteRobot:
                     break
                 self._hear(message)
             except KeyboardInterrupt:
+                if interrupted:
+                    raise  # nobody waits for a robot that does not answer
                 interrupted = True
                 self._send(messages.Interrupt())
         if interrupted:
