@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from vrs_cli.engine.clock import WallClock
 
 STANDARD_STREAM = "-"
+DEFAULT_RATE = 100.0  # [Hz]
+FASTEST = 100_000.0  # [Hz]
 WIDTH = 80  # for which argparse tries each option when it is added
 
 
@@ -124,8 +126,6 @@ def size(text: str) -> int:
 
 def sampling_rate(text: str) -> float:
     """Samples per second [Hz]."""
-    from vrs_cli.files.rates import FASTEST
-
     value = positive(text)
     if value > FASTEST:
         raise argparse.ArgumentTypeError(f"{text} Hz is more than {FASTEST:g} Hz")

@@ -6,10 +6,9 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser
+from vrs_cli.cli.command_line import DEFAULT_RATE, STANDARD_STREAM, CommandLineError, Parser
 from vrs_cli.cli.outputs import add_rate_option, check_distinct, write_table
 from vrs_cli.cli.recordings import add_lenient_option, read_recording
-from vrs_cli.files.rates import DEFAULT_RATE
 
 if TYPE_CHECKING:
     from vrs_cli.files.exports import Exporter

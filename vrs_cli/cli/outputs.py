@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, sampling_rate
+from vrs_cli.cli.command_line import DEFAULT_RATE, STANDARD_STREAM, CommandLineError, sampling_rate
 from vrs_cli.errors import FileError
-from vrs_cli.files.rates import DEFAULT_RATE
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine

@@ -84,20 +84,16 @@ def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
 
 def first_difference(a: Timeline, b: Timeline) -> float | None:
     """The first time at which two timelines may differ [s]; None where they are the same throughout."""
-    for one, other in zip_longest(*_after_shared_blocks(a, b)):
+    ours, theirs = list(a.blocks(-inf, inf)), list(b.blocks(-inf, inf))
+    # blocks at the beginning of both that are the same part of the same row at the same time
+    shared = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(ours, theirs, strict=False)))
+    for one, other in zip_longest(_segments(ours[shared:]), _segments(theirs[shared:])):
         if one is None or other is None:
             return float((one or other).start)
         if _course(one) != _course(other):
             same_way = _course(one)[:-1] == _course(other)[:-1]
             return min(one.finish, other.finish) if same_way else min(one.start, other.start)
     return None
-
-
-def _after_shared_blocks(a: Timeline, b: Timeline) -> tuple[Iterator[Segment], Iterator[Segment]]:
-    """The segments of both from the first block on that is not the same part of the same row at the same time."""
-    ours, theirs = list(a.blocks(-inf, inf)), list(b.blocks(-inf, inf))
-    shared = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(ours, theirs, strict=False)))
-    return _segments(ours[shared:]), _segments(theirs[shared:])
 
 
 def _segments(blocks: Iterable[Block]) -> Iterator[Segment]:

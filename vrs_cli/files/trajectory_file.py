@@ -157,7 +157,13 @@ class _Reader:
 
     def recording(self, lines: _Lines) -> Recording:
         """What the file holds, once all of its laws are checked. Raises FileDamaged."""
-        self._check_laws()
+        from vrs_cli.files.soundness import faults  # here: who only writes a file needs no numpy
+
+        sealed = self._checksums.last is not None and not self._lenient
+        for fault in islice(faults(self._arm, self._timeline, self._deltas), MOST_FAULTS):
+            if sealed:
+                raise _damaged(self._path, fault.line, fault.what)
+            self._faults.append(fault)
         return Recording(
             model=self._model,
             timeline=self._timeline,
@@ -168,15 +174,6 @@ class _Reader:
             size=lines.whole,
             checksum=self._checksums.last,
         )
-
-    def _check_laws(self) -> None:
-        from vrs_cli.files.soundness import faults  # here: who only writes a file needs no numpy
-
-        sealed = self._checksums.last is not None and not self._lenient
-        for fault in islice(faults(self._arm, self._timeline, self._deltas), MOST_FAULTS):
-            if sealed:
-                raise _damaged(self._path, fault.line, fault.what)
-            self._faults.append(fault)
 
 
 @contextmanager

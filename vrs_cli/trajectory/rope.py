@@ -309,19 +309,16 @@ def _merge_leaves(left: Held, right: Held) -> Held:
 
 def _merge_neighbours(left: Held, right: Held) -> list[Held]:
     """Two neighbours of one height as one node, if that can hold both."""
-    if isinstance(left.node, Branch) and isinstance(right.node, Branch):
-        if (len(left.node.nodes) + len(right.node.nodes)) * MENDED > FAN:
+    a, b = left.node, right.node
+    if isinstance(a, Branch) and isinstance(b, Branch):
+        if (len(a.nodes) + len(b.nodes)) * MENDED > FAN:
             return [left, right]
-        return [_branch([child for held in (left, right) for child in _shifted_children(held)])]
+        pairs = ((a, left.offset), (b, right.offset))
+        return [_branch([child for node, by in pairs for child in _children(node, 0, len(node.nodes), by)])]
     if (left.node.count + right.node.count) * MENDED > SMALL:
         return [left, right]
     offset = max(left, right, key=lambda held: held.node.count).offset
     return [Held(offset, _leaf([*_segments_of(left, offset), *_segments_of(right, offset)]))]
-
-
-def _shifted_children(held: Held) -> list[Held]:
-    assert isinstance(held.node, Branch)
-    return _children(held.node, 0, len(held.node.nodes), held.offset)
 
 
 def _segments_of(held: Held, offset: float = 0.0) -> Sequence[Segment]:

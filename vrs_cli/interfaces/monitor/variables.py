@@ -62,14 +62,10 @@ def shown_value(station: Station, expression: Expression) -> Talk[None]:
     rows = yield from _values(station, expression)
     kind = kind_of_value(rows[0][1])
     if kind is Kind.REAL:
-        yield RealTable(_real_rows(rows), _is_truth(expression))
+        truth = isinstance(expression, Binary | Unary) and expression.operator in RELATIONS | LOGICAL
+        yield RealTable(_real_rows(rows), truth)
     else:
         yield _strings(station, rows) if kind is Kind.STRING else _places(station, rows)
-
-
-def _is_truth(expression: Expression) -> bool:
-    """Whether it says that something is so."""
-    return isinstance(expression, Binary | Unary) and expression.operator in RELATIONS | LOGICAL
 
 
 def _rows(station: Station, it: Instruction, kinds: tuple[Kind, ...], otherwise: str) -> Talk[Rows]:
@@ -89,20 +85,16 @@ def _rows(station: Station, it: Instruction, kinds: tuple[Kind, ...], otherwise:
 
 
 def _values(station: Station, expression: Expression) -> Talk[Rows]:
-    """An expression with its value; of a name alone, all that it stands for."""
-    elements = yield from _elements(station, expression)
-    return elements or ((shown(expression), sight(station, expression)()),)
-
-
-def _elements(station: Station, expression: Expression) -> Talk[Rows]:
-    """What a name alone stands for: the simple variable and all elements of the array of that name."""
-    if not isinstance(expression, Variable) or expression.indexes:
-        return ()
-    if expression.key in own(station):
-        return tuple(_own_elements(station, expression, own(station)[expression.key]))
-    key = expression.key
-    found = station.environment.alone(key)
-    return (yield from _beside_if_many(found.count(), lambda: tuple(found.values_named(key))))
+    """An expression with its value; of a name alone, the simple variable and all elements of the array."""
+    rows: Rows = ()
+    if isinstance(expression, Variable) and not expression.indexes:
+        key = expression.key
+        if (reference := own(station).get(key)) is not None:
+            rows = tuple(_own_elements(station, expression, reference))
+        else:
+            found = station.environment.alone(key)
+            rows = yield from _beside_if_many(found.count(), lambda: tuple(found.values_named(key)))
+    return rows or ((shown(expression), sight(station, expression)()),)
 
 
 def _own_elements(station: Station, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:

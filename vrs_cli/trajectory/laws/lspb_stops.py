@@ -21,17 +21,13 @@ def joint_stops(state: JointState, limits: JointLimits, start: float, motion: Mo
 def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
     """Every joint to rest together, along the present direction."""
     blend = max(map(_stopping_time, state.velocity, limits.acceleration))
-    return segments_of(start, motion, iter([(blend, Phase.DECELERATE, _stop_path(state, blend))]))
+    pairs = zip(state.joints, state.velocity, strict=True)
+    path = JointPath(tuple(parabola(q, v, 0.0, blend) if blend else (q,) for q, v in pairs))
+    return segments_of(start, motion, iter([(blend, Phase.DECELERATE, path)]))
 
 
 def _stopping_time(velocity: float, acceleration: float) -> float:
     return up_to_grid(abs(velocity) / acceleration)
-
-
-def _stop_path(state: JointState, duration: float) -> JointPath:
-    if not duration:
-        return JointPath(tuple((q,) for q in state.joints))
-    return JointPath(tuple(parabola(q, v, 0.0, duration) for q, v in zip(state.joints, state.velocity, strict=True)))
 
 
 def joint_stop_each(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:

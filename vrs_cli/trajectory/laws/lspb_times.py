@@ -73,15 +73,11 @@ def from_rest(components: Sequence[Component], least: float = 0.0) -> Times:
         by_acceleration = max(by_acceleration, distance / part.max_acceleration)
     if by_velocity <= NEGLIGIBLE:
         return Times(0.0, 0.0, 0.0)
-    reach = MARGIN * max(by_velocity, sqrt(by_acceleration), _reach_for(least, by_acceleration))
+    square = least * least - 4.0 * by_acceleration  # the whole time is S + by_acceleration / S
+    by_time = 0.5 * (least + sqrt(square)) if square > 0.0 else 0.0
+    reach = MARGIN * max(by_velocity, sqrt(by_acceleration), by_time)
     blend = up_to_grid(by_acceleration / reach)  # as long as slowing down
     return _without_sliver(blend, up_to_grid(max(reach - blend, 0.0)), blend)
-
-
-def _reach_for(total: float, by_acceleration: float) -> float:
-    """The S at which S + by_acceleration / S, the whole time, is `total`."""
-    square = total * total - 4.0 * by_acceleration
-    return 0.5 * (total + sqrt(square)) if square > 0.0 else 0.0
 
 
 def _without_sliver(blend: float, cruise: float, slow: float) -> Times:
