@@ -304,21 +304,25 @@ async def watched(server: Process, viewers: int, commander: Commander) -> None:
     async with crowd(server, 1, HELLO, SAMPLES) as one:
         got = await cost(server, one, lambda: asyncio.sleep(SAMPLED))
     size = round(got.bytes / got.messages)
-    sampled = await beside_bare(server, viewers, size)
-    async with crowd(server, viewers, HELLO, CHANGES, deflate=True) as there:
-        changed = min([await cost(server, there, pick_and_place) for _ in range(2)])
-    async with crowd(server, viewers, HELLO, CHANGES) as there:
-        plain = await cost(server, there, pick_and_place)
-    due = RATE * (CYCLE - 0.5)  # samples of the motion itself
+    await beside_bare(server, viewers, size)
+    costs = dict[str, list[Cost]]()
+    for name, lines, deflate in (("samples", SAMPLES, False), ("changes", CHANGES, True), ("plain", CHANGES, False)):
+        async with crowd(server, viewers, HELLO, lines, deflate=deflate) as there:
+            costs[name] = [await cost(server, there, pick_and_place) for _ in range(2)]
+    due = RATE * (CYCLE - 0.5)  # samples of the motion itself: a server that others keep busy leaves some out
+    sampled = min((one.cpu - alone.cpu) / one.messages for one in costs["samples"])
+    changed, first = min(costs["changes"]), costs["changes"][0]
     cpu = changed.cpu - alone.cpu
     show("pick-and-place: messages of samples for one of changes", due / changed.messages, "at least 20")
-    show("  CPU of samples for that of changes", due * sampled * viewers / cpu, "at least 20")
-    show("  CPU a change [us]", 1e6 * cpu / changed.messages / viewers)
-    show("  bytes of samples for one of changes, deflated", due * size / changed.bytes, "at least 3")
-    show("  bytes of samples for one of changes, as they are", due * size / plain.bytes)
+    show("  CPU of samples for that of changes", due * sampled / cpu, "at least 20")
+    show("  CPU a sample, a change [us]", 1e6 * sampled / viewers)
+    show("", 1e6 * cpu / changed.messages / viewers)
+    show("  bytes of samples for one of changes, deflated", due * size / first.bytes, "at least 3")
+    show("    done again", due * size / costs["changes"][1].bytes)
+    show("    as they are", due * size / costs["plain"][0].bytes)
 
 
-async def beside_bare(server: Process, viewers: int, size: int) -> float:
+async def beside_bare(server: Process, viewers: int, size: int) -> None:
     """CPU time of a sample [s], and of a bare message of the same size."""
     ours, theirs = list[float](), list[float]()
     with running("benchmarks.viewers", BARE, str(size - 2)) as bare:
@@ -330,7 +334,6 @@ async def beside_bare(server: Process, viewers: int, size: int) -> float:
     show(f"a message of {size} bytes by websockets.broadcast [us of CPU]", 1e6 * min(theirs))
     show("a sample of that size [us of CPU]", 1e6 * min(ours))
     show("  ratio", min(ours) / min(theirs), "at most 1.3")
-    return min(ours)
 
 
 async def answered(server: Process, viewers: int) -> None:

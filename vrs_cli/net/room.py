@@ -169,6 +169,7 @@ class Room:
         self._woken = False
         self._pending: dict[Ticket[Any], tuple[Guest, Pending]] = {}
         self._ledgers: dict[str, Guest] = {}
+        self._seated: dict[Guest, None] = {}  # at a prompt
         self._away: dict[Guest, None] = {}  # whose connection is cut, in the order in which it was
         self.driving = Driving(wall, self._driven)
         self.folder = Folder(plan.folder, closed=True)
@@ -271,6 +272,8 @@ class Room:
             self, self._free(grant.name or hello.name or "guest"), grant, Ledger(token_urlsafe()), hello, self._wall
         )
         self.guests[guest.name] = self._ledgers[guest.ledger.key] = guest
+        if hello.attended:
+            self._seated[guest] = None
         return guest
 
     def _free(self, wanted: str) -> str:
@@ -329,6 +332,7 @@ class Room:
     def leave(self, guest: Guest) -> None:
         """A holder is gone for good."""
         self._away.pop(guest, None)
+        self._seated.pop(guest, None)
         if self.guests.pop(guest.name, None) is None:
             return
         del self._ledgers[guest.ledger.key]
@@ -559,6 +563,6 @@ class Room:
         if now == self._looked:
             return
         self._looked = now
-        for guest in self.guests.values():
-            if guest.link is not None and guest.holder.desk.attended:
+        for guest in self._seated:
+            if guest.link is not None:
                 guest.look()
