@@ -9,15 +9,12 @@ from vrs_cli.dialogue.questions import Editing, Jogging, Playing
 from vrs_cli.dialogue.talk import Talk, Terminal
 from vrs_cli.engine.clock import Clock, WallClock
 from vrs_cli.files.trajectory_file import Recording
-from vrs_cli.interfaces.conversation.complete import Suggestion
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.conversation.mishap import internal_error
-from vrs_cli.interfaces.conversation.status import Status
 from vrs_cli.interfaces.editor.screen import Page, ScreenDraft
 from vrs_cli.interfaces.jog.jogger import Hand, Jogger
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.repl.keeping import Keeper
 from vrs_cli.repl.recorder import Recorder
 from vrs_cli.repl.seat import KEEPING_UP, RESTING, SHORTEST
@@ -37,13 +34,13 @@ class LocalSeat:
     ) -> None:
         self.session = Session(terminal, model, clock=clock)
         self.session.desk.lives = terminal.attended and clock is not None
-        self.conversation = Conversation(self.session)
-        self.noted = ""
+        self.conversation = talk = Conversation(self.session)
+        self.status, self.mistake, self.suggestions = talk.status, talk.mistake, talk.suggestions
+        self.interrupt, self.stop_program = self.session.interrupt, talk.stop_program
+        self.noted, self.failed = "", False
         self._file = file
         self._keeper = None if recovery is None else Keeper(self.conversation, recovery)
         self._recorded = None if recorder is None else recorder.begin(self.session)
-
-    failed = False
 
     @property
     def interrupted(self) -> bool:
@@ -78,23 +75,8 @@ class LocalSeat:
         if self._keeper is not None:
             self._keeper.forget()
 
-    def interrupt(self) -> bool:
-        return self.session.interrupt()
-
-    def stop_program(self) -> None:
-        self.conversation.stop_program()
-
     def note(self, error: Exception) -> None:
         self.noted = internal_error(error).text
-
-    def status(self) -> Status:
-        return self.conversation.status()
-
-    def mistake(self, text: str) -> Diagnostic | None:
-        return self.conversation.mistake(text)
-
-    def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
-        return self.conversation.suggestions(text, everything)
 
     @property
     def withdrawn(self) -> bool:

@@ -119,7 +119,8 @@ class RemoteSeat:
         self._far.close()
 
     def stop_program(self) -> None:
-        self._act(StopProgram())
+        if self._status.running:
+            self._act(StopProgram())
 
     def _act(self, act: DeskAct) -> None:
         self._do(lambda id: At(id, act))
