@@ -59,8 +59,10 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     _check(options)
     import asyncio
 
+    from vrs_cli.language.text.collector import collect_in_small_parts
     from vrs_cli.net.server import Server
 
+    collect_in_small_parts()
     tell = _Teller(prog)
     with _audit(options, tell) as audit, _folder(options) as folder:
         tokens = _tokens(options)

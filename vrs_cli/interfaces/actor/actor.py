@@ -350,9 +350,10 @@ class Actor:
         """The changes that were made are on the disk, then who commanded them is answered, then all others hear of it.
         Where several changes go to the disk together, those that are asked for already are made before.
         """
-        journal, now = self._driver.engine.book.journal, time.monotonic()
-        self._since = min(self._since, now)
+        journal = self._driver.engine.book.journal
         if journal is not None and journal.unsettled:
+            now = time.monotonic()
+            self._since = min(self._since, now)
             if (len(self._inbox) or self._present or self._ready) and now - self._since < TOGETHER:
                 return
             self._settle(journal)
@@ -373,6 +374,8 @@ class Actor:
 
     def _take(self) -> bool:
         """All messages that have come; whether any has."""
+        if not self._inbox and not self._closed:
+            return False
         messages = self._inbox.taken()
         for message in messages:
             match message:

@@ -46,6 +46,8 @@ class Ticket(Generic[T]):
     def heard(self) -> list[Reply | Question]:
         """What has been said and not been taken yet."""
         there: list[Reply | Question] = []
+        if self._said.empty():
+            return there
         try:
             while (said := self._said.get_nowait()) is not None:
                 there.append(said)

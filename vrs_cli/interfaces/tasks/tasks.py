@@ -51,11 +51,15 @@ class Tasks:
 
     @property
     def steps_done(self) -> int:
-        return sum(track.task.steps_done for track in self)
+        return sum([track.task.steps_done for track in self._tracks.values()])
 
     def next(self) -> Track | None:
         """The task that goes on first."""
-        return min(self.running, key=lambda track: (track.wake, track.number), default=None)
+        first: Track | None = None
+        for track in self._tracks.values():  # asked for twice a step
+            if track.outcome is None and (first is None or (track.wake, track.number) < (first.wake, first.number)):
+                first = track
+        return first
 
     def uses(self, program: str) -> Track | None:
         """A task that has a program on its stack."""
