@@ -17,7 +17,7 @@ from cmath import phase
 from dataclasses import dataclass
 from functools import cached_property
 
-from vrs_cli.kinematics.axes import EXACT, Line, frame
+from vrs_cli.kinematics.axes import EXACT, frame
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel, axes_parallel, joint_axes, link_frames
 from vrs_cli.kinematics.task import Task
@@ -70,7 +70,9 @@ def _bars(model: RobotModel, turns: tuple[int, ...], slides: tuple[int, ...]) ->
     z = start.direction
     T_plane_base = inverse(frame(any_normal(z), z, start.point))
     flange = compose(T_plane_base, link_frames(model, (0.0,) * model.joint_count)[-1])
-    points = [*(_in_plane(T_plane_base, axes[i]) for i in turns), complex(flange.px, flange.py)]
+    turning = (axes[i] for i in turns)
+    across = [compose(T_plane_base, frame(any_normal(a.direction), a.direction, a.point)) for a in turning]
+    points = [complex(T.px, T.py) for T in (*across, flange)]
     return Bars(
         T_plane_base=T_plane_base,
         turns=turns,
@@ -82,8 +84,3 @@ def _bars(model: RobotModel, turns: tuple[int, ...], slides: tuple[int, ...]) ->
         flange=flange,
         up=-1.0 if z[2] < -EXACT else 1.0,
     )
-
-
-def _in_plane(T_plane_base: Transform, axis: Line) -> complex:
-    T = compose(T_plane_base, frame(any_normal(axis.direction), axis.direction, axis.point))
-    return complex(T.px, T.py)

@@ -222,21 +222,18 @@ class Task:
             halted = yield from self._cycle()
             if halted is not None:
                 return halted
-            self._leave_called()
+            # left: what was called, where a STOP stood in that, or in a reaction
+            interruptions = (activation.interruption for activation in self._activations[1:])
+            outermost = next((one for one in interruptions if one is not None), None)
+            if outermost is not None:
+                self.reactions.priority = outermost.priority
+            del self._activations[1:]
             if self.reactions.due is None:
                 yield from self._say(Break())
             if self.reactions.due is None:
                 return None
             main = self._activations[0]
             main.enter(main.program.compiled.entry(len(main.program.program.steps)))
-
-    def _leave_called(self) -> None:
-        """After a STOP in a program that was called, or in a reaction."""
-        interruptions = (activation.interruption for activation in self._activations[1:])
-        outermost = next((one for one in interruptions if one is not None), None)
-        if outermost is not None:
-            self.reactions.priority = outermost.priority
-        del self._activations[1:]
 
     def _begin(self) -> None:
         bound = self._main.bound(self._arguments)
