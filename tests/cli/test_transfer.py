@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from tests.net.serving import Serving, serving
+from vrs_cli.cli.connections import token_of
 from vrs_cli.cli.main import run
+from vrs_cli.net.tokens import new_token
 
 
 @pytest.fixture(scope="module")
@@ -79,6 +81,13 @@ def test_what_is_wrong_is_one_line(
     assert said in shown.err
     assert shown.err.count("\n") == 1
     assert not shown.out
+
+
+@pytest.mark.parametrize("before", ["", "ada "])
+def test_a_token_file_is_also_what_vrs_token_wrote(tmp_path: Path, before: str) -> None:
+    token, file = new_token(), tmp_path / "token"
+    file.write_text(f"{before}{token}\n")
+    assert token_of(str(file)) == token
 
 
 def test_who_may_not_is_told(

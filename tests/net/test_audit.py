@@ -57,6 +57,14 @@ def test_long_commands_are_cut_and_say_so(tmp_path: Path) -> None:
     assert path.stat().st_size < 2000
 
 
+def test_a_stranger_cannot_fill_it_with_his_name(tmp_path: Path) -> None:
+    path = tmp_path / "audit.jsonl"
+    audit(path, []).note(Deed(30_000 * "r", 30_000 * "\0", "10.0.0.7:1", "(enter)", "refused"))
+    (row,) = rows(path)
+    assert row["robot"] == 40 * "r"
+    assert row["who"] == 40 * "\0"
+
+
 def test_it_is_bounded(tmp_path: Path) -> None:
     path = tmp_path / "audit.jsonl"
     it = audit(path, [], most=1000)

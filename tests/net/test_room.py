@@ -13,9 +13,24 @@ import pytest
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.driving import WhenGone
-from vrs_cli.net.guest import Guest
+from vrs_cli.net.guest import MOST_LOOKS, Guest
 from vrs_cli.net.limits import Allowance
-from vrs_cli.net.messages import Answer, Asked, Done, FromServer, Hello, Line, ServerMessage, Told, Typed
+from vrs_cli.net.messages import (
+    Answer,
+    Asked,
+    Complete,
+    Completed,
+    Done,
+    FromServer,
+    Hello,
+    Line,
+    Located,
+    Positions,
+    Refused,
+    ServerMessage,
+    Told,
+    Typed,
+)
 from vrs_cli.net.packets import Packet
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.room import Plan, Room
@@ -289,3 +304,25 @@ def test_names_are_unlike(tmp_path: Path) -> None:
         assert names[:4] == ["ada", "ada-2", "guest", "guest-2"]
         assert len(names[4]) == 40
         assert names[4].isprintable()
+
+
+def test_positions_are_computed_beside_the_connections(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada = it.call("ada")
+        ada.guest.take(Positions(1, (0.0,) * 2000))
+        ada.flush()
+        assert not any(isinstance(one, Located) for one in ada.heard)
+        ada.until(lambda: any(isinstance(one, Located) for one in ada.heard))
+
+
+def test_so_many_questions_wait_and_no_more(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada = it.call("ada")
+        for id in range(1, MOST_LOOKS + 2):
+            ada.guest.take(Complete(id, "MO", True))
+        ada.flush()
+        (refused,) = (one for one in ada.heard if isinstance(one, Refused))
+        assert refused.id == MOST_LOOKS + 1
+        ada.until(lambda: sum(isinstance(one, Completed) for one in ada.heard) == MOST_LOOKS)
+        ada.guest.take(Complete(999, "MO", True))
+        ada.until(lambda: sum(isinstance(one, Completed) for one in ada.heard) == MOST_LOOKS + 1)

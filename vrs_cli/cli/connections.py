@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from vrs_cli.net.messages import Request, ServerMessage
 
 TOKEN = "VRS_TOKEN"
+TOLD = re.compile(r"[\w.-]+ ([\w-]{32})")  # as `vrs token` tells one: NAME TOKEN
 ADDRESS = "ws://HOST:PORT, ws://HOST:PORT/robots/NAME for one of several, or wss://"
 EPILOG = f"A token is taken from --token-file, or from the environment variable {TOKEN}.\n"
 
@@ -39,7 +41,7 @@ def client_of(prog: str, options: argparse.Namespace, *, attended: bool = False,
     """
     from vrs_cli.net.client import Client, hello_of
 
-    hello = replace(hello_of(_token(options.token_file), name=options.name, behind=behind), attended=attended)
+    hello = replace(hello_of(token_of(options.token_file), name=options.name, behind=behind), attended=attended)
 
     def told(text: str) -> None:
         print(f"{prog}: {text}", file=sys.stderr, flush=True)
@@ -64,10 +66,13 @@ def ask_once(prog: str, options: argparse.Namespace, make: Callable[[int], Reque
     return asyncio.run(once())
 
 
-def _token(file: str | None) -> str:
+def token_of(file: str | None) -> str:
+    """That of a file, which may hold it as `vrs token` told it. Raises CommandLineError."""
     if file is None:
         return os.environ.get(TOKEN, "")
     try:
-        return Path(file).read_text(encoding="utf-8").strip()
+        text = Path(file).read_text(encoding="utf-8").strip()
     except (OSError, UnicodeError) as error:
         raise CommandLineError(f"--token-file: {file} cannot be read", str(error)) from None
+    told = TOLD.fullmatch(text)
+    return told.group(1) if told else text

@@ -22,6 +22,7 @@ from vrs_cli.files.opening import reason
 
 MOST = 10_000_000  # bytes of one file; there are two
 LONGEST = 1000  # characters of one command
+LONGEST_NAME = 40  # characters of a name: who is not let in says what he likes
 ADDING = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
 PRIVATE = 0o600
 
@@ -80,8 +81,8 @@ class Audit:
         what = deed.what if len(deed.what) <= LONGEST else f"{deed.what[:LONGEST]}... ({len(deed.what)} characters)"
         row = {
             "when": when.replace("+00:00", "Z"),
-            "robot": deed.robot,
-            "who": deed.who,
+            "robot": deed.robot[:LONGEST_NAME],
+            "who": deed.who[:LONGEST_NAME],
             "from": deed.address,
             "what": what,
             "result": deed.result[:LONGEST],

@@ -46,7 +46,8 @@ from vrs_cli.wire.snapshots import snapshot_record
 
 CHANGING: Mapping[type, str] = {KeepDraft: "a program", Press: "JOG", StopProgram: "ABORT"}  # of whoever types
 LONGEST_LINE = 4000  # characters
-MOST_TIMES = 1000  # of one Positions: 20 ms
+MOST_TIMES = 2000  # of one Positions: 20 ms and more, beside the connections
+MOST_LOOKS = 200  # of one holder that wait for an answer
 
 
 class Link(Protocol):
@@ -143,6 +144,7 @@ class Guest:
         self._hall, self._wall = hall, wall
         self._listener: Listener | None = None
         self._questions: dict[int, tuple[Question, Ticket[Any]]] = {}
+        self._looks = 0  # that wait for an answer
         self._failed: dict[int, str] = {}  # commands of which an error was told, and the first of these
         self._status: Status | None = None  # as it was told last
 
@@ -209,7 +211,13 @@ class Guest:
     def _look(
         self, request: messages.Request, talk: Talk[Any], answer: Callable[[Any], messages.ServerMessage]
     ) -> None:
-        self._hall.ask(self, talk, Pending(request.id, "", answer))
+        if self._looks >= MOST_LOOKS:
+            raise LimitReached(f"{MOST_LOOKS} questions wait already", "wait for some answers first")
+        self._looked(request.id, talk, answer)
+
+    def _looked(self, id: int, talk: Talk[Any], answer: Callable[[Any], messages.ServerMessage | None]) -> None:
+        self._looks += 1
+        self._hall.ask(self, talk, Pending(id, "", answer))
 
     def _line(self, message: messages.Line) -> None:
         text, hall = short(message.text), self._hall
@@ -329,8 +337,8 @@ class Guest:
         if len(message.times) > MOST_TIMES:
             raise LimitReached(f"{len(message.times)} times at once, {MOST_TIMES} at most", "ask again for the others")
         timeline, arm = self.holder.timeline, self.holder.arm
-        positions = tuple(position_at(arm, timeline, t) for t in message.times)
-        self.say(messages.Located(message.id, timeline.version, positions))
+        talk = beside(lambda: tuple(position_at(arm, timeline, t) for t in message.times))
+        self._look(message, talk, partial(messages.Located, message.id, timeline.version))
 
     def _window(self, message: messages.Window) -> None:
         part = self._hall.broadcast.stream.part(message.begin, message.end)
@@ -412,6 +420,7 @@ class Guest:
                 self.tell(messages.Withdrawn(number))
         error = ticket.error(0.0)
         if pending.answer is not None:
+            self._looks -= 1
             self._answered(pending, pending.answer, ticket, error)
             return
         wrong = self._failed.pop(pending.id, None)
@@ -454,7 +463,7 @@ class Guest:
 
     def look(self) -> None:
         """Ask what stands around the prompt; it is told where that is something else than before."""
-        self._hall.ask(self, self._once(self._around), Pending(0, "", self._changed))
+        self._looked(0, self._once(self._around), self._changed)
 
     def _changed(self, status: Status) -> messages.ServerMessage | None:
         before, self._status = self._status, status
