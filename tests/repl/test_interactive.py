@@ -22,7 +22,6 @@ from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.values import Kind
-from vrs_cli.language.words.word import Role
 from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.repl import interactive
 from vrs_cli.repl.history import recovery_folder
@@ -430,7 +429,7 @@ def interrupting(when: Callable[[Session], bool]) -> Callable[..., Talk[None]]:
     """Session.answers, with Ctrl-C pressed as soon as the clock tells so."""
     answers = Session.answers
 
-    def pressed(session: Session, line: str, role: Role) -> Talk[None]:
+    def pressed(session: Session, line: str) -> Talk[None]:
         told = session.engine.book.told
 
         def press(deltas: Sequence[TimelineDelta]) -> None:
@@ -439,7 +438,7 @@ def interrupting(when: Callable[[Session], bool]) -> Callable[..., Talk[None]]:
                 signal.raise_signal(signal.SIGINT)
 
         session.engine.book.told = press
-        return answers(session, line, role)
+        return answers(session, line)
 
     return pressed
 
