@@ -70,10 +70,11 @@ def test_what_has_grown_too_large_takes_no_more() -> None:
 
 
 def test_a_run_in_real_time_may_go_on_for_ever() -> None:
-    allowance = Allowance(steps=1000, folder=5)
+    allowance = Allowance(steps=1000, elements=7, folder=5)
     assert allowance.of_run(realtime=True).max_time == float("inf")
     run = allowance.of_run(realtime=False)
     assert run.max_time == 86_400.0
     assert run.max_steps == 1000
+    assert run.max_elements == 7
     assert run.max_disk == 5
     assert "server" in str(run.reached("max_steps", "too long"))

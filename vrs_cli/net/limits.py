@@ -16,7 +16,8 @@ MINUTE = 60.0  # [s]
 
 class Allowance(Struct, frozen=True):
     """What a server allows. Of one connection: bytes of one message, messages a second (so many at once). Connections:
-    of one token, and in all. Of one robot: variables and programs, segments of its timeline, bytes in its folder, the
+    of one token, and in all. Of one robot: variables and programs, what its arrays and
+    strings hold (elements and characters), segments of its timeline, bytes in its folder, the
     share of a core that its programs may have on average over `cpu_window` [s], and steps of one program.
     """
 
@@ -26,6 +27,7 @@ class Allowance(Struct, frozen=True):
     connections_each: int = 64
     connections: int = 4000
     names: int = 50_000
+    elements: int = 1_000_000
     segments: int = 2_000_000
     folder: int = 100_000_000
     cpu: float = 0.5
@@ -37,6 +39,7 @@ class Allowance(Struct, frozen=True):
         return Limits(
             max_time=float("inf") if realtime else LONGEST,
             max_steps=self.steps,
+            max_elements=self.elements,
             max_disk=self.folder,
             told_by=lambda _option: "the server sets this limit",
         )
