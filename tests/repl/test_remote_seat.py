@@ -9,12 +9,14 @@ from math import inf
 from pathlib import Path
 
 import pytest
+from msgspec import structs
 from prompt_toolkit.application import create_app_session
 from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.engine.wall import ManualWall
 from tests.repl.afar import Line
+from vrs_cli.dialogue.questions import Answer, Question
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net import messages
@@ -221,6 +223,27 @@ def test_a_long_paste_goes_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "already exists" in sink.getvalue()
     assert sink.getvalue().endswith("a                2\n")
     assert "b" not in line.session.environment.kinds()
+
+
+def test_a_question_does_not_outlive_its_server() -> None:
+    line = Line(attended=True)
+    seen: list[bool] = []
+
+    class Thinking(PlainTerminal):
+        attended = True
+
+        def ask(self, question: Question) -> Answer:
+            model = to_dict(line.session.engine.model)
+            for resumed in (True, False):
+                welcome = messages.Welcome(1, "k", "one", "life", "supervisor", "tester", messages.Clock(0.0), model)
+                line._tell(structs.replace(welcome, resumed=resumed))
+                seat.keep_up()
+                seen.append(seat.withdrawn)
+            return super().ask(question)
+
+    seat = RemoteSeat(Thinking(StringIO(), iter(["N\n"])), line, lambda _text: None)
+    seat.take("a = 1\nZERO")
+    assert seen == [False, True]
 
 
 def test_a_server_that_was_started_anew_asks_anew() -> None:

@@ -226,8 +226,9 @@ class RemoteSeat:
                     self._terminal.progress(Running(around.clock))
             case Done() | Refused():
                 self._ended(message, "")
-            case messages.Welcome():
-                self._withdrawn.clear()  # a server that was started anew counts its questions anew
+            case messages.Welcome(resumed=resumed):
+                if not resumed:  # its questions are gone, and are counted anew
+                    self._withdrawn = {self._question} - {0}
                 self._again()
             case messages.Lease(holder, notice) if self._terminal.attended:
                 self._told(self._noticed(holder, notice))
