@@ -58,7 +58,8 @@ def serving(
 ) -> Iterator[Serving]:
     told: list[str] = []
     audit = Audit(folder / "audit.jsonl", time.time, told.append)
-    server = Server(Place("127.0.0.1", 0, origins=origins), allowance, audit, tokens and TokenFile(tokens), told.append)
+    file = tokens and TokenFile(tokens, robots, own)
+    server = Server(Place("127.0.0.1", 0, origins=origins), allowance, audit, file, told.append)
     model = model or load_robot("puma560")
     places = Places(folder / "journal" if journal else None, folder / "files")
     (folder / "journal").mkdir(exist_ok=True)

@@ -25,6 +25,11 @@ def row(name: str, token: str, more: str = "") -> str:
     return f'[[token]]\nname = "{name}"\ntoken = "{token}"\n{more}\n'
 
 
+def changed(file: TokenFile) -> bool:
+    """What two looks find: the first one sees that the file is another one, the second that it stays so."""
+    return file.look() or file.look()
+
+
 def test_a_token_gives_a_role_and_robots(tmp_path: Path) -> None:
     text = row("ada", ADA, 'role = "observer"\nrobots = ["cell1"]') + (
         f'[[token]]\nname = "bob"\nsha256 = "{digest_of(BOB).hex()}"\nrole = "teacher"\n'
@@ -117,26 +122,58 @@ def test_a_file_that_changes_is_read_again(tmp_path: Path) -> None:
     assert bob is not None
     assert not file.look()
     path.write_text(row("ada", ADA))
-    assert file.look()
+    assert changed(file)
     assert file.tokens.holds(ada, 0.0)
     assert not file.tokens.holds(bob, 0.0)
     path.write_text(row("ada", ADA, 'role = "observer"'))
-    assert file.look()
+    assert changed(file)
     assert not file.tokens.holds(ada, 0.0), "who has another role enters anew"
+
+
+def test_a_file_that_is_being_written_puts_nobody_out(tmp_path: Path) -> None:
+    path = written(tmp_path, row("ada", ADA))
+    file = TokenFile(path)
+    for text in ("", row("ada", ADA) + row("bob", BOB)[:20], row("ada", ADA) + row("bob", BOB)):
+        path.write_text(text)
+        assert not file.look()
+        assert file.tokens.find(ADA, 0.0) is not None
+        assert not file.wrong
+    assert file.look()
+    assert file.tokens.find(BOB, 0.0) is not None
+
+
+def test_a_file_that_is_emptied_while_it_is_read_puts_nobody_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path, row("ada", ADA))
+    file = TokenFile(path)
+    path.write_text(row("ada", ADA) + row("bob", BOB))
+    assert not file.look()
+
+    def emptied(path: Path) -> Tokens:
+        path.write_text("")
+        return read_tokens(path)
+
+    monkeypatch.setattr(tokens, "read_tokens", emptied)
+    assert not file.look()
+    monkeypatch.undo()
+    assert file.tokens.find(ADA, 0.0) is not None
+    path.write_text(row("bob", BOB))
+    assert changed(file)
 
 
 def test_a_file_that_is_wrong_now_lets_nobody_in_anew(tmp_path: Path) -> None:
     path = written(tmp_path, row("ada", ADA))
     file = TokenFile(path)
     path.write_text(row("ada", ADA) + "[[token]]\n")
-    assert not file.look()
+    assert not changed(file)
     assert "still hold" in file.wrong
     assert file.tokens.find(ADA, 0.0) is not None
     os.remove(path)
-    assert not file.look()
+    assert not changed(file)
     assert file.wrong
     path.write_text(row("bob", BOB))
-    assert file.look()
+    assert changed(file)
     assert not file.wrong
 
 
@@ -177,3 +214,28 @@ def test_own_robots() -> None:
     assert not good_name("../x")
     assert not good_name("nul")
     assert not good_name("")
+
+
+COLLIDING = (
+    (("ada", "ada-2"), (), 2, "ada-2 would have ada-2 for itself, which is ada's"),
+    (("ada-2", "ada"), (), 2, "ada would have ada-2 for itself, which is ada-2's"),
+    (("demo",), ("demo",), 1, "demo would have demo for itself, which is the robot of all"),
+    (("cell",), ("cell-2",), 2, "cell would have cell-2 for itself, which is the robot of all"),
+    (("ada", "Ada"), (), 1, "Ada would have Ada for itself, which is ada's"),
+)
+
+
+@pytest.mark.parametrize(("names", "robots", "own", "said"), COLLIDING)
+def test_a_robot_of_one_s_own_is_nobody_else_s(
+    tmp_path: Path, names: tuple[str, ...], robots: tuple[str, ...], own: int, said: str
+) -> None:
+    path = written(tmp_path, "".join(row(name, f"the long token of {name}") for name in names))
+    with pytest.raises(FileDamaged, match=said):
+        TokenFile(path, robots, own)
+    TokenFile(path, robots, 0)
+    path.write_text(row("bob", BOB))
+    file = TokenFile(path, robots, own)
+    path.write_text("".join(row(name, f"the long token of {name}") for name in names))
+    assert not changed(file)
+    assert said in file.wrong
+    assert file.tokens.find(BOB, 0.0) is not None

@@ -254,7 +254,9 @@ def _tls(options: argparse.Namespace) -> ssl.SSLContext | None:
 def _tokens(options: argparse.Namespace) -> TokenFile | None:
     from vrs_cli.net.tokens import TokenFile
 
-    return None if options.tokens is None else TokenFile(Path(options.tokens))
+    if options.tokens is None:
+        return None
+    return TokenFile(Path(options.tokens), (name for name, _ in options.robot), options.robots_per_token)
 
 
 def _allowance(options: argparse.Namespace) -> Allowance:

@@ -33,7 +33,7 @@ from vrs_cli.net.tokens import OPEN, Grant, TokenFile
 from vrs_cli.wire.refusal import Refusal
 
 TICK = 0.1  # [s] between two looks at what time has changed
-LOOK = 0.5  # [s] between two looks at the file of tokens
+LOOK = 0.25  # [s] between two looks at the file of tokens; two find that it has changed
 HIGH_WATER = 256 * 1024  # bytes that a socket holds before it is given no more
 BACKLOG = 512 * 1024  # bytes beside these that wait for a socket
 PINGS, PATIENCE = 20.0, 20.0  # [s] between two questions whether a client is there, and until it has to answer

@@ -105,27 +105,40 @@ class Tokens(Struct, frozen=True):
 
 
 class TokenFile:
-    """The tokens of a file as it is now. What is wrong with a file that has changed is said by `tell`, and nobody gets
-    in by it: those who are in by the file before stay. Raises FileError, FileDamaged for a file that is wrong already.
+    """The tokens of a file as it is now, for a server of `robots` at which each token has `own` more. `wrong` says what
+    is wrong with a file that has changed; nobody gets in by it, and those who are in by the file before stay. Raises
+    FileError, FileDamaged for a file that is wrong already.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, robots: Iterable[str] = (), own: int = 0) -> None:
         self.path = path
-        self.tokens = read_tokens(path)
-        self._seen = _mark(path)
+        self._robots, self._own = tuple(robots), own
+        self._read = self._seen = _mark(path)
+        self.tokens = self._found()
         self.wrong = ""
 
     def look(self) -> bool:
-        """Read the file again if it has changed; whether the tokens are others now."""
+        """Read the file again if it has changed; whether the tokens are others now. Who writes a file may empty it
+        first: it is read when it is as it was at the look before, and taken when it still is after that.
+        """
         mark = _mark(self.path)
-        if mark == self._seen:
+        still, self._seen = mark == self._seen, mark
+        if mark == self._read or not still:
             return False
-        before, self._seen, self.wrong = self.tokens, mark, ""
+        before, found, wrong = self.tokens, self.tokens, ""
         try:
-            self.tokens = read_tokens(self.path)
+            found = self._found()
         except FileError as error:
-            self.wrong = f"{error}; the tokens read before it was changed still hold"
-        return self.tokens != before
+            wrong = f"{error}; the tokens read before it was changed still hold"
+        if _mark(self.path) != mark:
+            return False
+        self._read, self.tokens, self.wrong = mark, found, wrong
+        return found != before
+
+    def _found(self) -> Tokens:
+        tokens = read_tokens(self.path)
+        _check_own(self.path, tokens, self._robots, self._own)
+        return tokens
 
 
 def _mark(path: Path) -> tuple[int, ...]:
@@ -161,6 +174,19 @@ def _check_unlike(path: Path, grants: Sequence[Grant]) -> None:
             raise FileDamaged(f"{path}: {grant.name} is there twice", "each token has a name of its own")
         names.add(grant.name)
         digests.add(grant.digest)
+
+
+def _check_own(path: Path, tokens: Tokens, robots: Iterable[str], own: int) -> None:
+    """Raises FileDamaged where a robot that a token has for itself would be another one's too. Small and capital
+    letters are one, as they are in the names of files on some systems.
+    """
+    whose = {robot.casefold(): "the robot of all" for robot in robots}
+    for grant in tokens.grants:
+        for name in grant.own_names(own):
+            if (other := whose.get(name.casefold())) is not None:
+                what = f"{path}: {grant.name} would have {name} for itself, which is {other}"
+                raise FileDamaged(what, "give the token another name")
+            whose[name.casefold()] = f"{grant.name}'s"
 
 
 def _grant(where: str, row: object) -> Grant:
