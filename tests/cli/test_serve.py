@@ -51,6 +51,14 @@ def test_a_wrong_command_line_is_one_message(
     assert error.count("\n") == 1
 
 
+def test_own_robots_that_are_not_one_s_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tokens = tmp_path / "ada.toml"
+    add_tokens(tokens, [Wanted("ada")])
+    arguments = ("--tokens", str(tokens), "--robots-per-token", "2", "--robot", "ada-2=puma560")
+    assert run(["serve", "--port", "0", *arguments]) == 1
+    assert "ada would have ada-2 for itself, which is the robot of all" in capsys.readouterr().err
+
+
 @contextmanager
 def server(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """A process, and its address."""
