@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import signal
 import ssl
@@ -15,9 +16,11 @@ from pathlib import Path
 import pytest
 from websockets.exceptions import InvalidHandshake
 
+import vrs_cli as vrs
 from tests.net.serving import Caller
 from vrs_cli.cli.main import run
 from vrs_cli.cli.serve import USUAL_PORT
+from vrs_cli.errors import RequestRefused
 from vrs_cli.net.messages import PORT, Closing, Hello
 from vrs_cli.net.tokens import Wanted, add_tokens
 
@@ -132,6 +135,13 @@ def test_with_tls_and_tokens(tmp_path: Path) -> None:
             assert caller.line("WHERE").ok
         with pytest.raises((OSError, InvalidHandshake)):
             Caller(here.replace("wss", "ws"), Hello((1,), token=made["ada"]))
+        for url, ca, told in (
+            (here, None, "is not trusted: self-signed certificate (name its file with --ca, in Python with ca=)"),
+            (here.replace("127.0.0.1", "127.0.0.2"), cert, "(say the name that the certificate is for)"),
+            (here.replace("wss", "ws"), cert, f"(is it a server with TLS? {here})"),
+        ):
+            with pytest.raises(RequestRefused, match=re.escape(told)):
+                vrs.connect(url, token=made["ada"], ca=ca)
 
 
 def test_clients_look_for_a_server_where_it_listens() -> None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import gc
 import signal
+import socket
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+from importlib.util import find_spec
 from pathlib import Path
 from random import Random
 from threading import Timer
@@ -244,6 +246,92 @@ def test_a_robot_that_nobody_holds_leaves_nothing_behind(served: Serving) -> Non
 def test_what_cannot_be_reached_is_told(url: str, said: str) -> None:
     with pytest.raises(vrs.VrsError, match=said):
         vrs.connect(url)
+
+
+def test_an_address_of_many_places_is_told_in_one_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As localhost, which is ::1 and 127.0.0.1."""
+    places = [(socket.AF_INET, socket.SOCK_STREAM, 6, "", (f"127.0.0.{k}", 1)) for k in (1, 2)]
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_args, **_options: places)
+    assert why_not("ws://localhost:1") == (
+        "ws://localhost:1 does not answer: connection refused",
+        "is the server running? vrs serve",
+    )
+
+
+def why_not(url: str, ca: Path | None = None) -> tuple[str, str]:
+    with pytest.raises(RequestRefused) as told:
+        vrs.connect(url, ca=ca)
+    return told.value.detail, told.value.hint
+
+
+HTTP_1 = "HTTP/1.1 {}\r\nContent-Length: {}\r\n\r\n{}"
+
+
+@pytest.mark.parametrize(
+    ("said", "why", "hint"),
+    [
+        (b"220 mail ready\r\n", "does not answer: no HTTP comes from there", "is it a server with TLS? wss:"),
+        (b"", "does not answer: no HTTP comes from there", "is it a server with TLS? wss:"),
+        (HTTP_1.format("401 Unauthorized", 0, "").encode(), "answers 401 Unauthorized", "is it a robot?"),
+        (HTTP_1.format("403 Forbidden", 8, "<html/>\n").encode(), "answers 403 Forbidden", "is it a robot?"),
+        (HTTP_1.format("503 Full", 8, "no room\n").encode(), "answers 503 Full", "no room"),
+        (b"HTTP/1.1 101 Switching Protocols\r\n\r\n", "missing Connection header", "is it a robot?"),
+    ],
+)
+def test_another_server_is_told(said: bytes, why: str, hint: str) -> None:
+    with talker(said) as port:
+        told = why_not(f"ws://127.0.0.1:{port}")
+    assert why in told[0]
+    assert told[1].startswith(hint)
+
+
+@contextmanager
+def talker(said: bytes) -> Iterator[int]:
+    """A server that says this once, whatever it hears, and hangs up."""
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+
+        def talk() -> None:
+            caller, _ = listening.accept()
+            with caller:
+                caller.recv(4096)
+                caller.sendall(said)
+
+        talking = threading.Thread(target=talk)
+        talking.start()
+        yield listening.getsockname()[1]
+        talking.join()
+
+
+def test_tls_where_there_is_none_is_told(served: Serving) -> None:
+    safe = served.address.replace("ws:", "wss:")
+    why, hint = why_not(safe)
+    assert why.startswith(f"{safe} does not answer: ")
+    assert hint == f"is it a server without TLS? {served.address}"
+    with talker(b"220 mail ready\r\n") as port:
+        assert why_not(f"wss://127.0.0.1:{port}") == (
+            f"wss://127.0.0.1:{port} does not answer: no TLS (wrong version number)",
+            f"is it a server without TLS? ws://127.0.0.1:{port}",
+        )
+
+
+def test_a_place_that_the_server_has_not_is_told(served: Serving) -> None:
+    url = f"{served.address}/cell0"
+    assert why_not(url) == (f"{url} answers 404 Not Found", "/robots/NAME is the address of a robot")
+
+
+def test_a_name_that_cannot_be_one_is_told() -> None:
+    why, hint = why_not(f"ws://{'a' * 70}:1")
+    assert why.startswith(f"ws://{'a' * 70}:1 does not answer: ")
+    assert hint == "ws://HOST:PORT"
+
+
+@pytest.mark.skipif(find_spec("python_socks") is not None, reason="a SOCKS proxy can be used here")
+def test_a_proxy_that_cannot_be_used_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("socks_proxy", "socks5://127.0.0.1:1")
+    monkeypatch.delenv("no_proxy", raising=False)
+    why, hint = why_not("ws://robot.invalid:1")
+    assert "python-socks" in why
+    assert hint == "a proxy of the environment wants it"
 
 
 def test_a_robot_that_is_not_there_is_told(served: Serving) -> None:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import re
 import ssl
 import time
 from asyncio import Event, Future, Task
@@ -24,7 +25,8 @@ from urllib.parse import urlsplit
 
 from websockets.asyncio.client import ClientConnection as Socket
 from websockets.asyncio.client import connect
-from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus, InvalidURI
+from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatus, WebSocketException
+from websockets.http11 import Response
 
 from vrs_cli.errors import FileError, RequestRefused, UsageError, VrsError
 from vrs_cli.files.opening import reason
@@ -39,6 +41,15 @@ OPENING = 10.0  # [s] that a handshake takes at most
 KEEPALIVE, SILENT = 5.0, 10.0  # [s] between two pings of the socket, and until one without an answer cuts it
 CLOSING = 2.0  # [s] that both sides take to say so
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
+RUNNING, A_ROBOT = "is the server running? vrs serve", "is it a robot? vrs serve"
+TRUST = "name its file with --ca, in Python with ca="
+MISTRUST = {  # what helps, by OpenSSL's number of what is wrong with a certificate (openssl/x509_vfy.h)
+    9: "is the clock right? It is not valid yet",
+    10: "the server wants a new one",
+    62: "say the name that the certificate is for",
+    64: "say the name that the certificate is for",
+}
+SAID = 100  # characters at most of what a server says in place of opening a connection
 SOONEST, LATEST = 0.1, 10.0  # [s] to wait before the second attempt, and at most
 
 
@@ -112,7 +123,7 @@ class Client:
         done, _ = await asyncio.wait([self._opened], timeout=OPENING)
         if not done:
             await self.close()
-            raise RequestRefused(f"{self.url} does not say hello within {OPENING:g} s", "is it a robot? vrs serve")
+            raise RequestRefused(f"{self.url} does not say hello within {OPENING:g} s", A_ROBOT)
         self._opened.result()
         assert self.far.welcome is not None, "it is open"
         return self.far.welcome
@@ -198,13 +209,12 @@ class Client:
                 async with self._connect() as socket:
                     await self._talk(socket)
                 why = self.far.connection.why or "the connection was cut"
-            except InvalidStatus as error:
-                why = f"{self.url} answers {error.response.status_code} {error.response.reason_phrase}"
-            except (OSError, InvalidHandshake, InvalidURI, EOFError) as error:
-                why = f"{self.url} does not answer: {_reason(error)}"
+                hint = A_ROBOT
+            except (OSError, WebSocketException, EOFError, UnicodeError, ImportError) as error:
+                why, hint = _no_answer(self.url, error)
             attempt = 1 if self.far.open else attempt + 1
             self.far.cut()
-            again = self._goes_on(why)
+            again = self._goes_on(why, hint)
             if again:
                 await self._pause(waits(attempt, self._random))
 
@@ -261,11 +271,11 @@ class Client:
         with suppress(TimeoutError):
             await asyncio.wait_for(self._stirred.wait(), max(until - time.monotonic(), 0.0))
 
-    def _goes_on(self, why: str) -> bool:
+    def _goes_on(self, why: str, hint: str) -> bool:
         """Whether it is tried again. Whoever opens it is told why it does not open."""
         refusal = self.far.refusal
         if not self._opened.done():
-            self._opened.set_exception(refusal or RequestRefused(why, "is the server running? vrs serve"))
+            self._opened.set_exception(refusal or RequestRefused(why, hint))
             return False
         if self._leaves:
             return False
@@ -287,10 +297,48 @@ def checked(end: ServerMessage) -> ServerMessage:
     return end
 
 
+def _no_answer(url: str, error: Exception) -> tuple[str, str]:
+    """Why a connection does not open, and what would be right."""
+    tls, rest = url.split(":", 1)[0] == "wss", url.split(":", 1)[1]
+    match error:
+        case InvalidStatus(response=response):
+            return f"{url} answers {response.status_code} {response.reason_phrase}", _said(response) or A_ROBOT
+        case ssl.SSLCertVerificationError():
+            wrong = error.verify_message.rstrip(".")
+            return f"the certificate of {url} is not trusted: {wrong}", MISTRUST.get(error.verify_code, TRUST)
+        case ssl.SSLError() | ConnectionResetError() if tls:
+            hint = f"is it a server without TLS? ws:{rest}"
+        case InvalidMessage() if not tls:
+            hint = f"is it a server with TLS? wss:{rest}"
+        case ImportError():
+            hint = "a proxy of the environment wants it"
+        case UnicodeError():
+            hint = "ws://HOST:PORT"
+        case WebSocketException():
+            hint = A_ROBOT
+        case _:
+            hint = RUNNING
+    return f"{url} does not answer: {_reason(error)}", hint
+
+
+def _said(response: Response) -> str:
+    """The line with which a server of ours tells why; empty for a page of another."""
+    text = response.body.decode(errors="replace").strip()
+    return text if len(text) <= SAID and text.isprintable() and "<" not in text else ""
+
+
 def _reason(error: Exception) -> str:
     """In words: asyncio tells of a system call, the system why that failed."""
-    if isinstance(error, TimeoutError):
-        return f"nothing came within {OPENING:g} s"
-    if isinstance(error, OSError) and error.errno is not None:
-        return os.strerror(error.errno).lower() if error.errno > 0 else reason(error)
+    match error:
+        case TimeoutError():
+            return f"nothing came within {OPENING:g} s"
+        case ssl.SSLError(reason=str(why)):
+            return f"no TLS ({why.replace('_', ' ').lower()})"
+        case InvalidMessage():
+            return "no HTTP comes from there"
+        case OSError(errno=None):  # asyncio puts those of many addresses into one text, or tells only of a cut
+            numbers = re.findall(r"\[Errno (\d+)\]", str(error))
+            return os.strerror(int(numbers[-1])).lower() if numbers else str(error) or "the connection was cut"
+        case OSError(errno=int(number)):
+            return os.strerror(number).lower() if number > 0 else reason(error)
     return str(error) or type(error).__name__
