@@ -5,7 +5,7 @@ from io import StringIO
 
 import pytest
 
-from vrs_cli.dialogue.questions import Confirmation, LineWanted
+from vrs_cli.dialogue.questions import Confirmation, LineWanted, Parting
 from vrs_cli.dialogue.replies import Farewell, Message, ProgramStopped, Tone
 from vrs_cli.dialogue.talk import Running
 from vrs_cli.errors import EndOfInput
@@ -127,6 +127,14 @@ def test_what_is_no_answer_is_asked_again() -> None:
     person = Person("FOR i = 1 TO 3", "Yellow", "y")
     assert person.terminal.ask(Confirmation("Sure?"))
     assert person.asked == ["Sure? "] * 3
+    assert person.text == "Y or N\n" * 2
+
+
+def test_who_does_not_say_whether_he_leaves_is_told_how() -> None:
+    person = Person("leave", "N")
+    assert not person.terminal.ask(Parting("Leave (Y/N)?"))
+    assert person.asked == ["Leave (Y/N)? "] * 2
+    assert person.text == "Y or N\n"
 
 
 def test_ctrl_c_at_a_prompt_stops_the_program() -> None:

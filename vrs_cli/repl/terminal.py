@@ -121,6 +121,7 @@ def yes_or_no(line: str) -> bool | None:
     return ANSWERS.get(line.partition(";")[0].strip().upper())
 
 
+WANTED = "Y or N"  # what is said to another answer
 ANSWERS = {"Y": True, "YES": True, "N": False, "NO": False}
 
 
@@ -185,11 +186,12 @@ class ShellTerminal:
             return self._answer(question)
         if isinstance(question, OnScreen):
             return self._on_screen(question)
-        agreed = None
-        while agreed is None:
+        while True:
             answer = (self._answer(question) or "").partition(";")[0].strip()
             agreed = yes_or_no(answer or "N")
-        return agreed
+            if agreed is not None:
+                return agreed
+            self.type(WANTED, True)
 
     def _line(self, question: LineWanted) -> str:
         if question.wrong:
@@ -223,6 +225,7 @@ class ShellTerminal:
                 return True
             if answer in ("N", "NO", ""):
                 return False
+            self.type(WANTED, True)
 
     def _on_screen(self, question: OnScreen) -> bool | None:
         """Let it fill the screen until the user leaves; None where this terminal cannot."""
