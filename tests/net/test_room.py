@@ -155,6 +155,27 @@ def test_a_connection_that_is_half_open_does_not_keep_the_lease(tmp_path: Path) 
         assert bob.line("x = 2").ok
 
 
+def test_a_program_is_stored_by_who_drives_when_it_ends(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada, bob = it.call("ada"), it.call("bob")
+        for line in (".PROGRAM p", "a = 1"):
+            assert ada.line(line).ok
+        it.room.driving.give("ada", "bob")
+        assert bob.line("x = 1").ok
+        assert not ada.line(".END").ok
+        assert not it.room.session.programs
+        assert ada.line("WHERE").ok, "what comes from a pipe after its program is done"
+        ada.guest.holder.desk.attended = True
+        it.room.driving.give("bob", "ada")
+        for line in (".PROGRAM p", "a = 1"):
+            assert ada.line(line).ok
+        it.room.driving.give("ada", "bob")
+        assert not ada.line(".END").ok
+        it.room.driving.give("bob", "ada")
+        assert ada.line(".END").ok, "who is there has not typed it for nothing"
+        assert list(it.room.session.programs) == ["p"]
+
+
 GONE = ((WhenGone.GO_ON, True, ""), (WhenGone.PAUSE, False, "(PAUSED)"), (WhenGone.ABORT, False, "(ABORTED)"))
 
 

@@ -263,15 +263,15 @@ class Server:
         """Raises RequestRefused."""
         if self._tokens is None:
             return OPEN
+        grant = self._tokens.tokens.find(hello.token, time.time())
+        if grant is not None:
+            return grant
         now = time.monotonic()
         if self._crowd.guesses(link.host, now):
             raise RequestRefused("too many wrong tokens came from your address", "try again in a minute")
-        grant = self._tokens.tokens.find(hello.token, time.time())
-        if grant is None:
-            self._crowd.guess(link.host, now)
-            what = "this token is not known here, or has ended" if hello.token else "this server wants a token"
-            raise RequestRefused(what, "ask whoever runs the server")
-        return grant
+        self._crowd.guess(link.host, now)
+        what = "this token is not known here, or has ended" if hello.token else "this server wants a token"
+        raise RequestRefused(what, "ask whoever runs the server")
 
     @staticmethod
     def _wanted(link: _Link, hello: messages.Hello) -> str:

@@ -113,6 +113,17 @@ def test_who_may_only_look_types_no_program() -> None:
     assert not session.programs
 
 
+@pytest.mark.parametrize("pasted", [(), ("a = 1",), ("TYPE 1", "TYPE 2", ".END", "TYPE 7")], ids=len)
+def test_a_program_that_is_refused_to_who_is_there_goes_with_its_paste(pasted: tuple[str, ...]) -> None:
+    session = Session(PlainTerminal(StringIO(), iter([])))
+    viewer = Conversation(session, Desk(role=Role.OBSERVER, attended=True))
+    first, *more = said(session, viewer.desk, viewer.lines("\n".join((".PROGRAM q", *pasted))))
+    assert first.startswith("*Not in your role*")
+    assert [line for line in more if line] == [" 7"] * (".END" in pasted), "no step of it is done as a command"
+    assert (viewer.entry, viewer.status().prompt, viewer.in_program) == (None, ".", False)
+    assert said(session, viewer.desk, viewer.lines("TYPE 8")) == [" 8"]
+
+
 def test_who_leaves_a_robot_that_others_hold_is_asked_nothing() -> None:
     session = Session(PlainTerminal(StringIO(), iter([])))
     visitor = Conversation(session, Desk(attended=True))

@@ -133,7 +133,7 @@ class Conversation:
     def _open(self, header: str) -> Talk[None]:
         """`.PROGRAM`: the lines after it are its steps, also when it is refused (they are dropped then)."""
         self.entry, self._refused = Entry(header), True
-        self.session.check_may("a program", Role.SUPERVISOR)
+        self._check_may()
         name = _named(header)
         if name and not (yield from may_replace(self.session, name)):
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
@@ -145,8 +145,18 @@ class Conversation:
             return
         self.entry = None
         refused, self._refused = self._refused, False
-        if not refused:
-            yield from self._store(entry)
+        if refused:
+            return
+        try:
+            self._check_may()
+        except VrsError:
+            if self.desk.attended:
+                self.entry = entry  # the lease went to somebody else meanwhile, and may come back
+            raise
+        yield from self._store(entry)
+
+    def _check_may(self) -> None:
+        self.session.check_may("a program", Role.SUPERVISOR)
 
     def _store(self, entry: Entry) -> Talk[None]:
         """`.END`: check the whole and keep it."""
