@@ -113,6 +113,42 @@ def test_the_terminal_ends(session: Session) -> None:
     assert session.environment.reference("x").value() == session.environment.reference("y").value() == -504.0
 
 
+@pytest.mark.parametrize(
+    ("lines", "step", "values"),
+    [
+        (["A", "B"], "SET p = TRANS(GETC(4), GETC(4), GETC(4))", [65, 13, 66]),
+        (["", "", ""], "SET p = TRANS(GETC(4), GETC(4), GETC(4))", [13, 13, 13]),
+        (["A"], "SET p = TRANS(GETC(4), GETC(4), GETC(4))", [65, 13, -504]),
+        ([], "SET p = TRANS(GETC(4), GETC(4), GETC(4))", [-504, -504, -504]),
+        (["AB", "C"], "a = GETC(4)\nSET p = TRANS(GETC(4), GETC(4), GETC(4))", [66, 13, 67]),
+        (["A", "B"], "a = GETC(4)\nb = GETC(4)\nc = GETC(4)\nSET p = TRANS(a, b, c)", [65, 13, 66]),
+        (["A", "BC"], "FOR i = 1 TO 3\nn[i] = GETC(4)\nEND\nSET p = TRANS(n[1], n[2], n[3])", [65, 13, 66]),
+        (
+            ["A", "B"],
+            "SET p = NULL\nIF 100*GETC(4)+GETC(4)+GETC(4) == 6579 THEN\nSET p = TRANS(1,2,3)\nEND",
+            [1, 2, 3],
+        ),
+    ],
+)
+def test_a_step_that_takes_characters_and_waits_takes_each_once(
+    session: Session, lines: list[str], step: str, values: list[float]
+) -> None:
+    coming = iter(lines)
+    asked: list[object] = []
+
+    def answer(question: object) -> str:
+        asked.append(question)
+        assert len(asked) < 10, "it asks for ever"
+        for line in coming:
+            return line
+        raise EndOfInput("the input has ended")
+
+    session.terminal.ask = answer  # type: ignore[method-assign]
+    load(session, *step.split("\n"), "DECOMPOSE v[1] = p", "v1 = v[1]", "v2 = v[2]", "v3 = v[3]")
+    assert session.execute("main").fault is None
+    assert [session.environment.reference(f"v{k}").value() for k in (1, 2, 3)] == pytest.approx(values)
+
+
 def test_status_of_programs_and_tasks(session: Session) -> None:
     load(session, "PAUSE", name="paused")
     session.load_text(".PROGRAM broken()\nIF TRUE THEN\n.END\n")

@@ -32,8 +32,8 @@ class Devices(Struct, eq=False):
     show: Callable[[str, bool], None]
     _status: int = SUCCESS
     _length: int = 0
-    _typed: list[str] = field(default_factory=list)  # characters of a line that GETC has begun
-    _ended: bool = False  # the terminal, which GETC is to be told
+    _typed: list[int] = field(default_factory=list)  # what GETC has before it: characters, and the end of the input
+    _taken: list[int] = field(default_factory=list)  # of that by the present step
 
     def perform(self, task: int, effect: UnitEffect) -> str | None:
         """Do what a task asks for; the answer to it. Raises UnitNotAttached, FileOutside."""
@@ -72,22 +72,26 @@ class Devices(Struct, eq=False):
     def length(self, task: int, unit: int) -> int:
         return self._length if unit == TERMINAL else self.disk.length(task, unit)
 
+    def begin_reading(self) -> None:
+        self._taken = []
+
+    def put_back(self) -> None:
+        self._typed, self._taken = [*self._taken, *self._typed], []
+
     def character(self, task: int, unit: int, wait: bool) -> int:
         """The code of the next character, or of what went wrong. The terminal has whole lines. Raises LineMissing."""
         if unit != TERMINAL:
             return self.disk.character(task, unit)
         if self._typed:
-            return ord(self._typed.pop(0))
+            self._taken.append(self._typed.pop(0))
+            return self._taken[-1]
         if not wait:
             return NoDataReceived.code
-        if not self._ended:
-            raise LineMissing("GETC waits for the terminal", "a program or an assignment can wait")
-        self._ended = False
-        return self._status
+        raise LineMissing("GETC waits for the terminal", "a program or an assignment can wait")
 
     def line(self, line: str | None, *, of_getc: bool = False) -> str | None:
         """A line of the terminal; what GETC has left of one is passed over. None where there is no more."""
-        self._typed = [*line, END_OF_LINE] if of_getc and line is not None else []
-        self._ended = of_getc and line is None
+        come = [EndOfInput.code] if line is None else [ord(one) for one in line + END_OF_LINE]
+        self._typed = [*self._typed, *come] if of_getc else []
         self._status, self._length = (EndOfInput.code, 0) if line is None else (SUCCESS, len(line))
         return line

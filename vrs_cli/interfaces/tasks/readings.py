@@ -161,5 +161,11 @@ class SystemReadings(System):
     def record_length(self, unit: int) -> int:
         return self._devices.length(self._tasks.current, unit)
 
+    def begin_reading(self) -> None:
+        self._devices.begin_reading()
+
+    def put_back(self) -> None:
+        self._devices.put_back()
+
     def character(self, unit: int, wait: bool) -> int:
         return self._devices.character(self._tasks.current, unit, wait)

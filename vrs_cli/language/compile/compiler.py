@@ -151,7 +151,10 @@ class _ProgramCompiler(ExpressionCompiler):
         return [tree.assign("pc", tree.constant(target)), away]
 
     def _operation(self, place: int, op: Op) -> list[py.stmt]:
+        self.reads = False
         statements = _OPERATIONS[type(op)](self, op)
+        if self.reads:
+            statements.insert(0, py.Expr(tree.call("reading_begins", tree.name("X"))))
         return statements if _silent(op) else [tree.yield_(tree.constant(place)), *statements]
 
     def _jump_if(self, op: JumpIf) -> list[py.stmt]:

@@ -75,7 +75,7 @@ class ExpressionCompiler:
     """Makes expressions of Python from those of VAL-II. `parameters`: their numbers, by key.
 
     It remembers what else the Python function needs: `arrays` of the environment, with the names of their Python
-    variables, and its globals, the `namespace`.
+    variables, and its globals, the `namespace`; `reads` is set where a character of a unit is taken.
     """
 
     def __init__(
@@ -86,6 +86,7 @@ class ExpressionCompiler:
         self.array_parameters: set[str] = set()
         self.spelling: dict[str, str] = {}
         self.namespace = dict(library.names)
+        self.reads = False
 
     def global_of(self, prefix: str, value: object) -> py.expr:
         """Make a value of the compiler a global of the program."""
@@ -231,6 +232,7 @@ class ExpressionCompiler:
         if contextual is not None:
             arguments.insert(0, tree.name("X"))
         self.namespace[_python_name(function)] = evaluate
+        self.reads = self.reads or call.name == "GETC"
         return tree.call(_python_name(function), *arguments)
 
     def _arguments(self, function: Function, given: Sequence[ast.Expression | None]) -> list[py.expr]:

@@ -69,6 +69,11 @@ def at_once() -> bool:
     return True
 
 
+def reading_begins(context: Context) -> None:
+    """Before a step with GETC: where it has to wait, it is done again, and takes the same again."""
+    context.environment.system.begin_reading()
+
+
 class Unset:
     """The limit of a loop that was entered past its FOR. To compare it or to add it raises the error."""
 
@@ -91,7 +96,7 @@ _BITS: Mapping[str, Callable[..., float]] = {
     "bit_or": lambda a, b: wrap(integer(a) | integer(b)),
     "bit_xor": lambda a, b: wrap(integer(a) ^ integer(b)),
 }
-_CHECKS = (for_step, guarded, at_once, stamp_of, storable, whole, within_range)
+_CHECKS = (for_step, guarded, at_once, reading_begins, stamp_of, storable, whole, within_range)
 _OPERANDS = (setting, by_value, CallProgram, Definable, Reference, Wait, Wording)
 _VALUES = {"NO_CELLS": NO_CELLS, "BREAK": Break(), "RETURN": Return()}
 _NAMES = {**{one.__name__: one for one in (*_OPERATORS, *_CHECKS, *_OPERANDS)}, **_BITS, **_VALUES}

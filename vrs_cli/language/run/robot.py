@@ -80,6 +80,12 @@ class System:
         """Characters of the last record of a logical unit."""
         return 0
 
+    def begin_reading(self) -> None:
+        """A step with GETC begins."""
+
+    def put_back(self) -> None:
+        """The step is done again when a line of the terminal has come: what it has taken of that is there again."""
+
     def character(self, unit: int, wait: bool) -> int:  # noqa: ARG002
         """The code of the next character of a logical unit, or of what went wrong."""
         return UnitNotAttached.code

@@ -271,6 +271,7 @@ class Task:
                     self._call(event)
                     continue
             except LineMissing:
+                self._environment.system.put_back()
                 yield from self._say(AwaitLine())
                 self._activations[-1].enter(self._activations[-1].op)
                 continue
