@@ -65,7 +65,7 @@ def test_a_program_has_its_share_of_the_machine() -> None:
 
 def test_what_has_grown_too_large_takes_no_more() -> None:
     check_growth(Allowance(names=10), 10)
-    with pytest.raises(LimitReached, match="11 variables and programs, 10 at most"):
+    with pytest.raises(LimitReached, match=r"11 variables and programs, 10 at most \(KILL, then ZERO"):
         check_growth(Allowance(names=10), 11)
 
 
@@ -78,3 +78,4 @@ def test_a_run_in_real_time_may_go_on_for_ever() -> None:
     assert run.max_elements == 7
     assert run.max_disk == 5
     assert "server" in str(run.reached("max_steps", "too long"))
+    assert "KILL, then ZERO" in str(run.reached("max_elements", "too much"))

@@ -51,6 +51,17 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "cell1.v2"
 
 
+def test_a_program_that_is_not_finished_is_brought_back_without_a_word(path: Path) -> None:
+    session, memory = opened(path)
+    session.load_text(".PROGRAM p\nIF a THEN\nMOVEE b\n.END\n")
+    carry_out(session, memory, "n = 1")
+    again, _ = opened(path)
+    assert held(again) == held(session)
+    path.write_text(".PROGRAM p\nIF a THEN\n.END\n.REALS\n3x 4\n.END\n")
+    (wrong,) = Memory(Session(RecordingTerminal()), path).bring_back()
+    assert wrong.span.line == 5
+
+
 def test_what_was_changed_is_there_again(path: Path) -> None:
     session, memory = opened(path)
     carry_out(session, memory, *LINES)

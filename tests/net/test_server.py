@@ -364,10 +364,30 @@ def test_a_line_that_is_too_long_is_not_read(server: Serving) -> None:
 
 
 def test_a_folder_that_is_full(tmp_path: Path) -> None:
-    with serving(tmp_path, allowance=Allowance(folder=1000)) as server, server.call() as ada:
-        assert not ada.ask(lambda id: Put(id, "big.v2", b" " * 2000)).ok  # type: ignore[attr-defined]
-        assert ada.ask(lambda id: Put(id, "small.v2", b" " * 900)).ok  # type: ignore[attr-defined]
-        assert not ada.ask(lambda id: Put(id, "other.v2", b" " * 200)).ok  # type: ignore[attr-defined]
+    with serving(tmp_path, allowance=Allowance(folder=10_000)) as server, server.call() as ada:
+        assert not ada.ask(lambda id: Put(id, "big.v2", b" " * 20_000)).ok  # type: ignore[attr-defined]
+        assert ada.ask(lambda id: Put(id, "small.v2", b" " * 9000)).ok  # type: ignore[attr-defined]
+        assert not ada.ask(lambda id: Put(id, "other.v2", b" " * 2000)).ok  # type: ignore[attr-defined]
+
+
+def test_a_file_that_is_empty_takes_room_too(tmp_path: Path) -> None:
+    for allowance in (Allowance(folder=10_000), Allowance(files=2)):
+        place = tmp_path / str(allowance.files)
+        place.mkdir()
+        with serving(place, allowance=allowance) as server, server.call() as ada:
+            done = [ada.ask(lambda id, n=n: Put(id, f"{n}.v2", b"")) for n in range(3)]
+            assert [isinstance(one, Done) and one.ok for one in done] == [True, True, False]
+            (server.hub.rooms["cell1"].folder.root / "by hand.txt").write_text("x")
+            assert not ada.line("x = 1").ok
+
+
+def test_a_program_makes_so_many_empty_files_and_no_more(tmp_path: Path) -> None:
+    with serving(tmp_path, allowance=Allowance(folder=10_000)) as server, server.call() as ada:
+        ada.lines(".PROGRAM many", 'ATTACH (lun, 4) "DISK"', "FOR i = 1 TO 9", 'FOPENW (lun) $ENCODE(/I0,i)+".txt"')
+        ada.lines("FCLOSE (lun)", 'FOPENW (lun) "1.txt"', "FCLOSE (lun)", "END", ".END")
+        ada.line("EXECUTE many")
+        assert {one.name for one in server.hub.rooms["cell1"].folder.root.iterdir()} == {"1.txt", "2.txt"}
+        assert "FDELETE makes room" in str(ada.heard)
 
 
 # --- what is there afterwards ---
@@ -395,6 +415,37 @@ def test_what_was_answered_is_in_the_journal_and_in_the_audit(tmp_path: Path) ->
         assert list(again.hub.rooms["cell1"].session.engine.timeline) == list(timeline)
         ada.lines("TYPE x", "UNDO")
         assert ada.said[0] == " 1"
+
+
+def test_files_that_are_fetched_are_in_the_audit(tmp_path: Path) -> None:
+    with serving(tmp_path) as server, server.call() as ada:
+        assert ada.ask(lambda id: Put(id, "own.v2", b"")).ok  # type: ignore[attr-defined]
+        for name in ("own.v2", "none.v2"):
+            ada.ask(lambda id, name=name: Get(id, name))
+        ada.line("WHERE")
+        rows = [json.loads(line) for line in (tmp_path / "audit.jsonl").read_text().splitlines()]
+    assert [(row["what"], row["result"][:7]) for row in rows[1:4]] == [
+        ("(put own.v2, 0 bytes)", "done"),
+        ("(get own.v2)", "done"),
+        ("(get none.v2)", "refused"),
+    ]
+
+
+def test_an_error_of_vrs_itself_tells_nothing_of_the_server_s_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def wrong(*_arguments: object) -> None:
+        raise ZeroDivisionError("by chance")
+
+    with serving(tmp_path) as server, server.call() as ada:
+        monkeypatch.setattr("vrs_cli.interfaces.session.session.Session.answers", wrong)
+        monkeypatch.setattr("vrs_cli.net.locker.fetch", wrong)
+        ada.line("WHERE")
+        refused = ada.ask(lambda id: Get(id, "own.v2"))
+    assert isinstance(refused, Refused)
+    for said in (ada.said[-1], refused.refusal.message):
+        assert "ZeroDivisionError: by chance; please tell whoever runs the server: vrs-" in said
+        assert "/" not in said
 
 
 def test_two_servers_do_not_write_one_journal(tmp_path: Path) -> None:

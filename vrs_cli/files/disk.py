@@ -30,6 +30,8 @@ from vrs_cli.files.folder import delete
 from vrs_cli.files.opening import text_of
 from vrs_cli.language.run.units import DISKS, SUCCESS, Access
 
+BLOCK = 4096  # bytes that an empty file costs too, in a folder whose size is bounded
+
 
 class _Unit(Struct, eq=False):
     """A logical unit of one task. `file`: the text that is read, or the file beside the one that is written. `status`
@@ -135,6 +137,8 @@ class Disk(Struct, eq=False):
         one, path = self._unit(task, unit), self.folder.inside(name)
         if access is Access.APPEND and path.is_file():
             self.spend(path.stat().st_size)  # what is there is copied first
+        elif access is not Access.READ and self.folder.closed and not path.exists():
+            self.spend(BLOCK)
         with one.attempt():
             if one.path is not None:
                 raise FileOpened(one.path.name, "FCLOSE closes it")

@@ -209,15 +209,21 @@ class Guest:
         self._hall.ask(self, talk, Pending(request.id, what), urgent=urgent)
 
     def _look(
-        self, request: messages.Request, talk: Talk[Any], answer: Callable[[Any], messages.ServerMessage]
+        self,
+        request: messages.Request,
+        talk: Talk[Any],
+        answer: Callable[[Any], messages.ServerMessage],
+        what: str = "",
     ) -> None:
         if self._looks >= MOST_LOOKS:
             raise LimitReached(f"{MOST_LOOKS} questions wait already", "wait for some answers first")
-        self._looked(request.id, talk, answer)
+        self._looked(request.id, talk, answer, what)
 
-    def _looked(self, id: int, talk: Talk[Any], answer: Callable[[Any], messages.ServerMessage | None]) -> None:
+    def _looked(
+        self, id: int, talk: Talk[Any], answer: Callable[[Any], messages.ServerMessage | None], what: str = ""
+    ) -> None:
         self._looks += 1
-        self._hall.ask(self, talk, Pending(id, "", answer))
+        self._hall.ask(self, talk, Pending(id, what, answer))
 
     def _line(self, message: messages.Line) -> None:
         text, hall = short(message.text), self._hall
@@ -379,15 +385,15 @@ class Guest:
 
     def _put(self, message: messages.Put) -> None:
         self._check_supervisor("to put a file")
-        folder, most = self._hall.folder, self._hall.allowance.folder
-        talk = beside(lambda: locker.put(folder, message.name, message.data, most, replace=message.replace))
+        folder, allowance = self._hall.folder, self._hall.allowance
+        talk = beside(lambda: locker.put(folder, message.name, message.data, allowance, replace=message.replace))
         self._ask(message, talk, f"(put {message.name}, {len(message.data)} bytes)")
 
     def _get(self, message: messages.Get) -> None:
         self._check_supervisor("to get a file")
         folder = self._hall.folder
         talk = beside(lambda: locker.fetch(folder, message.name))
-        self._look(message, talk, partial(messages.Fetched, message.id, message.name))
+        self._look(message, talk, partial(messages.Fetched, message.id, message.name), f"(get {message.name})")
 
     def _names(self, message: messages.Names) -> None:
         folder = self._hall.folder
@@ -422,6 +428,7 @@ class Guest:
         if pending.answer is not None:
             self._looks -= 1
             self._answered(pending, pending.answer, ticket, error)
+            self._note(pending, error)
             return
         wrong = self._failed.pop(pending.id, None)
         wrong = wrong if error is None else str(error)
@@ -432,8 +439,11 @@ class Guest:
         self._status = ended.status or self._status
         version = self.holder.timeline.version
         self.tell(messages.Done(pending.id, ok, refusal, version, ended.status, ended.found))
+        self._note(pending, wrong)
+
+    def _note(self, pending: Pending, wrong: object) -> None:
         if pending.what:
-            self._hall.note(self, pending.what, "done" if ok else f"refused: {wrong}")
+            self._hall.note(self, pending.what, "done" if wrong is None else f"refused: {wrong}")
 
     def _answered(
         self,
@@ -491,7 +501,7 @@ def _refusal(error: BaseException) -> Refusal:
         return Refusal.of(error)
     if isinstance(error, KeyboardInterrupt):
         return Refusal.of(RequestRefused("it was interrupted"))
-    said = internal_error(error) if isinstance(error, Exception) else Message(str(error))
+    said = internal_error(error, afar=True) if isinstance(error, Exception) else Message(str(error))
     return Refusal.of(RequestRefused(said.text))
 
 

@@ -10,6 +10,9 @@ from msgspec import Struct
 from vrs_cli.errors import LimitReached, RequestRefused
 from vrs_cli.interfaces.tasks.limits import LONGEST, Limits
 
+OURS = "the server sets this limit"
+TO_MAKE_ROOM = "KILL, then ZERO, or DELETEP, DELETER, DELETES and DELETEL, make room"
+HELP = {"max_elements": f"{TO_MAKE_ROOM}; {OURS}", "max_disk": f"FDELETE makes room; {OURS}"}
 WRONG_TOKENS = 10  # from one address in a minute
 MINUTE = 60.0  # [s]
 
@@ -17,8 +20,8 @@ MINUTE = 60.0  # [s]
 class Allowance(Struct, frozen=True):
     """What a server allows. Of one connection: bytes of one message, messages a second (so many at once). Connections:
     of one token, and in all. Of one robot: variables and programs, what its arrays and
-    strings hold (elements and characters), segments of its timeline, bytes in its folder, the
-    share of a core that its programs may have on average over `cpu_window` [s], and steps of one program.
+    strings hold (elements and characters), segments of its timeline, bytes and files in its folder,
+    the share of a core that its programs may have on average over `cpu_window` [s], and steps of one program.
     """
 
     message: int = 2_000_000
@@ -30,6 +33,7 @@ class Allowance(Struct, frozen=True):
     elements: int = 1_000_000
     segments: int = 2_000_000
     folder: int = 100_000_000
+    files: int = 10_000
     cpu: float = 0.5
     cpu_window: float = 20.0
     steps: int | None = None
@@ -41,7 +45,7 @@ class Allowance(Struct, frozen=True):
             max_steps=self.steps,
             max_elements=self.elements,
             max_disk=self.folder,
-            told_by=lambda _option: "the server sets this limit",
+            told_by=lambda option: HELP.get(option, OURS),
         )
 
 
@@ -132,4 +136,4 @@ class Meter:
 def check_growth(allowance: Allowance, names: int) -> None:
     """Raises LimitReached for a robot that has grown too large to take more."""
     if names > allowance.names:
-        raise LimitReached(f"it has {names} variables and programs, {allowance.names} at most", "delete some, or ZERO")
+        raise LimitReached(f"it has {names} variables and programs, {allowance.names} at most", TO_MAKE_ROOM)

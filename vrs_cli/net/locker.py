@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import islice
 
 from vrs_cli.errors import FileError, FileExists, LimitReached
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.bounds import Folder
+from vrs_cli.files.disk import BLOCK
 from vrs_cli.files.folder import existing
 from vrs_cli.files.opening import unreadable
+from vrs_cli.net.limits import Allowance
 from vrs_cli.net.messages import StoredFile
 
 LARGEST = 50_000_000  # bytes of a file that is fetched
 MOST_LISTED = 10_000
 
 
-def put(folder: Folder, name: str, data: bytes, most: int, *, replace: bool) -> None:
-    """Write a file, whole or not at all; `most`: bytes that the folder may hold. Raises FileError, FileOutside,
-    FileExists, LimitReached.
-    """
+def put(folder: Folder, name: str, data: bytes, allowance: Allowance, *, replace: bool) -> None:
+    """Write a file, whole or not at all. Raises FileError, FileOutside, FileExists, LimitReached."""
     path = folder.inside(name)
     if path.is_dir():
         raise FileError(f"{name} is a folder", "name a file")
@@ -28,8 +29,7 @@ def put(folder: Folder, name: str, data: bytes, most: int, *, replace: bool) -> 
         raise FileExists(name, "--replace overwrites it")
     if not path.parent.is_dir():
         raise FileError(f"{name}: there is no such folder", "a name without folders is always good")
-    if (held := size(folder) + len(data)) > most:
-        raise LimitReached(f"the robot's folder would hold {held} bytes, {most} at most", "FDELETE makes room")
+    check_room(folder, allowance, (len(data),))
     with atomically(path, folder) as stream:
         stream.write(data)
 
@@ -57,9 +57,16 @@ def listed(folder: Folder) -> tuple[StoredFile, ...]:
     return tuple(sorted(found, key=lambda one: one.name))
 
 
-def size(folder: Folder) -> int:
-    """Bytes that its files hold."""
-    return sum(there.st_size for _, there in _files(folder))
+def check_room(folder: Folder, allowance: Allowance, new: Sequence[int] = ()) -> None:
+    """Raises LimitReached for a folder that holds too much, beside `new` files of these sizes."""
+    there = (found.st_size for _, found in _files(folder))
+    sizes = [*islice(there, allowance.files + 1), *new]
+    held = sum(max(size, BLOCK) for size in sizes)
+    if len(sizes) > allowance.files:
+        raise LimitReached(f"the robot's folder would hold more than {allowance.files} files", "FDELETE makes room")
+    if held > allowance.folder:
+        what = f"the robot's folder would hold {held} bytes, {allowance.folder} at most (a file has {BLOCK} at least)"
+        raise LimitReached(what, "FDELETE makes room")
 
 
 def _files(folder: Folder) -> Iterator[tuple[str, os.stat_result]]:

@@ -20,6 +20,7 @@ from vrs_cli.files.atomic import write_atomically, writing
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.opening import unreadable
 from vrs_cli.files.store import sections_of, store
+from vrs_cli.interfaces.conversation.entry import Entry, closes_entry, opens_entry
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.diagnostics import Diagnostic
@@ -47,11 +48,12 @@ class Memory:
         self._least = 0  # bytes of the file when it was written anew
 
     def bring_back(self) -> tuple[Diagnostic, ...]:
-        """Load what the file has, if it is there, and write it anew; what is wrong with it."""
+        """Load what the file has, if it is there, and write it anew; what of it is not there again."""
         found: tuple[Diagnostic, ...] = ()
         if self.path.exists():
             text = _sound(self.path)
-            found = self._session.load_text(text)
+            programs = _of_programs(text)
+            found = tuple(one for one in self._session.load_text(text) if one.span.line not in programs)
             self._bring_settings(text)
         self._session.unstored.news()
         self._replace()
@@ -123,6 +125,17 @@ class Memory:
             self._file = GrowingFile(self.path)
         self._least = self._file.size
         self._programs, self._settings = self._now(), self._session.engine.settings
+
+
+def _of_programs(text: str) -> frozenset[int]:
+    """The numbers of the lines of programs: these are kept as they are, and what is wrong with them was told before."""
+    inside, found = False, set[int]()
+    for number, line in enumerate(text.split("\n"), start=1):
+        inside = inside or (opens_entry(line) and Entry(line).program)
+        if inside:
+            found.add(number)
+            inside = not closes_entry(line)
+    return frozenset(found)
 
 
 def _sealed(text: str) -> bytes:

@@ -47,7 +47,7 @@ from vrs_cli.net.driving import Driving, WhenGone
 from vrs_cli.net.guest import Guest, Link, Pending
 from vrs_cli.net.ledger import Ledger
 from vrs_cli.net.limits import USUAL, Allowance, Meter, check_growth
-from vrs_cli.net.locker import size
+from vrs_cli.net.locker import check_room
 from vrs_cli.net.memory import Memory
 from vrs_cli.net.places import prefixes_of
 from vrs_cli.net.tokens import TEACHER, Grant
@@ -286,7 +286,7 @@ class Room:
         return name
 
     def _welcome(self, guest: Guest, grant: Grant) -> messages.Welcome:
-        role = TEACHER if grant.teacher and grant.name else (grant.role.name or "designer").lower()
+        role = TEACHER if grant.teacher and grant.name else grant.role.title
         return messages.Welcome(
             0,
             "",
@@ -377,14 +377,13 @@ class Room:
 
     def _too_large(self) -> LimitReached | None:
         """What keeps the robot from growing any more."""
-        session, most = self.session, self.allowance.folder
+        session = self.session
         try:
             check_growth(self.allowance, len(session.environment.kinds()) + len(session.programs))
+            check_room(self.folder, self.allowance)
         except LimitReached as error:
             return error
-        if size(self.folder) <= most:
-            return None
-        return LimitReached(f"the robot's folder has more than {most} bytes", "FDELETE makes room")
+        return None
 
     def may_always(self, line: str) -> bool:
         """Whether a line only looks, stops, or makes room."""

@@ -8,7 +8,7 @@ import pytest
 
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, PROGRAM_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.word import rows_for
+from vrs_cli.language.words.word import Role, rows_for
 
 
 @pytest.mark.parametrize(
@@ -110,3 +110,8 @@ def test_three_letters_are(typed: str, meant: str) -> None:
 def test_nothing_changes_a_row() -> None:
     with pytest.raises(AttributeError):
         COMMANDS["WHERE"].name = "HERE"  # type: ignore[misc]
+
+
+def test_a_role_is_called_by_the_most_that_it_may() -> None:
+    roles = (Role.OBSERVER, Role.DESIGNER, Role.DESIGNER | Role.OBSERVER, Role.SUPERVISOR)
+    assert [role.spoken for role in roles] == ["an observer", "a designer", "a designer", "a supervisor"]

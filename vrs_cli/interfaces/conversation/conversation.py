@@ -107,7 +107,7 @@ class Conversation:
         if isinstance(error, KeyboardInterrupt):
             self.desk.interrupted = True
             return Message("interrupted", Tone.ERROR)
-        return internal_error(error)
+        return internal_error(error, afar=self.session.folder.closed)
 
     def _line(self, line: str) -> Talk[None]:
         if self.entry is not None:

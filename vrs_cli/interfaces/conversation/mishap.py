@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import tempfile
 import traceback
+from pathlib import Path
 
 from vrs_cli.dialogue.replies import Message, Tone
 
 
-def internal_error(error: BaseException) -> Message:
-    """The message for an exception that should not have been. The shell goes on after it."""
+def internal_error(error: BaseException, *, afar: bool = False) -> Message:
+    """The message for an exception that should not have been. The shell goes on after it. `afar`: for who holds a robot
+    of a server, of whose disk nothing is said but the file's name.
+    """
     report = "".join(traceback.format_exception(error))
     try:
         with tempfile.NamedTemporaryFile("w", prefix="vrs-", suffix=".txt", delete=False, encoding="utf-8") as file:
             file.write(report)
-        place = f"please report it with {file.name}"
+        name = Path(file.name).name
+        place = f"please tell whoever runs the server: {name}" if afar else f"please report it with {file.name}"
     except OSError:
         place = "please report it"
     return Message(f"internal error: {type(error).__name__}: {error}; {place}", Tone.ERROR)

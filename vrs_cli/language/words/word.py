@@ -112,10 +112,15 @@ class Role(Flag):
     SUPERVISOR = 7  # more than both
 
     @property
+    def title(self) -> str:
+        """By the most that it may: a designer looks too."""
+        most = Role.SUPERVISOR if Role.SUPERVISOR in self else self & Role.DESIGNER or self
+        return str(most.name).lower()
+
+    @property
     def spoken(self) -> str:
         """With its article."""
-        name = (self.name or "").lower()
-        return f"an {name}" if self is Role.OBSERVER else f"a {name}"
+        return f"an {self.title}" if self is Role.OBSERVER else f"a {self.title}"
 
 
 class State(Enum):
