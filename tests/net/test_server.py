@@ -390,6 +390,15 @@ def test_a_program_makes_so_many_empty_files_and_no_more(tmp_path: Path) -> None
         assert "FDELETE makes room" in str(ada.heard)
 
 
+def test_a_robot_that_is_full_is_emptied_as_it_says(tmp_path: Path) -> None:
+    with serving(tmp_path, allowance=Allowance(elements=1000)) as server, server.call() as ada:
+        ada.lines("DISABLE INTERACTIVE", "i = 0", ".PROGRAM p", "10 i = i+1", "a[i] = i", "GOTO 10", ".END")
+        assert not ada.line("EXECUTE p").ok
+        assert "KILL, then ZERO" in ada.said[-1]
+        assert not ada.line("TYPE 1").ok
+        ada.lines("KILL", "DELETER a", "TYPE 1")
+
+
 # --- what is there afterwards ---
 
 
@@ -429,6 +438,17 @@ def test_files_that_are_fetched_are_in_the_audit(tmp_path: Path) -> None:
         ("(get own.v2)", "done"),
         ("(get none.v2)", "refused"),
     ]
+
+
+def test_files_that_are_refused_to_an_observer_are_in_the_audit(tmp_path: Path) -> None:
+    path = tmp_path / "tokens.toml"
+    made = add_tokens(path, [Wanted("eve", "observer")])
+    with serving(tmp_path, tokens=path) as server, server.call(hello=Hello((1,), token=made["eve"])) as eve:
+        assert not eve.ask(lambda id: Put(id, "own.v2", b"")).ok  # type: ignore[attr-defined]
+        assert isinstance(eve.ask(lambda id: Get(id, "own.v2")), Refused)
+        rows = [json.loads(line) for line in (tmp_path / "audit.jsonl").read_text().splitlines()]
+    assert [row["what"] for row in rows[1:3]] == ["(put own.v2, 0 bytes)", "(get own.v2)"]
+    assert all(row["result"].startswith("refused: *Not in your role*") for row in rows[1:3])
 
 
 def test_an_error_of_vrs_itself_tells_nothing_of_the_server_s_disk(

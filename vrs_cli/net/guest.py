@@ -384,24 +384,29 @@ class Guest:
         return name
 
     def _put(self, message: messages.Put) -> None:
-        self._check_supervisor("to put a file")
+        said = f"(put {message.name}, {len(message.data)} bytes)"
+        self._check_supervisor("to put a file", said)
         folder, allowance = self._hall.folder, self._hall.allowance
         talk = beside(lambda: locker.put(folder, message.name, message.data, allowance, replace=message.replace))
-        self._ask(message, talk, f"(put {message.name}, {len(message.data)} bytes)")
+        self._ask(message, talk, said)
 
     def _get(self, message: messages.Get) -> None:
-        self._check_supervisor("to get a file")
+        said = f"(get {message.name})"
+        self._check_supervisor("to get a file", said)
         folder = self._hall.folder
         talk = beside(lambda: locker.fetch(folder, message.name))
-        self._look(message, talk, partial(messages.Fetched, message.id, message.name), f"(get {message.name})")
+        self._look(message, talk, partial(messages.Fetched, message.id, message.name), said)
 
     def _names(self, message: messages.Names) -> None:
         folder = self._hall.folder
         self._look(message, beside(lambda: locker.listed(folder)), partial(messages.Listed, message.id))
 
-    def _check_supervisor(self, what: str) -> None:
+    def _check_supervisor(self, what: str, said: str) -> None:
+        """Raises RoleWanted, which the audit has too."""
         if Role.SUPERVISOR not in self.grant.role:
-            raise RoleWanted(f"{what} is for {Role.SUPERVISOR.spoken}", f"you are {self.grant.role.spoken}")
+            wrong = RoleWanted(f"{what} is for {Role.SUPERVISOR.spoken}", f"you are {self.grant.role.spoken}")
+            self._hall.note(self, said, f"refused: {wrong}")
+            raise wrong
 
     def _nothing(self, _message: messages.ClientMessage) -> None:
         """The connection has seen to it."""
