@@ -109,6 +109,11 @@ class Ledger:
         self._waiting.add(id)
         return True
 
+    @property
+    def waits(self) -> bool:
+        """Whether a command has not ended."""
+        return bool(self._waiting)
+
     def done(self, id: int) -> Done | None:
         """How a command has ended."""
         return self._ended.get(id)

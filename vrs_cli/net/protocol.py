@@ -60,6 +60,7 @@ HELLO_BYTES = 32_000
 CLIENT_BYTES = 2_000_000  # of one message of a client
 SERVER_BYTES = 256_000_000  # of one message of a server: a snapshot
 BACKLOG = 4_000_000  # bytes that wait for a socket
+COMMANDING = 8  # times as many for who waits for a command: what a program TYPEs comes in no time
 MOST_WAITING = 1000  # requests of a client without an answer, and questions to it
 
 _from_client: Reader[FromClient] = Reader(FromClient)
@@ -87,6 +88,7 @@ class ServerConnection:
         self.ledger: Ledger | None = None
         self.version, self.why = 0, ""
         self._until, self._most = now + HELLO_SECONDS, most
+        self._backlog = backlog
         self._outbox = Outbox(backlog)
 
     # --- what comes ---
@@ -148,6 +150,7 @@ class ServerConnection:
         outcome, done = ledger.outcome(id), ledger.done(id)
         if outcome is Outcome.UNSEEN:
             if ledger.begin(id, always=isinstance(command, Abort)):
+                self._outbox.most = COMMANDING * self._backlog
                 return True
             ledger.tell(Refused(_refusal(f"{ledger.bounds.waiting} commands wait already", "wait for some"), id), now)
         elif outcome is Outcome.FORGOTTEN:
@@ -221,7 +224,10 @@ class ServerConnection:
         """What the socket is to send now."""
         if self._outbox.overflown and self.state is not State.CLOSING:
             self.state, self.why = State.CLOSING, f"the client has not taken {self._outbox.most} bytes"
-        return self._outbox.taken()
+        taken = self._outbox.taken()
+        if self.ledger is not None and not self.ledger.waits:
+            self._outbox.most = self._backlog
+        return taken
 
     @property
     def closing(self) -> bool:
