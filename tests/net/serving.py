@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from socket import SHUT_RDWR
@@ -155,11 +155,7 @@ class Caller:
     @property
     def said(self) -> list[str]:
         """What was told and typed, as text."""
-        return [
-            one.text if isinstance(one, Typed) else str(getattr(one.reply, "text", one.reply))
-            for one in self.heard
-            if isinstance(one, Typed | Told)
-        ]
+        return said_in(self.heard)
 
     def leave(self) -> None:
         """For good."""
@@ -176,3 +172,12 @@ class Caller:
 
     def __exit__(self, *_error: object) -> None:
         self.leave()
+
+
+def said_in(heard: Iterable[ServerMessage]) -> list[str]:
+    """What was told and typed, as text."""
+    return [
+        one.text if isinstance(one, Typed) else str(getattr(one.reply, "text", one.reply))
+        for one in heard
+        if isinstance(one, Typed | Told)
+    ]

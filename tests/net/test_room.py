@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from tests.net.serving import said_in
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.driving import WhenGone
@@ -28,8 +29,6 @@ from vrs_cli.net.messages import (
     Positions,
     Refused,
     ServerMessage,
-    Told,
-    Typed,
 )
 from vrs_cli.net.packets import Packet
 from vrs_cli.net.protocol import ServerConnection
@@ -90,11 +89,7 @@ class Wire:
 
     @property
     def said(self) -> list[str]:
-        return [
-            one.text if isinstance(one, Typed) else str(getattr(one.reply, "text", one.reply))
-            for one in self.heard
-            if isinstance(one, Typed | Told)
-        ]
+        return said_in(self.heard)
 
 
 class Served:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Iterator, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from math import isfinite, isnan, nan
 from typing import TYPE_CHECKING, NoReturn
@@ -140,10 +141,19 @@ def whole(text: str) -> int:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
 
 
+def teller(prog: str) -> Callable[[str], None]:
+    """Says on standard error, at once, what whoever runs a program has to know while it goes on."""
+
+    def tell(text: str) -> None:
+        print(f"{prog}: {text}", file=sys.stderr, flush=True)
+
+    return tell
+
+
 # --- the option `--realtime [RATE]`, and the clock that it asks for ---------------------------------------
 
 
-def add_realtime_option(parser: argparse.ArgumentParser) -> None:
+def add_realtime_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
     """The option, the same in every subcommand that has it; its arguments go through `with_rate` first."""
     parser.add_argument(
         "--realtime",

@@ -6,14 +6,13 @@ import argparse
 import asyncio
 import os
 import re
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from vrs_cli.cli.command_line import CommandLineError, Parser
+from vrs_cli.cli.command_line import CommandLineError, Parser, teller
 from vrs_cli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -42,12 +41,8 @@ def client_of(prog: str, options: argparse.Namespace, *, attended: bool = False,
     from vrs_cli.net.client import Client, hello_of
 
     hello = replace(hello_of(token_of(options.token_file), name=options.name, behind=behind), attended=attended)
-
-    def told(text: str) -> None:
-        print(f"{prog}: {text}", file=sys.stderr, flush=True)
-
     try:
-        return Client(options.url, hello, ca=options.ca, told=told)
+        return Client(options.url, hello, ca=options.ca, told=teller(prog))
     except UsageError as error:
         raise CommandLineError(error.detail, error.hint) from None
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import ipaddress
-import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import CommandLineError, Parser, clock_rate, size, whole, with_rate
+from vrs_cli.cli.command_line import CommandLineError, Parser, add_realtime_option, size, teller, whole, with_rate
 from vrs_cli.errors import FileError
 from vrs_cli.extras import how_to_install
 
@@ -63,10 +62,10 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     from vrs_cli.net.server import Server
 
     collect_in_small_parts()
-    tell = _Teller(prog)
+    tell = teller(prog)
     with _audit(options, tell) as audit, _folder(options) as folder:
         tokens = _tokens(options)
-        server = Server(_place(options), _allowance(options), audit, tokens, tell)
+        server = Server(_place(options, tell), _allowance(options), audit, tokens, tell)
         hub = _hub(options, server, audit, folder, tell)
         try:
             _warm()
@@ -74,16 +73,6 @@ def main(prog: str, arguments: Sequence[str]) -> int:
             return asyncio.run(_served(prog, options, server, hub, tell))
         finally:
             hub.close()
-
-
-class _Teller:
-    """Says on standard error what whoever runs the server has to know."""
-
-    def __init__(self, prog: str) -> None:
-        self._prog = prog
-
-    def __call__(self, text: str) -> None:
-        print(f"{self._prog}: {text}", file=sys.stderr, flush=True)
 
 
 async def _served(prog: str, options: argparse.Namespace, server: Server, hub: Hub, tell: Callable[[str], None]) -> int:
@@ -144,14 +133,7 @@ def _parser(prog: str) -> Parser:
         "--own-robot", metavar="ROBOT", default=USUAL_ROBOT, help=f"what these are (default: {USUAL_ROBOT})"
     )
     time = parser.add_argument_group("time")
-    time.add_argument(
-        "--realtime",
-        metavar="RATE",
-        nargs="?",
-        type=clock_rate,
-        const=1.0,
-        help="let time pass as on a real robot, or RATE times as fast",
-    )
+    add_realtime_option(time)
     time.add_argument("--causality", choices=("ABORT", "POSTPONE"), help="what becomes of commands that come too late")
     time.add_argument(
         "--when-driver-goes",
@@ -228,11 +210,11 @@ def _is_local(host: str) -> bool:
 # --- what is made of it ---
 
 
-def _place(options: argparse.Namespace) -> Place:
+def _place(options: argparse.Namespace, tell: Callable[[str], None]) -> Place:
     from vrs_cli.net.server import Place
 
     if options.insecure and not options.tls_cert and not _is_local(options.host):
-        print("vrs serve: --insecure: whoever is on the way can read the tokens, and drive", file=sys.stderr)
+        tell("--insecure: whoever is on the way can read the tokens, and drive")
     return Place(options.host, options.port, _tls(options), tuple(options.origin))
 
 

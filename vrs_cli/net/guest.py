@@ -26,7 +26,7 @@ from vrs_cli.interfaces.conversation.status import Status
 from vrs_cli.interfaces.editor.screen import KeepDraft
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.jog.jogger import Press
-from vrs_cli.interfaces.rights import STOPPING
+from vrs_cli.interfaces.rights import STOPPING, check_may
 from vrs_cli.interfaces.session.acts import ACTS, RobotAct, Say, Undo, act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
@@ -226,17 +226,18 @@ class Guest:
         self._hall.ask(self, talk, Pending(id, what, answer))
 
     def _line(self, message: messages.Line) -> None:
-        text, hall = short(message.text), self._hall
-        talk = self._given(message, self.conversation.lines(text, message.more))
-        talk = hall.checked(talk, lambda: hall.may_always(text))
+        self._typed(message, message.text, self.conversation.lines(message.text, message.more))
+
+    def _typed(self, message: messages.Line | messages.At, text: str, talk: Talk[Any]) -> None:
+        """What a line does, whichever way it has come."""
+        text, hall = short(text), self._hall
+        talk = hall.checked(self._given(message, talk), lambda: hall.may_always(text))
         self._ask(message, self._with_status(talk), text, urgent=self.holder.stops(text))
 
     def _act(self, message: messages.At) -> None:
-        act, hall = message.act, self._hall
+        act = message.act
         if isinstance(act, Say):
-            line = short(act.line)
-            talk = hall.checked(self._given(message, act_on(hall.session, act)), lambda: hall.may_always(line))
-            self._ask(message, self._with_status(talk), line, urgent=self.holder.stops(line))
+            self._typed(message, act.line, act_on(self._hall.session, act))
             return
         said = f"({str(getattr(act, 'text', '')) or type(act).__name__.lower()})"
         if isinstance(act, DeskAct):
@@ -246,16 +247,20 @@ class Guest:
 
     def _given(self, message: messages.Line | messages.At, talk: Talk[Any]) -> Talk[Any]:
         """A line, which was given when its sender says, as far as that can be true."""
-        desk, arrival = self.holder.desk, self.holder.now
+        desk, issued = self.holder.desk, self._issued(message.issued)
 
         def work() -> Talk[Any]:
-            desk.issued = None if message.issued is None else desk.times.issued(message.issued, arrival)
+            desk.issued = issued
             try:
                 return (yield from talk)
             finally:
                 desk.issued = None
 
         return work()
+
+    def _issued(self, claim: float | None) -> float | None:
+        """By the robot's clock [s]: when what arrives now was given."""
+        return None if claim is None else self.holder.desk.times.issued(claim, self.holder.now)
 
     def _at_desk(self, act: DeskAct) -> Talk[Any]:
         """What moves the arm, or changes a program, is checked anew: the lease may be in other hands."""
@@ -269,14 +274,11 @@ class Guest:
         return self._hall.checked(work(), lambda: said in (None, *STOPPING))
 
     def _on_robot(self, act: RobotAct, claim: float | None) -> Talk[Any]:
-        issued = None if claim is None else self.holder.desk.times.issued(claim, self.holder.now)
         always = isinstance(act, Undo) or ACTS[type(act)].role is Role.OBSERVER
-        return self._hall.checked(act_on(self._hall.session, act, issued), lambda: always)
+        return self._hall.checked(act_on(self._hall.session, act, self._issued(claim)), lambda: always)
 
     def _abort(self, message: messages.Abort) -> None:
-        if Role.SUPERVISOR not in self.grant.role:
-            raise RoleWanted(f"ABORT is for {Role.SUPERVISOR.spoken}", f"you are {self.grant.role.spoken}")
-
+        check_may("ABORT", Role.SUPERVISOR, self.grant.role)
         talk = self._with_status(self._once(self._hall.session.stop))
         self._ask(message, talk, "(emergency stop)", urgent=True)
 
@@ -361,8 +363,8 @@ class Guest:
     # --- driving, and files ---
 
     def _drive(self, message: messages.Drive) -> None:
-        if Role.DESIGNER not in self.grant.role and message.act is not messages.LeaseAct.GIVE:
-            raise RoleWanted("to drive is for a designer", f"you are {self.grant.role.spoken}")
+        if message.act is not messages.LeaseAct.GIVE:
+            check_may("to drive", Role.DESIGNER, self.grant.role)
         driving = self._hall.driving
         match message.act:
             case messages.LeaseAct.ACQUIRE:
@@ -403,10 +405,11 @@ class Guest:
 
     def _check_supervisor(self, what: str, said: str) -> None:
         """Raises RoleWanted, which the audit has too."""
-        if Role.SUPERVISOR not in self.grant.role:
-            wrong = RoleWanted(f"{what} is for {Role.SUPERVISOR.spoken}", f"you are {self.grant.role.spoken}")
+        try:
+            check_may(what, Role.SUPERVISOR, self.grant.role)
+        except RoleWanted as wrong:
             self._hall.note(self, said, f"refused: {wrong}")
-            raise wrong
+            raise
 
     def _nothing(self, _message: messages.ClientMessage) -> None:
         """The connection has seen to it."""

@@ -15,6 +15,7 @@ from secrets import token_hex, token_urlsafe
 from typing import Any, NamedTuple
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from vrs_cli.dialogue.questions import Answer, Question
 from vrs_cli.dialogue.replies import Message, Reply, Tone, refusal
@@ -182,7 +183,7 @@ class Room:
         if plan.causality:
             engine.perform(SetParameter("CAUSALITY", plan.causality))
         self._self = Holder(self.session)
-        self._events = engine.events.subscribe(woken=self._stir)
+        self._events = engine.events.subscribe(woken=self.stirred)
         first = self._events.take(0.0)
         assert isinstance(first, Replaced)
         self.broadcast = Broadcast(self._self, first, wall)
@@ -287,18 +288,7 @@ class Room:
 
     def _welcome(self, guest: Guest, grant: Grant) -> messages.Welcome:
         role = TEACHER if grant.teacher and grant.name else grant.role.title
-        return messages.Welcome(
-            0,
-            "",
-            self.name,
-            self.life,
-            role,
-            guest.name,
-            self.clock(),
-            to_dict(self.plan.model),
-            robots=self._robots(grant),
-            server=__version__,
-        )
+        return replace(self.greeting(), role=role, name=guest.name, robots=self._robots(grant))
 
     def greeting(self) -> messages.Welcome:
         """For those who look without holding it."""
@@ -426,14 +416,13 @@ class Room:
 
     def _put(self, it: _Said | _Typed | _Shown | _Told) -> None:
         self._said.append(it)
-        self._stir()
+        self.stirred()
 
-    def _stir(self) -> None:
+    def stirred(self) -> None:
+        """There is something to be pumped."""
         if not self._woken:
             self._woken = True
             self._wake()
-
-    stirred = _stir
 
     # --- what it says: in the thread of the connections ---
 
