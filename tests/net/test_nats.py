@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -130,10 +131,29 @@ def test_what_is_not_there_is_told(url: str, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr("vrs_cli.net.nats.OPENING", 2.0)
     with pytest.raises(RequestRefused, match="no robot none is published there"):
         asyncio.run(Watching.open(url, "none"))
-    with pytest.raises(RequestRefused, match="NATS does not answer"):
-        asyncio.run(Watching.open("nats://127.0.0.1:1", "cell1"))
-    with pytest.raises(RequestRefused, match="NATS does not answer"):
-        asyncio.run(Publisher("nats://127.0.0.1:1", print).open())
+
+
+@pytest.mark.parametrize(
+    ("address", "why"),
+    [
+        ("nats://127.0.0.1:1", "connection refused"),
+        ("nats://nats.invalid:4222", ""),
+        ("nats://[::", "nats: invalid connect url option"),
+    ],
+)
+def test_an_address_that_refuses_is_told_at_once(address: str, why: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrs_cli.net.nats.OPENING", 1e6)
+    for opened in (Publisher(address, print).open, partial(Watching.open, address, "cell1")):
+        with pytest.raises(RequestRefused, match=f"NATS does not answer: {why}"):
+            asyncio.run(asyncio.wait_for(opened(), PATIENCE))
+
+
+def test_who_answers_nothing_is_waited_for_no_longer_than_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrs_cli.net.nats.OPENING", 0.1)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"nats://127.0.0.1:{silent.getsockname()[1]}"
+        with pytest.raises(RequestRefused, match="NATS does not answer: nothing came"):
+            asyncio.run(Publisher(address, print).open())
 
 
 def test_a_server_publishes_what_it_serves(url: str) -> None:

@@ -318,7 +318,7 @@ def _no_answer(url: str, error: Exception) -> tuple[str, str]:
             hint = A_ROBOT
         case _:
             hint = RUNNING
-    return f"{url} does not answer: {_reason(error)}", hint
+    return f"{url} does not answer: {reason_of(error)}", hint
 
 
 def _said(response: Response) -> str:
@@ -327,7 +327,7 @@ def _said(response: Response) -> str:
     return text if len(text) <= SAID and text.isprintable() and "<" not in text else ""
 
 
-def _reason(error: Exception) -> str:
+def reason_of(error: Exception) -> str:
     """In words: asyncio tells of a system call, the system why that failed."""
     match error:
         case TimeoutError():

@@ -15,14 +15,14 @@ from contextlib import suppress
 from typing import Protocol
 
 from nats.aio.client import Client as Connection
-from nats.errors import Error, NoServersError
+from nats.errors import Error
 from nats.js.api import DiscardPolicy, StorageType, StreamConfig
 from nats.js.client import JetStreamContext
 
 from vrs_cli.errors import RequestRefused
 from vrs_cli.net import messages
 from vrs_cli.net.broadcast import Broadcast, Listener
-from vrs_cli.net.client import hello_of
+from vrs_cli.net.client import hello_of, reason_of
 from vrs_cli.net.far_end import FarEnd
 from vrs_cli.net.messages import FromServer, Subscribe
 from vrs_cli.net.mirror import Mirror
@@ -33,7 +33,7 @@ from vrs_cli.wire.records import RecordError
 TAIL = 500  # changes, after which a snapshot comes anew
 KEPT = 4 * TAIL  # messages of a robot that JetStream keeps
 AGAIN = 0.2  # [s] between two looks whether a robot is published
-OPENING = 10.0  # [s] until NATS has to answer, and a robot has to be there
+OPENING = 10.0  # [s] until NATS has to answer, where it does not refuse, and a robot has to be there
 FORM = Form(text=False, full=True)
 
 _reader: Reader[FromServer] = Reader(FromServer)
@@ -62,7 +62,7 @@ class Published(Protocol):
 
 
 async def _connected(url: str, told: Callable[[str], None], again: Callable[[], None] = lambda: None) -> Connection:
-    """Raises RequestRefused where NATS does not answer."""
+    """Raises RequestRefused where NATS does not answer: it goes on trying only once it has been there."""
 
     async def lost() -> None:
         if not connection.is_closed and not connection.is_draining:
@@ -72,31 +72,40 @@ async def _connected(url: str, told: Callable[[str], None], again: Callable[[], 
         told(f"{url}: NATS answers again")
         again()
 
-    async def wrong(_error: Exception) -> None:
-        """Told by what comes of it."""
+    async def wrong(error: Exception) -> None:
+        """Once it is open, what is wrong is told by what comes of it."""
+        if not failed.done():
+            failed.set_result(error)
 
-    connection = Connection()
-    try:
-        await asyncio.wait_for(
-            connection.connect(
-                url,
-                disconnected_cb=lost,
-                reconnected_cb=found,
-                error_cb=wrong,
-                max_reconnect_attempts=-1,
-                allow_reconnect=True,
-                connect_timeout=2,
-            ),
-            OPENING,
+    connection, failed = Connection(), asyncio.get_running_loop().create_future()
+    connecting = asyncio.create_task(
+        connection.connect(
+            url,
+            disconnected_cb=lost,
+            reconnected_cb=found,
+            error_cb=wrong,
+            max_reconnect_attempts=-1,
+            allow_reconnect=True,
+            connect_timeout=int(OPENING),
         )
-    except (Error, OSError, TimeoutError, ValueError) as error:
+    )
+    try:
+        await asyncio.wait((connecting, failed), timeout=OPENING, return_when=asyncio.FIRST_COMPLETED)
+        if connecting.done():
+            connecting.result()
+            return connection
+        error = failed.result() if failed.done() else TimeoutError()
+    except (Error, OSError, ValueError) as raised:
+        error = raised
+    finally:
+        connecting.cancel()
+    with suppress(AssertionError):  # of nats-py, where it could not even begin
         await connection.close()
-        raise RequestRefused(f"{url}: NATS does not answer: {_reason(error)}", "is nats-server running?") from None
-    return connection
+    raise RequestRefused(f"{url}: NATS does not answer: {_reason(error)}", "is nats-server running?") from None
 
 
-def _reason(error: BaseException) -> str:
-    return "no server there" if isinstance(error, NoServersError | TimeoutError) else str(error) or type(error).__name__
+def _reason(error: Exception) -> str:
+    return reason_of(error) if isinstance(error, OSError) else str(error) or type(error).__name__
 
 
 class Publisher:
