@@ -1,0 +1,54 @@
+"""The browser that tests look through sees what is there, and notices a request that leaves the machine."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.view3d.browser import Browser, browser, changed, chromium, coloured, needs_browser
+
+pytestmark = needs_browser
+
+__all__ = ["browser"]
+
+RED = (220, 40, 40)
+
+
+def test_a_scene_is_read_and_seen(browser: Browser) -> None:
+    viser = pytest.importorskip("viser")
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    try:
+        server.scene.configure_environment_map(None)  # software takes 7 s to make one
+        server.scene.add_frame("/arm", position=(0.1, 0.2, 1.0 / 3.0), wxyz=(0.0, 1.0, 0.0, 0.0), show_axes=False)
+        box = server.scene.add_box("/arm/box", dimensions=(1.0, 1.0, 1.0), color=RED, position=(0.0, 0.0, 0.1))
+        browser.open(f"http://127.0.0.1:{server.get_port()}", "/arm/box")
+        assert browser.nodes()["/arm"].position == (0.1, 0.2, 1.0 / 3.0)
+        assert browser.nodes()["/arm/box"].kind == "BoxMessage"
+        T = np.diag([1.0, -1.0, -1.0, 1.0])
+        T[:3, 3] = 0.1, 0.2, 1.0 / 3.0 - 0.1
+        np.testing.assert_allclose(browser.pose("/arm/box"), T, atol=1e-6)
+
+        row, column = browser.pixel(*T[:3, 3])
+        browser.until(lambda: bool(browser.canvas()[row, column, 0] > browser.canvas()[row, column, 1] + 50))
+        seen = browser.canvas()
+        assert coloured(seen, tuple(seen[row, column])) > 0.005
+        box.visible = False
+        browser.until(lambda: changed(seen, browser.canvas()) > 0.005)
+        assert not browser.errors()
+    finally:
+        server.stop()
+
+
+def test_a_request_beyond_this_machine_fails_the_test_and_is_noted() -> None:
+    page = "data:text/html,<img src='http://beyond.invalid/picture.png'><script>oops()</script>"
+    opened: list[Browser] = []
+    with pytest.raises(AssertionError, match=r"left this machine.*beyond\.invalid"):
+        look_at(page, opened)
+    assert [asked.url for asked in opened[0].requests] == ["http://beyond.invalid/picture.png"]
+
+
+def look_at(page: str, opened: list[Browser]) -> None:
+    with chromium() as browser:
+        opened.append(browser)
+        browser.open(page)
+        assert any("oops" in error for error in browser.errors())
