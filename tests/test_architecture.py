@@ -27,6 +27,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "interfaces",
     "net",
     "render",
+    "view3d",
     "repl",
     "api",
     "highlight",
@@ -60,10 +61,11 @@ LIVES_IN = {
     "nats": {"net/nats.py"},
     "matplotlib": {"render"},
     "pygments": {"highlight"},
+    "viser": {"view3d"},
     "pygls": {"lsp/server.py"},
     "lsprotocol": {"lsp/server.py"},
     "numpy": {
-        *("kinematics", "trajectory", "engine", "files", "api"),
+        *("kinematics", "trajectory", "engine", "files", "view3d", "api"),
         *("interfaces/monitor/plotting.py", "interfaces/roles/observer.py", "net/experiment.py", "render/plots.py"),
     },
 }

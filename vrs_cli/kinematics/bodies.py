@@ -1,0 +1,94 @@
+"""The shapes of a robot: its own, or capsules along its links."""
+
+from __future__ import annotations
+
+from math import dist
+
+from vrs_cli.kinematics.axes import link_transform
+from vrs_cli.kinematics.joints import JointKind
+from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, Shape
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, along, compose, inverse, position, rotate
+
+ORIGIN, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+THICK, THIN = 0.055, 0.03  # radius of the first link and of the last, for an arm that reaches 1
+SHORT = 1e-6  # [m] no distance to draw
+
+
+def shapes_of(model: RobotModel) -> tuple[Shape, ...]:
+    """What the robot looks like."""
+    return capsules(model)
+
+
+# --- capsules ------------------------------------------------------------------------------------------------------
+
+
+def capsules(model: RobotModel) -> tuple[Shape, ...]:
+    """A body for each link out of link data alone: along the joint's axis, then across to the next one."""
+    _, (reach, *_) = levers(model)
+    n = model.joint_count
+    radii = [reach * (THICK + (THIN - THICK) * i / n) for i in range(n + 1)]
+    found = [*_foot(radii[0])]
+    for i in range(1, n + 1):
+        found += _link(model, i, (radii[i - 1], radii[i]))
+    return (*found, *_gripper(n, radii[n]))
+
+
+def _foot(radius: float) -> list[Shape]:
+    top = 0.5 * radius
+    return [
+        Shape(0, Cylinder((0.0, 0.0, -top), (0.0, 0.0, -0.2 * top), (2.0 * radius, 1.8 * radius)), "dark"),
+        Shape(0, Cylinder((0.0, 0.0, -0.3 * top), (0.0, 0.0, 1.2 * radius), (1.25 * radius, 1.25 * radius)), "grey"),
+    ]
+
+
+def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[Shape]:
+    """Of joint i, counted from 1: its hub, and the way to the next joint, or to the flange behind the last one."""
+    link, last = model.links[i - 1], i == model.joint_count
+    slides = link.kind is JointKind.PRISMATIC
+    upper = model.upper[i - 1]
+    step = link_transform(link, upper if slides else 0.0)
+    here = inverse(compose(step, model.flange) if last else step)  # T_i_previous, seen from the link's own frame
+    axis, start = rotate(here, Z), position(here)
+    run = link.d + (upper if slides else 0.0)
+    corner = along(start, axis, run)
+    thick, thin = radii
+    found: list[Shape] = []
+    if slides:
+        found.append(_sleeve(i, thick))
+        if abs(run) > SHORT:
+            found.append(Shape(i, Cylinder(start, corner, (0.6 * thin, 0.6 * thin)), "steel"))
+    else:
+        found.append(_hub(i, start, axis, thick))
+        if abs(run) > SHORT:
+            found.append(Shape(i, Capsule(start, corner, (thick, thick))))
+    if dist(corner, ORIGIN) > SHORT:
+        found.append(Shape(i, Capsule(corner, ORIGIN, (thick, thin))))
+    return found
+
+
+def _sleeve(i: int, radius: float) -> Shape:
+    """What the rod of a sliding joint runs in: it stands on the link before."""
+    return Shape(i - 1, Cylinder((0.0, 0.0, -radius), (0.0, 0.0, radius), (1.1 * radius, 1.1 * radius)), "dark")
+
+
+def _hub(i: int, centre: Vector, axis: Vector, radius: float) -> Shape:
+    half = 1.25 * radius
+    ends = along(centre, axis, -half), along(centre, axis, half)
+    return Shape(i, Cylinder(*ends, (1.02 * radius, 1.02 * radius)), "dark")
+
+
+def _gripper(n: int, r: float) -> list[Shape]:
+    """Two fingers on the flange; closed they touch."""
+    found = [
+        Shape(n, Cylinder((0.0, 0.0, -0.4 * r), ORIGIN, (0.9 * r, 0.9 * r)), "steel"),
+        Shape(n, Box((2.6 * r, 1.0 * r, 0.7 * r), _shifted(0.0, 0.0, 0.35 * r)), "dark"),
+    ]
+    for side in (-1.0, 1.0):
+        finger: Body = Box((0.3 * r, 0.7 * r, 2.0 * r), _shifted(side * 0.15 * r, 0.0, 1.7 * r))
+        found.append(Shape(n, finger, "orange", (side * 0.9 * r, 0.0, 0.0)))
+    return found
+
+
+def _shifted(x: float, y: float, z: float) -> Transform:
+    return IDENTITY._replace(px=x, py=y, pz=z)

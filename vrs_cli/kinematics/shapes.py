@@ -1,0 +1,89 @@
+"""What a robot looks like, as values: bodies, each fixed in the frame of one link. Data, never code.
+
+Link 0 is the base, link i is what joint i moves; its frame is `model.link_frames(model, q)[i]`. Metres and radians.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector
+
+BEVEL = 0.06  # of the smallest size of a body: how far its edges are broken
+
+
+class Box(NamedTuple):
+    """A box about the origin of `pose`."""
+
+    size: Vector
+    pose: Transform = IDENTITY
+
+
+class Cylinder(NamedTuple):
+    """A cylinder between the middles of its ends, or a cone where its two radii differ."""
+
+    start: Vector
+    end: Vector
+    radii: tuple[float, float]
+
+
+class Capsule(NamedTuple):
+    """The hull of two balls; one ball where both are in one place."""
+
+    start: Vector
+    end: Vector
+    radii: tuple[float, float]
+
+
+class Slab(NamedTuple):
+    """The hull of two discs, square to `across`, each with its radius; the thickness tapers from end to end."""
+
+    start: Vector
+    end: Vector
+    across: Vector
+    radii: tuple[float, float]
+    thickness: tuple[float, float]
+
+
+class MeshFile(NamedTuple):
+    """Triangles in a file (STL, OBJ, DAE), which may be missing where the robot is looked at."""
+
+    path: str
+    pose: Transform = IDENTITY
+    scale: Vector = (1.0, 1.0, 1.0)
+
+
+Body = Box | Cylinder | Capsule | Slab | MeshFile
+
+
+class Shape(NamedTuple):
+    """A body of a link.
+
+    `opens`: how far it moves while the hand goes from closed to open, in its frame; None for all but fingers.
+    """
+
+    link: int
+    body: Body
+    colour: str = "cream"
+    opens: Vector | None = None
+
+
+COLOURS = {
+    "cream": (236, 230, 212),
+    "white": (240, 241, 243),
+    "grey": (176, 181, 188),
+    "dark": (62, 67, 74),
+    "steel": (146, 152, 160),
+    "orange": (226, 122, 42),
+    "blue": (84, 134, 190),
+    "red": (190, 62, 54),
+    "yellow": (236, 190, 60),
+    "green": (92, 150, 96),
+}
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Of a name in COLOURS, or of #rrggbb."""
+    if colour in COLOURS:
+        return COLOURS[colour]
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)

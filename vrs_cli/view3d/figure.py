@@ -1,0 +1,109 @@
+"""One arm in a scene: the bodies of its links, each in the frame that g gives its link."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from viser import FrameHandle, MeshHandle, SceneApi
+
+from vrs_cli.kinematics.bodies import shapes_of
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import RobotModel, link_frames
+from vrs_cli.kinematics.shapes import MeshFile, Shape, rgb
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, inverse
+from vrs_cli.view3d.meshes import joined, mesh_of
+from vrs_cli.view3d.placing import place
+
+Colour = tuple[int, int, int]
+
+
+class Finger(NamedTuple):
+    """A part that the hand moves: `opens` from closed to open, in the frame of its link."""
+
+    node: MeshHandle
+    opens: Vector
+
+
+class Figure:
+    """An arm, as often as there are roots: nodes ROOT, ROOT/0 ... ROOT/n (the frames of the links) and their meshes.
+
+    `colour` and `opacity` are those of a ghost; without them each shape has its own.
+    """
+
+    def __init__(
+        self,
+        scene: SceneApi,
+        root: str,
+        model: RobotModel,
+        *,
+        colour: Colour | None = None,
+        opacity: float | None = None,
+    ) -> None:
+        self.model = model
+        self._scene, self._colour, self._opacity = scene, colour, opacity
+        self._root = scene.add_frame(root, show_axes=False)
+        self._links = [scene.add_frame(f"{root}/{i}", show_axes=False) for i in range(model.joint_count + 1)]
+        self._at: list[Transform | None] = [None] * len(self._links)
+        self._base, self._hand = IDENTITY, -1.0
+        self.fingers: list[Finger] = []
+        for group in _groups(shapes_of(model), one_colour=colour is not None):
+            self._add(root, group)
+
+    def _add(self, root: str, group: list[Shape]) -> None:
+        first = group[0]
+        mesh = joined([mesh_of(shape.body) for shape in group if not isinstance(shape.body, MeshFile)])
+        node = self._scene.add_mesh_simple(
+            f"{root}/{first.link}/{len(self.fingers)}{first.colour}",
+            mesh.vertices,
+            mesh.faces,
+            color=self._colour or rgb(first.colour),
+            opacity=self._opacity,
+            cast_shadow=self._opacity is None,
+        )
+        if first.opens is not None:
+            self.fingers.append(Finger(node, first.opens))
+
+    @property
+    def links(self) -> tuple[FrameHandle, ...]:
+        """The nodes of the links, that of the base first."""
+        return tuple(self._links)
+
+    @property
+    def visible(self) -> bool:
+        return self._root.visible
+
+    @visible.setter
+    def visible(self, visible: bool) -> None:
+        self._root.visible = visible
+
+    def pose(self, joints: Joints, hand: float, base: Transform = IDENTITY) -> None:
+        """Stand at these joints, the hand open (1), closed (0) or between; `base` is BASE, T_robot_world.
+
+        Nothing is sent of what did not move.
+        """
+        if base != self._base:
+            self._base = base
+            place(self._root, inverse(base))
+        for i, T in enumerate(link_frames(self.model, joints)):
+            if self._at[i] != T:
+                self._at[i] = T
+                place(self._links[i], T)
+        if hand != self._hand:
+            self._hand = hand
+            for finger in self.fingers:
+                x, y, z = finger.opens
+                finger.node.position = (hand * x, hand * y, hand * z)
+
+    def remove(self) -> None:
+        """Take it out of the scene."""
+        self._root.remove()
+
+
+def _groups(shapes: Iterable[Shape], one_colour: bool) -> list[list[Shape]]:
+    """Shapes that move together and have one colour: a node each."""
+    groups: dict[tuple[object, ...], list[Shape]] = {}
+    for shape in shapes:
+        key = shape.link, shape.opens, None if one_colour else shape.colour
+        groups.setdefault(key, []).append(shape)
+    return list(groups.values())

@@ -1,0 +1,35 @@
+"""Transformations as the scene takes them, sent to the last bit."""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+from viser import SceneNodeHandle
+
+from vrs_cli.kinematics.transform import Transform, position
+
+Quaternion = tuple[float, float, float, float]  # w, x, y, z
+
+
+def place(node: SceneNodeHandle, T: Transform) -> None:
+    """Put a node at T, in the frame of its parent.
+
+    viser does not send what is as near as `numpy.allclose` says, which is 0.01 mm at a metre, and a slow motion would
+    go in steps. So what it remembers of the node is forgotten first.
+    """
+    node.position.fill(inf)
+    node.wxyz.fill(inf)
+    node.position, node.wxyz = position(T), wxyz(T)
+
+
+def wxyz(T: Transform) -> Quaternion:
+    """The rotation of T as a unit quaternion, by its largest part (S. W. Shepperd, J. Guidance and Control 1, 1978)."""
+    xx, yy, zz = T.nx, T.sy, T.az
+    squares = (1.0 + xx + yy + zz, 1.0 + xx - yy - zz, 1.0 - xx + yy - zz, 1.0 - xx - yy + zz)  # four times each
+    largest = max(range(4), key=squares.__getitem__)
+    a, b, c = T.sz - T.ay, T.ax - T.nz, T.ny - T.sx  # 4 w times x, y, z
+    d, e, f = T.ay + T.sz, T.ax + T.nz, T.ny + T.sx  # 4 times y z, x z, x y
+    rows = ((squares[0], a, b, c), (a, squares[1], f, e), (b, f, squares[2], d), (c, e, d, squares[3]))
+    scale = 0.5 / sqrt(squares[largest])
+    w, x, y, z = (scale * value for value in rows[largest])
+    return w, x, y, z
