@@ -29,6 +29,7 @@ from vrs_cli.interfaces.jog.jogger import Press
 from vrs_cli.interfaces.rights import STOPPING, check_may
 from vrs_cli.interfaces.session.acts import ACTS, RobotAct, Say, Undo, act_on
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.session.survey import Survey
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import locker, messages
@@ -239,7 +240,7 @@ class Guest:
         if isinstance(act, Say):
             self._typed(message, act.line, act_on(self._hall.session, act))
             return
-        said = f"({str(getattr(act, 'text', '')) or type(act).__name__.lower()})"
+        said = "" if isinstance(act, Survey) else f"({str(getattr(act, 'text', '')) or type(act).__name__.lower()})"
         if isinstance(act, DeskAct):
             self._ask(message, self._with_status(self._at_desk(act)), said if type(act) in CHANGING else "")
         else:

@@ -6,6 +6,7 @@ A frame that is a `str` is a text frame, one of `bytes` a binary frame: each say
 from __future__ import annotations
 
 from enum import Enum
+from hashlib import blake2b
 from typing import Any, Generic, Literal, TypeVar, overload
 
 import msgspec
@@ -13,6 +14,7 @@ import msgspec
 from vrs_cli.wire.records import RecordError
 
 Frame = str | bytes
+MARK = 8  # bytes
 UNREADABLE = (msgspec.MsgspecError, UnicodeError, RecursionError)
 M = TypeVar("M")
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -52,6 +54,11 @@ def encode(message: msgspec.Struct, encoding: Encoding) -> Frame:
     if encoding is Encoding.JSON:
         return _json.encode(message).decode()
     return _msgpack.encode(message)
+
+
+def mark_of(value: msgspec.Struct) -> str:
+    """What tells a value from others: the same for equal values."""
+    return blake2b(_msgpack.encode(value), digest_size=MARK).hexdigest()
 
 
 class Reader(Generic[M]):

@@ -36,6 +36,7 @@ from vrs_cli.interfaces.session.acts import (
     act_on,
 )
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.session.survey import ShowBranch, Survey
 from vrs_cli.kinematics.transform import Transform, translation
 from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.language.words.values import Value
@@ -66,6 +67,8 @@ EVERY: tuple[Act[Any], ...] = (
     ListBranches(),
     ListMotions(),
     Record(),
+    Survey(),
+    ShowBranch("main"),
 )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase
 
 from msgspec.structs import replace
@@ -41,17 +41,14 @@ def listing(stored: StoredProgram) -> ProgramText:
 
 def _directory(station: Station, it: Instruction) -> Talk[None]:
     pattern = word(it.arguments[0]).lower() if operand(it, 0) is not None else "*"
-    rows = (
-        ProgramName(
-            row.name,
-            row.analysis.executable,
-            len(row.program.steps),
-            f"; {row.program.comment.strip()}" if row.program.comment else "",
-        )
-        for key, row in sorted(station.programs.items())
-        if fnmatchcase(row.name.lower(), pattern)
-    )
-    yield ProgramNames(tuple(rows))
+    yield ProgramNames(tuple(row for row in directory(station) if fnmatchcase(row.name.lower(), pattern)))
+
+
+def directory(station: Station) -> Iterator[ProgramName]:
+    """The programs in memory, in the order of names."""
+    for _, stored in sorted(station.programs.items()):
+        comment = f"; {stored.program.comment.strip()}" if stored.program.comment else ""
+        yield ProgramName(stored.name, stored.analysis.executable, len(stored.program.steps), comment)
 
 
 def _copy(station: Station, it: Instruction) -> None:

@@ -23,6 +23,7 @@ from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, timeline_table
 from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.session.survey import BranchShown, ShowBranch, Survey, Surveyed, show_branch, survey
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
@@ -254,9 +255,21 @@ RobotAct = (
     | ListBranches
     | ListMotions
     | Record
+    | Survey
+    | ShowBranch
 )
 RobotFound = (
-    Valued | Defined | RunResult | CommandList | BranchTable | TimelineTable | ReachReport | ComparisonTable | Recorded
+    Valued
+    | Defined
+    | RunResult
+    | CommandList
+    | BranchTable
+    | TimelineTable
+    | ReachReport
+    | ComparisonTable
+    | Recorded
+    | Surveyed
+    | BranchShown
 )
 
 
@@ -409,4 +422,6 @@ ACTS: Mapping[type[Act[Any]], _Row] = {
     ListBranches: _Row("a look at the branches", Role.OBSERVER, _list_branches),
     ListMotions: _as("TIMELINE", _list_motions),
     Record: _Row("a look at the trajectory", Role.OBSERVER, _record),
+    Survey: _Row("a survey", Role.OBSERVER, survey),
+    ShowBranch: _Row("a look at a branch", Role.OBSERVER, show_branch),
 }

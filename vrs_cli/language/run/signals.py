@@ -69,6 +69,11 @@ class Signals:
         for bit, number in enumerate(self._group(first, count)):
             self.write(number if value >> bit & 1 else -number)
 
+    @property
+    def on(self) -> tuple[int, ...]:
+        """The numbers of those that are on, in order."""
+        return tuple(sorted(self._on))
+
     def state(self, bank: range) -> tuple[bool, ...]:
         """Every signal of a bank (OUTPUTS, INPUTS, INTERNAL) in order."""
         return tuple(number in self._on for number in bank)

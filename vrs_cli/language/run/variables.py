@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Set
+from heapq import nsmallest
+from itertools import chain, islice
 from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import TURNING, JointUnits
@@ -116,6 +118,11 @@ class Variables:
         for key in sorted(self._names(kind)):
             yield from self._named(kind, key)
 
+    def first_variables(self, kind: Kind, most: int) -> Iterator[NamedValue]:
+        """The first rows of `variables`, at less cost: of many names only the first are put in order."""
+        rows = chain.from_iterable(self._named(kind, key) for key in nsmallest(most, self._names(kind)))
+        return islice(rows, most)
+
     def values_named(self, key: str) -> Iterator[NamedValue]:
         """What one name stands for: the simple variable, and all elements of the array."""
         for kind in Kind:
@@ -181,9 +188,10 @@ class Variables:
         spelled = self.spelling.get(key, key)
         return spelled if index is None else f"{spelled}[{subscript(index)}]"
 
-    def count(self) -> int:
-        """How many have a value, elements of arrays each."""
-        return sum(map(len, self._all()))
+    def count(self, kind: Kind | None = None) -> int:
+        """How many have a value (of a kind), elements of arrays each."""
+        cells = self._all() if kind is None else chain((self._simple[kind],), self._arrays[kind].values())
+        return sum(map(len, cells))
 
     def size(self) -> int:
         """Elements of all arrays, and characters of all strings."""

@@ -1,0 +1,215 @@
+"""A survey: what there is at a robot beside its timeline, for whoever shows it. Cheap: asked for some times a second.
+
+Lists have their first rows and say how many more there are. What the asker knows already is left out: each list has a
+mark, which it gives back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from itertools import islice
+from typing import cast
+
+from msgspec import Struct
+
+from vrs_cli.dialogue.replies import BranchRow, ListedStep, NamedLocation, ProgramName
+from vrs_cli.dialogue.spoken import Act, Spoken
+from vrs_cli.dialogue.talk import Talk, beside
+from vrs_cli.engine.snapshot import Snapshot
+from vrs_cli.interfaces.editor.lines import listed
+from vrs_cli.interfaces.monitor.programs import directory
+from vrs_cli.interfaces.monitor.timeline import branch_table
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.tasks.track import Asked, Track
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.run.memory import StoredProgram
+from vrs_cli.language.text.printer import program_header
+from vrs_cli.language.words.values import Kind, key_of
+from vrs_cli.wire.codec import mark_of
+from vrs_cli.wire.snapshots import SnapshotRecord, snapshot_record
+
+MOST_PLACES = 100  # of a kind
+MOST_PROGRAMS = 200
+MOST_STEPS = 100  # of the program that is asked for
+MOST_TASKS = 8
+MOST_SEGMENTS = 2000  # of a branch, the last ones
+REMEMBERED = 16  # programs whose text is known
+
+
+class Survey(Act["Surveyed"], frozen=True, omit_defaults=True):
+    """What is there? `program`: the one whose steps are wanted, from number `first` on, empty for none; `known`: the
+    marks of lists that are known.
+    """
+
+    program: str = ""
+    first: int = 1
+    known: tuple[str, ...] = ()
+
+
+class Listed(Struct, frozen=True):
+    """A list, or its first rows: there are `more`."""
+
+    more: int = 0
+
+
+class Places(Listed, frozen=True, kw_only=True):
+    """LISTL: transformations, and then precision points, each kind in the order of names."""
+
+    rows: tuple[NamedLocation, ...]
+
+
+class Programs(Listed, frozen=True, kw_only=True):
+    """DIRECTORY."""
+
+    rows: tuple[ProgramName, ...]
+
+
+class Text(Listed, frozen=True, kw_only=True):
+    """LISTP: the header and steps of one program."""
+
+    name: str
+    header: str
+    rows: tuple[ListedStep, ...]
+
+
+class TaskRow(Struct, frozen=True):
+    """A task that runs or has stopped: where it is (`program`, and `step`, which counts from 1; None at its end), its
+    `state` as STATUS says it, and the question it waits for.
+    """
+
+    number: int
+    program: str
+    state: str
+    step: int | None
+    running: bool
+    asks: str = ""
+
+
+class BranchSeen(Struct, frozen=True):
+    """A branch, and the version of its timeline."""
+
+    row: BranchRow
+    version: int
+
+
+class Surveyed(Spoken, frozen=True):
+    """A list is None where its mark is among those that are known. `marks`: of all three lists.
+
+    `on`: the signals that are on. `base`: T_robot_world, in which places are; `tool`: T_flange_tool [m]. `driver`:
+    whose lease it is, empty where nobody has one.
+    """
+
+    places: Places | None
+    programs: Programs | None
+    text: Text | None
+    marks: tuple[str, ...]
+    tasks: tuple[TaskRow, ...]
+    branches: tuple[BranchSeen, ...]
+    on: tuple[int, ...]
+    base: Transform
+    tool: Transform
+    monitor_speed: float
+    speed: float
+    speed_unit: str
+    driver: str = ""
+
+
+class ShowBranch(Act["BranchShown"], frozen=True):
+    """The timeline of a branch. Raises UsageError where there is none of the name."""
+
+    name: str
+
+
+class BranchShown(Spoken, frozen=True):
+    snapshot: SnapshotRecord
+
+
+def survey(session: Session, act: Survey, _issued: float | None) -> Talk[Surveyed]:
+    """What is there now, in one step of the robot."""
+    text = yield from _text(session, act)
+    places, programs = _places(session), _programs(session)
+    marks = mark_of(places), mark_of(programs), "" if text is None else mark_of(text)
+    engine, settings = session.engine, session.engine.settings
+    frames, speed = engine.frames, settings.speed.always
+    return Surveyed(
+        None if marks[0] in act.known else places,
+        None if marks[1] in act.known else programs,
+        None if marks[2] in act.known else text,
+        marks,
+        tuple(map(_task, islice(filter(_shown, session.tasks.in_order()), MOST_TASKS))),
+        tuple(_branches(session)),
+        session.environment.signals.on,
+        frames.base,
+        frames.tool,
+        settings.monitor_speed,
+        speed.value,
+        speed.unit.value,
+        "" if session.lease is None else session.lease.holder,
+    )
+
+
+def show_branch(session: Session, act: ShowBranch, _issued: float | None) -> Talk[BranchShown]:
+    left = session.branches.left(act.name)
+    timeline, settings = left.book.timeline, left.settings
+
+    def work() -> BranchShown:
+        first = max(len(timeline) - MOST_SEGMENTS, 0)
+        segments = tuple(timeline[index] for index in range(first, len(timeline)))
+        return BranchShown(snapshot_record(Snapshot(timeline.version, segments, settings, first)))
+
+    return (yield from beside(work))
+
+
+def _places(session: Session) -> Places:
+    rows: list[NamedLocation] = []
+    count = 0
+    for kind in (Kind.LOCATION, Kind.PRECISION):
+        count += session.environment.count(kind)
+        rows += (
+            NamedLocation.of(name, cast("Transform | Joints", value))
+            for name, value in session.environment.first_variables(kind, MOST_PLACES)
+        )
+    return Places(count - len(rows), rows=tuple(rows))
+
+
+def _programs(session: Session) -> Programs:
+    rows = tuple(islice(directory(session), MOST_PROGRAMS))
+    return Programs(len(session.programs) - len(rows), rows=rows)
+
+
+def _text(session: Session, act: Survey) -> Talk[Text | None]:
+    """None for a program that is not there, or is there no more."""
+    yield from ()
+    stored = session.programs.get(key_of(act.program))
+    if stored is None:
+        return None
+    long = len(stored.program.steps) > MOST_STEPS
+    steps = (yield from beside(lambda: _steps(stored))) if long else _steps(stored)
+    first = max(act.first, 1) - 1
+    rows = steps[first : first + MOST_STEPS]
+    more = max(len(steps) - first, 0) - len(rows)
+    return Text(more, name=stored.name, header=program_header(stored.program), rows=rows)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _steps(stored: StoredProgram) -> tuple[ListedStep, ...]:
+    """A stored program does not change."""
+    return listed(stored.analysis)
+
+
+def _shown(track: Track) -> bool:
+    return not track.at_prompt
+
+
+def _task(track: Track) -> TaskRow:
+    task, pending = track.task, track.pending
+    asks = pending.question.text if isinstance(pending, Asked) else ""
+    step = None if task.ended else task.step
+    return TaskRow(track.number, task.program, task.state.value, step, track.running, asks)
+
+
+def _branches(session: Session) -> Iterator[BranchSeen]:
+    for row in branch_table(session).rows:
+        yield BranchSeen(row, session.branches.book(row.name).timeline.version)
