@@ -66,7 +66,7 @@ LIVES_IN = {
     "lsprotocol": {"lsp/server.py"},
     "numpy": {
         *("kinematics", "trajectory", "engine", "files", "view3d", "api"),
-        *("interfaces/monitor/plotting.py", "interfaces/roles/observer.py", "net/experiment.py", "render/plots.py"),
+        *("interfaces/monitor/plotting.py", "interfaces/roles", "net/experiment.py", "render/plots.py"),
     },
 }
 
@@ -106,7 +106,7 @@ DEFERRED = (
     Deferred(
         (
             *("kinematics", "trajectory", "engine", "files"),
-            *("interfaces/monitor/plotting.py", "interfaces/roles/observer.py", "net/experiment.py", "render/plots.py"),
+            *("interfaces/monitor/plotting.py", "interfaces/roles", "net/experiment.py", "render/plots.py"),
         ),
         ("numpy", "vrs_cli.kinematics.arrays"),
         "numpy takes longer to load than a short program runs, and one position needs none of it",

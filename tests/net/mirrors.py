@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 from hashlib import sha256
+from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import IO, Any, NamedTuple
@@ -39,7 +40,7 @@ class Kind(NamedTuple):
     name: str
     cut: bool
     encoding: Encoding
-    window: float | None = None
+    window: float = inf
     full: bool = False
 
 
@@ -137,7 +138,7 @@ async def watch(straight: str, pulled: str) -> dict[str, Any]:
         mirror = client.far.mirror
         assert mirror is not None
         async with asyncio.timeout(PATIENCE):
-            while mirror.seq < number or mirror.lost or (kind.window is None and mirror.begins > 0.0):
+            while mirror.seq < number or mirror.lost or (kind.window == inf and mirror.begins > 0.0):
                 await asyncio.sleep(0.01)
         found[kind.name] = len(mirror.timeline), digest(mirror.timeline, len(mirror.timeline))
         await client.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from math import inf
 
 import pytest
@@ -18,7 +19,7 @@ from vrs_cli.interfaces.roles.viewer import Audience
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Delta, FromServer
-from vrs_cli.net.mirror import ClockReading, Mirror
+from vrs_cli.net.mirror import SLACK, ClockReading, Mirror
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.wire.codec import Encoding, Reader, encode
 from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
@@ -62,10 +63,10 @@ class Line:
             told.append((self.seq, self.through(event)))
         return told
 
-    def mirror(self, begin: float = -inf) -> Mirror:
-        """Of somebody who comes now."""
+    def mirror(self, begin: float = -inf, kept: float = inf) -> Mirror:
+        """Of somebody who comes now, and keeps so many seconds of the past."""
         assert not self.heard.taken(), "all news have been told"
-        return Mirror(self.engine.arm, self.window(begin), self.seq, lambda: 0.0)
+        return Mirror(self.engine.arm, self.window(begin), self.seq, lambda: 0.0, kept)
 
     def window(self, begin: float, end: float = inf) -> Snapshot:
         snapshot = self.engine.snapshot()
@@ -158,6 +159,65 @@ def test_a_window_and_its_past() -> None:
         assert mirror.begins == -inf
         assert bits(mirror.timeline) == bits(edits.engine.timeline)
     assert joined > 1
+
+
+@pytest.mark.parametrize("seed", range(some(5)))
+def test_a_mirror_that_forgets_is_right_to_the_bit_within_its_window(seed: int) -> None:
+    edits = Edits(20 + seed)
+    line, kept = Line(edits.engine), 4.0
+    mirror = line.mirror(kept=kept)
+    heard, forgot, latest = mirror.events.subscribe(), False, 0.0
+    for _ in range(some(200)):
+        edits.edit()
+        mirror.clock = ClockReading(edits.engine.now)
+        news = line.news()
+        tell(mirror, news)
+        if mirror.lost:
+            mirror.replace(line.window(-inf), line.seq)
+        engine, begin = edits.engine, mirror.now - kept
+        latest, forgot = max(latest, begin), forgot or mirror.begins > 0.0
+        assert mirror.begins <= latest, "UNDO may set the clock back, before what is known"
+        last = list(engine.timeline)[-len(mirror.timeline) :]
+        assert repr(list(mirror.timeline)) == repr(last)
+        assert not news or not [it for it in last[1:] if it.finish < begin - SLACK * kept], "what is older is forgotten"
+        for t in (max(t, mirror.begins) for t in (begin, begin + 1.0, engine.now, engine.end)):
+            assert repr(Observer(mirror).at(t)) == repr(engine.position(t))
+    assert forgot
+    timeline = None
+    for event in heard.taken():
+        assert not isinstance(event, Missed)
+        timeline = event.timeline if isinstance(event, Replaced) else timeline.apply(event)  # type: ignore[union-attr]
+    assert timeline is not None
+    assert bits(timeline) == bits(mirror.timeline)
+
+
+def test_who_watches_steering_keeps_no_more_the_longer_it_lasts() -> None:
+    """At 50 Hz, targets in short: after the first windows neither segments nor memory grow."""
+    engine = Engine(load_robot("puma560"))
+    line, kept = Line(engine), 1.0
+    mirror, before = line.mirror(kept=kept), engine.timeline
+    most, held = [], []
+    tracemalloc.start()
+    for _ in range(10):
+        waves(engine, 50)
+        told = []
+        for event in line.heard.taken():
+            assert isinstance(event, TimelineDelta)
+            told.append(steered_record(event, before, engine.arm) or event)
+            before = before.apply(event)
+        sizes, begin = [], tracemalloc.get_traced_memory()[0]
+        for one in told:
+            line.seq += 1
+            mirror.clock = ClockReading(one.executed)
+            (mirror.steer if isinstance(one, SteeredRecord) else mirror.change)(one, line.seq)  # type: ignore[operator]
+            sizes.append(len(mirror.timeline))
+        held.append(tracemalloc.get_traced_memory()[0] - begin)
+        most.append(max(sizes))
+    tracemalloc.stop()
+    assert not mirror.lost
+    assert repr(list(mirror.timeline)) == repr(list(engine.timeline)[-len(mirror.timeline) :])
+    assert max(most) < 1.5 * kept * 50.0
+    assert sum(held[4:]) < 30_000, "[bytes] what comes is as much as what goes"
 
 
 def test_a_past_that_fits_no_more_is_refused() -> None:

@@ -68,6 +68,26 @@ def test_motions_are_those_of_a_robot_here_to_the_bit(robot: vrs.Robot) -> None:
     assert repr(robot.ik(PART)) == repr(here.ik(PART))
 
 
+def test_a_past_that_is_not_kept_here_is_asked_for(robot: vrs.Robot) -> None:
+    robot.move(*DOWN)
+    for _ in range(20):
+        robot.move(TILTED).moves(PART)
+    robot.wait()
+    where = robot.held.client.url  # type: ignore[attr-defined]
+    times = np.array([robot.end, 0.3, robot.end - 0.5, -1.0, 7.25])
+    with vrs.connect(where, window=2.0) as short:
+        assert 0.0 < robot.end - 7.0 < short.timeline.start < robot.end - 2.0
+        assert short.end == robot.end
+        for one in ("joints", "velocity", "acceleration", "location", "hand"):
+            assert repr(getattr(short.where(times), one)) == repr(getattr(robot.where(times), one))
+        assert repr(short.where(0.3)) == repr(robot.where(0.3))
+        robot.undo(40)
+        deadline = time.monotonic() + 20.0
+        while short.now != robot.now and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert repr(short.where()) == repr(robot.where()), "its clock is where it was before them"
+
+
 def test_lines_are_answered_as_here(robot: vrs.Robot) -> None:
     here = vrs.Robot()
     for line in ("SPEED 50", "WHERE", "MOVE #PPOINT(0,-45,180,0,45,0)", "TIMELINE", "WHERE AT 0.3", "x = 3", "x + 1"):

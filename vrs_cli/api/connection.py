@@ -9,6 +9,7 @@ from pathlib import Path
 from vrs_cli.api.numbers import Units
 from vrs_cli.api.robot import Robot
 from vrs_cli.net.client import hello_of
+from vrs_cli.net.mirror import WINDOW
 from vrs_cli.net.remote import RemoteRobot
 
 TOKEN = "VRS_TOKEN"  # the variable of the environment
@@ -24,15 +25,19 @@ def connect(
     units: str | Units = Units.VAL,
     ca: str | Path | None = None,
     behind: float = 0.0,
+    window: float = WINDOW,
 ) -> Robot:
     """The robot at an address: `ws://HOST:PORT`, `ws://HOST:PORT/robots/NAME` for one of several, or `wss://`.
 
     `token`: what the server knows you by (the variable VRS_TOKEN, where none is given); `name`: what others see you
     called, where tokens do not say that; `ca`: the certificate of the server, or of who signed it;
-    `behind`: a motion `at=t` begins so many seconds after t, so that what takes no longer to arrive is never too late.
+    `behind`: a motion `at=t` begins so many seconds after t, so that what takes no longer to arrive is never too late;
+    `window`: so many seconds of the robot's past are kept here, `math.inf` for all of it; the server is asked for what
+    was before.
 
     After a cut it connects again by itself, which is told to the logger "vrs_cli"; what is asked meanwhile is refused.
     Raises UsageError for what is no address, RequestRefused where no robot answers, and what the server refuses.
     """
     hello = hello_of(os.environ.get(TOKEN, "") if token is None else token, name=name, behind=behind)
-    return Robot.of(RemoteRobot.connect(url, hello, ca=None if ca is None else Path(ca), told=log.warning), units)
+    certificate = None if ca is None else Path(ca)
+    return Robot.of(RemoteRobot.connect(url, hello, ca=certificate, window=window, told=log.warning), units)

@@ -17,7 +17,6 @@ from vrs_cli.cli.recordings import add_lenient_option, read_recording
 if TYPE_CHECKING:
     from vrs_cli.net.messages import ServerMessage
 
-WINDOW = 600.0  # [s] of the past that are there at first
 
 EPILOG = f"""\
 Keys: space plays and pauses, left and right seek, r rewinds, f follows the robot again,
@@ -48,6 +47,8 @@ def is_at_terminal() -> bool:
 
 
 def _parser(prog: str) -> Parser:
+    from vrs_cli.net.mirror import WINDOW
+
     parser = Parser(prog, "Watch a robot that others move, or a saved trajectory.", EPILOG)
     add_connection(parser, "URL|T.vrst", "; or a saved trajectory")
     parser.add_argument("--terminal", action="store_true", help="on the terminal: joints, tool, clock, who drives")
@@ -56,7 +57,7 @@ def _parser(prog: str) -> Parser:
         metavar="S",
         type=positive,
         default=WINDOW,
-        help=f"so many seconds of the robot's past (default {WINDOW:g})",
+        help=f"so many seconds of the robot's past are kept (default {WINDOW:g})",
     )
     add_lenient_option(parser)
     return parser

@@ -5,7 +5,7 @@ g(theta; tau[k], t). One time in plain floats (bisection and Horner), many times
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeVar
 
@@ -195,6 +195,15 @@ def places_at(arm: RobotArm, timeline: Timeline, times: Floats) -> Places:
 def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> Positions:
     """g for an array of times (N,) [s], in any order; sorted times are fastest."""
     return _sampled(arm, timeline, times, Positions)
+
+
+def fill(found: Positions, at: Flags, rows: Sequence[Position]) -> None:
+    """Put what was found one by one in the places that are named."""
+    import numpy as np
+
+    for name in ("joints", "velocity", "acceleration", "hand"):
+        getattr(found, name)[at] = [getattr(row, name) for row in rows]
+    found.T_world_tool[at] = np.reshape([row.T_world_tool for row in rows], (-1, 3, 4))
 
 
 def _sampled(arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sampled]) -> Sampled:

@@ -36,19 +36,20 @@ class Snapshot(Struct, frozen=True):
 
     def after(self, timeline: Timeline, delta: TimelineDelta) -> Timeline | None:
         """The timeline that this snapshot and the deltas since have become, after one more; None as for `fitted`."""
-        fitted = self.fitted(timeline, delta)
-        return None if fitted is None else timeline.apply(fitted)
+        found = fitted(delta, timeline, self.first)
+        return None if found is None else timeline.apply(found)
 
-    def fitted(self, timeline: Timeline, delta: TimelineDelta) -> TimelineDelta | None:
-        """A delta of the whole timeline as one of what is known of it. What is behind the window stays left out; None
-        for a change that reaches before it: another snapshot is due then.
-        """
-        keep, count = delta.keep - self.first, len(timeline)
-        if keep < 1:
-            return None
-        if keep > count:
-            return delta._replace(keep=count, drop=0, segments=())
-        return delta._replace(keep=keep, drop=min(delta.drop, count - keep))
+
+def fitted(delta: TimelineDelta, timeline: Timeline, first: int) -> TimelineDelta | None:
+    """A delta of the whole timeline as one of what is known of it: `timeline`, from segment number `first` on. What is
+    behind a window stays left out; None for a change that reaches before it: a snapshot is due then.
+    """
+    keep, count = delta.keep - first, len(timeline)
+    if keep < 1:
+        return None
+    if keep > count:
+        return delta._replace(keep=count, drop=0, segments=())
+    return delta._replace(keep=keep, drop=min(delta.drop, count - keep))
 
 
 class Replaced(Struct, frozen=True):

@@ -19,6 +19,7 @@ import time
 from asyncio import Event, Future, Task
 from collections.abc import Callable
 from contextlib import suppress
+from math import inf
 from pathlib import Path
 from random import Random
 from urllib.parse import urlsplit
@@ -33,7 +34,7 @@ from vrs_cli.files.opening import reason
 from vrs_cli.net import messages
 from vrs_cli.net.far_end import FarEnd
 from vrs_cli.net.messages import PORT, Done, Request, ServerMessage
-from vrs_cli.net.mirror import Mirror
+from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.net.protocol import SERVER_BYTES
 from vrs_cli.wire.codec import Encoding
 
@@ -110,7 +111,6 @@ class Client:
         self._opened: Future[None]
         self._task: Task[None] | None = None
         self._leaves = False
-        self._window: float | None = None
         self._shown = Event()
         self._recalling: Task[None] | None = None
 
@@ -152,14 +152,14 @@ class Client:
         self.begin(make, hear)
         return checked(await end)
 
-    async def follow(self, window: float | None = None) -> Mirror:
-        """Have every change told; the mirror, once it shows the last `window` seconds, or (None) all of the past.
-
-        Raises RequestRefused where that does not come.
+    async def follow(self, window: float = WINDOW) -> Mirror:
+        """Have every change told; the mirror, once it shows the last `window` seconds, which it keeps (infinity: all of
+        the past). Raises RequestRefused where that does not come.
         """
-        self._window = window
+        self.far.window = window
         self.far.news.append(self._see)
-        await self.ask(lambda id: messages.Subscribe(id, deltas=True, window=window))
+        wanted = None if window == inf else window
+        await self.ask(lambda id: messages.Subscribe(id, deltas=True, window=wanted))
         try:
             await asyncio.wait_for(self._shown.wait(), OPENING)
         except TimeoutError:
@@ -168,19 +168,21 @@ class Client:
         return self.far.mirror
 
     def _see(self, message: ServerMessage) -> None:
-        """A snapshot of a long timeline is of its last part."""
-        if isinstance(message, messages.Replaced | messages.Welcome) and self.far.mirror is not None:
-            if self._recalling is not None:
-                self._recalling.cancel()
-            self._recalling = asyncio.create_task(self._recall(self.far.mirror))
+        """A snapshot of a long timeline is of its last part. UNDO may set the clock back to before what is kept."""
+        mirror, recalling = self.far.mirror, self._recalling
+        if mirror is None:
+            return
+        anew = isinstance(message, messages.Replaced | messages.Welcome)
+        if anew or (mirror.now < mirror.begins and (recalling is None or recalling.done())):
+            if recalling is not None:
+                recalling.cancel()
+            self._recalling = asyncio.create_task(self._recall(mirror))
 
     async def _recall(self, mirror: Mirror) -> None:
         """Ask for the parts of the past that are wanted, and not known, one after the other."""
-        wanted = -1.0 if self._window is None else mirror.now - self._window
         with suppress(RequestRefused):  # it was cut: it goes on when it is welcome again
-            while mirror.begins > wanted and not mirror.lost:
-                begins = mirror.begins
-                part = await self.ask(lambda id: messages.Window(id, wanted, begins))  # noqa: B023 (sent at once)
+            while (begins := mirror.begins) > (wanted := max(mirror.now - mirror.window, -1.0)) and not mirror.lost:
+                part = await self.ask(lambda id: messages.Window(id, wanted, begins))
                 assert isinstance(part, messages.Shown), "it answers Window"
                 if not self.far.extend(part):
                     await asyncio.sleep(SOONEST)  # a change has come between: the next part fits

@@ -23,7 +23,7 @@ from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.net import messages
 from vrs_cli.net.flags import Flags
 from vrs_cli.net.messages import ClientMessage, Done, Request, ServerMessage
-from vrs_cli.net.mirror import ClockReading, Mirror
+from vrs_cli.net.mirror import WINDOW, ClockReading, Mirror
 from vrs_cli.net.preview import Preview
 from vrs_cli.net.protocol import ClientConnection, State
 from vrs_cli.net.timesync import TimeSync
@@ -50,7 +50,8 @@ class _Ended(NamedTuple):
 class FarEnd:
     """`mirror` is there once the first snapshot has come, where the timeline is followed, and with it `preview`: of the
     motions that are on their way, where time is real. `flags`: the times of which the mirror was wrong. `refusal` says
-    why the robot cannot be held. `news` hears all that does not belong to one request.
+    why the robot cannot be held. `news` hears all that does not belong to one request. `window`: so many seconds of the
+    past are kept.
     """
 
     def __init__(self, hello: messages.Hello, wall: Callable[[], float]) -> None:
@@ -61,6 +62,7 @@ class FarEnd:
         self.flags = Flags()
         self.refusal: VrsError | None = None
         self.news: list[Outlet] = []
+        self.window = WINDOW
         self.sync = TimeSync()
         self._wall, self._times = wall, HolderTimes(hello.offset)
         self._arm: RobotArm | None = None
@@ -210,7 +212,7 @@ class FarEnd:
                 case messages.Replaced(snapshot=record):
                     snapshot = snapshot_of(record, form)
                     if self.mirror is None:
-                        self.mirror = Mirror(self._arm, snapshot, change.number, self._wall)
+                        self.mirror = Mirror(self._arm, snapshot, change.number, self._wall, self.window)
                         self.preview = Preview(self.mirror, 0.0)
                         self._set_clock(self._clock)
                     else:

@@ -47,7 +47,6 @@ from vrs_cli.wire.snapshots import snapshot_record
 
 CHANGING: Mapping[type, str] = {KeepDraft: "a program", Press: "JOG", StopProgram: "ABORT"}  # of whoever types
 LONGEST_LINE = 4000  # characters
-MOST_TIMES = 2000  # of one Positions: 20 ms and more, beside the connections
 MOST_LOOKS = 200  # of one holder that wait for an answer
 
 
@@ -343,8 +342,10 @@ class Guest:
             self._hall.stirred()
 
     def _positions(self, message: messages.Positions) -> None:
-        if len(message.times) > MOST_TIMES:
-            raise LimitReached(f"{len(message.times)} times at once, {MOST_TIMES} at most", "ask again for the others")
+        if len(message.times) > messages.MOST_TIMES:
+            raise LimitReached(
+                f"{len(message.times)} times at once, {messages.MOST_TIMES} at most", "ask again for the others"
+            )
         timeline, arm = self.holder.timeline, self.holder.arm
         talk = beside(lambda: tuple(position_at(arm, timeline, t) for t in message.times))
         self._look(message, talk, partial(messages.Located, message.id, timeline.version))

@@ -29,6 +29,7 @@ from vrs_cli.wire.steered import SteeredRecord
 
 VERSION = 1
 PORT = 8765  # where a server listens, unless it is told otherwise
+MOST_TIMES = 2000  # of one Positions: 20 ms and more of the server, beside the connections
 
 Ids = tuple[Count, ...]
 

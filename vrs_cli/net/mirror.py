@@ -2,26 +2,32 @@
 
 Observers and viewers look at a mirror as they look at the robot itself. It is pure: what has come is put in, the wall
 clock is an argument. What does not follow on what is known is not guessed at: the mirror is `lost`, and stays as it
-was, until another snapshot comes.
+was, until another snapshot comes. Of the past it keeps a window, so that it does not grow with the time that it is
+there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import islice
 from math import inf
 
-from msgspec import Struct, structs
+from msgspec import Struct
+from msgspec.structs import replace
 
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Feed
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.snapshot import Replaced, Snapshot
+from vrs_cli.engine.snapshot import Replaced, Snapshot, fitted
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import down_to_grid
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.wire.records import Form, RecordError
 from vrs_cli.wire.steered import SteeredRecord, steered_delta
+
+WINDOW = 600.0  # [s] of the past that are kept, unless somebody wants more or less
+SLACK = 0.25  # of the window may be there beside it: what has become too old goes together, at the cost of what stays
 
 
 class ClockReading(Struct, frozen=True):
@@ -41,25 +47,39 @@ class ClockReading(Struct, frozen=True):
 
 
 class _Held(Struct, frozen=True):
-    """What is known at one moment: `base` is the snapshot that all was made from, `timeline` what it has become."""
+    """What is known at one moment: the timeline from its segment number `first` on, after change `seq`."""
 
-    base: Snapshot
     timeline: Timeline
+    first: int
+    settings: Settings
     seq: int
+
+    @classmethod
+    def of(cls, snapshot: Snapshot, seq: int) -> _Held:
+        return cls(snapshot.timeline(), snapshot.first, snapshot.settings, seq)
+
+    def since(self, t: float) -> _Held:
+        """The same without what was before time t [s]."""
+        gone = self.timeline.index_at(t)
+        kept = Timeline(islice(self.timeline, gone, None), self.timeline.version)
+        return replace(self, timeline=kept, first=self.first + gone)
 
 
 class Mirror:
     """One robot that others move. One thread puts in what comes, any thread reads.
 
-    `begins` is the time from which on the timeline is known: before it the robot was elsewhere than the mirror says.
-    `events` tells of every change as the robot itself does, of what is known here.
+    `window`: so many seconds before the robot's clock are kept. `begins` is the time from which on the timeline is
+    known: before it the robot was elsewhere than the mirror says. `events` tells of every change as the robot itself
+    does, of what is known here.
     """
 
-    def __init__(self, arm: RobotArm, snapshot: Snapshot, seq: int, wall: Callable[[], float]) -> None:
-        self.arm, self._wall = arm, wall
+    def __init__(
+        self, arm: RobotArm, snapshot: Snapshot, seq: int, wall: Callable[[], float], window: float = inf
+    ) -> None:
+        self.arm, self.window, self._wall = arm, window, wall
         self.clock = ClockReading()
         self.lost, self._form = False, Form.of(arm)
-        self._held = _Held(snapshot, snapshot.timeline(), seq)
+        self._held = _Held.of(snapshot, seq)
         self.events: Feed[Event] = Feed(lambda: Replaced(self.timeline, self.settings))
 
     # --- reading ---
@@ -71,7 +91,7 @@ class Mirror:
     @property
     def settings(self) -> Settings:
         """Those in force when the last snapshot was taken."""
-        return self._held.base.settings
+        return self._held.settings
 
     @property
     def now(self) -> float:
@@ -86,13 +106,13 @@ class Mirror:
     @property
     def begins(self) -> float:
         """From when on it is known where the robot is [s]: always, or since a window begins."""
-        return self._held.timeline.start if self._held.base.first else -inf
+        return self._held.timeline.start if self._held.first else -inf
 
     # --- what comes ---
 
     def replace(self, snapshot: Snapshot, seq: int) -> None:
         """The timeline as it is after change `seq`, all of it or a window up to its end: all is known again."""
-        self._held, self.lost = _Held(snapshot, snapshot.timeline(), seq), False
+        self._held, self.lost = self._kept(_Held.of(snapshot, seq)), False
         self.events.publish([Replaced(self.timeline, self.settings)])
 
     def change(self, delta: TimelineDelta, seq: int) -> None:
@@ -103,12 +123,14 @@ class Mirror:
         if self.lost or seq <= held.seq:
             return
         follows = seq == held.seq + 1 and delta.version == held.timeline.version
-        fitted = held.base.fitted(held.timeline, delta) if follows else None
-        if fitted is None:
+        here = fitted(delta, held.timeline, held.first) if follows else None
+        if here is None:
             self.lost = True
             return
-        self._held = _Held(held.base, held.timeline.apply(fitted), seq)
-        self.events.publish([fitted])
+        held = replace(held, timeline=held.timeline.apply(here), seq=seq)
+        self._held = self._kept(held)
+        forgot = self._held is not held
+        self.events.publish([here, Replaced(self.timeline, self.settings)] if forgot else [here])
 
     def steer(self, target: SteeredRecord, seq: int) -> None:
         """The change of that number, which is one target of steering, in short. Where it does not become what it was,
@@ -118,7 +140,7 @@ class Mirror:
         if self.lost or seq <= held.seq:
             return
         try:
-            delta = steered_delta(target, held.timeline, self.arm, self._form, held.base.first)
+            delta = steered_delta(target, held.timeline, self.arm, self._form, held.first)
         except RecordError:
             self.lost = True
         else:
@@ -128,15 +150,20 @@ class Mirror:
         """More of the past: an older window, which reaches up to what is known. False where it does not fit any more:
         it has to be asked for again.
         """
-        held, count = self._held, self._held.base.first - older.first
+        held, count = self._held, self._held.first - older.first
         joint = older.segments[count : count + 1]
         if self.lost or count < 0 or not joint or not _continue_each_other(joint[0], held.timeline[0]):
             return False
-        base = structs.replace(held.base, first=older.first)
         timeline = Timeline((*older.segments[:count], *held.timeline), held.timeline.version)
-        self._held = _Held(base, timeline, held.seq)
+        self._held = replace(held, timeline=timeline, first=older.first)
         self.events.publish([Replaced(self.timeline, self.settings)])
         return True
+
+    def _kept(self, held: _Held) -> _Held:
+        """What is older than the window goes, where that is enough to be worth it."""
+        begin = self.now - self.window
+        old = held.timeline.start < begin - SLACK * self.window and held.timeline.index_at(begin)
+        return held.since(begin) if old else held
 
 
 def _continue_each_other(older: Segment, held: Segment) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Lock, Thread, current_thread
@@ -16,6 +16,7 @@ from vrs_cli.dialogue.spoken import Act
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
 from vrs_cli.engine.inbox import Inbox
+from vrs_cli.engine.position import Position
 from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
 from vrs_cli.files.atomic import atomically
 from vrs_cli.interfaces.conversation.acts import LeaveEntry
@@ -27,7 +28,7 @@ from vrs_cli.net import messages
 from vrs_cli.net.client import Client, checked
 from vrs_cli.net.flags import Window
 from vrs_cli.net.messages import Abort, At, Done, Drive, How, LeaseAct, Line, Request, ServerMessage
-from vrs_cli.net.mirror import Mirror
+from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.net.preview import Previewed
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -104,12 +105,15 @@ class RemoteRobot:
         hello: messages.Hello,
         *,
         ca: Path | None = None,
+        window: float = WINDOW,
         told: Callable[[str], None] = lambda _text: None,
     ) -> RemoteRobot:
-        """Raises UsageError for what is no address, RequestRefused where no robot answers, and what that refuses."""
+        """`window`: so many seconds of the past are kept here. Raises UsageError for what is no address, RequestRefused
+        where no robot answers, and what that refuses.
+        """
         client, loop = Client(url, hello, ca=ca, told=told), Loop()
         try:
-            return cls(client, loop, loop.wait(_followed(client)))
+            return cls(client, loop, loop.wait(_followed(client, window)))
         except BaseException as error:
             _leave(loop, client)
             if isinstance(error, VrsError):
@@ -133,6 +137,22 @@ class RemoteRobot:
     @property
     def rate(self) -> float | None:
         return self._mirror.clock.rate
+
+    @property
+    def begins(self) -> float:
+        return self._mirror.begins
+
+    def past(self, times: Sequence[float]) -> tuple[Position, ...]:
+        found: list[Position] = []
+        for first in range(0, len(times), messages.MOST_TIMES):
+            some = tuple(times[first : first + messages.MOST_TIMES])
+            found += self._located(some).positions
+        return tuple(found)
+
+    def _located(self, times: tuple[float, ...]) -> messages.Located:
+        end = self._loop.wait(self.client.ask(lambda id: messages.Positions(id, times)))
+        assert isinstance(end, messages.Located), "it answers Positions"
+        return end
 
     def previewed(self) -> Previewed:
         """The timeline with the motions that are on their way to the robot, and how far it is confirmed."""
@@ -242,9 +262,9 @@ class RemoteRobot:
             self._loop.do(lambda: self.client.send(message))
 
 
-async def _followed(client: Client) -> Mirror:
+async def _followed(client: Client, window: float) -> Mirror:
     await client.open()
-    return await client.follow()
+    return await client.follow(window)
 
 
 def _leave(loop: Loop, client: Client) -> None:

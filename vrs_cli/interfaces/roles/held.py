@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Protocol, TypeVar
 
@@ -11,6 +11,7 @@ from vrs_cli.dialogue.replies import Reply
 from vrs_cli.dialogue.spoken import Act
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
+from vrs_cli.engine.position import Position
 from vrs_cli.interfaces.roles.observer import Watched
 
 T = TypeVar("T")
@@ -30,6 +31,13 @@ class Held(Watched, Protocol):
     @property
     def rate(self) -> float | None:
         """How many seconds of the robot pass in one; None where time does not pass by itself."""
+
+    @property
+    def begins(self) -> float:
+        """From when on the timeline is here [s]: of a robot afar only its last part is."""
+
+    def past(self, times: Sequence[float]) -> tuple[Position, ...]:
+        """Where the robot was at these times [s], however long ago."""
 
     def act(self, act: Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
         """Do it; what comes of it. `answer`: to what is asked meanwhile. `issued`: t_iss [s], where not now."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from math import inf
 from pathlib import Path
 from threading import Lock
 from typing import TypeVar
@@ -15,6 +16,7 @@ from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
+from vrs_cli.engine.position import Position, position_at
 from vrs_cli.errors import EndOfInput, VrsError
 from vrs_cli.files.trajectory_file import write_trajectory
 from vrs_cli.interfaces.actor.ticket import Ticket
@@ -105,6 +107,13 @@ class LocalRobot:
     def rate(self) -> float | None:
         clock = self._session.engine.clock
         return clock.rate if isinstance(clock, WallClock) and not clock.paused else None
+
+    @property
+    def begins(self) -> float:
+        return -inf
+
+    def past(self, times: Sequence[float]) -> tuple[Position, ...]:
+        return tuple(position_at(self.arm, self.timeline, t) for t in times)
 
     # --- asking ---
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 from weakref import finalize
 
 from vrs_cli.dialogue.replies import BranchTable, ComparisonTable, ReachReport, Reply, TimelineTable
@@ -13,6 +14,7 @@ from vrs_cli.engine.commands import Target
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
 from vrs_cli.engine.history import CommandRecord
+from vrs_cli.engine.position import Position, Positions, fill
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.roles.designer import Designer
 from vrs_cli.interfaces.roles.held import Answers, Held
@@ -36,6 +38,9 @@ from vrs_cli.interfaces.session.acts import (
 )
 from vrs_cli.language.words.values import Value
 
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.arrays import Floats
+
 
 class Supervisor(Observer, Designer):
     """Holds a robot, here or afar (`held`). Metres, radians, seconds. What the robot refuses is raised as VrsError."""
@@ -47,6 +52,20 @@ class Supervisor(Observer, Designer):
 
     def _perform(self, motion: Go, issued: float | None) -> None:
         self.held.act(motion, issued=issued)
+
+    # --- positions ---
+
+    def at(self, t: float | None = None) -> Position:
+        t = self.now if t is None else t
+        found = super().at(t)
+        return self.held.past((t,))[0] if t < self.held.begins else found
+
+    def over(self, times: Floats) -> Positions:
+        found = super().over(times)
+        gone = times < self.held.begins
+        if gone.any():
+            fill(found, gone, self.held.past(times[gone].tolist()))
+        return found
 
     # --- lines ---
 
