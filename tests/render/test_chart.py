@@ -4,7 +4,7 @@ import pytest
 
 from vrs_cli.dialogue.replies import Curve, Plot
 from vrs_cli.render.blocks import PIPE, Page
-from vrs_cli.render.chart import HEIGHT, WIDTH, Canvas, chart
+from vrs_cli.render.chart import HEIGHT, WIDTH, chart
 from vrs_cli.render.colours import CURVES
 
 TIMES = tuple(k / 100.0 for k in range(101))
@@ -60,9 +60,3 @@ def test_braille_with_a_colour_for_each_curve() -> None:
 def test_it_fits_the_page(width: int) -> None:
     drawn = rows(RAMP, page=Page(width, colours=True, unicode=True))
     assert all(len(row) <= width for row in drawn[: HEIGHT + 3])
-
-
-def test_dots_of_a_braille_cell() -> None:
-    canvas = Canvas(1, 1, 2, 4)
-    canvas.draw(0, (3.0, 0.0), 0.0, 3.0)
-    assert chr(0x2800 + canvas.dots[0, 0]) == "⢱"

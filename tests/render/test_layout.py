@@ -27,6 +27,8 @@ LINES = """\
 WHERE
 WHERE AT 0.5
 WHERE FROM 0 TO 1
+SHOW
+SHOW AT 0.5
 SET part = TRANS(500,150,-100,90,90,0)
 HERE #safe
 WHY part
@@ -127,7 +129,7 @@ def test_a_terminal_is_never_overrun(answers: list[Reply], width: int) -> None:
 def test_a_terminal_shows_the_same_words(answers: list[Reply], width: int) -> None:
     """In another order where columns go below each other, and with rules; drawings depend on the width."""
     for reply in answers:
-        if not isinstance(reply, replies.Plot):
+        if not isinstance(reply, replies.Plot | replies.Picture):
             missing = set(plain_text(reply).split()) - set(drawn(reply, width).split())
             assert not missing, type(reply)
 

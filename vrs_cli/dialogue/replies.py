@@ -19,7 +19,7 @@ from vrs_cli.engine.reach import Reach
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity
 
 # --- messages ------------------------------------------------------------------------------------------------------
@@ -83,6 +83,24 @@ class WhereaboutsTable(Spoken, frozen=True):
 
     positions: tuple[Position, ...]
     units: JointUnits = TURNING
+
+
+class Picture(Spoken, frozen=True):
+    """SHOW: the arm at one time, as points in the world [m].
+
+    `links`: from the base to the flange, a corner where a link has one; `joints` of them are joints. `past`, `planned`:
+    the way of the tool tip, as lines; `target`: where the motion under way ends. `reach`: the outermost places of the
+    tool tip. `stamped`: the time was asked for.
+    """
+
+    position: Position
+    links: tuple[Vector, ...]
+    joints: tuple[Vector, ...]
+    past: tuple[tuple[Vector, ...], ...]
+    planned: tuple[tuple[Vector, ...], ...]
+    target: Vector | None
+    reach: tuple[Vector, ...]
+    stamped: bool = False
 
 
 class ReachReport(Spoken, frozen=True):
@@ -399,6 +417,7 @@ Reply = (
     | ProgramStopped
     | Whereabouts
     | WhereaboutsTable
+    | Picture
     | ReachReport
     | LocationTable
     | RealTable

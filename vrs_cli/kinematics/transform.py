@@ -108,6 +108,13 @@ def rotate(T: Transform, v: Vector) -> Vector:
     return nx * x + sx * y + ax * z, ny * x + sy * y + ay * z, nz * x + sz * y + az * z
 
 
+def moved_point(T: Transform, p: Vector) -> Vector:
+    """A point of the inner frame, seen in the outer one: R p + p_0."""
+    nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
+    x, y, z = p
+    return nx * x + sx * y + ax * z + px, ny * x + sy * y + ay * z + py, nz * x + sz * y + az * z + pz
+
+
 def translation(x: float, y: float, z: float) -> Transform:
     """A pure shift [m]."""
     return Transform(1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, y, 0.0, 0.0, 1.0, z)

@@ -76,12 +76,13 @@ Block = Line | Grid
 
 class Page(Struct, frozen=True):
     """What is drawn on: characters a line and rows of a table that grows with time (None: without end), colours or
-    not, any character or ASCII only."""
+    not, any character or ASCII only; `height`: the rows that are seen at once."""
 
     width: int | None = None
     rows: int | None = None
     colours: bool = False
     unicode: bool = False
+    height: int | None = None
 
 
 PIPE = Page()

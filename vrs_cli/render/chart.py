@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.dialogue.numbers import fixed
 from vrs_cli.render.blocks import Line, Page, Piece, line
+from vrs_cli.render.canvas import FINE, PLAIN, Canvas
 from vrs_cli.render.colours import CURVES, Ink
 
 if TYPE_CHECKING:
@@ -18,10 +19,6 @@ LABEL = 11  # columns of the figures at the left
 LEAST_WIDTH = 16
 TICK = 16  # columns between the figures below
 
-BRAILLE = 0x2800
-DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # by row, then column (Unicode 1.1, U+2800 block)
-DOTS_WIDE, DOTS_HIGH = 2, 4
-
 
 def chart(plot: Plot, page: Page) -> Iterator[Line]:
     """The title, the drawing, the time axis and the legend."""
@@ -32,41 +29,26 @@ def chart(plot: Plot, page: Page) -> Iterator[Line]:
         low, high = low - 1.0, high + 1.0
     yield line(f"{plot.title} [{plot.unit}]", Ink.HEADING)
     fine = page.unicode and page.colours
-    canvas = Canvas(width, HEIGHT, *((DOTS_WIDE, DOTS_HIGH) if fine else (1, 1)))
+    canvas = Canvas(width, HEIGHT, *(FINE if fine else PLAIN))
     for number, curve in enumerate(plot.curves):
-        canvas.draw(number, curve.values, low, high)
+        _draw(canvas, number, curve.values, low, high)
     for row in range(HEIGHT):
         yield Line((_figure(row, low, high), *_cells(canvas, row, plot.curves, fine)))
     yield from _time_axis(plot.times, width)
     yield from (_legend(number, curve, fine) for number, curve in enumerate(plot.curves))
 
 
-class Canvas:
-    """Cells of dots. `owner`: which curve drew last in a cell; `dots`: the dots of a cell as bits."""
-
-    def __init__(self, width: int, height: int, dots_wide: int, dots_high: int) -> None:
-        self.width, self.height = width, height
-        self.dots_wide, self.dots_high = dots_wide, dots_high
-        self.owner: dict[tuple[int, int], int] = {}
-        self.dots: dict[tuple[int, int], int] = {}
-
-    def draw(self, curve: int, values: Sequence[float], low: float, high: float) -> None:
-        """One curve, its values spread over the width; steep parts are drawn as vertical strokes."""
-        columns, rows = self.width * self.dots_wide, self.height * self.dots_high
-        before: int | None = None
-        for x in range(columns):
-            value = _at(values, x / (columns - 1))
-            y = round((high - value) / (high - low) * (rows - 1))
-            start = y if before is None else before + (1 if y > before else -1 if y < before else 0)
-            for dot in range(min(start, y), max(start, y) + 1):
-                self._mark(curve, x, dot)
-            before = y
-
-    def _mark(self, curve: int, x: int, y: int) -> None:
-        cell = (y // self.dots_high, x // self.dots_wide)
-        bit = DOTS[y % self.dots_high][x % self.dots_wide]
-        self.dots[cell] = self.dots.get(cell, 0) | bit
-        self.owner[cell] = curve
+def _draw(canvas: Canvas, curve: int, values: Sequence[float], low: float, high: float) -> None:
+    """One curve, its values spread over the width; steep parts are drawn as vertical strokes."""
+    columns, rows = canvas.width * canvas.dots_wide, canvas.height * canvas.dots_high
+    before: int | None = None
+    for x in range(columns):
+        value = _at(values, x / (columns - 1))
+        y = round((high - value) / (high - low) * (rows - 1))
+        start = y if before is None else before + (1 if y > before else -1 if y < before else 0)
+        for dot in range(min(start, y), max(start, y) + 1):
+            canvas.mark(curve, x, dot)
+        before = y
 
 
 def _at(values: Sequence[float], fraction: float) -> float:
@@ -90,7 +72,7 @@ def _cells(canvas: Canvas, row: int, curves: Sequence[Curve], fine: bool) -> Ite
         if owner is None:
             yield (" ", Ink.TEXT)
         else:
-            mark = chr(BRAILLE + canvas.dots[row, column]) if fine else curves[owner].mark
+            mark = canvas.braille(row, column) if fine else curves[owner].mark
             yield (mark, CURVES[owner % len(CURVES)])
 
 

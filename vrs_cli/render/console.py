@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from vrs_cli.dialogue.replies import Reply
 
 ROWS = 200  # of a table that grows with time: more than anyone reads on a terminal
+BELOW = 8  # rows of a screen that the next prompt takes: it has a toolbar and room for a menu
 RULES = 1  # characters that the rules add between two columns
 
 
@@ -32,7 +33,7 @@ class TerminalRenderer:
     def page(self) -> Page:
         console = self.console
         unicode = (console.encoding or "").lower().startswith("utf")
-        return Page(console.width, ROWS, console.color_system is not None, unicode)
+        return Page(console.width, ROWS, console.color_system is not None, unicode, console.height - BELOW)
 
     def draw(self, reply: Reply) -> None:
         page = self.page

@@ -20,6 +20,7 @@ from vrs_cli.engine.reach import Option, Overrun
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.text.diagnostics import Severity, show
 from vrs_cli.language.words.values import default_form, numbers_of
+from vrs_cli.render.arm_picture import arm_picture
 from vrs_cli.render.blocks import Block, Column, Grid, Line, Page, line, number_column, number_columns
 from vrs_cli.render.chart import chart
 from vrs_cli.render.colours import Ink
@@ -508,6 +509,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.ProgramStopped: _program_stopped,
     replies.Whereabouts: _whereabouts,
     replies.WhereaboutsTable: _whereabouts_table,
+    replies.Picture: arm_picture,
     replies.ReachReport: _reach,
     replies.LocationTable: _locations,
     replies.RealTable: _reals,

@@ -21,6 +21,7 @@ from vrs_cli.dialogue.talk import Talk, beside
 from vrs_cli.engine.commands import JointTarget, PoseTarget
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
+from vrs_cli.interfaces.monitor.showing import pictured
 from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, shown, sight
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
@@ -62,6 +63,17 @@ def _where(station: Station, it: Instruction) -> Talk[None]:
         yield WhereaboutsTable(rows, units)
     else:
         yield Whereabouts(engine.position(), units=units)
+
+
+def _show(station: Station, it: Instruction) -> Talk[None]:
+    engine, at = station.engine, it.modifiers
+    stamped, t = at.at is not None or at.within is not None, engine.now
+    if at.at is not None:
+        t = real(station, at.at)
+    elif at.within is not None:
+        t += real(station, at.within)
+    arm, timeline = engine.arm, engine.timeline
+    yield (yield from beside(lambda: pictured(arm, timeline, t, stamped)))
 
 
 def _times(station: Station, it: Instruction) -> Iterator[float]:
@@ -197,6 +209,7 @@ def _why(station: Station, it: Instruction) -> Talk[None]:
 
 LOCATIONS: Mapping[str, Handler] = {
     "WHERE": _where,
+    "SHOW": _show,
     "WHY": _why,
     "HERE": _define,
     "POINT": _define,

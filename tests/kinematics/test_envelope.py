@@ -1,0 +1,47 @@
+"""How far the tool tip gets."""
+
+from __future__ import annotations
+
+from math import cos, hypot, radians, sin
+from random import Random
+
+import pytest
+
+from vrs_cli.kinematics.envelope import outermost
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.robot_file import load_robot, robot_names
+from vrs_cli.kinematics.transform import Vector, dot, moved_point
+
+NOWHERE = (0.0, 0.0, 0.0)
+POSES = 3000
+
+
+def directions() -> list[Vector]:
+    angles = [radians(5.0 * k) for k in range(72)]
+    return [(cos(a), sin(a), 0.0) for a in angles] + [(cos(a), 0.0, sin(a)) for a in angles]
+
+
+@pytest.mark.parametrize("tip", [NOWHERE, (0.05, 0.0, 0.15)], ids=["flange", "tool"])
+@pytest.mark.parametrize("name", robot_names())
+def test_no_pose_is_farther_out_seen_from_above_and_from_the_side(name: str, tip: Vector) -> None:
+    model, random = load_robot(name), Random(8)
+    arm, points = arm_for(model), outermost(model, tip)
+    size = max(hypot(*p) for p in points)
+    ranges = list(zip(model.lower, model.upper, strict=True))
+    poses = [tuple(random.uniform(low, high) for low, high in ranges) for _ in range(POSES)]
+    tips = [moved_point(arm.forward(q), tip) for q in poses]
+    for u in directions():
+        assert max(dot(u, p) for p in tips) <= max(dot(u, p) for p in points) + 0.006 * size
+
+
+def test_a_scara_reaches_as_far_as_both_arms_are_long_and_down_as_its_quill_slides() -> None:
+    points = outermost(load_robot("cobra600"), NOWHERE)
+    assert max(hypot(x, y) for x, y, _ in points) == pytest.approx(0.600)
+    assert (min(p[2] for p in points), max(p[2] for p in points)) == pytest.approx((0.177, 0.387))
+
+
+def test_joints_stay_in_their_ranges() -> None:
+    """The arm of a SCARA does not turn behind itself: that is not in its reach."""
+    model = load_robot("cobra600")
+    behind = min(x for x, _, _ in outermost(model, NOWHERE))
+    assert -0.600 < behind < -0.3

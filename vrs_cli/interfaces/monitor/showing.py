@@ -1,0 +1,83 @@
+"""SHOW: the arm at a time, as points and lines in the world. Knows no terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from math import dist
+
+from vrs_cli.dialogue.replies import Picture
+from vrs_cli.engine.position import destination_at, position_at
+from vrs_cli.engine.tool_path import tool_lines
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.envelope import outermost
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform, Vector, along, dot, inverse, moved_point, position, subtracted
+from vrs_cli.trajectory.motion import Frames
+from vrs_cli.trajectory.timeline import Timeline
+
+BEFORE, AFTER = 30.0, 30.0  # [s] of the way that are shown
+ERROR = 0.004  # [m] of its lines: less than a dot of a wide terminal
+SAME = 1e-6  # [m] between two corners that are one
+
+Lines = tuple[tuple[Vector, ...], ...]
+
+
+def pictured(arm: RobotArm, timeline: Timeline, t: float, stamped: bool = False) -> Picture:
+    """The robot at time t [s], with the way that it has come and the one that it goes."""
+    position_then, frames = position_at(arm, timeline, t), timeline.locate(t)[0].motion.frames
+    links, joints = skeleton(arm, position_then.joints, frames)
+    target = position(destination_at(arm, timeline, t).T_world_tool) if position_then.moving else None
+    past, planned = way(arm, timeline, t - BEFORE, t), way(arm, timeline, t, t + AFTER)
+    return Picture(position_then, links, joints, past, planned, target, reach(arm, frames), stamped)
+
+
+def way(arm: RobotArm, timeline: Timeline, begin: float, end: float) -> Lines:
+    """The way of the tool tip between two times [s]: a line as long as it moves."""
+    lines = list[list[Vector]]()
+    for line in tool_lines(arm, timeline, begin, end, ERROR):
+        if lines and _same(lines[-1][-1], line.points[0]):
+            lines[-1] += line.points[1:]
+        else:
+            lines.append(list(line.points))
+    return tuple(map(tuple, lines))
+
+
+def reach(arm: RobotArm, frames: Frames) -> tuple[Vector, ...]:
+    """The outermost places of the tool tip in the world [m]."""
+    T_world_robot = inverse(frames.base)
+    return tuple(moved_point(T_world_robot, p) for p in outermost(arm.model, position(frames.tool)))
+
+
+def skeleton(arm: RobotArm, q: Joints, frames: Frames) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
+    """The corners of the links from the base to the tool tip, in the world [m], and the joints among them.
+
+    A link goes along the axis of its joint first, and then across to the next one.
+    """
+    T_robot = arm.frames(q)
+    corners, joints = list[Vector](), list[Vector]()
+    for T, after in pairwise(T_robot):
+        joints.append(position(T))
+        corners += [position(T), _foot(T, position(after))]
+    corners += [position(T_robot[-1]), moved_point(T_robot[-1], position(frames.tool))]
+    T_world_robot = inverse(frames.base)
+    return tuple(_seen(T_world_robot, corners)), tuple(_seen(T_world_robot, joints))
+
+
+def _foot(T: Transform, p: Vector) -> Vector:
+    """The foot of a point on the z axis of a frame."""
+    origin, z = position(T), (T.ax, T.ay, T.az)
+    return along(origin, z, dot(subtracted(p, origin), z))
+
+
+def _seen(T: Transform, points: Sequence[Vector]) -> Iterator[Vector]:
+    """Points in another frame; of several that are one, the first."""
+    before: Vector | None = None
+    for p in points:
+        if before is None or not _same(p, before):
+            yield moved_point(T, p)
+            before = p
+
+
+def _same(a: Vector, b: Vector) -> bool:
+    return dist(a, b) <= SAME

@@ -1,0 +1,274 @@
+"""SHOW in the terminal: the arm from the side and from above, in braille dots with colours, or in letters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from enum import IntEnum
+from itertools import groupby, pairwise
+from math import floor, log10
+from typing import TYPE_CHECKING, NamedTuple
+
+from vrs_cli.dialogue.numbers import fixed, seconds
+from vrs_cli.kinematics.transform import Vector, along, position
+from vrs_cli.render.blocks import Line, Page, Piece
+from vrs_cli.render.canvas import FINE, PLAIN, Canvas, Dot
+from vrs_cli.render.colours import Ink
+
+if TYPE_CHECKING:
+    from vrs_cli.dialogue.replies import Picture
+
+WIDTH, HEIGHT = 80, 21  # columns and rows of all, where a page has no end
+WORDS = 3  # rows of text above and below the drawing
+LEAST_WIDTH, LEAST_HEIGHT = 24, 7
+GAP = 2  # columns between the two views
+FLAT = 0.01  # of the reach: an arm that moves no farther up and down is seen from above alone
+THICK = 0.055  # of the reach: the links at the base; those at the tool are half as thick
+HAND = 0.06  # of the reach: how long the fingers are; open, they are as far apart
+EDGE = 0.04  # of the reach: left free around it
+DOTTED = 3  # of a line in dots, each third is drawn
+
+
+class Part(IntEnum):
+    """What is drawn, from the back to the front."""
+
+    REACH = 0
+    PAST = 1
+    PLANNED = 2
+    BASE = 3
+    LINK = 4
+    JOINT = 5
+    HAND = 6
+    TARGET = 7
+
+
+class Look(NamedTuple):
+    """How a part is drawn: its ink, and its letter where there are no dots."""
+
+    ink: Ink
+    letter: str
+    name: str = ""
+
+
+LOOKS = {
+    Part.REACH: Look(Ink.NOTE, "'", "reach"),
+    Part.PAST: Look(Ink.CURVE_3, ".", "past"),
+    Part.PLANNED: Look(Ink.CURVE_2, ":", "planned"),
+    Part.BASE: Look(Ink.NOTE, "="),
+    Part.LINK: Look(Ink.HEADING, "#"),
+    Part.JOINT: Look(Ink.CURVE_6, "O"),
+    Part.HAND: Look(Ink.CURVE_4, "%"),
+    Part.TARGET: Look(Ink.CURVE_5, "X", "target"),
+}
+
+
+class View(NamedTuple):
+    """What one sees: the coordinates to the right and up."""
+
+    title: str
+    right: int
+    up: int
+
+    def of(self, p: Vector) -> Dot:
+        return p[self.right], p[self.up]
+
+
+SIDE, ABOVE = View("from the side (X, Z)", 0, 2), View("from above (X, Y)", 0, 1)
+
+
+class Frame(NamedTuple):
+    """Where a view stands: its upper left corner [m], and cells a metre across (one is twice as high as wide)."""
+
+    view: View
+    left: float
+    top: float
+    scale: float
+    width: int
+    height: int
+
+
+def arm_picture(picture: Picture, page: Page) -> Iterator[Line]:
+    """What the robot does, both views side by side, the scale and what is what."""
+    width = max(page.width or WIDTH, LEAST_WIDTH)
+    height = max((page.height or HEIGHT) - WORDS, LEAST_HEIGHT)
+    fine = page.unicode
+    frames = _frames(picture, width, height)
+    canvases = [_drawn(picture, frame, fine) for frame in frames]
+    yield _fitted(_doing(picture), width)
+    yield Line(tuple((f"{frame.view.title[: frame.width]:<{frame.width + GAP}}", Ink.HEADING) for frame in frames))
+    for row in range(frames[0].height):
+        yield Line(tuple(piece for canvas in canvases for piece in (*_cells(canvas, row, fine), (" " * GAP, Ink.TEXT))))
+    yield _fitted((*_scale(frames[0], fine), *_legend(picture, fine)), width)
+
+
+def _doing(picture: Picture) -> Iterator[Piece]:
+    at = picture.position
+    tool = "  ".join(f"{axis} {fixed(1e3 * x, 1)}" for axis, x in zip("XYZ", position(at.T_world_tool), strict=True))
+    yield f"At {seconds(at.time)}  ", Ink.NOTE
+    yield f"{tool} mm  ", Ink.NUMBER
+    yield ((at.text or "moving") if at.moving else "at rest"), Ink.INSTRUCTION
+
+
+def _fitted(pieces: Iterable[Piece], width: int) -> Line:
+    """As much of them as a line has room for."""
+    left, found = width, list[Piece]()
+    for text, ink in pieces:
+        found.append((text[:left], ink))
+        left -= len(found[-1][0])
+    return Line(tuple(found))
+
+
+# --- where the views stand -----------------------------------------------------------------------------------------
+
+
+def _frames(picture: Picture, width: int, height: int) -> tuple[Frame, ...]:
+    """On one scale, each in the middle of its place."""
+    low, high = _box(picture)
+    size = max(b - a for a, b in zip(low, high, strict=True))
+    views = (ABOVE,) if high[2] - low[2] <= size * FLAT else (SIDE, ABOVE)
+    edge = EDGE * size
+    wide = (width - GAP * (len(views) - 1)) // len(views)
+    across = high[0] - low[0] + 2 * edge
+    up = max(high[view.up] - low[view.up] for view in views) + 2 * edge
+    scale = min(wide / across, 2 * height / up)
+    rows = min(round(up * scale / 2 + 0.5), height)
+    return tuple(_frame(view, low, high, scale, wide, rows) for view in views)
+
+
+def _frame(view: View, low: Vector, high: Vector, scale: float, width: int, height: int) -> Frame:
+    middle = [0.5 * (low[i] + high[i]) for i in (view.right, view.up)]
+    return Frame(view, middle[0] - 0.5 * width / scale, middle[1] + height / scale, scale, width, height)
+
+
+def _box(picture: Picture) -> tuple[Vector, Vector]:
+    """The least and the greatest of all coordinates that the arm can have; it stays while the arm moves."""
+    columns = list(zip(*picture.reach, picture.links[0], strict=True))
+    low, high = tuple(map(min, columns)), tuple(map(max, columns))
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+
+# --- drawing -------------------------------------------------------------------------------------------------------
+
+
+class Pen:
+    """Draws points of the world [m] in one view."""
+
+    def __init__(self, frame: Frame, fine: bool) -> None:
+        self.frame, self.fine = frame, fine
+        self.canvas = Canvas(frame.width, frame.height, *(FINE if fine else PLAIN))
+        self.across = frame.scale * self.canvas.dots_wide
+        self.down = 0.5 * frame.scale * self.canvas.dots_high
+
+    def dot(self, p: Vector) -> Dot:
+        x, y = self.frame.view.of(p)
+        return (x - self.frame.left) * self.across - 0.5, (self.frame.top - y) * self.down - 0.5
+
+    def dots(self, metres: float) -> float:
+        return metres * self.across if self.fine else 1.0
+
+    def line(self, part: Part, points: Sequence[Vector], thick: float = 0.0, every: int = 1) -> None:
+        for a, b in pairwise(map(self.dot, points)):
+            self.canvas.stroke(part, a, b, max(round(self.dots(thick)), 1), every if self.fine else 1)
+
+    def disc(self, part: Part, p: Vector, radius: float) -> None:
+        self.canvas.disc(part, self.dot(p), max(self.dots(radius), 1.5) if self.fine else 0.0)
+
+    def cross(self, part: Part, p: Vector, arm: int) -> None:
+        x, y = self.dot(p)
+        arm = arm if self.fine else 0
+        self.canvas.stroke(part, (x - arm, y), (x + arm, y))
+        self.canvas.stroke(part, (x, y - arm), (x, y + arm))
+
+
+def _drawn(picture: Picture, frame: Frame, fine: bool) -> Canvas:
+    pen, size = Pen(frame, fine), _size(picture)
+    pen.line(Part.REACH, _outline(frame.view, picture.reach), every=DOTTED)
+    for part, lines in ((Part.PAST, picture.past), (Part.PLANNED, picture.planned)):
+        for points in lines:
+            pen.line(part, points)
+    _draw_base(pen, picture, size)
+    count = len(picture.links) - 1
+    for i, (a, b) in enumerate(pairwise(picture.links)):
+        pen.line(Part.LINK, (a, b), THICK * size * (1.0 - 0.5 * i / count))
+    for p in picture.joints:
+        pen.disc(Part.JOINT, p, 0.5 * THICK * size)
+    _draw_hand(pen, picture, size)
+    if picture.target is not None:
+        pen.cross(Part.TARGET, picture.target, 2)
+    return pen.canvas
+
+
+def _size(picture: Picture) -> float:
+    """How far the arm reaches from the middle [m]."""
+    low, high = _box(picture)
+    return 0.5 * max(b - a for a, b in zip(low, high, strict=True))
+
+
+def _draw_base(pen: Pen, picture: Picture, size: float) -> None:
+    x, y, z = picture.links[0]
+    half = THICK * size
+    if pen.frame.view is SIDE:
+        pen.line(Part.BASE, ((x - half, y, z - half), (x + half, y, z - half)))
+        pen.line(Part.BASE, ((x, y, z), (x - half, y, z - half)))
+        pen.line(Part.BASE, ((x, y, z), (x + half, y, z - half)))
+
+
+def _draw_hand(pen: Pen, picture: Picture, size: float) -> None:
+    """Two fingers, apart along the Y axis of the tool as far as the hand is open."""
+    T = picture.position.T_world_tool
+    tip, apart = position(T), 0.5 * HAND * size * picture.position.hand
+    for side in (-apart, apart):
+        root = along(tip, (T.sx, T.sy, T.sz), side)
+        pen.line(Part.HAND, (tip, root, along(root, (T.ax, T.ay, T.az), HAND * size)))
+
+
+def _outline(view: View, points: Sequence[Vector]) -> list[Vector]:
+    """The convex outline of points as a view shows them, closed (Andrew's monotone chain, 1979)."""
+    seen = sorted({view.of(p): p for p in points}.items())
+    halves = [_half([p for _, p in row], view) for row in (seen, seen[::-1])]
+    return [*halves[0], *halves[1][1:]]
+
+
+def _half(points: Sequence[Vector], view: View) -> list[Vector]:
+    """The right-hand side of the way from the first to the last."""
+    found = list[Vector]()
+    for p in points:
+        while len(found) > 1 and not _turns_left(*map(view.of, (*found[-2:], p))):
+            found.pop()
+        found.append(p)
+    return found
+
+
+def _turns_left(a: Dot, b: Dot, c: Dot) -> bool:
+    return (b[0] - a[0]) * (c[1] - a[1]) > (b[1] - a[1]) * (c[0] - a[0])
+
+
+# --- cells and words -----------------------------------------------------------------------------------------------
+
+
+def _cells(canvas: Canvas, row: int, fine: bool) -> Iterator[Piece]:
+    """A row in runs of one ink."""
+    owners = [canvas.owner.get((row, column)) for column in range(canvas.width)]
+    for owner, run in groupby(range(canvas.width), owners.__getitem__):
+        if owner is None:
+            yield " " * len(list(run)), Ink.TEXT
+        else:
+            look = LOOKS[Part(owner)]
+            yield "".join(canvas.braille(row, column) if fine else look.letter for column in run), look.ink
+
+
+def _scale(frame: Frame, fine: bool) -> Iterator[Piece]:
+    """A bar of a round length, at least four cells."""
+    least = 4.0 / frame.scale
+    power = 10.0 ** floor(log10(least))
+    metres = next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= least)
+    cells = round(metres * frame.scale)
+    bar = f"├{'─' * (cells - 2)}┤" if fine else f"|{'-' * (cells - 2)}|"
+    yield f"{bar} {1e3 * metres:g} mm", Ink.NOTE
+
+
+def _legend(picture: Picture, fine: bool) -> Iterator[Piece]:
+    there = {Part.REACH: True, Part.PAST: picture.past, Part.PLANNED: picture.planned, Part.TARGET: picture.target}
+    for part, is_there in there.items():
+        if is_there:
+            look = LOOKS[part]
+            yield f"   {look.letter if not fine else '•'} {look.name}", look.ink
