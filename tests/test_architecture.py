@@ -53,15 +53,16 @@ INNER_FLOORS = {  # the same inside a folder; a file beside these floors may imp
 LIVES_IN = {
     "lark": {"language/text/table.py"},
     "prompt_toolkit": {"repl"},
-    "websockets": {"net/client.py", "net/server.py", "net/sockets.py"},
-    "rich": {"render"},
+    "websockets": {"net/client.py", "net/server.py", "net/sockets.py", "view3d/guard.py"},
+    "rich": {"render", "view3d/app.py"},
+    "viser": {"view3d"},
+    "trimesh": {"view3d"},
     "msgspec": {*FLOORS[FLOORS.index("engine") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
     "filelock": {"files/lock.py"},
     "mcap": {"files/mcap_log.py"},
     "nats": {"net/nats.py"},
     "matplotlib": {"render"},
     "pygments": {"highlight"},
-    "viser": {"view3d"},
     "pygls": {"lsp/server.py"},
     "lsprotocol": {"lsp/server.py"},
     "numpy": {

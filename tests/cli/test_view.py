@@ -27,12 +27,6 @@ def keys(monkeypatch: pytest.MonkeyPatch) -> Iterator[PipeInput]:
 
 
 @pytest.mark.usefixtures("saved")
-def test_a_browser_is_not_there_yet(vrs: Vrs) -> None:
-    said = "vrs view: the view in a browser is not there yet (--terminal watches on the terminal)\n"
-    assert vrs("view", "t.vrst") == (2, "", said)
-
-
-@pytest.mark.usefixtures("saved")
 def test_a_pipe_is_no_terminal(vrs: Vrs) -> None:
     ended = vrs("view", "--terminal", "t.vrst")
     assert ended.status == 2

@@ -8,10 +8,11 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.files.trajectories import planned, puma
+from vrs_cli.interfaces.roles.observer import Recorded
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.repl.player import Player, Recorded
+from vrs_cli.repl.player import Player
 from vrs_cli.trajectory.timeline import Timeline
 
 

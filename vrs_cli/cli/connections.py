@@ -25,9 +25,11 @@ ADDRESS = "ws://HOST:PORT, ws://HOST:PORT/robots/NAME for one of several, or wss
 EPILOG = f"A token is taken from --token-file, or from the environment variable {TOKEN}.\n"
 
 
-def add_connection(parser: Parser, metavar: str = "URL", also: str = "") -> None:
-    """The address, and the options of a connection. `also`: what else may stand in place of the address."""
-    parser.add_argument("url", metavar=metavar, help=ADDRESS + also)
+def add_connection(parser: Parser, metavar: str = "URL", also: str = "", nargs: str | None = None) -> None:
+    """The address, and the options of a connection. `also`: what else may stand in place of the address; `nargs`: "?"
+    where that may be missing.
+    """
+    parser.add_argument("url", metavar=metavar, nargs=nargs, help=ADDRESS + also)
     group = parser.add_argument_group("the connection")
     group.add_argument("--token-file", metavar="FILE", help=f"a file with the token (default: {TOKEN})")
     group.add_argument("--name", default="", help="what others see you called, where tokens do not say that")

@@ -46,7 +46,7 @@ SUBCOMMANDS: Mapping[str, Row] = {
     "token": Row("token", "NAME ... --file FILE", "make tokens for those who may enter a server"),
     "put": Row("transfer", "FILE URL", "put a file into the folder of a robot that is served"),
     "get": Row("transfer", "NAME URL", "get a file from there"),
-    "view": Row("view", "URL|T.vrst", "watch a robot that others move, or a saved trajectory"),
+    "view": Row("view", "[FILE.v2|T.vrst|URL]", "a robot in a browser: watch it, drive it, play it back"),
     "export": Row("export", "T.vrst --to FORMAT", "write a saved trajectory for other programs: csv, npz, mcap, ..."),
 }
 

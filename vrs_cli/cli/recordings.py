@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from math import degrees
 from typing import TYPE_CHECKING
 
+from vrs_cli.cli.sources import is_program
 from vrs_cli.kinematics.transform import to_oat
 
 if TYPE_CHECKING:
@@ -19,6 +21,11 @@ DIGITS = 12  # decimals of degrees and millimetres in JSON: noise goes, nothing 
 
 def add_lenient_option(parser: Parser) -> None:
     parser.add_argument("--lenient", action="store_true", help="read what can be read of a damaged file, with warnings")
+
+
+def is_recording(name: str) -> bool:
+    """Whether a trajectory file is meant, and no address."""
+    return name.endswith(".vrst") or (os.path.exists(name) and not is_program(name))
 
 
 def read_recording(prog: str, path: str, *, lenient: bool = False, told: bool = True) -> Recording:

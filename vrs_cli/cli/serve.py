@@ -123,7 +123,7 @@ def _named(options: argparse.Namespace, hub: Hub) -> str:
 def _parser(prog: str) -> Parser:
     parser = Parser(prog, "Serve virtual robots to others: vrs connect, vrs view, vrs.connect(URL).", EPILOG)
     parser.add_argument("--host", default="127.0.0.1", help="the address to listen at (default: this machine alone)")
-    parser.add_argument("--port", type=_port, default=USUAL_PORT, help=f"default: {USUAL_PORT}; 0: any that is free")
+    parser.add_argument("--port", type=port, default=USUAL_PORT, help=f"default: {USUAL_PORT}; 0: any that is free")
     told = "a robot that all may hold, and what it is (vrs robots, or a TOML or URDF file); may be repeated"
     parser.add_argument("--robot", metavar="NAME=ROBOT", type=_robot, action="append", default=[], help=told)
     own = parser.add_argument_group("a class")
@@ -159,11 +159,11 @@ def _parser(prog: str) -> Parser:
     return parser
 
 
-def _port(text: str) -> int:
-    port = whole(text)
-    if not 0 <= port <= 65535:
+def port(text: str) -> int:
+    number = whole(text)
+    if not 0 <= number <= 65535:
         raise argparse.ArgumentTypeError(f"{text} is no port (0 to 65535)")
-    return port
+    return number
 
 
 def _robot(text: str) -> tuple[str, str]:

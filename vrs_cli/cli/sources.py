@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from vrs_cli.language.text.diagnostics import Diagnostic
 
 
+PROGRAMS = (".v2", ".pg")  # how files of programs end
+
+
 class Source(Struct, frozen=True):
     """The text of a program file, and what to call it in messages."""
 
@@ -43,6 +46,11 @@ def read_source(path: str) -> Source:
     if path == STANDARD_STREAM:
         return Source("standard input", decode_program("standard input", sys.stdin.buffer.read()))
     return Source(str(find_program_file(path)), read_program_file(path))
+
+
+def is_program(name: str) -> bool:
+    """Whether a program file is meant, and no address."""
+    return name.lower().endswith(PROGRAMS) and "://" not in name
 
 
 def ordered(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:

@@ -1,26 +1,36 @@
-"""`vrs view`: watch a robot that others move, or a saved trajectory."""
+"""`vrs view`: watch and drive a robot in a browser, or watch one on the terminal; or a saved trajectory."""
 
 from __future__ import annotations
 
 import argparse
 import asyncio
-import os
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import CommandLineError, Parser, positive
+from vrs_cli.cli.command_line import CommandLineError, Parser, clock_rate, positive
 from vrs_cli.cli.connections import EPILOG as TOKENS
 from vrs_cli.cli.connections import add_connection, client_of
-from vrs_cli.cli.recordings import add_lenient_option, read_recording
+from vrs_cli.cli.recordings import add_lenient_option, is_recording, read_recording
+from vrs_cli.cli.serve import port
 
 if TYPE_CHECKING:
     from vrs_cli.net.messages import ServerMessage
 
 
 EPILOG = f"""\
-Keys: space plays and pauses, left and right seek, r rewinds, f follows the robot again,
-+ and - change the rate, q leaves.
+In the browser: a new robot, which the VAL-II shell in this terminal drives too;
+one that executes a program; a trajectory; a robot that is served.
+
+  vrs view
+  vrs view pick.v2 --rate 0.5
+  vrs view day.vrst
+  vrs view ws://127.0.0.1:8765
+
+The page is for this machine alone. Ctrl-C, or SIGTERM, ends it (in the shell: EXIT).
+
+On the terminal: space plays and pauses, left and right seek, r rewinds, f follows
+the robot again, + and - change the rate, q leaves.
 
   vrs view --terminal ws://127.0.0.1:8765
   vrs view --terminal day.vrst
@@ -32,10 +42,14 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     """Watch until the user leaves."""
     options = _parser(prog).parse(arguments)
     if not options.terminal:
-        raise CommandLineError("the view in a browser is not there yet", "--terminal watches on the terminal")
+        from vrs_cli.cli.browser import show
+
+        return show(prog, options)
     if not is_at_terminal():
         raise CommandLineError("this is no terminal", "vrs where and vrs replay tell of a saved trajectory in a pipe")
-    if options.url.endswith(".vrst") or os.path.exists(options.url):
+    if not options.url:
+        raise CommandLineError("--terminal shows a robot that is served, or a saved trajectory", "name one")
+    if is_recording(options.url):
         _play(prog, options)
     else:
         asyncio.run(_watch(prog, options))
@@ -49,9 +63,17 @@ def is_at_terminal() -> bool:
 def _parser(prog: str) -> Parser:
     from vrs_cli.net.mirror import WINDOW
 
-    parser = Parser(prog, "Watch a robot that others move, or a saved trajectory.", EPILOG)
-    add_connection(parser, "URL|T.vrst", "; or a saved trajectory")
+    parser = Parser(prog, "Watch a robot, and drive it: in a browser, or on the terminal.", EPILOG)
+    what = "; a program file, or a saved trajectory; nothing: a new robot, and the shell beside it"
+    add_connection(parser, "FILE.v2|T.vrst|URL", what, nargs="?")
     parser.add_argument("--terminal", action="store_true", help="on the terminal: joints, tool, clock, who drives")
+    page = parser.add_argument_group("the browser")
+    page.add_argument("--no-open", action="store_true", help="print the address alone")
+    page.add_argument("--port", type=port, default=0, help="default: any that is free")
+    page.add_argument("--host", default="127.0.0.1", help="an address of this machine alone (default: 127.0.0.1)")
+    parser.add_robot()
+    parser.add_argument("--rate", metavar="R", type=clock_rate, default=1.0, help="seconds of it in one (default: 1)")
+    parser.add_argument("--no-run", action="store_true", help="load the file, and execute nothing")
     parser.add_argument(
         "--window",
         metavar="S",
@@ -69,7 +91,7 @@ def _play(prog: str, options: argparse.Namespace) -> None:
     from vrs_cli.kinematics.forms import arm_for
     from vrs_cli.repl.player import play
 
-    play(arm_for(recording.model), recording.timeline, 1.0)
+    play(arm_for(recording.model), recording.timeline, options.rate)
 
 
 async def _watch(prog: str, options: argparse.Namespace) -> None:

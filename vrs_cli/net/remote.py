@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Coroutine, Iterator, Sequence
+from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Lock, Thread, current_thread
@@ -49,12 +50,16 @@ class Loop:
         if self._loop.is_closed():
             work.close()
             raise RequestRefused("it was let go", "connect again")
-        future = asyncio.run_coroutine_threadsafe(work, self._loop)
+        future = self.begin(work)
         try:
             return future.result(seconds)
         except BaseException:
             future.cancel()
             raise
+
+    def begin(self, work: Coroutine[Any, Any, T]) -> Future[T]:
+        """Something that goes on."""
+        return asyncio.run_coroutine_threadsafe(work, self._loop)
 
     def soon(self, act: Callable[[], object]) -> None:
         """Something that nobody waits for. Safe in a signal handler."""
@@ -154,6 +159,13 @@ class RemoteRobot:
         assert isinstance(end, messages.Located), "it answers Positions"
         return end
 
+    @property
+    def welcome(self) -> messages.Welcome:
+        """Which robot it is, and as whom one holds it."""
+        welcome = self.client.far.welcome
+        assert welcome is not None, "there is a mirror"
+        return welcome
+
     def previewed(self) -> Previewed:
         """The timeline with the motions that are on their way to the robot, and how far it is confirmed."""
         preview = self.client.far.preview
@@ -198,6 +210,10 @@ class RemoteRobot:
         recorded = self.act(Record())
         with atomically(path) as stream:
             stream.write(recorded.data)
+
+    def listen(self, outlet: Callable[[ServerMessage], None]) -> None:
+        """Have all told that belongs to no request, in the thread of the connection."""
+        self._loop.do(lambda: self.client.far.news.append(outlet))
 
     def subscribe(self) -> Subscription[Event]:
         return self._loop.do(self._mirror.events.subscribe)

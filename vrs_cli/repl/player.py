@@ -15,7 +15,7 @@ from prompt_toolkit.layout import FormattedTextControl, Layout, Window
 
 from vrs_cli.dialogue.replies import Whereabouts
 from vrs_cli.engine.position import position_at
-from vrs_cli.interfaces.roles.observer import Watched
+from vrs_cli.interfaces.roles.observer import Recorded, Watched
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net.mirror import Mirror
@@ -51,17 +51,6 @@ ACTIONS: tuple[Action, ...] = (
     Action(("-",), "", lambda p, wall: p.slower(wall)),
     Action(("q", "escape", "c-c", "c-d"), "q quit", None),
 )
-
-
-class Recorded(NamedTuple):
-    """A trajectory as a robot to be watched: all of it has happened."""
-
-    arm: RobotArm
-    timeline: Timeline
-
-    @property
-    def now(self) -> float:
-        return self.timeline.end
 
 
 def nothing_else() -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from vrs_cli.engine.position import Position, Positions, position_at, positions_at
 from vrs_cli.kinematics.arm import RobotArm
@@ -22,6 +22,17 @@ class Watched(Protocol):
     def timeline(self) -> Timeline: ...
     @property
     def now(self) -> float: ...
+
+
+class Recorded(NamedTuple):
+    """A trajectory as a robot to be watched: all of it has happened."""
+
+    arm: RobotArm
+    timeline: Timeline
+
+    @property
+    def now(self) -> float:
+        return self.timeline.end
 
 
 class Observer:

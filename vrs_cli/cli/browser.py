@@ -1,0 +1,136 @@
+"""`vrs view` in a browser: what is shown there, and how long."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import webbrowser
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from importlib.util import find_spec
+from pathlib import Path
+from threading import Thread
+from typing import TYPE_CHECKING
+
+from vrs_cli.cli.command_line import CommandLineError, teller
+from vrs_cli.cli.connections import token_of
+from vrs_cli.cli.recordings import is_recording, read_recording
+from vrs_cli.cli.signals import signal_comes
+from vrs_cli.cli.sources import is_program, read_source
+from vrs_cli.errors import UsageError
+from vrs_cli.extras import how_to_install
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.roles.observer import Watched
+    from vrs_cli.view3d.hosted import Hosted
+
+Told = Callable[[str], None]
+Hold = Callable[[Told], "Watched"]
+
+
+def show(prog: str, options: argparse.Namespace) -> int:
+    """Until a signal ends it, or the user of the shell beside it; returns the exit status. Raises VrsError."""
+    if find_spec("viser") is None:
+        raise CommandLineError("a view in the browser needs viser", how_to_install("viser"))
+    with ExitStack() as stack:
+        if not options.url:
+            return _with_shell(prog, options, stack)
+        if is_recording(options.url):
+            hold = _recorded(prog, options)
+        elif is_program(options.url):
+            hold = _program(prog, options, stack)
+        else:
+            hold = _afar(options)
+        _open(prog, options, hold, stack)
+        asyncio.run(signal_comes())
+    return 0
+
+
+def _open(prog: str, options: argparse.Namespace, hold: Hold, stack: ExitStack) -> None:
+    """The page is there, until the stack is left."""
+    from vrs_cli.view3d.app import App
+
+    app = App(hold, host=options.host, port=options.port, rate=options.rate, tell=teller(prog))
+    stack.callback(app.close)
+    print(f"{prog}: {app.address}", flush=True)
+    if not options.no_open:
+        Thread(target=_opened, args=(app.address,), daemon=True).start()
+
+
+def _opened(address: str) -> None:
+    """Where there is no browser the address is enough."""
+    with suppress(webbrowser.Error):
+        webbrowser.open(address)
+
+
+# --- what is watched -------------------------------------------------------------------------------------------------
+
+
+def _recorded(prog: str, options: argparse.Namespace) -> Hold:
+    """Raises FileError."""
+    recording = read_recording(prog, options.url, lenient=options.lenient)
+    from vrs_cli.interfaces.roles.observer import Recorded
+    from vrs_cli.kinematics.forms import arm_for
+
+    recorded = Recorded(arm_for(recording.model), recording.timeline)
+    return lambda _told: recorded
+
+
+def _afar(options: argparse.Namespace) -> Hold:
+    """A robot that is served, which is there. Raises what it refuses."""
+    from vrs_cli.net.client import hello_of
+    from vrs_cli.net.remote import RemoteRobot
+
+    hello = hello_of(token_of(options.token_file), name=options.name or "browser")
+
+    def hold(told: Told) -> Watched:
+        return RemoteRobot.connect(options.url, hello, ca=options.ca, told=told, window=options.window)
+
+    try:
+        RemoteRobot.connect(options.url, hello, ca=options.ca, window=0.0).close()
+    except UsageError as error:
+        raise CommandLineError(error.detail, error.hint) from None
+    return hold
+
+
+def _hosted(prog: str, options: argparse.Namespace, stack: ExitStack) -> Hosted:
+    """A new robot, in real time."""
+    from vrs_cli.kinematics.robot_file import load_robot
+    from vrs_cli.view3d.hosted import Hosted
+
+    hosted = Hosted(load_robot(options.robot), rate=options.rate, folder=Path.cwd(), tell=teller(prog))
+    stack.callback(hosted.close)
+    return hosted
+
+
+def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> Hold:
+    """A new robot with the programs of a file; the first browser executes the first of them. Raises FileError, and what
+    is wrong with the file.
+    """
+    from vrs_cli.interfaces.session.acts import Define
+    from vrs_cli.view3d.hosted import SHELL
+
+    source = read_source(options.url)
+    hosted = _hosted(prog, options, stack)
+    loading = hosted.hold(SHELL)
+    try:
+        loading.act(Define(source.text, f"{source.path}:"))
+    finally:
+        loading.close()
+    return hosted.hold_for_browser
+
+
+def _with_shell(prog: str, options: argparse.Namespace, stack: ExitStack) -> int:
+    """A new robot, and the shell at it; on a pipe, the page stays when the lines are done."""
+    from vrs_cli.repl.connection import Connection
+    from vrs_cli.repl.place import Afar
+    from vrs_cli.repl.shell import at, on_terminal
+
+    hosted = _hosted(prog, options, stack)
+    _open(prog, options, hosted.hold_for_browser, stack)
+    connection = Connection(hosted.client(attended=on_terminal()))
+    stack.callback(connection.close)
+    status = at(Afar(connection, teller(prog)))
+    if not on_terminal():
+        asyncio.run(signal_comes())
+    return status

@@ -1,0 +1,188 @@
+"""The view in browsers: a page of this machine, for each browser a window with a robot of its own to hold, and one
+thread that shows them what is to be seen.
+"""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Callable
+from threading import Event, Lock, Thread
+
+import rich
+import viser
+
+from vrs_cli.errors import RequestRefused, UsageError, VrsError
+from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.roles.observer import Watched
+from vrs_cli.net.messages import ServerMessage, Welcome
+from vrs_cli.view3d.furnish import furnish
+from vrs_cli.view3d.guard import LOOPBACK, Guard
+from vrs_cli.view3d.window import TITLE, Window
+
+HOST = "127.0.0.1"
+RATE = 50.0  # [1/s] pictures at most
+AGAIN = 2.0  # [s] until a robot that does not answer is asked again
+
+Told = Callable[[str], None]
+
+
+class _Viser(viser.ViserServer):
+    """A viser that never opens a way from outside to this machine."""
+
+    def request_share_url(self, verbose: bool = True) -> str | None:  # noqa: ARG002
+        return None
+
+
+class App:
+    """`hold`: takes hold of the robot for one more browser; what becomes of the connection is told to what it is given.
+    `rate`: seconds of a trajectory in one second, at first.
+    Raises UsageError where the address is taken, or is one that others reach.
+    """
+
+    def __init__(
+        self,
+        hold: Callable[[Told], Watched],
+        *,
+        title: str = TITLE,
+        host: str = HOST,
+        port: int = 0,
+        rate: float = 1.0,
+        tell: Told = lambda _text: None,
+        wall: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._hold, self._title, self._tell, self._wall = hold, title, tell, wall
+        self._rate = rate
+        self._windows: dict[int, Window] = {}
+        self._gone: set[int] = set()  # browsers that went before there was a window
+        self._lock, self._open, self._ended = Lock(), Event(), Event()
+        self.first = Event()  # set once there is a browser
+        guard = Guard()
+        self._viser, bound = _serve(guard, host, port)
+        self.address = f"http://{_shown(host)}:{bound}/{guard.secret}/"
+        self._viser.on_client_connect(self._come)
+        self._viser.on_client_disconnect(self._go)
+        self._thread = Thread(target=self._run, name="vrs view", daemon=True)
+        self._thread.start()
+
+    @property
+    def windows(self) -> tuple[Window, ...]:
+        with self._lock:
+            return tuple(self._windows.values())
+
+    def close(self) -> None:
+        """Every browser is let go."""
+        self._ended.set()
+        self._open.set()
+        self._thread.join()
+        self._viser.stop()
+        for window in self.windows:
+            window.close()
+
+    # --- browsers ---
+
+    def _come(self, client: viser.ClientHandle) -> None:
+        """A browser is there; it is shown why where that cannot be."""
+        try:
+            watched = self._held(client)
+            if watched is None:
+                return
+            window = Window(client, watched, self._wall, self._rate)
+            _hear(window)
+            furnish(window, self._title)
+        except Exception as error:
+            said = str(error) if isinstance(error, VrsError) else internal_error(error).text
+            client.add_notification(self._title, said, color="red")
+            self._tell(said)
+            return
+        with self._lock:
+            there = client.client_id not in self._gone
+            if there:
+                self._windows[client.client_id] = window
+        if not there:
+            window.close()
+        self._open.set()
+        self.first.set()
+
+    def _held(self, client: viser.ClientHandle) -> Watched | None:
+        """The robot; it is asked for again as long as it does not answer and the browser is there."""
+        waiting: viser.NotificationHandle | None = None
+        while not self._ended.is_set() and client.client_id not in self._gone:
+            try:
+                watched = self._hold(lambda text: self._cut(client.client_id, text))
+            except RequestRefused as refused:
+                if waiting is None:
+                    waiting = client.add_notification(self._title, "", loading=True, with_close_button=False)
+                waiting.body = str(refused)
+                self._ended.wait(AGAIN)
+                continue
+            if waiting is not None:
+                waiting.remove()
+            return watched
+        return None
+
+    def _go(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            self._gone.add(client.client_id)
+            window = self._windows.pop(client.client_id, None)
+            if not self._windows:
+                self._open.clear()
+        if window is not None:
+            window.close()
+
+    def _cut(self, number: int, why: str) -> None:
+        """The connection of a window is cut."""
+        with self._lock:
+            window = self._windows.get(number)
+        if window is not None:
+            window.away(why)
+
+    # --- time ---
+
+    def _run(self) -> None:
+        due = self._wall()
+        while not self._ended.is_set():
+            self._open.wait()
+            for window in self.windows:
+                self._tick(window)
+            due = max(due + 1.0 / RATE, self._wall())
+            self._ended.wait(due - self._wall())
+
+    def _tick(self, window: Window) -> None:
+        try:
+            window.tick(self._wall())
+        except Exception as error:  # all others go on
+            window.tell(internal_error(error).text)
+
+
+def _hear(window: Window) -> None:
+    """The connection of a window is there again when the robot says welcome."""
+
+    def hear(message: ServerMessage) -> None:
+        if isinstance(message, Welcome):
+            window.away("")
+
+    if window.robot is not None:
+        window.robot.listen(hear)
+
+
+def _serve(guard: Guard, host: str, port: int) -> tuple[_Viser, int]:
+    """Raises UsageError."""
+    if host not in LOOPBACK:
+        raise UsageError(
+            f"--host {host}: the page is for this machine alone, as whoever opens it may drive the robot",
+            "others watch with vrs serve and vrs view ws://HOST, or over ssh -L",
+        )
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        listening = socket.create_server((host, port), family=family)
+    except OSError as error:
+        raise UsageError(f"{host}:{port}: {(error.strerror or str(error)).lower()}", "name another --port") from None
+    rich.reconfigure(quiet=True)  # viser tells its address, which is not the whole one
+    with guard.standing(listening):
+        server = _Viser(host=host, port=port, verbose=False)
+    return server, listening.getsockname()[1]
+
+
+def _shown(host: str) -> str:
+    return f"[{host}]" if ":" in host else host

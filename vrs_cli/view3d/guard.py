@@ -1,0 +1,85 @@
+"""Who may open the page. viser answers everybody who reaches its port, and that is every page in a browser of this
+machine: a WebSocket may be opened to any host from any site, and a name that an attacker owns may lead to 127.0.0.1
+(DNS rebinding). So each request is looked at before viser sees it: it names this machine, comes from this very page or
+from no page, and knows the secret of the address.
+"""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from http import HTTPStatus
+from threading import Lock
+from typing import Any
+from urllib.parse import urlsplit
+
+import websockets.asyncio.server as sockets
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.http11 import Request, Response
+
+LOOPBACK = ("localhost", "127.0.0.1", "::1")
+BYTES = 18  # of chance in a secret
+
+_replacing = Lock()
+Asked = Callable[[ServerConnection, Request], Response | None]
+
+
+class Guard:
+    """Lets in who knows the secret, which is the first part of the path of an address."""
+
+    def __init__(self) -> None:
+        self.secret = secrets.token_urlsafe(BYTES)
+        self.stands = False
+
+    def refuses(self, request: Request) -> str:
+        """Why a request is not answered, or empty."""
+        host, origin = request.headers.get("Host", ""), request.headers.get("Origin")
+        if urlsplit(f"//{host}").hostname not in LOOPBACK:
+            return "this page is for this machine alone: open the address that vrs view tells"
+        if origin is not None and urlsplit(origin).netloc != host:
+            return "another page may not look at this robot"
+        if not hmac.compare_digest(_secret_of(request.path).encode(), self.secret.encode()):
+            return "open the address that vrs view tells, with all that is in it"
+        return ""
+
+    def admit(self, connection: ServerConnection, request: Request, then: Asked) -> Response | None:
+        """Refuse a request, or hand it on without the secret."""
+        try:
+            why = self.refuses(request)
+        except ValueError:  # no address, a header that comes twice
+            why = "this is no request of a browser"
+        if why:
+            return connection.respond(HTTPStatus.FORBIDDEN, f"{why}\n")
+        request.path = "/" + request.path.removeprefix(f"/{self.secret}").lstrip("/")
+        return then(connection, request)
+
+    @contextmanager
+    def standing(self, listening: socket.socket) -> Iterator[None]:
+        """viser opens its server meanwhile: on the socket that is `listening`, behind this guard.
+
+        viser takes neither (its `process_request` answers with its page), so the function that opens servers is
+        another one for as long. Raises RuntimeError where viser did not come by.
+        """
+
+        def guarded(handler: Any, _host: Any, _port: Any, *, process_request: Asked, **options: Any) -> serve:
+            def asked(connection: ServerConnection, request: Request) -> Response | None:
+                return self.admit(connection, request, process_request)
+
+            self.stands = True
+            return serve(handler, sock=listening, process_request=asked, **options)
+
+        with _replacing:
+            vars(sockets)["serve"] = guarded
+            try:
+                yield
+            finally:
+                vars(sockets)["serve"] = serve
+        if not self.stands:
+            raise RuntimeError("this viser opens its server in another way: nobody would guard it")
+
+
+def _secret_of(path: str) -> str:
+    return urlsplit(path).path.lstrip("/").partition("/")[0]

@@ -1,0 +1,77 @@
+"""A robot of this process, served to its own windows: what they hold is the same as over the network."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from msgspec.structs import replace
+
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.net.audit import Audit
+from vrs_cli.net.client import Client, hello_of
+from vrs_cli.net.hub import Hub, Places
+from vrs_cli.net.limits import USUAL
+from vrs_cli.net.remote import Loop, RemoteRobot
+from vrs_cli.net.room import Plan
+from vrs_cli.net.server import Place, Server
+from vrs_cli.net.tokens import TokenFile, Wanted, add_tokens
+
+BROWSER, SHELL = "browser", "shell"  # who holds it, as all see them called
+OPENING = 10.0  # [s] until it listens
+
+
+class Hosted:
+    """Serves one robot on a free port of this machine. `url` and `tokens`, by who they are for, are what it takes to
+    hold it. `folder`: its files; `rate`: seconds of its time in one second, None for virtual time.
+    """
+
+    def __init__(
+        self,
+        model: RobotModel,
+        *,
+        rate: float | None = 1.0,
+        folder: Path | None = None,
+        tell: Callable[[str], None] = lambda _text: None,
+    ) -> None:
+        self._left = ExitStack()
+        try:
+            here = Path(self._left.enter_context(TemporaryDirectory(prefix="vrs-")))
+            self.tokens = add_tokens(here / "tokens.toml", (Wanted(BROWSER), Wanted(SHELL)))
+            audit = Audit(None, time.time, tell)
+            server = Server(Place("127.0.0.1", 0), USUAL, audit, TokenFile(here / "tokens.toml", (model.name,)), tell)
+            plan = Plan(model, folder or here, realtime=rate)
+            hub = Hub({model.name: model}, Places(None, folder or here), plan, audit, server.wake, tell)
+            hub.open_all()
+            self._left.callback(hub.close)
+            self.url = self._served(server, hub)
+        except BaseException:
+            self._left.close()
+            raise
+
+    def _served(self, server: Server, hub: Hub) -> str:
+        loop, stop, address = Loop(), asyncio.Event(), asyncio.Queue[str]()
+        self._left.callback(loop.close)
+        running = loop.begin(server.run(hub, address.put_nowait, stop))
+        self._left.callback(running.result, OPENING)
+        self._left.callback(loop.soon, stop.set)
+        return f"{loop.wait(address.get(), OPENING)}/robots/{next(iter(hub.rooms))}"
+
+    def hold(self, who: str, told: Callable[[str], None] = lambda _text: None) -> RemoteRobot:
+        """Take hold of it. Raises RequestRefused."""
+        return RemoteRobot.connect(self.url, hello_of(self.tokens[who]), told=told)
+
+    def hold_for_browser(self, told: Callable[[str], None]) -> RemoteRobot:
+        return self.hold(BROWSER, told)
+
+    def client(self, *, attended: bool) -> Client:
+        """What connects a shell to it, once it is opened."""
+        return Client(self.url, replace(hello_of(self.tokens[SHELL]), attended=attended))
+
+    def close(self) -> None:
+        """Nobody holds it any more; its files stay in their folder."""
+        self._left.close()

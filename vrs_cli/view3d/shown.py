@@ -1,0 +1,37 @@
+"""What a window shows in one moment, and what shows it."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import NamedTuple, Protocol
+
+from vrs_cli.engine.position import Position
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.motion import Frames
+from vrs_cli.trajectory.timeline import Timeline
+
+
+class Shown(NamedTuple):
+    """One moment of a robot: what every part of a scene draws itself by. Metres, radians, seconds.
+
+    `t`: the time that is shown, `position`: g there; `now`: the robot's clock. From `unconfirmed` on the timeline is
+    not what the robot has said.
+    """
+
+    arm: RobotArm
+    timeline: Timeline
+    t: float
+    position: Position
+    now: float
+    unconfirmed: float = inf
+
+    @property
+    def frames(self) -> Frames:
+        """BASE and TOOL in force then."""
+        return self.timeline.locate(self.t)[0].motion.frames
+
+
+class Part(Protocol):
+    """Something in a scene or a panel. It remembers what it drew last, and sends nothing where that is still so."""
+
+    def show(self, shown: Shown) -> None: ...

@@ -1,0 +1,132 @@
+"""One browser: its page, the robot that it looks at, what time of it is shown, and the parts that show that."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Lock
+from typing import Any
+
+import viser
+
+from vrs_cli.engine.position import position_at
+from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.roles.observer import Watched
+from vrs_cli.interfaces.roles.playback import Playback
+from vrs_cli.language.words.word import Role
+from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.tokens import TEACHER
+from vrs_cli.view3d.shown import Part, Shown
+
+TITLE = "vrs"
+STAYS = 8.0  # [s] that a message is shown
+DRIVERS = (Role.SUPERVISOR.title, TEACHER)
+RED, AMBER = (200, 60, 50), (220, 150, 40)
+
+Change = Callable[[Playback, float], Playback]
+
+
+class Window:
+    """`robot`: what is watched, where it is one that can be asked and driven; None for a trajectory of a file. `parts`
+    are shown whatever of them has changed, in their order. Any thread may call any method.
+    """
+
+    def __init__(
+        self, client: viser.ClientHandle, watched: Watched, wall: Callable[[], float], rate: float = 1.0
+    ) -> None:
+        self.client, self.watched, self.wall = client, watched, wall
+        self.robot = watched if isinstance(watched, RemoteRobot) else None
+        self.parts: list[Part] = []
+        self.playback = self._begin(wall(), rate)
+        self._changing = Lock()
+        self._told = ""
+        self._told_at = -STAYS
+        self._away: viser.NotificationHandle | None = None
+
+    def _begin(self, wall: float, rate: float) -> Playback:
+        """A robot is followed; a trajectory is played from its start."""
+        timeline = self.watched.timeline
+        if self.robot is None:
+            return Playback.of(timeline.start, timeline.end, rate, wall)
+        return Playback.following(timeline.start, timeline.end, self.watched.now, wall)
+
+    # --- time ---
+
+    def change(self, how: Change) -> None:
+        """Play on, stop, go elsewhere: `window.change(Playback.toggle)`."""
+        with self._changing:
+            self.playback = how(self.playback, self.wall())
+
+    def tick(self, wall: float) -> None:
+        """Show what is to be shown at that time of the day [s]."""
+        shown = self._look(wall)
+        with self.client.atomic():
+            for part in tuple(self.parts):
+                self._show(part, shown)
+
+    def _look(self, wall: float) -> Shown:
+        watched = self.watched
+        timeline, now = watched.timeline, watched.now
+        with self._changing:
+            playback = self.playback.look(wall, timeline.start, timeline.end, now)
+            if playback.follows and playback.playing and self._time_passes:
+                playback = playback.follow(wall)  # its clock is known better than a moment ago
+            self.playback = playback
+        t = playback.at(wall)
+        return Shown(watched.arm, timeline, t, position_at(watched.arm, timeline, t), now)
+
+    @property
+    def drives(self) -> bool:
+        """Whether there is something to drive, and who looks may: panels that drive are for these alone."""
+        return self.robot is not None and self.robot.welcome.role in DRIVERS
+
+    @property
+    def _time_passes(self) -> bool:
+        """Whether the robot's clock goes on by itself."""
+        return self.robot is not None and self.robot.rate is not None
+
+    def _show(self, part: Part, shown: Shown) -> None:
+        """A part that is at fault is told of once, and stands still from then on."""
+        try:
+            part.show(shown)
+        except Exception as error:
+            self.parts.remove(part)
+            self.tell(internal_error(error).text)
+
+    # --- what is said ---
+
+    def doing(self, act: Callable[[], object]) -> Callable[[Any], None]:
+        """What a button does: `button.on_click(window.doing(act))`. What is refused is told."""
+
+        def do(_event: Any) -> None:
+            try:
+                act()
+            except VrsError as refused:
+                self.tell(str(refused))
+            except Exception as error:
+                self.tell(internal_error(error).text)
+
+        return do
+
+    def tell(self, text: str) -> None:
+        """Something that the user has to know; not again while it is there to be read."""
+        now = self.wall()
+        if text != self._told or now > self._told_at + STAYS:
+            self._told, self._told_at = text, now
+            self.client.add_notification(TITLE, text, auto_close_seconds=STAYS, color=RED)
+
+    def away(self, why: str) -> None:
+        """The robot is not heard of: that is shown until it is again (empty)."""
+        with self._changing:
+            if self._away is not None:
+                self._away.remove()
+            self._away = (
+                self.client.add_notification(TITLE, why, loading=True, with_close_button=False, color=AMBER)
+                if why
+                else None
+            )
+
+    def close(self) -> None:
+        """The browser is gone."""
+        if self.robot is not None:
+            self.robot.close()
