@@ -129,6 +129,11 @@ DEFERRED = (
     ),
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
     Deferred(("kinematics/forms.py",), ("vrs_cli.kinematics",), "a robot loads its own closed form, and no other"),
+    Deferred(
+        ("kinematics/model.py", "kinematics/model_data.py"),
+        ("vrs_cli.kinematics.shapes", "vrs_cli.kinematics.shape_data"),
+        "a robot is seldom looked at, and its own shapes have few",
+    ),
     Deferred(("kinematics/robot_file.py",), ("vrs_cli.kinematics.urdf",), "it brings an XML parser, which few need"),
 )
 

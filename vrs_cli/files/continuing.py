@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from vrs_cli.engine.book import Book
@@ -34,7 +35,8 @@ def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookm
 
 def check_robot(path: str | Path, recording: Recording, engine: Engine) -> None:
     """Raises UsageError where a file is of another robot than the engine's."""
-    theirs, ours = recording.model, engine.model
+    ours = engine.model
+    theirs = replace(recording.model, shapes=ours.shapes)  # how it looks makes no other robot
     if theirs == ours:
         return
     if theirs.name != ours.name:

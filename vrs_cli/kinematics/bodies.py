@@ -2,22 +2,36 @@
 
 from __future__ import annotations
 
+import tomllib
 from math import dist
 
 from vrs_cli.kinematics.axes import link_transform
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
+from vrs_cli.kinematics.shape_data import ShapeReader
 from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, Shape
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, along, compose, inverse, position, rotate
 
+SHAPES = ROBOTS / "shapes"  # of the built-in robots: files of their own, for who runs a program reads none
 ORIGIN, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 THICK, THIN = 0.055, 0.03  # radius of the first link and of the last, for an arm that reaches 1
 SHORT = 1e-6  # [m] no distance to draw
 
 
 def shapes_of(model: RobotModel) -> tuple[Shape, ...]:
-    """What the robot looks like."""
-    return capsules(model)
+    """What a robot looks like: as its file says, as a built-in robot with the same links, or as capsules."""
+    return model.shapes or _built_in(model) or capsules(model)
+
+
+def _built_in(model: RobotModel) -> tuple[Shape, ...]:
+    """The shapes of the built-in robot whose links these are; none where it is not one of them."""
+    for path in sorted(SHAPES.glob("*.toml")):
+        known = load_robot(path.stem)
+        if (known.links, known.base, known.flange) == (model.links, model.base, model.flange):
+            data = tomllib.loads(path.read_text(encoding="utf-8"))
+            return ShapeReader(str(path), human=True).shapes(data["shapes"], model.joint_count)
+    return ()
 
 
 # --- capsules ------------------------------------------------------------------------------------------------------

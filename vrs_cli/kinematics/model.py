@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
 from math import dist
+from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange
 from vrs_cli.kinematics.axes import EXACT, Line, Link, axis_of, link_transform
@@ -14,6 +15,9 @@ from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, along, compose, cross, dot, position, subtracted
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.shapes import Shape
 
 PROFILES = tuple(Profile.__members__)  # the first is that of a robot that names none
 SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show what an arm cannot change
@@ -25,7 +29,8 @@ class RobotModel:
 
     T_base_flange = base . links . flange; `task` is the part of a pose that counts. The tool's linear [m/s, m/s2,
     m/s3] and angular [rad/s, rad/s2, rad/s3] figures are those of a straight line at SPEED 100. `profile`: what
-    PARAMETER PROFILE is at the start.
+    PARAMETER PROFILE is at the start. `shapes`: how it looks, where its file says so (`bodies.shapes_of` knows it
+    of any robot).
     """
 
     name: str
@@ -47,6 +52,7 @@ class RobotModel:
     flange: Transform = IDENTITY
     task: Task = Task.POSE
     profile: str = PROFILES[0]
+    shapes: tuple[Shape, ...] = ()
 
     @property
     def joint_count(self) -> int:

@@ -6,37 +6,22 @@ keys, in millimetres and degrees.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import radians
 from reprlib import repr as brief
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from vrs_cli.errors import FileDamaged, did_you_mean
 from vrs_cli.kinematics.axes import Link
+from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, DataReader, Quantity
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
 from vrs_cli.kinematics.model import PROFILES, RobotModel, axes_parallel, flange_steady
 from vrs_cli.kinematics.task import ALL_PARTS, Task, usual_task
-from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat
+from vrs_cli.kinematics.transform import IDENTITY
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.shapes import Shape
 
 NEEDED_POSES = ("ready", "nest")
-
-
-class Quantity(NamedTuple):
-    """A kind of number: its unit in a TOML file, and whether it must be above zero."""
-
-    unit: str
-    positive: bool = False
-
-    def to_si(self, value: float) -> float:
-        if self.unit.startswith("mm"):
-            return value / 1000.0
-        return radians(value)
-
-    def sliding(self) -> Quantity:
-        """The same of a joint that slides."""
-        return Quantity(self.unit.replace("deg", "mm"), self.positive)
-
 
 LINK_KEYS: Mapping[str, Quantity] = {
     "a": Quantity("mm"),
@@ -61,12 +46,9 @@ TOOL_KEYS: Mapping[str, Quantity] = {
 }
 NEEDED_LINK_KEYS = ("a", "d", "alpha")
 MODEL_KEYS = ("name", "title", "joints", "tool", "poses")
-MODEL_OPTIONS = ("task", "base", "flange", "profile")
-URDF_OPTIONS = ("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task", "profile")
-LENGTH, ANGLE = Quantity("mm"), Quantity("deg")
+MODEL_OPTIONS = ("task", "base", "flange", "profile", "shapes")
+URDF_OPTIONS = ("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task", "profile", "shapes")
 TURN, SLIDE = (kind.value for kind in JointKind)
-HUGE = 1e9  # no length, angle or rate of a robot; keeps infinity and NaN out as well
-TINY = 1e-9  # of what is above zero: slower is no motion
 
 
 def to_dict(model: RobotModel) -> dict[str, Any]:
@@ -84,7 +66,16 @@ def to_dict(model: RobotModel) -> dict[str, Any]:
         "tool": {key: getattr(model, key) for key in TOOL_KEYS},
         "poses": {name: list(q) for name, q in model.poses.items()},
         **({} if model.profile == PROFILES[0] else {"profile": model.profile}),
+        **_looks(model),
     }
+
+
+def _looks(model: RobotModel) -> dict[str, Any]:
+    if not model.shapes:
+        return {}
+    from vrs_cli.kinematics.shape_data import to_tables  # here: few robots have shapes of their own
+
+    return {"shapes": to_tables(model.shapes)}
 
 
 def _link_to_dict(link: Link) -> dict[str, Any]:
@@ -99,11 +90,8 @@ def from_dict(data: object, where: str = "robot model") -> RobotModel:
     return ModelReader(where, human=False).model(data)
 
 
-class ModelReader(NamedTuple):
-    """Checks plain data and makes the model; `human` data is in millimetres and degrees."""
-
-    file: str
-    human: bool
+class ModelReader(DataReader):
+    """Makes the model of plain data."""
 
     def model(self, data: object) -> RobotModel:
         table = self.table(data, "the file", MODEL_KEYS, MODEL_OPTIONS)
@@ -119,6 +107,7 @@ class ModelReader(NamedTuple):
             poses=self.poses(table["poses"], joints),
             **figures,
             profile=self.profile(table.get("profile", PROFILES[0])),
+            shapes=self.shapes(table.get("shapes"), len(joints)),
         )
         return replace(model, task=self.task(table.get("task"), model))
 
@@ -126,6 +115,13 @@ class ModelReader(NamedTuple):
         if value not in PROFILES:
             raise self.wrong("profile", f"{brief(value)} is no profile", f"write one of {', '.join(PROFILES)}")
         return str(value)
+
+    def shapes(self, data: object, joints: int) -> tuple[Shape, ...]:
+        if data is None:
+            return ()
+        from vrs_cli.kinematics.shape_data import ShapeReader  # here: few robots have shapes of their own
+
+        return ShapeReader(self.file, self.human).shapes(data, joints)
 
     def joints(self, data: object) -> list[dict[str, Any]]:
         if not isinstance(data, list) or not data:
@@ -196,15 +192,6 @@ class ModelReader(NamedTuple):
             raise self.wrong("task", what, f"give {Task.POSITION.value!r}")
         return task
 
-    def frame(self, data: object, key: str) -> Transform:
-        count, form = (6, "X, Y, Z, O, A, T in mm and deg") if self.human else (12, "the rows of a matrix")
-        if not isinstance(data, list | tuple) or len(data) != count:
-            raise self.wrong(key, f"is not a list of {count} numbers", f"give {form}")
-        if self.human:
-            units = [LENGTH] * 3 + [ANGLE] * 3
-            return from_oat(*(self.number(x, key, quantity) for x, quantity in zip(data, units, strict=True)))
-        return Transform(*(self.number(x, key, LENGTH) for x in data))
-
     def poses(self, data: object, joints: Sequence[Mapping[str, Any]]) -> dict[str, Joints]:
         if not isinstance(data, Mapping):
             raise self.wrong("poses", "is not a table", f"write [poses] with at least {' and '.join(NEEDED_POSES)}")
@@ -233,44 +220,3 @@ class ModelReader(NamedTuple):
                 hint = f"its range is {low:g} to {high:g} {units.unit(i)}"
                 raise self.wrong(key, f"puts joint {i} at {at:g} {units.unit(i)}", hint)
         return q
-
-    def table(self, data: object, key: str, keys: Iterable[str], options: Iterable[str] = ()) -> Mapping[str, object]:
-        """A table with all of these keys and some of the options."""
-        needed, known = tuple(keys), (*keys, *options)
-        if not isinstance(data, Mapping):
-            raise self.wrong(key, "is not a table", f"give {', '.join(known)}")
-        for name in data:
-            if name not in known:
-                hint = did_you_mean(str(name), known, f"known here: {', '.join(known)}")
-                raise self.wrong(key, f"has an unknown key {brief(name)}", hint)
-        for name in needed:
-            if name not in data:
-                raise self.wrong(key, f"has no {name}", f"give {', '.join(needed)}")
-        return data
-
-    def number(self, value: object, key: str, quantity: Quantity) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or value != value:  # NaN
-            raise self.wrong(key, f"{brief(value)} is not a number", f"give a number in {self.unit(quantity)}")
-        if not abs(value) < HUGE:
-            raise self.wrong(key, f"{brief(value)} is too large", f"give less than {HUGE:g} {self.unit(quantity)}")
-        if quantity.positive and not value > 0:
-            raise self.wrong(
-                key, f"{brief(value)} is not above zero", f"give a number above 0 in {self.unit(quantity)}"
-            )
-        if quantity.positive and value < TINY:
-            raise self.wrong(key, f"{brief(value)} is too small", f"give at least {TINY:g} {self.unit(quantity)}")
-        return quantity.to_si(value) if self.human else float(value)
-
-    def word(self, value: object, key: str) -> str:
-        if not isinstance(value, str) or not value.strip():
-            raise self.wrong(key, f"{brief(value)} is not a text", 'write it in quotes, as name = "puma560"')
-        return value
-
-    def unit(self, quantity: Quantity) -> str:
-        return quantity.unit if self.human else self.si(quantity.unit)
-
-    def si(self, unit: str) -> str:
-        return unit.replace("mm", "m").replace("deg", "rad")
-
-    def wrong(self, key: str, what: str, right: str) -> FileDamaged:
-        return FileDamaged(f"{self.file}: {key}: {what}", right)

@@ -69,7 +69,7 @@ class Shape(NamedTuple):
 
 
 COLOURS = {
-    "cream": (236, 230, 212),
+    "cream": (240, 232, 212),
     "white": (240, 241, 243),
     "grey": (176, 181, 188),
     "dark": (62, 67, 74),

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 from viser import FrameHandle, MeshHandle, SceneApi
 
-from vrs_cli.kinematics.bodies import shapes_of
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, link_frames
-from vrs_cli.kinematics.shapes import MeshFile, Shape, rgb
+from vrs_cli.kinematics.shapes import rgb
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, inverse
-from vrs_cli.view3d.meshes import joined, mesh_of
+from vrs_cli.view3d.looks import Look, looks_of
+from vrs_cli.view3d.meshes import joined
 from vrs_cli.view3d.placing import place
 
 Colour = tuple[int, int, int]
@@ -47,12 +47,12 @@ class Figure:
         self._at: list[Transform | None] = [None] * len(self._links)
         self._base, self._hand = IDENTITY, -1.0
         self.fingers: list[Finger] = []
-        for group in _groups(shapes_of(model), one_colour=colour is not None):
+        for group in _groups(looks_of(model), one_colour=colour is not None):
             self._add(root, group)
 
-    def _add(self, root: str, group: list[Shape]) -> None:
-        first = group[0]
-        mesh = joined([mesh_of(shape.body) for shape in group if not isinstance(shape.body, MeshFile)])
+    def _add(self, root: str, group: list[Look]) -> None:
+        first = group[0].shape
+        mesh = joined([look.mesh for look in group])
         node = self._scene.add_mesh_simple(
             f"{root}/{first.link}/{len(self.fingers)}{first.colour}",
             mesh.vertices,
@@ -100,10 +100,11 @@ class Figure:
         self._root.remove()
 
 
-def _groups(shapes: Iterable[Shape], one_colour: bool) -> list[list[Shape]]:
+def _groups(looks: Iterable[Look], one_colour: bool) -> list[list[Look]]:
     """Shapes that move together and have one colour: a node each."""
-    groups: dict[tuple[object, ...], list[Shape]] = {}
-    for shape in shapes:
+    groups: dict[tuple[object, ...], list[Look]] = {}
+    for look in looks:
+        shape = look.shape
         key = shape.link, shape.opens, None if one_colour else shape.colour
-        groups.setdefault(key, []).append(shape)
+        groups.setdefault(key, []).append(look)
     return list(groups.values())

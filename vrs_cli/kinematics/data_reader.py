@@ -1,0 +1,98 @@
+"""Plain data, checked: tables, words, numbers with their units, each refusal with its place and what would be right."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from math import radians
+from reprlib import repr as brief
+from typing import NamedTuple
+
+from vrs_cli.errors import FileDamaged, did_you_mean
+from vrs_cli.kinematics.transform import Transform, from_oat
+
+HUGE = 1e9  # no length, angle or rate of a robot; keeps infinity and NaN out as well
+TINY = 1e-9  # of what is above zero: slower is no motion
+
+
+class Quantity(NamedTuple):
+    """A kind of number: its unit in a TOML file ("" where it has none), and whether it must be above zero."""
+
+    unit: str
+    positive: bool = False
+
+    def to_si(self, value: float) -> float:
+        if self.unit.startswith("mm"):
+            return value / 1000.0
+        return radians(value) if self.unit else float(value)
+
+    def sliding(self) -> Quantity:
+        """The same of a joint that slides."""
+        return Quantity(self.unit.replace("deg", "mm"), self.positive)
+
+
+LENGTH, ANGLE = Quantity("mm"), Quantity("deg")
+
+
+class DataReader(NamedTuple):
+    """Checks plain data of a file; `human` data is in millimetres and degrees, other in metres and radians."""
+
+    file: str
+    human: bool
+
+    def table(self, data: object, key: str, keys: Iterable[str], options: Iterable[str] = ()) -> Mapping[str, object]:
+        """A table with all of these keys and some of the options."""
+        needed, known = tuple(keys), (*keys, *options)
+        if not isinstance(data, Mapping):
+            raise self.wrong(key, "is not a table", f"give {', '.join(known)}")
+        for name in data:
+            if name not in known:
+                hint = did_you_mean(str(name), known, f"known here: {', '.join(known)}")
+                raise self.wrong(key, f"has an unknown key {brief(name)}", hint)
+        for name in needed:
+            if name not in data:
+                raise self.wrong(key, f"has no {name}", f"give {', '.join(needed)}")
+        return data
+
+    def number(self, value: object, key: str, quantity: Quantity) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or value != value:  # NaN
+            raise self.wrong(key, f"{brief(value)} is not a number", f"give a number{self.in_unit(quantity)}")
+        if not abs(value) < HUGE:
+            raise self.wrong(
+                key, f"{brief(value)} is too large", f"give less than {HUGE:g} {self.unit(quantity)}".rstrip()
+            )
+        if quantity.positive and not value > 0:
+            raise self.wrong(key, f"{brief(value)} is not above zero", f"give a number above 0{self.in_unit(quantity)}")
+        if quantity.positive and value < TINY:
+            raise self.wrong(
+                key, f"{brief(value)} is too small", f"give at least {TINY:g} {self.unit(quantity)}".rstrip()
+            )
+        return quantity.to_si(value) if self.human else float(value)
+
+    def word(self, value: object, key: str) -> str:
+        if not isinstance(value, str) or not value.strip():
+            raise self.wrong(key, f"{brief(value)} is not a text", 'write it in quotes, as name = "puma560"')
+        return value
+
+    def unit(self, quantity: Quantity) -> str:
+        return quantity.unit if self.human else self.si(quantity.unit)
+
+    def said(self, value: float, quantity: Quantity) -> str:
+        return f"{value:g} {self.unit(quantity)}".rstrip()
+
+    def in_unit(self, quantity: Quantity) -> str:
+        return f" in {self.unit(quantity)}" if quantity.unit else ""
+
+    def si(self, unit: str) -> str:
+        return unit.replace("mm", "m").replace("deg", "rad")
+
+    def wrong(self, key: str, what: str, right: str) -> FileDamaged:
+        return FileDamaged(f"{self.file}: {key}: {what}", right)
+
+    def frame(self, data: object, key: str) -> Transform:
+        count, form = (6, "X, Y, Z, O, A, T in mm and deg") if self.human else (12, "the rows of a matrix")
+        if not isinstance(data, list | tuple) or len(data) != count:
+            raise self.wrong(key, f"is not a list of {count} numbers", f"give {form}")
+        if self.human:
+            units = [LENGTH] * 3 + [ANGLE] * 3
+            return from_oat(*(self.number(x, key, quantity) for x, quantity in zip(data, units, strict=True)))
+        return Transform(*(self.number(x, key, LENGTH) for x in data))

@@ -1,0 +1,172 @@
+"""The shapes of a robot as plain data: a table each, in a robot's TOML file and in the header of a trajectory file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from math import dist
+from pathlib import Path
+from re import fullmatch
+from reprlib import repr as brief
+from typing import Any, NamedTuple
+
+from vrs_cli.kinematics.data_reader import LENGTH, TINY, DataReader, Quantity
+from vrs_cli.kinematics.shapes import COLOURS, Body, Box, Capsule, Cylinder, MeshFile, Shape, Slab
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, cross, length, subtracted, translation
+
+MOST = 1000  # shapes of a robot
+SIZE, TIMES = Quantity("mm", positive=True), Quantity("", positive=True)
+DIRECTION = Quantity("")
+
+
+class Keys(NamedTuple):
+    """What a kind of shape needs, and what it may have."""
+
+    needed: tuple[str, ...]
+    options: tuple[str, ...] = ()
+
+
+KINDS: Mapping[str, Keys] = {
+    "box": Keys(("size",), ("at",)),
+    "cylinder": Keys(("from", "to", "radius")),
+    "capsule": Keys(("from", "radius"), ("to",)),
+    "slab": Keys(("from", "to", "across", "radius", "thickness")),
+    "mesh": Keys(("file",), ("at", "scale")),
+}
+ALL_NEED, ALL_MAY = ("link", "kind"), ("colour", "opens")
+
+
+# --- values to tables ----------------------------------------------------------------------------------------------
+
+
+def to_tables(shapes: Iterable[Shape]) -> list[dict[str, Any]]:
+    """One table a shape, in metres."""
+    return [_table(shape) for shape in shapes]
+
+
+def _table(shape: Shape) -> dict[str, Any]:
+    return {
+        "link": shape.link,
+        **_body_table(shape.body),
+        "colour": shape.colour,
+        **({} if shape.opens is None else {"opens": list(shape.opens)}),
+    }
+
+
+def _body_table(body: Body) -> dict[str, Any]:
+    match body:
+        case Box(size, pose):
+            return {"kind": "box", "size": list(size), **_at(pose)}
+        case Cylinder(start, end, radii):
+            return {"kind": "cylinder", "from": list(start), "to": list(end), "radius": list(radii)}
+        case Capsule(start, end, radii):
+            return {"kind": "capsule", "from": list(start), "to": list(end), "radius": list(radii)}
+        case Slab(start, end, across, radii, thickness):
+            sides = {"across": list(across), "radius": list(radii), "thickness": list(thickness)}
+            return {"kind": "slab", "from": list(start), "to": list(end), **sides}
+        case MeshFile(path, pose, scale):
+            return {"kind": "mesh", "file": path, **_at(pose), "scale": list(scale)}
+
+
+def _at(pose: Transform) -> dict[str, Any]:
+    return {} if pose == IDENTITY else {"at": list(pose)}
+
+
+# --- tables to values ----------------------------------------------------------------------------------------------
+
+
+class ShapeReader(DataReader):
+    """Makes shapes of tables. Files of meshes are looked for beside the file that names them."""
+
+    def shapes(self, data: object, joints: int) -> tuple[Shape, ...]:
+        """Of a robot with so many joints. Raises FileDamaged."""
+        if not isinstance(data, list | tuple):
+            raise self.wrong("shapes", "is not a list of tables", "write one [[shapes]] table for each shape")
+        if len(data) > MOST:
+            raise self.wrong("shapes", f"there are {len(data)}", f"a robot has {MOST} at most")
+        return tuple(self.shape(table, f"shape {i}", joints) for i, table in enumerate(data, 1))
+
+    def shape(self, data: object, key: str, joints: int) -> Shape:
+        kind = self.kind(data, key)
+        keys = KINDS[kind]
+        table = self.table(data, key, (*ALL_NEED, *keys.needed), (*keys.options, *ALL_MAY))
+        opens = self.point(table["opens"], f"{key}: opens") if "opens" in table else None
+        link = self.link(table["link"], f"{key}: link", joints)
+        colour = self.colour(table.get("colour", next(iter(COLOURS))), f"{key}: colour")
+        return Shape(link, self.body(kind, table, key), colour, opens)
+
+    def kind(self, data: object, key: str) -> str:
+        kind = data.get("kind") if isinstance(data, Mapping) else None
+        if not isinstance(kind, str) or kind not in KINDS:
+            known = ", ".join(f'"{kind}"' for kind in KINDS)
+            raise self.wrong(
+                f"{key}: kind", "is missing" if kind is None else f"{brief(kind)} is none", f"give {known}"
+            )
+        return kind
+
+    def link(self, value: object, key: str, joints: int) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= joints:
+            hint = f"give 0 for the base, or 1 to {joints} for what that joint moves"
+            raise self.wrong(key, f"{brief(value)} is none of this robot", hint)
+        return value
+
+    def colour(self, value: object, key: str) -> str:
+        if not isinstance(value, str) or not (value in COLOURS or fullmatch("#[0-9a-fA-F]{6}", value)):
+            raise self.wrong(key, f"{brief(value)} is none", f"give one of {', '.join(COLOURS)}, or #rrggbb")
+        return value
+
+    def body(self, kind: str, table: Mapping[str, object], key: str) -> Body:
+        at = self.at(table["at"], f"{key}: at") if "at" in table else IDENTITY
+        if kind == "box":
+            return Box(self.three(table["size"], f"{key}: size", SIZE), at)
+        if kind == "mesh":
+            scale = self.three(table["scale"], f"{key}: scale", TIMES) if "scale" in table else (1.0, 1.0, 1.0)
+            return MeshFile(self.path(table["file"], f"{key}: file"), at, scale)
+        start = self.point(table["from"], f"{key}: from")
+        end = self.point(table["to"], f"{key}: to") if "to" in table else start
+        radii = self.pair(table["radius"], f"{key}: radius")
+        if kind == "capsule":
+            return Capsule(start, end, radii)
+        if dist(start, end) < TINY:
+            raise self.wrong(key, "from and to are one place", "give its two ends")
+        if kind == "cylinder":
+            return Cylinder(start, end, radii)
+        return self.slab(table, key, start, end, radii)
+
+    def slab(
+        self, table: Mapping[str, object], key: str, start: Vector, end: Vector, radii: tuple[float, float]
+    ) -> Slab:
+        across = self.three(table["across"], f"{key}: across", DIRECTION)
+        thickness = self.pair(table["thickness"], f"{key}: thickness")
+        if length(cross(across, subtracted(end, start))) < TINY * dist(start, end):
+            raise self.wrong(f"{key}: across", "does not lead across", "give the direction of its thickness")
+        if dist(start, end) <= abs(radii[0] - radii[1]) + TINY:
+            raise self.wrong(key, "one of its two discs holds the other", "give a cylinder")
+        return Slab(start, end, across, radii, thickness)
+
+    def at(self, data: object, key: str) -> Transform:
+        """A place, or a whole frame."""
+        if isinstance(data, list | tuple) and len(data) == 3:
+            return translation(*self.point(data, key))
+        return self.frame(data, key)
+
+    def point(self, data: object, key: str) -> Vector:
+        return self.three(data, key, LENGTH)
+
+    def three(self, data: object, key: str, quantity: Quantity) -> Vector:
+        if not isinstance(data, list | tuple) or len(data) != 3:
+            raise self.wrong(key, "is not a list of 3 numbers", f"give [x, y, z]{self.in_unit(quantity)}")
+        x, y, z = (self.number(value, key, quantity) for value in data)
+        return x, y, z
+
+    def pair(self, data: object, key: str) -> tuple[float, float]:
+        """One size, or that at each end."""
+        values = data if isinstance(data, list | tuple) else (data, data)
+        if len(values) != 2:
+            raise self.wrong(key, f"is a list of {len(values)}", "give one number, or that at `from` and that at `to`")
+        first, last = (self.number(value, key, SIZE) for value in values)
+        return first, last
+
+    def path(self, value: object, key: str) -> str:
+        """Of a person's file, the whole path; of a robot's data, as it is."""
+        word = self.word(value, key)
+        return str(Path(self.file).absolute().parent / word) if self.human else word

@@ -1,0 +1,138 @@
+"""What is around an arm: the floor with its scale, light, the frames of base, world and tool, and who looks at it."""
+
+from __future__ import annotations
+
+from math import atan, ceil, sin, tan
+from typing import NamedTuple
+
+import numpy as np
+from viser import FrameHandle, SceneApi
+
+from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, inverse, position, translation
+from vrs_cli.view3d.lettering import lettered
+from vrs_cli.view3d.looks import floor_height, room_of
+from vrs_cli.view3d.meshes import Mesh, joined, moved
+from vrs_cli.view3d.placing import place
+
+CELL, SECTION = 0.1, 0.5  # [m] between the lines of the floor, and between those that have a number
+HEAD, FOOT = (214, 222, 232), (250, 250, 248)  # of the background
+LETTER = 0.055  # [m] the height of its numbers
+BELOW = 0.0005  # [m] the floor lies lower than the foot, which would flicker in it
+FIELD = 0.66  # [rad] of view, from top to bottom: as a lens of 50 mm sees
+MARGIN = 1.05  # around the arm in the picture
+TOWARDS = (0.80, 0.55, 0.38)  # from the robot to who looks at it: from the front, on its left, from above
+
+
+class Camera(NamedTuple):
+    """Where one looks from and to [m]."""
+
+    position: Vector
+    look_at: Vector
+
+
+class Stage:
+    """The scene around an arm. Nodes /floor, /light, /world, /base, /tool."""
+
+    def __init__(self, scene: SceneApi, model: RobotModel) -> None:
+        self._scene, self._model = scene, model
+        _, (reach, *_) = levers(model)
+        scene.set_up_direction("+z")
+        _light(scene)
+        _background(scene)
+        self._floor = scene.add_frame("/floor", show_axes=False)
+        _lay_floor(scene, SECTION * ceil(1.3 * reach / SECTION), floor_height(model))
+        self._frames = {name: _named_frame(scene, name, 0.2 * reach) for name in ("world", "base", "tool")}
+        self._at: dict[str, Transform] = {}
+
+    def pose(self, T_world_tool: Transform, base: Transform = IDENTITY) -> None:
+        """Show the frames of this moment; `base` is BASE, T_robot_world. Nothing is sent of those that stand still."""
+        T_world_robot = inverse(base)
+        for name, node in (("floor", self._floor), *self._frames.items()):
+            T = {"tool": T_world_tool, "world": IDENTITY}.get(name, T_world_robot)
+            if self._at.get(name) != T:
+                self._at[name] = T
+                place(node, T)
+        self._frames["base"].visible = base != IDENTITY
+
+
+def _light(scene: SceneApi) -> None:
+    """Lamps instead of viser's picture of a hall, which takes software seconds to prepare."""
+    scene.configure_environment_map(None)
+    scene.configure_default_lights(enabled=False)
+    scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(168, 164, 158), intensity=2.0)
+    scene.add_light_directional("/light/key", intensity=2.6, cast_shadow=True, position=(1.6, -1.0, 3.0))
+    scene.add_light_directional("/light/fill", intensity=0.7, cast_shadow=False, position=(-1.0, 2.0, 1.0))
+
+
+def _background(scene: SceneApi) -> None:
+    """From above downwards lighter, as paper that is bent behind what is photographed."""
+    part = np.linspace(0.0, 1.0, 128)[:, None, None]
+    picture = (1.0 - part) * np.array(HEAD) + part * np.array(FOOT)
+    scene.set_background_image(np.repeat(picture, 2, axis=1).astype(np.uint8), format="png")
+
+
+def _lay_floor(scene: SceneApi, half: float, height: float) -> None:
+    """A square with lines, and numbers in millimetres along X and Y, where the robot's foot stands."""
+    scene.add_grid(
+        "/floor/lines",
+        width=2.0 * half,
+        height=2.0 * half,
+        position=(0.0, 0.0, height - BELOW),
+        cell_size=CELL,
+        section_size=SECTION,
+        cell_color=(224, 227, 230),
+        section_color=(188, 194, 201),
+        shadow_opacity=0.3,
+        plane_color=(246, 246, 244),
+        plane_opacity=1.0,
+    )
+    numbers = joined([*_numbers("X", half), *_numbers("Y", half)])
+    scene.add_mesh_simple(
+        "/floor/numbers",
+        numbers.vertices,
+        numbers.faces,
+        color=(120, 128, 138),
+        flat_shading=True,
+        cast_shadow=False,
+        receive_shadow=False,
+        position=(0.0, 0.0, height),
+    )
+
+
+def _numbers(axis: str, half: float) -> list[Mesh]:
+    """The scale of an axis, beside the line below it."""
+    count, along_y = round(half / SECTION), axis == "Y"
+    found = []
+    for k in [k for k in range(-count, count + 1) if k]:
+        text = f"{1000 * SECTION * k:.0f}" if k < count else f"{axis} mm"
+        mesh = lettered(text, LETTER, turned=along_y)
+        at = (-LETTER, SECTION * k) if along_y else (SECTION * k, -LETTER)
+        found.append(moved(mesh, translation(*at, 0.0)))
+    return found
+
+
+def _named_frame(scene: SceneApi, name: str, length: float) -> FrameHandle:
+    node = scene.add_frame(f"/{name}", axes_length=length, axes_radius=0.02 * length, origin_radius=0.04 * length)
+    scene.add_label(
+        f"/{name}/name",
+        name,
+        position=(0.0, 0.0, 1.12 * length),
+        font_size_mode="screen",
+        anchor="bottom-center",
+    )
+    return node
+
+
+def camera_for(model: RobotModel, aspect: float, base: Transform = IDENTITY) -> Camera:
+    """From where all of the arm is seen, as it is at READY and at NEST, on a screen `aspect` times as wide as high."""
+    rooms = np.concatenate([room_of(model, model.poses[name]) for name in ("ready", "nest")])
+    low, high = rooms.min(axis=0), rooms.max(axis=0)
+    centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
+    half = min(0.5 * FIELD, atan(tan(0.5 * FIELD) * aspect))
+    away = MARGIN * radius / sin(half)
+    towards = np.array(TOWARDS) / np.linalg.norm(TOWARDS)
+    place = centre + away * towards
+    T_world_robot = inverse(base)
+    eye, aim = (position(compose(T_world_robot, translation(*map(float, point)))) for point in (place, centre))
+    return Camera(eye, aim)
