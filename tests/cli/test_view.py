@@ -60,6 +60,31 @@ def test_a_robot_that_is_served_is_watched(
     assert "DRIVE 1, " in shown[-1]
 
 
+@pytest.mark.parametrize(("ahead", "told"), [("auto", ""), ("300ms", "0.300 s ahead of what is heard")])
+def test_a_robot_is_seen_as_it_will_be(
+    ahead: str, told: str, vrs: Vrs, keys: PipeInput, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown: list[str] = []
+
+    def text(player: Player) -> str:
+        shown.append(drawn(player))
+        if "s ahead of what is heard, D_f + D_b is 0." in shown[-1] and told in shown[-1]:
+            keys.send_text("q")
+        return shown[-1]
+
+    drawn = Player.text
+    monkeypatch.setattr(Player, "text", text)
+    with serving(tmp_path, realtime=1.0, journal=False) as server:
+        assert vrs("view", "--terminal", "--ahead", ahead, server.address) == (0, "", "")
+
+
+@pytest.mark.usefixtures("keys")
+def test_ahead_is_a_time(vrs: Vrs) -> None:
+    ended = vrs("view", "--terminal", "--ahead", "soon", "ws://127.0.0.1:1")
+    assert ended.status == 2
+    assert "--ahead: 'soon' is no duration; as 200ms, 0.2s or 0.2, or auto" in ended.err
+
+
 @pytest.mark.usefixtures("keys")
 @pytest.mark.parametrize(
     ("target", "said"),

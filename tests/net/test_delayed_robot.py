@@ -22,6 +22,7 @@ from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.delay_line import Constant, Ways
 from vrs_cli.net.delay_proxy import Address, DelayProxy
+from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.messages import Delta, Done, Hello, Line, Ping, Pong, Subscribe
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.timesync import TimeSync
@@ -137,6 +138,23 @@ def test_what_is_on_its_way_is_previewed_and_then_confirmed(robot: Serving) -> N
             (window,) = far.flagged()
             assert window.begin == begin
             assert window.begin < window.end < issued + 1.0 + SLOW
+        finally:
+            far.close()
+
+
+def test_who_looks_ahead_is_shown_where_a_command_of_now_finds_the_robot(robot: Serving) -> None:
+    """Whatever the ways there and back differ in: D_f after its clock."""
+    engine = robot.hub.rooms["cell1"].session.engine
+    with behind(robot, 0.3, 0.1) as it:
+        far = RemoteRobot.connect(it.address, hello_of())
+        try:
+            end = far.client.far
+            while end.sync.estimate is None:
+                time.sleep(0.01)
+            for end.ahead, after in ((Ahead.AUTO, 0.3), (0.0, -0.1), (0.1, 0.0)):
+                before, shown, later = engine.clock.reached, end.shown, engine.clock.reached
+                slack = end.sync.estimate.round_trip - 0.4 + 0.005
+                assert before - slack <= shown - after <= later + slack, end.ahead
         finally:
             far.close()
 

@@ -81,7 +81,7 @@ class Moved:
 
     def watcher(self) -> Player:
         playback = Playback.following(0.0, self.timeline.end, self.now, 0.0)
-        return Player(self, playback, lambda: self.wall, lambda: "ann drives", live=True)
+        return Player(self, playback, lambda: self.wall, lambda _t: "ann drives", live=True)
 
 
 def test_who_watches_sees_the_present_and_who_drives() -> None:

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 from vrs_cli.cli.command_line import CommandLineError, Parser, clock_rate, positive
 from vrs_cli.cli.connections import EPILOG as TOKENS
 from vrs_cli.cli.connections import add_connection, client_of
+from vrs_cli.cli.delay_options import duration
 from vrs_cli.cli.recordings import add_lenient_option, is_recording, read_recording
 from vrs_cli.cli.serve import port
 
 if TYPE_CHECKING:
+    from vrs_cli.net.far_end import Ahead
     from vrs_cli.net.messages import ServerMessage
 
 
@@ -33,6 +35,7 @@ On the terminal: space plays and pauses, left and right seek, r rewinds, f follo
 the robot again, + and - change the rate, q leaves.
 
   vrs view --terminal ws://127.0.0.1:8765
+  vrs view --terminal --ahead auto ws://far.example:8765
   vrs view --terminal day.vrst
 
 {TOKENS}"""
@@ -61,6 +64,7 @@ def is_at_terminal() -> bool:
 
 
 def _parser(prog: str) -> Parser:
+    from vrs_cli.net.far_end import Ahead
     from vrs_cli.net.mirror import WINDOW
 
     parser = Parser(prog, "Watch a robot, and drive it: in a browser, or on the terminal.", EPILOG)
@@ -81,6 +85,14 @@ def _parser(prog: str) -> Parser:
         default=WINDOW,
         help=f"so many seconds of the robot's past are kept (default {WINDOW:g})",
     )
+    parser.add_argument(
+        "--ahead",
+        metavar="T|auto",
+        type=_ahead,
+        default=Ahead.PRESENT,
+        help="a robot in real time as it will be, so long after what is heard of it; auto: where a command of now "
+        "finds it, D_f + D_b as measured (default: its present)",
+    )
     add_lenient_option(parser)
     return parser
 
@@ -96,17 +108,36 @@ def _play(prog: str, options: argparse.Namespace) -> None:
 
 async def _watch(prog: str, options: argparse.Namespace) -> None:
     """A robot afar. Raises RequestRefused, and what the server refuses."""
+    from vrs_cli.net.predicted import Predicted
     from vrs_cli.repl.player import watch
 
-    news = News()
     client = client_of(prog, options)
+    news, predicted = News(), Predicted(client.far)
+    client.far.ahead = options.ahead
     client.told = news.cut
     client.far.news.append(news.hear)
     try:
         await client.open()
-        await watch(await client.follow(options.window), news.line)
+        mirror = await client.follow(options.window)
+
+        def lines(t: float) -> str:
+            return "\n".join(line for line in (news.line(), *predicted.lines(t)) if line)
+
+        await watch(predicted, lines, lambda: mirror.clock.rate is not None)
     finally:
         await client.close()
+
+
+def _ahead(text: str) -> float | Ahead:
+    """Seconds, or `auto`."""
+    from vrs_cli.net.far_end import Ahead
+
+    if text == Ahead.AUTO.value:
+        return Ahead.AUTO
+    try:
+        return duration(text)
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{error}, or {Ahead.AUTO.value}") from None
 
 
 class News:

@@ -8,12 +8,13 @@ argument.
 from __future__ import annotations
 
 from collections.abc import Callable
+from enum import Enum
 from math import inf
 from typing import NamedTuple
 
 from msgspec import structs
 
-from vrs_cli.engine.commands import Move
+from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import FileDamaged, RequestRefused, VrsError
 from vrs_cli.interfaces.session.acts import Go, move_of
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
@@ -22,8 +23,9 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.net import messages
 from vrs_cli.net.flags import Flags
+from vrs_cli.net.in_flight import changing
 from vrs_cli.net.messages import ClientMessage, Done, Request, ServerMessage
-from vrs_cli.net.mirror import WINDOW, ClockReading, Mirror
+from vrs_cli.net.mirror import WINDOW, ClockReading, Mirror, parting
 from vrs_cli.net.preview import Preview
 from vrs_cli.net.protocol import ClientConnection, State
 from vrs_cli.net.timesync import TimeSync
@@ -47,11 +49,20 @@ class _Ended(NamedTuple):
     until: float
 
 
+class Ahead(Enum):
+    """How much ahead of the robot's clock, as it is heard, a viewer is shown the robot: as much as makes that the
+    present (D_b), or as finds it where a command of now will (D_f + D_b), as both are measured.
+    """
+
+    PRESENT = "present"
+    AUTO = "auto"
+
+
 class FarEnd:
     """`mirror` is there once the first snapshot has come, where the timeline is followed, and with it `preview`: of the
-    motions that are on their way, where time is real. `flags`: the times of which the mirror was wrong. `refusal` says
-    why the robot cannot be held. `news` hears all that does not belong to one request. `window`: so many seconds of the
-    past are kept.
+    motions that are on their way, where time is real. `ahead`: so much after the clock that is heard is `shown` [s].
+    `flags`: the times of which something wrong was shown. `refusal` says why the robot cannot be held. `news` hears all
+    that does not belong to one request. `window`: so many seconds of the past are kept.
     """
 
     def __init__(self, hello: messages.Hello, wall: Callable[[], float]) -> None:
@@ -59,11 +70,13 @@ class FarEnd:
         self.welcome: messages.Welcome | None = None
         self.mirror: Mirror | None = None
         self.preview: Preview | None = None
+        self.ahead: float | Ahead = Ahead.PRESENT
         self.flags = Flags()
         self.refusal: VrsError | None = None
         self.news: list[Outlet] = []
         self.window = WINDOW
         self.sync = TimeSync()
+        self._round_trip = 0.0
         self._wall, self._times = wall, HolderTimes(hello.offset)
         self._arm: RobotArm | None = None
         self._outlets: dict[int, Outlet] = {}
@@ -124,21 +137,22 @@ class FarEnd:
         where there is no connection.
         """
         request = make(self.connection.next_id())
-        match request:
-            case messages.At(act=Go() as go, issued=None) if self._clock.realtime and self.mirror is not None:
-                request = structs.replace(request, issued=self.mirror.now)
-                self.connection.send(request)
-                self._preview(request.id, move_of(go, self._times), self.mirror.now)
-            case _:
-                self.connection.send(request)
+        if isinstance(request, messages.At) and isinstance(request.act, Go) and request.issued is None and self._passes:
+            request = structs.replace(request, issued=self.now)
+        self.connection.send(request)
+        if self._passes and self.preview is not None:
+            self._preview(self.preview, request)
         self._outlets[request.id] = outlet
         return request.id
 
-    def _preview(self, id: int, move: Move, issued: float) -> None:
+    def _preview(self, preview: Preview, request: Request) -> None:
         """It is on its way, as long as half a round trip takes as a rule."""
-        if self.preview is not None:
-            self.preview.forward = 0.0 if self.sync.estimate is None else self.sync.round_trip(0.5) / 2.0
-            self.preview.sent(id, move, issued)
+        preview.forward = self.round_trip / 2.0
+        match request:
+            case messages.At(act=Go() as go, issued=issued):
+                preview.sent(request.id, move_of(go, self._times), self.now if issued is None else issued, go.text)
+            case _ if (text := changing(request)) is not None:
+                preview.sent(request.id, None, self.now, text)
 
     def send(self, message: ClientMessage) -> None:
         """What has no answer. Raises RequestRefused where there is no connection."""
@@ -162,6 +176,8 @@ class FarEnd:
             case messages.Refused(id=int(id)) | messages.Result(id=id):
                 self._end(id, message)
             case messages.Told(id=int(id)) | messages.Asked(id=int(id)) | messages.Progress(id=id):
+                if self.preview is not None:
+                    self.preview.begun(id)
                 self._outlets.get(id, self._spread)(message)
             case _:
                 self.learn(message)
@@ -182,6 +198,7 @@ class FarEnd:
                 self._set_clock(message)
             case messages.Pong():
                 self.sync.heard(message.sent, message.came, message.left, self._wall())
+                self._round_trip = self.sync.round_trip(0.5)
                 self._set_clock(self._clock)
             case messages.Closing(refusal=Refusal() as refusal):
                 self.refusal = refusal.error()
@@ -210,32 +227,40 @@ class FarEnd:
         try:
             match change:
                 case messages.Replaced(snapshot=record):
-                    snapshot = snapshot_of(record, form)
-                    if self.mirror is None:
-                        self.mirror = Mirror(self._arm, snapshot, change.number, self._wall, self.window)
-                        self.preview = Preview(self.mirror, 0.0)
-                        self._set_clock(self._clock)
-                    else:
-                        self.mirror.replace(snapshot, change.number)
+                    self._replace(snapshot_of(record, form), change.number, self._arm)
                 case messages.Delta(delta=delta, applied=applied) if self.mirror is not None:
                     self._moves_to(applied)
                     self.mirror.change(delta_of(delta, Motions(), form), change.number)
-                    self._flag(delta.cut, self.mirror.now)
+                    self._flag(delta.cut)
                 case messages.Steered(target=target) if self.mirror is not None:
                     self.mirror.steer(target, change.number)
+                    self._flag(target.executed)
         except RecordError as wrong:
             self.refusal = FileDamaged(f"the robot tells what cannot be: {wrong}", "install the same vrs on both")
             return
         self._find_again(full=isinstance(change, messages.Steered))
         self._release(lambda one: self._is_seen(one.done, change))
 
-    def _flag(self, cut: float, now: float) -> None:
+    def _replace(self, snapshot: Snapshot, number: int, arm: RobotArm) -> None:
+        """Another timeline, perhaps the first."""
+        if self.mirror is None:
+            self.mirror = Mirror(arm, snapshot, number, self._wall, self.window)
+            self.preview = Preview(self.mirror, 0.0)
+            self._set_clock(self._clock)
+            return
+        before = self.mirror.timeline
+        self.mirror.replace(snapshot, number)
+        if self._passes:
+            self._flag(parting(before, self.mirror.timeline))
+
+    def _flag(self, cut: float) -> None:
         """A change has come. In real time it cuts nothing that was before it, and `applied` of its message is a moment
         later: that is when it was told.
         """
-        if self._clock.realtime:
-            self.flags.forget(now - REMEMBERED)
-            self.flags.arrived(cut, cut, now)
+        if self._passes:
+            self.flags.forget(self.now - REMEMBERED)
+            self.flags.ahead = self.shown - self.now
+            self.flags.arrived(cut, cut, self.now)
 
     def _find_again(self, *, full: bool) -> None:
         """Ask for a snapshot, once, where the mirror is lost."""
@@ -258,6 +283,54 @@ class FarEnd:
         """In virtual time the clock stands but for what is commanded."""
         if not self._clock.realtime:
             self._set_clock(structs.replace(self._clock, now=now))
+
+    # --- the delays ---
+
+    @property
+    def _passes(self) -> bool:
+        """Whether the robot's time is real."""
+        return self._clock.realtime and self.mirror is not None
+
+    @property
+    def now(self) -> float:
+        """The robot's clock, as well as that is known here [s]: wrong by half of what D_f and D_b differ in."""
+        return 0.0 if self.mirror is None else self.mirror.now
+
+    @property
+    def round_trip(self) -> float:
+        """D_f + D_b, the median of those measured, in seconds of the robot."""
+        goes = self._clock.realtime and not self._clock.paused
+        return self._clock.rate * self._round_trip if goes else 0.0
+
+    @property
+    def heard(self) -> float:
+        """The robot's clock t_c as it is heard, D_b late: by then all has happened as the timeline says [s]. Nothing is
+        heard after a cut.
+        """
+        if self.mirror is None:
+            return 0.0
+        return self.mirror.clock.at(min(self._wall(), self._cut_at)) - self.round_trip / 2.0
+
+    @property
+    def shown(self) -> float:
+        """The time that a viewer is shown [s]. With AUTO it is right whatever D_f and D_b differ in: as `now` is ahead
+        of t_c by the mean of both, so is this ahead of `now`.
+        """
+        match self.ahead:
+            case Ahead.PRESENT:
+                return self.now
+            case Ahead.AUTO:
+                return self.now + self.round_trip / 2.0
+            case float(ahead):
+                return self.now - self.round_trip / 2.0 + (ahead if self._passes else 0.0)
+
+    @property
+    def unconfirmed(self) -> float:
+        """From when on the timeline is not what the robot has said [s]: commands are on their way, or it is not heard
+        any more.
+        """
+        cut = inf if self.open else self.heard
+        return cut if self.preview is None else min(cut, self.preview.unconfirmed)
 
     # --- ends ---
 

@@ -7,6 +7,7 @@ after its cut. Pure: in the robot's times [s].
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
 
 from msgspec import Struct
@@ -28,7 +29,7 @@ class Flags:
 
     def __init__(self, ahead: float = 0.0) -> None:
         self.ahead = ahead
-        self._windows: list[Window] = []
+        self._windows: list[Window] = []  # in order, and none touches another
 
     def arrived(self, cut: float, applied: float, at: float) -> Window | None:
         """A change of what is after `cut`, `applied` at the robot, is known at a viewer: the times of which something
@@ -37,21 +38,40 @@ class Flags:
         window = Window(max(cut, applied), at + self.ahead)
         if window.length <= 0.0:
             return None
-        self._windows.append(window)
+        self._put(window)
         return window
+
+    def _put(self, window: Window) -> None:
+        """As a rule it comes last: what is behind it is looked at, however many there are."""
+        windows, first = self._windows, len(self._windows)
+        while first and windows[first - 1].end >= window.begin:
+            first -= 1
+        windows[first:] = merged([*windows[first:], window])
 
     @property
     def windows(self) -> tuple[Window, ...]:
         """All of them, in order, and none that touches another."""
-        return merged(self._windows)
+        return tuple(self._windows)
 
-    def __contains__(self, t: float) -> bool:
-        """Whether something wrong was shown of time t."""
-        return any(window.begin <= t < window.end for window in self._windows)
+    def at(self, t: float, after: float = 0.0) -> Window | None:
+        """The window that time t is in, or at most `after` behind [s]: something wrong was shown of it."""
+        before = bisect_right(self._windows, t, key=_begin)
+        window = self._windows[before - 1] if before else None
+        return window if window is not None and t < window.end + after else None
 
     def forget(self, before: float) -> None:
         """What ended before that time is of no interest any more."""
-        self._windows = [window for window in self._windows if window.end >= before]
+        gone = bisect_left(self._windows, before, key=_end)
+        if gone:
+            del self._windows[:gone]
+
+
+def _begin(window: Window) -> float:
+    return window.begin
+
+
+def _end(window: Window) -> float:
+    return window.end
 
 
 def merged(windows: Iterable[Window]) -> tuple[Window, ...]:

@@ -9,7 +9,7 @@ there.
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import islice
+from itertools import islice, zip_longest
 from math import inf
 
 from msgspec import Struct
@@ -164,6 +164,20 @@ class Mirror:
         begin = self.now - self.window
         old = held.timeline.start < begin - SLACK * self.window and held.timeline.index_at(begin)
         return held.since(begin) if old else held
+
+
+def parting(before: Timeline, after: Timeline) -> float:
+    """From when on two timelines differ, of what both know [s]; infinity where they do not."""
+    begin = max(before.start, after.start)
+    pairs = zip_longest(*(islice(one, one.index_at(begin), None) for one in (before, after)))
+    for one, other in pairs:
+        if one is None or other is None:
+            return float((other or one).start)
+        if one != other:
+            end = min(one.finish, other.finish)
+            same = one.truncated(end) == other.truncated(end)
+            return end if same else max(min(one.start, other.start), begin)
+    return inf
 
 
 def _continue_each_other(older: Segment, held: Segment) -> bool:

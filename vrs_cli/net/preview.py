@@ -35,23 +35,29 @@ class Followed(Protocol):
 
 
 class Underway(Struct, frozen=True):
-    """A command that is not in the timeline that is known here, issued at that time of the robot's clock [s].
-    `version`: of the timeline with it, where the robot has said that it is done.
+    """A command that is not in the timeline that is known here, issued at that time of the robot's clock [s]. What has
+    no `request` cannot be planned here, and may change all from its arrival on. `text`: as it was given; `version`: of
+    the timeline with it, where the robot has said that it is done.
     """
 
-    request: Request
+    request: Request | None
     issued: float
+    text: str = ""
     version: int | None = None
 
 
 class Expected(Struct, frozen=True):
-    """What is expected of a command: from `begin` on it changes the timeline [s] (None: it does not), or `refused` says
-    why the robot will not do it. `settings`: those in force after it.
+    """What is expected of a command that was `issued` then [s]: from `begin` on it changes the timeline [s] (None: it
+    does not), or `refused` says why the robot will not do it. `planned`: what it changes is seen here. `settings`:
+    those in force after it.
     """
 
     id: int
+    text: str
+    issued: float
     begin: float | None
     refused: VrsError | None
+    planned: bool
     settings: Settings
 
 
@@ -93,10 +99,17 @@ class Preview:
 
     # --- what is sent, and what is answered ---
 
-    def sent(self, id: int, request: Request, issued: float) -> Expected:
-        """A command is on its way, issued at that time of the robot's clock [s]; what is expected of it."""
-        self._underway[id], self._stale = Underway(request, issued), True
+    def sent(self, id: int, request: Request | None, issued: float, text: str = "") -> Expected:
+        """A command is on its way, issued at that time of the robot's clock [s]; what is expected of it. None: it
+        cannot be planned here.
+        """
+        self._underway[id], self._stale = Underway(request, issued, text), True
         return self.expected[-1]
+
+    def begun(self, id: int) -> None:
+        """The robot is at it. What changes by one that cannot be planned here is told as it comes."""
+        if id in self._underway and self._underway[id].request is None:
+            self.refused(id)
 
     def done(self, id: int, version: int) -> None:
         """The robot has done it. The timeline has that version since, which may still be on its way."""
@@ -146,15 +159,23 @@ class Preview:
         self._underway = {id: it for id, it in self._underway.items() if id not in confirmed}
 
     def _planned_after(self, known: Timeline) -> _Plan:
+        if not self._underway:
+            return _Plan(known, known, ())
         engine, expected = self._engine, []
         engine.take_up(Bookmark(Book(known, known, number=UNCONFIRMED), self._settings, known.start))
         for id, it in self._underway.items():
             engine.clock.advance(it.issued + self.forward)
-            count, refused = len(engine.deltas), None
-            try:
-                engine.begin(it.request, program=False, issued=it.issued)
-            except VrsError as error:
-                refused = error
-            begin = min((delta.cut for delta in engine.deltas[count:]), default=None)
-            expected.append(Expected(id, begin, refused, engine.settings))
+            begin, refused = (engine.now, None) if it.request is None else self._begin(it.request, it.issued)
+            planned = it.request is not None
+            expected.append(Expected(id, it.text, it.issued, begin, refused, planned, engine.settings))
         return _Plan(known, engine.timeline, tuple(expected))
+
+    def _begin(self, request: Request, issued: float) -> tuple[float | None, VrsError | None]:
+        """Plan it: from when on it changes the timeline, or why the robot will not do it."""
+        engine = self._engine
+        count = len(engine.deltas)
+        try:
+            engine.begin(request, program=False, issued=issued)
+        except VrsError as error:
+            return None, error
+        return min((delta.cut for delta in engine.deltas[count:]), default=None), None

@@ -18,7 +18,6 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.roles.observer import Recorded, Watched
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.net.mirror import Mirror
 from vrs_cli.render.text import plain_text
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -53,20 +52,21 @@ ACTIONS: tuple[Action, ...] = (
 )
 
 
-def nothing_else() -> str:
+def nothing_else(_t: float) -> str:
     """There is nothing to tell of a trajectory but where the robot is."""
     return ""
 
 
 class Player(Struct):
-    """Holds the playback and draws it; `wall` tells the time of the day [s]. `news`: a line of what else there is to
-    tell, such as who drives the robot; `live`: others move it; `passes`: whether its time goes by itself.
+    """Holds the playback and draws it; `wall` tells the time of the day [s]. `news`: lines of what else there is to
+    tell of the time that is shown, such as who drives the robot; `live`: others move it; `passes`: whether its time
+    goes by itself.
     """
 
     watched: Watched
     playback: Playback
     wall: Callable[[], float] = time.monotonic
-    news: Callable[[], str] = nothing_else
+    news: Callable[[float], str] = nothing_else
     live: bool = False
     passes: Callable[[], bool] = lambda: False
 
@@ -80,7 +80,7 @@ class Player(Struct):
         position = position_at(watched.arm, timeline, self.playback.at(wall))
         where = plain_text(Whereabouts(position, units=watched.arm.model.units))
         doing = position.text if position.moving else "at rest"
-        lines = (self._bar(wall), self.news(), doing)
+        lines = (self._bar(wall), self.news(self.playback.at(wall)), doing)
         return "\n".join(line for line in lines if line) + f"\n{where}{self._keys()}"
 
     def _bar(self, wall: float) -> str:
@@ -135,9 +135,8 @@ def play(arm: RobotArm, timeline: Timeline, rate: float) -> None:
     Player(Recorded(arm, timeline), playback).application().run()
 
 
-async def watch(mirror: Mirror, news: Callable[[], str]) -> None:
-    """Watch a robot that others move, from where it is now on."""
-    timeline = mirror.timeline
-    playback = Playback.following(timeline.start, timeline.end, mirror.now, time.monotonic())
-    player = Player(mirror, playback, news=news, live=True, passes=lambda: mirror.clock.rate is not None)
-    await player.application().run_async()
+async def watch(watched: Watched, news: Callable[[float], str], passes: Callable[[], bool]) -> None:
+    """Watch a robot that others move, from where it is now on; `passes`: whether its time goes by itself."""
+    timeline = watched.timeline
+    playback = Playback.following(timeline.start, timeline.end, watched.now, time.monotonic())
+    await Player(watched, playback, news=news, live=True, passes=passes).application().run_async()
