@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import hypot, radians
+from math import cos, hypot, radians, sin
 from random import Random
 
 import pytest
 
+from tests.engine.wall import ManualWall
 from vrs_cli.engine.commands import Delay, JointTarget, Move, PoseTarget, SetBase, SetParameter, SetTool, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
-from vrs_cli.engine.tool_path import ToolLine, distance_from_line, tool_lines
+from vrs_cli.engine.tool_path import ToolLine, ToolPath, distance_from_line
+from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import Vector, position, translation
 from vrs_cli.trajectory.segment import Phase
 
-DENSE = 40  # looks a line
+DENSE = 20  # looks a line, and more where it is long
 
 
 def wandering(name: str, profile: str, seed: int) -> Engine:
@@ -28,7 +30,7 @@ def wandering(name: str, profile: str, seed: int) -> Engine:
         engine.perform(SetTool(translation(0.02, 0.0, 0.1)))
         engine.perform(SetBase(translation(0.1, 0.2, 0.0)))
     ranges = list(zip(engine.model.lower, engine.model.upper, strict=True))
-    for k in range(8):
+    for k in range(6):
         goal = tuple(random.uniform(0.5 * low, 0.5 * high) for low, high in ranges)
         engine.perform(Move(JointTarget(goal), straight=False, stamp=Stamp(0.35 * k)))
     engine.perform(Delay(0.4))
@@ -41,7 +43,8 @@ def tip(engine: Engine, t: float) -> Vector:
 
 def farthest(engine: Engine, line: ToolLine) -> float:
     """How far g goes from a line [m]."""
-    times = (line.begin + (line.end - line.begin) * k / DENSE for k in range(DENSE + 1))
+    looks = DENSE + 2 * len(line.points)
+    times = (line.begin + (line.end - line.begin) * k / looks for k in range(looks + 1))
     pairs = list(pairwise(line.points))
     return max(min(distance_from_line(tip(engine, t), a, b) for a, b in pairs) for t in times)
 
@@ -50,10 +53,9 @@ def farthest(engine: Engine, line: ToolLine) -> float:
 @pytest.mark.parametrize("name", robot_names())
 def test_g_is_never_farther_from_the_lines_than_is_allowed(name: str, profile: str) -> None:
     engine = wandering(name, profile, seed=3)
-    for error in (0.0005, 0.005):
-        lines = list(tool_lines(engine.arm, engine.timeline, 0.0, engine.end, error))
-        assert len(lines) > 8
-        assert max(farthest(engine, line) for line in lines) <= error
+    lines = ToolPath(engine.arm, error := 0.0005).lines(engine.timeline, 0.0, engine.end)
+    assert len(lines) > 6
+    assert max(farthest(engine, line) for line in lines) <= error
 
 
 def test_a_straight_line_has_two_points_a_segment_however_long_it_takes() -> None:
@@ -61,7 +63,7 @@ def test_a_straight_line_has_two_points_a_segment_however_long_it_takes() -> Non
     engine.perform(Move(JointTarget(tuple(map(radians, (0, -45, 180, 0, 45, 0)))), straight=False))
     start, pose = engine.end, engine.position(engine.end).T_world_tool
     engine.perform(Move(PoseTarget(pose._replace(py=pose.py + 0.2)), straight=True, speed=0.01))
-    lines = list(tool_lines(engine.arm, engine.timeline, start, engine.end, 0.0005))
+    lines = ToolPath(engine.arm, 0.0005).lines(engine.timeline, start, engine.end)
     assert [line.phase for line in lines] == [Phase.ACCELERATE, Phase.CRUISE, Phase.DECELERATE]
     assert [len(line.points) for line in lines] == [2, 2, 2]
 
@@ -71,28 +73,67 @@ def test_points_come_with_the_curve_and_not_with_time() -> None:
     for speed in (1.0, 0.05):
         engine = Engine(load_robot("planar2"))
         engine.perform(Move(JointTarget((radians(-100.0), radians(60.0))), straight=False, speed=speed))
-        counts.append(sum(len(line.points) for line in tool_lines(engine.arm, engine.timeline, 0.0, 99.0, 0.0005)))
+        lines = ToolPath(engine.arm, 0.0005).lines(engine.timeline, 0.0, 99.0)
+        counts.append(sum(len(line.points) for line in lines))
     assert counts[0] == pytest.approx(counts[1], abs=12)
     assert max(counts) < 60
 
 
-def test_lines_go_from_one_time_to_another() -> None:
+def test_lines_are_those_between_two_times() -> None:
     engine = wandering("puma560", "LSPB", seed=5)
-    whole = list(tool_lines(engine.arm, engine.timeline, 0.0, engine.end, 0.001))
-    first, last = whole[3].begin + 0.01, whole[9].end - 0.01
-    part = list(tool_lines(engine.arm, engine.timeline, first, last, 0.001))
-    assert [line.motion for line in part] == [line.motion for line in whole[3:10]]
-    assert (part[0].begin, part[-1].end) == (first, last)
-    assert part[0].points[0] == pytest.approx(tip(engine, first), abs=1e-9)
-    assert part[-1].points[-1] == pytest.approx(tip(engine, last), abs=1e-9)
-    assert part[1:-1] == whole[4:9]
-    assert not list(tool_lines(engine.arm, engine.timeline, last, first, 0.001))
+    path = ToolPath(engine.arm, 0.001)
+    whole = path.lines(engine.timeline, 0.0, engine.end)
+    assert path.lines(engine.timeline, whole[2].begin + 0.01, whole[6].end - 0.01) == whole[2:7]
+    assert not path.lines(engine.timeline, 5.0, 4.0)
+    assert not path.lines(engine.timeline, engine.end + 1.0, engine.end + 2.0)
+    assert all(line.phase is not Phase.REST for line in whole)
 
 
-def test_standing_still_leaves_no_line() -> None:
+def test_a_line_is_parted_where_the_tip_is() -> None:
     engine = wandering("puma560", "LSPB", seed=5)
-    assert all(line.phase is not Phase.REST for line in tool_lines(engine.arm, engine.timeline, 0.0, 99.0, 0.001))
-    assert not list(tool_lines(engine.arm, engine.timeline, engine.end + 1.0, engine.end + 2.0, 0.001))
+    for line in ToolPath(engine.arm, 0.0001).lines(engine.timeline, 0.0, engine.end):
+        t = 0.3 * line.begin + 0.7 * line.end
+        past, planned = line.parted(t, tip(engine, t))
+        assert past[-1] == planned[0] == tip(engine, t)
+        assert (*past[:-1], *planned[1:]) == line.points
+        assert [past[0], planned[-1]] == [line.points[0], line.points[-1]]
+
+
+def test_what_has_not_changed_is_not_looked_at_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A motion far ahead, and a shift of all that comes after one: no line of the others is made anew."""
+    engine = Engine(load_robot("puma560"))
+    for k in range(300):
+        goal = JointTarget(tuple(map(radians, (40.0 if k % 2 else -40.0, -90, 90, 0, 0, 0))))
+        engine.perform(Move(goal, straight=False, stamp=Stamp(3.0 * k)))
+    path, made = ToolPath(engine.arm, 0.001), []
+    before = path.lines(engine.timeline, 0.0, engine.end)
+    forward = engine.arm.forward
+    monkeypatch.setattr(engine.arm, "forward", lambda q: made.append(q) or forward(q))
+    assert path.lines(engine.timeline, 0.0, engine.end) == before
+    assert not made
+    engine.perform(Move(JointTarget(tuple(map(radians, (0.0, -90, 90, 0, 0, 0)))), False, stamp=Stamp(engine.end + 5)))
+    after = path.lines(engine.timeline, 0.0, engine.end)
+    assert after[: len(before)] == before
+    assert len(made) < 4000  # those of a block or two, of eight
+
+
+def steered(seconds: float) -> Engine:
+    """A hand draws circles, fifty times a second."""
+    engine = Engine(load_robot("puma560"), clock=ManualWall().clock())
+    ready = engine.model.poses["ready"]
+    steering = Steering(engine)
+    for k in range(round(50 * seconds)):
+        t = 0.02 * k
+        steering.to((0.3 * sin(t), ready[1] + 0.3 * cos(t), *ready[2:]), t)
+    return engine
+
+
+def test_a_steered_way_has_few_points_and_is_near_g() -> None:
+    engine = steered(20.0)
+    assert len(engine.timeline) > 900
+    lines = ToolPath(engine.arm, 0.002).lines(engine.timeline, 0.0, engine.end)
+    assert sum(len(line.points) for line in lines) < 250
+    assert max(farthest(engine, line) for line in lines) <= 0.002
 
 
 def test_distances_are_from_the_ends_too() -> None:

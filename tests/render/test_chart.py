@@ -52,8 +52,8 @@ def test_curves_without_a_break() -> None:
 def test_braille_with_a_colour_for_each_curve() -> None:
     drawn = list(chart(Plot("Joints", "deg", TIMES, (RAMP, FLAT)), COLOURED))
     pieces = [piece for line in drawn[1 : HEIGHT + 1] for piece in line.pieces[1:]]
-    assert {ink for text, ink in pieces if text != " "} == set(CURVES[:2])
-    assert all(0x2800 < ord(text) <= 0x28FF for text, _ in pieces if text != " ")
+    assert {ink for text, ink in pieces if text.strip()} == set(CURVES[:2])
+    assert all(0x2800 < ord(mark) <= 0x28FF for text, _ in pieces for mark in text.strip())
 
 
 @pytest.mark.parametrize("width", [30, 60, 80, 100, 300])

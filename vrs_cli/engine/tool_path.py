@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from math import ceil, dist
 from typing import NamedTuple
 
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Vector, dot, inverse, moved_point, position, subtracted
+from vrs_cli.trajectory.motion import Kind
 from vrs_cli.trajectory.polynomial import value
+from vrs_cli.trajectory.rope import Block, Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -17,44 +19,114 @@ TURN = 0.5  # [rad, m] of all joints together: on so short a way the tip turns t
 PROBES = (0.25, 0.5, 0.75)  # of a line: where its distance from the way is looked at
 MARGIN = 0.8  # of the error: between the probes the way is a little farther from its line
 DEEPEST = 12  # halvings: a line of 1 s is not made shorter than 0.25 ms
+WHOLE = 10.0  # [s] what is in sight begins and ends at such times: most of it stays the same then
 
 Tip = Callable[[float], Vector]  # where the tool tip is in the world [m], s seconds into a segment
+Place = tuple[float, Vector]  # a time [s], and where the tool tip is then
 
 
 class ToolLine(NamedTuple):
-    """What the tool tip does in one segment, from `begin` to `end` [s]: points in the world [m]."""
+    """What the tool tip does in one segment, or in many that were steered: points in the world [m], the tip is at each
+    at its time, `offset` [s] later than `times` say.
+    """
 
     motion: int
     phase: Phase
-    begin: float
-    end: float
+    offset: float
+    times: tuple[float, ...]
     points: tuple[Vector, ...]
 
+    @property
+    def begin(self) -> float:
+        return self.offset + self.times[0]
 
-def tool_lines(arm: RobotArm, timeline: Timeline, begin: float, end: float, error: float) -> Iterator[ToolLine]:
-    """One line a segment that moves, of those between two times [s]. No point of the way is farther than `error` [m]
-    from its line.
+    @property
+    def end(self) -> float:
+        return self.offset + self.times[-1]
+
+    def parted(self, t: float, tip: Vector) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
+        """The points before a time [s] and those after it, both with the tip at that time."""
+        count = sum(self.offset + time < t for time in self.times)
+        return (*self.points[:count], tip), (tip, *self.points[count:])
+
+
+class _Seen(NamedTuple):
+    """What was found of a block: its row is kept, so that no other one has its identity."""
+
+    row: Row
+    lines: tuple[ToolLine, ...]
+
+
+class ToolPath:
+    """The lines of one arm; no point of its way is farther than `error` [m] from them. What was found of a part of a
+    timeline is remembered as long as it is in sight: versions of a timeline share what has not changed.
     """
-    for segment in segments_between(timeline, begin, end):
-        first, last = max(begin - segment.start, 0.0), min(end, segment.finish) - segment.start
-        if segment.phase is not Phase.REST and last > first:
-            points = tuple(line_points(arm, segment, first, last, error))
-            yield ToolLine(segment.motion.number, segment.phase, segment.start + first, segment.start + last, points)
+
+    def __init__(self, arm: RobotArm, error: float) -> None:
+        self._arm, self._error = arm, error
+        self._seen: dict[tuple[int, int, int], _Seen] = {}
+
+    def lines(self, timeline: Timeline, begin: float, end: float) -> list[ToolLine]:
+        """Those that the tip draws between two times [s], and perhaps some beside them, in order."""
+        before, self._seen = self._seen, {}
+        found = list[ToolLine]()
+        for block in timeline.blocks(begin // WHOLE * WHOLE, -(-end // WHOLE) * WHOLE):
+            key = (id(block.row), block.first, block.last)
+            seen = before.get(key) or _Seen(block.row, tuple(_block_lines(self._arm, block, self._error)))
+            self._seen[key] = seen
+            found += [line._replace(offset=block.offset) for line in seen.lines]
+        return [line for line in found if line.begin < end and line.end > begin]
 
 
-def segments_between(timeline: Timeline, begin: float, end: float) -> Iterator[Segment]:
-    """Those in force from time `begin` to `end` [s]."""
-    if begin <= end:
-        yield from (timeline[index] for index in range(timeline.index_at(begin), timeline.index_at(end) + 1))
+def _block_lines(arm: RobotArm, block: Block, error: float) -> Iterator[ToolLine]:
+    """A line for each segment that moves; one for all that are steered without a pause."""
+    steered = list[ToolLine]()
+    for segment in block.row.segments[block.first : block.last]:
+        if segment.phase is Phase.REST or segment.duration <= 0.0:
+            continue
+        steers = segment.motion.kind is Kind.STEERED
+        if steered and not (steers and steered[-1].times[-1] == segment.start):
+            yield _joined(steered, error)
+            steered = []
+        if steers:
+            steered.append(_line(arm, segment, 0.5 * error))
+        else:
+            yield _line(arm, segment, error)
+    if steered:
+        yield _joined(steered, error)
 
 
-def line_points(arm: RobotArm, segment: Segment, first: float, last: float, error: float) -> Iterator[Vector]:
-    """The points of a line, from `first` to `last` seconds into a segment."""
-    tip, pieces = tip_of(arm, segment), _pieces(segment, last - first)
-    times = [first + (last - first) * k / pieces for k in range(pieces + 1)]
-    yield tip(first)
-    for a, b in pairwise(times):
-        yield from _refined(tip, (a, tip(a)), (b, tip(b)), MARGIN * error, DEEPEST)
+def _line(arm: RobotArm, segment: Segment, error: float) -> ToolLine:
+    tip, pieces = tip_of(arm, segment), _pieces(segment)
+    ends = [(s, tip(s)) for s in (segment.duration * k / pieces for k in range(pieces + 1))]
+    places = [ends[0], *(p for a, b in pairwise(ends) for p in _refined(tip, a, b, MARGIN * error, DEEPEST))]
+    times, points = zip(*((segment.start + s, p) for s, p in places), strict=True)
+    return ToolLine(segment.motion.number, segment.phase, 0.0, times, points)
+
+
+def _joined(lines: Sequence[ToolLine], error: float) -> ToolLine:
+    """Lines that follow each other as one, without the points that it does not need."""
+    places = [place for line in lines for place in zip(line.times[:-1], line.points[:-1], strict=True)]
+    places.append((lines[-1].times[-1], lines[-1].points[-1]))
+    times, points = zip(*_thinned(places, 0.5 * error), strict=True)
+    return ToolLine(lines[0].motion, lines[0].phase, 0.0, times, points)
+
+
+def _thinned(places: Sequence[Place], error: float) -> Iterator[Place]:
+    """Those whose line is nowhere farther than `error` [m] from the others: from each one as far on as that goes."""
+    first, last = 0, len(places) - 1
+    yield places[0]
+    while first < last:
+        step = 1
+        while first + 2 * step <= last and _near(places[first : first + 2 * step + 1], error):
+            step *= 2
+        first = min(first + step, last)
+        yield places[first]
+
+
+def _near(places: Sequence[Place], error: float) -> bool:
+    a, b = places[0][1], places[-1][1]
+    return all(distance_from_line(p, a, b) <= error for _, p in places[1:-1])
 
 
 def tip_of(arm: RobotArm, segment: Segment) -> Tip:
@@ -67,20 +139,20 @@ def tip_of(arm: RobotArm, segment: Segment) -> Tip:
     return lambda s: moved_point(T_world_robot, (value(x, s), value(y, s), value(z, s)))
 
 
-def _pieces(segment: Segment, duration: float) -> int:
+def _pieces(segment: Segment) -> int:
     """In how many parts of equal time the way is looked at."""
     if not isinstance(segment.path, JointPath):
         return 1
     way = sum(high - low for low, high in segment.path.extremes(segment.duration))
-    return max(ceil(way / TURN * duration / segment.duration), 1)
+    return max(ceil(way / TURN), 1)
 
 
-def _refined(tip: Tip, a: tuple[float, Vector], b: tuple[float, Vector], error: float, depth: int) -> Iterator[Vector]:
-    """The points behind `a` up to `b`, times [s] and points, that a line needs."""
+def _refined(tip: Tip, a: Place, b: Place, error: float, depth: int) -> Iterator[Place]:
+    """The places behind `a` up to `b` that a line needs."""
     (t0, p0), (t1, p1) = a, b
     probes = [tip(t0 + part * (t1 - t0)) for part in PROBES]
     if depth == 0 or max(distance_from_line(p, p0, p1) for p in probes) <= error:
-        yield p1
+        yield b
         return
     middle = (0.5 * (t0 + t1), probes[1])
     yield from _refined(tip, a, middle, error, depth - 1)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
-from itertools import groupby, pairwise
+from itertools import pairwise
 from math import floor, log10
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -16,6 +16,7 @@ from vrs_cli.render.colours import Ink
 
 if TYPE_CHECKING:
     from vrs_cli.dialogue.replies import Picture
+    from vrs_cli.engine.position import Position
 
 WIDTH, HEIGHT = 80, 21  # columns and rows of all, where a page has no end
 WORDS = 3  # rows of text above and below the drawing
@@ -49,7 +50,7 @@ class Look(NamedTuple):
     name: str = ""
 
 
-LOOKS = {
+LOOKS: Mapping[int, Look] = {
     Part.REACH: Look(Ink.NOTE, "'", "reach"),
     Part.PAST: Look(Ink.CURVE_3, ".", "past"),
     Part.PLANNED: Look(Ink.CURVE_2, ":", "planned"),
@@ -76,7 +77,9 @@ SIDE, ABOVE = View("from the side (X, Z)", 0, 2), View("from above (X, Y)", 0, 1
 
 
 class Frame(NamedTuple):
-    """Where a view stands: its upper left corner [m], and cells a metre across (one is twice as high as wide)."""
+    """Where a view stands: its upper left corner [m], and cells a metre across (one is twice as high as wide). `size`:
+    how far the arm reaches from its middle [m].
+    """
 
     view: View
     left: float
@@ -84,20 +87,63 @@ class Frame(NamedTuple):
     scale: float
     width: int
     height: int
+    size: float
 
 
 def arm_picture(picture: Picture, page: Page) -> Iterator[Line]:
     """What the robot does, both views side by side, the scale and what is what."""
-    width = max(page.width or WIDTH, LEAST_WIDTH)
-    height = max((page.height or HEIGHT) - WORDS, LEAST_HEIGHT)
-    fine = page.unicode
-    frames = _frames(picture, width, height)
-    canvases = [_drawn(picture, frame, fine) for frame in frames]
-    yield _fitted(_doing(picture), width)
-    yield Line(tuple((f"{frame.view.title[: frame.width]:<{frame.width + GAP}}", Ink.HEADING) for frame in frames))
-    for row in range(frames[0].height):
-        yield Line(tuple(piece for canvas in canvases for piece in (*_cells(canvas, row, fine), (" " * GAP, Ink.TEXT))))
-    yield _fitted((*_scale(frames[0], fine), *_legend(picture, fine)), width)
+    yield from ArmDrawing().lines(picture, page)
+
+
+class ArmDrawing:
+    """Draws pictures of one arm, one after the other; what stays behind the arm is drawn once."""
+
+    def __init__(self) -> None:
+        self._page: tuple[object, ...] = ()
+        self._frames: tuple[Frame, ...] = ()
+        self._reach: tuple[Canvas, ...] = ()  # with nothing else
+        self._behind: tuple[object, ...] = ()  # the lines that do not change now
+        self._canvases: tuple[Canvas, ...] = ()
+        self._rows: dict[tuple[int, int], tuple[Piece, ...]] = {}  # of those, by view and row
+
+    def lines(self, picture: Picture, page: Page) -> Iterator[Line]:
+        fine, width = page.unicode, max(page.width or WIDTH, LEAST_WIDTH)
+        canvases = self._drawn(picture, page, width)
+        frames = self._frames
+        yield _fitted(_doing(picture), width)
+        yield Line(tuple((f"{frame.view.title[: frame.width]:<{frame.width + GAP}}", Ink.HEADING) for frame in frames))
+        for row in range(frames[0].height):
+            yield Line(
+                tuple(piece for view, canvas in enumerate(canvases) for piece in self._row(view, canvas, row, fine))
+            )
+        yield _fitted((*_scale(frames[0], fine), *_legend(picture, fine)), width)
+
+    def _row(self, view: int, canvas: Canvas, row: int, fine: bool) -> tuple[Piece, ...]:
+        """A row of a view; where nothing was drawn before what stays, as it was."""
+        kept = self._rows.get((view, row)) if canvas.shared[row] else None
+        if kept is None:
+            kept = (*_cells(canvas, row, fine), (" " * GAP, Ink.TEXT))
+            if canvas.shared[row]:
+                self._rows[view, row] = kept
+        return kept
+
+    def _drawn(self, picture: Picture, page: Page, width: int) -> list[Canvas]:
+        here = (page, picture.reach, picture.links[0])
+        if here != self._page:
+            height = max((page.height or HEIGHT) - WORDS, LEAST_HEIGHT)
+            self._page, self._frames, self._behind = here, _frames(picture, width, height), ()
+            self._reach = tuple(_drawn_reach(picture, frame, page.unicode) for frame in self._frames)
+        behind = (picture.past[:-1], picture.planned[1:])
+        if behind != self._behind:
+            self._behind, self._rows = behind, {}
+            pens = self._pens(self._reach, page)
+            self._canvases = tuple(_drawn_behind(pen, picture) for pen in pens)
+        return [_drawn_before(pen, picture) for pen in self._pens(self._canvases, page)]
+
+    def _pens(self, canvases: Sequence[Canvas], page: Page) -> Iterator[Pen]:
+        """A pen for each view, on a copy of what is there."""
+        for frame, canvas in zip(self._frames, canvases, strict=True):
+            yield Pen(frame, page.unicode, canvas.copy())
 
 
 def _doing(picture: Picture) -> Iterator[Piece]:
@@ -135,8 +181,9 @@ def _frames(picture: Picture, width: int, height: int) -> tuple[Frame, ...]:
 
 
 def _frame(view: View, low: Vector, high: Vector, scale: float, width: int, height: int) -> Frame:
+    size = 0.5 * max(b - a for a, b in zip(low, high, strict=True))
     middle = [0.5 * (low[i] + high[i]) for i in (view.right, view.up)]
-    return Frame(view, middle[0] - 0.5 * width / scale, middle[1] + height / scale, scale, width, height)
+    return Frame(view, middle[0] - 0.5 * width / scale, middle[1] + height / scale, scale, width, height, size)
 
 
 def _box(picture: Picture) -> tuple[Vector, Vector]:
@@ -150,75 +197,77 @@ def _box(picture: Picture) -> tuple[Vector, Vector]:
 
 
 class Pen:
-    """Draws points of the world [m] in one view."""
+    """Draws points of the world [m] in one view. `size` [m]: of the arm."""
 
-    def __init__(self, frame: Frame, fine: bool) -> None:
-        self.frame, self.fine = frame, fine
-        self.canvas = Canvas(frame.width, frame.height, *(FINE if fine else PLAIN))
-        self.across = frame.scale * self.canvas.dots_wide
-        self.down = 0.5 * frame.scale * self.canvas.dots_high
+    def __init__(self, frame: Frame, fine: bool, canvas: Canvas) -> None:
+        self.frame, self.fine, self.canvas, self.size = frame, fine, canvas, frame.size
+        self.across = frame.scale * canvas.dots_wide
+        self.down = 0.5 * frame.scale * canvas.dots_high
 
     def dot(self, p: Vector) -> Dot:
         x, y = self.frame.view.of(p)
         return (x - self.frame.left) * self.across - 0.5, (self.frame.top - y) * self.down - 0.5
 
-    def dots(self, metres: float) -> float:
-        return metres * self.across if self.fine else 1.0
-
     def line(self, part: Part, points: Sequence[Vector], thick: float = 0.0, every: int = 1) -> None:
+        dots = round(thick * self.across) if self.fine else 1
         for a, b in pairwise(map(self.dot, points)):
-            self.canvas.stroke(part, a, b, max(round(self.dots(thick)), 1), every if self.fine else 1)
+            self.canvas.stroke(part, a, b, max(dots, 1), every if self.fine else 1)
 
     def disc(self, part: Part, p: Vector, radius: float) -> None:
-        self.canvas.disc(part, self.dot(p), max(self.dots(radius), 1.5) if self.fine else 0.0)
+        self.canvas.disc(part, self.dot(p), max(radius * self.across, 1.5) if self.fine else 0.0)
 
-    def cross(self, part: Part, p: Vector, arm: int) -> None:
-        x, y = self.dot(p)
-        arm = arm if self.fine else 0
+    def cross(self, part: Part, p: Vector) -> None:
+        (x, y), arm = self.dot(p), 2 if self.fine else 0
         self.canvas.stroke(part, (x - arm, y), (x + arm, y))
         self.canvas.stroke(part, (x, y - arm), (x, y + arm))
 
 
-def _drawn(picture: Picture, frame: Frame, fine: bool) -> Canvas:
-    pen, size = Pen(frame, fine), _size(picture)
-    pen.line(Part.REACH, _outline(frame.view, picture.reach), every=DOTTED)
-    for part, lines in ((Part.PAST, picture.past), (Part.PLANNED, picture.planned)):
-        for points in lines:
-            pen.line(part, points)
-    _draw_base(pen, picture, size)
-    count = len(picture.links) - 1
-    for i, (a, b) in enumerate(pairwise(picture.links)):
-        pen.line(Part.LINK, (a, b), THICK * size * (1.0 - 0.5 * i / count))
-    for p in picture.joints:
-        pen.disc(Part.JOINT, p, 0.5 * THICK * size)
-    _draw_hand(pen, picture, size)
-    if picture.target is not None:
-        pen.cross(Part.TARGET, picture.target, 2)
+def _drawn_reach(picture: Picture, frame: Frame, fine: bool) -> Canvas:
+    canvas = Canvas(frame.width, frame.height, *(FINE if fine else PLAIN))
+    Pen(frame, fine, canvas).line(Part.REACH, _outline(frame.view, picture.reach), every=DOTTED)
+    return canvas
+
+
+def _drawn_behind(pen: Pen, picture: Picture) -> Canvas:
+    """What stays while the arm moves on one line: all of the way but that line."""
+    for points in picture.past[:-1]:
+        pen.line(Part.PAST, points)
+    for points in picture.planned[1:]:
+        pen.line(Part.PLANNED, points)
     return pen.canvas
 
 
-def _size(picture: Picture) -> float:
-    """How far the arm reaches from the middle [m]."""
-    low, high = _box(picture)
-    return 0.5 * max(b - a for a, b in zip(low, high, strict=True))
-
-
-def _draw_base(pen: Pen, picture: Picture, size: float) -> None:
-    x, y, z = picture.links[0]
-    half = THICK * size
+def _drawn_before(pen: Pen, picture: Picture) -> Canvas:
+    """The line under way, and the arm."""
+    for points in picture.past[-1:]:
+        pen.line(Part.PAST, points)
+    for points in picture.planned[:1]:
+        pen.line(Part.PLANNED, points)
     if pen.frame.view is SIDE:
-        pen.line(Part.BASE, ((x - half, y, z - half), (x + half, y, z - half)))
-        pen.line(Part.BASE, ((x, y, z), (x - half, y, z - half)))
-        pen.line(Part.BASE, ((x, y, z), (x + half, y, z - half)))
+        _draw_base(pen, picture.links[0])
+    count = len(picture.links) - 1
+    for i, link in enumerate(pairwise(picture.links)):
+        pen.line(Part.LINK, link, THICK * pen.size * (1.0 - 0.5 * i / count))
+    for p in picture.joints:
+        pen.disc(Part.JOINT, p, 0.5 * THICK * pen.size)
+    _draw_hand(pen, picture.position)
+    if picture.target is not None:
+        pen.cross(Part.TARGET, picture.target)
+    return pen.canvas
 
 
-def _draw_hand(pen: Pen, picture: Picture, size: float) -> None:
+def _draw_base(pen: Pen, base: Vector) -> None:
+    (x, y, z), half = base, THICK * pen.size
+    left, right = (x - half, y, z - half), (x + half, y, z - half)
+    pen.line(Part.BASE, (left, base, right, left))
+
+
+def _draw_hand(pen: Pen, at: Position) -> None:
     """Two fingers, apart along the Y axis of the tool as far as the hand is open."""
-    T = picture.position.T_world_tool
-    tip, apart = position(T), 0.5 * HAND * size * picture.position.hand
-    for side in (-apart, apart):
-        root = along(tip, (T.sx, T.sy, T.sz), side)
-        pen.line(Part.HAND, (tip, root, along(root, (T.ax, T.ay, T.az), HAND * size)))
+    T, long = at.T_world_tool, HAND * pen.size
+    for side in (-0.5 * long * at.hand, 0.5 * long * at.hand):
+        root = along(position(T), (T.sx, T.sy, T.sz), side)
+        pen.line(Part.HAND, (position(T), root, along(root, (T.ax, T.ay, T.az), long)))
 
 
 def _outline(view: View, points: Sequence[Vector]) -> list[Vector]:
@@ -246,14 +295,12 @@ def _turns_left(a: Dot, b: Dot, c: Dot) -> bool:
 
 
 def _cells(canvas: Canvas, row: int, fine: bool) -> Iterator[Piece]:
-    """A row in runs of one ink."""
-    owners = [canvas.owner.get((row, column)) for column in range(canvas.width)]
-    for owner, run in groupby(range(canvas.width), owners.__getitem__):
+    for owner, first, last in canvas.runs(row):
         if owner is None:
-            yield " " * len(list(run)), Ink.TEXT
+            yield " " * (last - first), Ink.TEXT
         else:
-            look = LOOKS[Part(owner)]
-            yield "".join(canvas.braille(row, column) if fine else look.letter for column in run), look.ink
+            look = LOOKS[owner]
+            yield canvas.braille(row, first, last) if fine else look.letter * (last - first), look.ink
 
 
 def _scale(frame: Frame, fine: bool) -> Iterator[Piece]:

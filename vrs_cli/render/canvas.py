@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import ceil, hypot
 
 BRAILLE = 0x2800
@@ -13,21 +14,32 @@ Dot = tuple[float, float]  # to the right and down, in dots
 
 
 class Canvas:
-    """`owner`: who drew last in a cell (row, column); `dots`: the dots of a cell as bits."""
+    """Rows of cells by their columns. `owner`: who drew last in a cell; `dots`: the dots of a cell as bits."""
 
     def __init__(self, width: int, height: int, dots_wide: int, dots_high: int) -> None:
         self.width, self.height = width, height
         self.dots_wide, self.dots_high = dots_wide, dots_high
-        self.owner: dict[tuple[int, int], int] = {}
-        self.dots: dict[tuple[int, int], int] = {}
+        self.owner: list[dict[int, int]] = [{} for _ in range(height)]
+        self.dots: list[dict[int, int]] = [{} for _ in range(height)]
+        self.shared = [False] * height  # with the canvas that this one is a copy of: nothing was drawn in those rows
+
+    def copy(self) -> Canvas:
+        """The same, to draw on without changing this one, which is drawn on no more."""
+        made = Canvas(self.width, 0, self.dots_wide, self.dots_high)
+        made.height, made.shared = self.height, [True] * self.height
+        made.owner, made.dots = list(self.owner), list(self.dots)
+        return made
 
     def mark(self, owner: int, x: int, y: int) -> None:
         """One dot; none outside."""
         row, column = y // self.dots_high, x // self.dots_wide
         if 0 <= row < self.height and 0 <= column < self.width:
-            cell = (row, column)
-            self.dots[cell] = self.dots.get(cell, 0) | DOTS[y % self.dots_high][x % self.dots_wide]
-            self.owner[cell] = owner
+            if self.shared[row]:
+                self.shared[row] = False
+                self.owner[row], self.dots[row] = dict(self.owner[row]), dict(self.dots[row])
+            dots = self.dots[row]
+            dots[column] = dots.get(column, 0) | DOTS[y % self.dots_high][x % self.dots_wide]
+            self.owner[row][column] = owner
 
     def stroke(self, owner: int, a: Dot, b: Dot, thick: int = 1, every: int = 1) -> None:
         """A straight line, `thick` dots wide; of a dotted one each `every`th dot."""
@@ -35,12 +47,13 @@ class Canvas:
         length = hypot(x1 - x0, y1 - y0) or 1.0
         steps = max(ceil(max(abs(x1 - x0), abs(y1 - y0)) if thick == 1 else length / APART), 1)
         dx, dy = (x1 - x0) / steps, (y1 - y0) / steps
-        beside = ceil((thick - 1) / APART)
+        beside, marked = ceil((thick - 1) / APART), set[tuple[int, int]]()
         for i in range(beside + 1):
             off = (thick - 1) * (i / beside - 0.5) if beside else 0.0
             x, y = x0 + off * (y1 - y0) / length, y0 - off * (x1 - x0) / length
-            for step in range(0, steps + 1, every):
-                self.mark(owner, round(x + step * dx), round(y + step * dy))
+            marked.update([(round(x + step * dx), round(y + step * dy)) for step in range(0, steps + 1, every)])
+        for dot in marked:
+            self.mark(owner, *dot)
 
     def disc(self, owner: int, middle: Dot, radius: float) -> None:
         x0, y0 = middle
@@ -50,6 +63,26 @@ class Canvas:
                 if hypot(dx, dy) <= radius:
                     self.mark(owner, round(x0) + dx, round(y0) + dy)
 
-    def braille(self, row: int, column: int) -> str:
-        """The dots of a cell as one character."""
-        return chr(BRAILLE + self.dots[row, column])
+    def runs(self, row: int) -> Iterator[tuple[int | None, int, int]]:
+        """The cells of a row as runs of one owner (None: nobody), from a column to before another."""
+        owner = self.owner[row]
+        first, before, who = 0, 0, None
+        for column in sorted(owner):
+            if column != before and who is not None:
+                yield who, first, before
+                first, who = before, None
+            if owner[column] != who:
+                if column > first:
+                    yield who, first, column
+                first, who = column, owner[column]
+            before = column + 1
+        if who is not None:
+            yield who, first, before
+            first = before
+        if self.width > first:
+            yield None, first, self.width
+
+    def braille(self, row: int, first: int, last: int) -> str:
+        """Cells as characters."""
+        dots = self.dots[row]
+        return "".join([chr(BRAILLE + dots[column]) for column in range(first, last)])

@@ -67,13 +67,12 @@ def _figure(row: int, low: float, high: float) -> Piece:
 
 
 def _cells(canvas: Canvas, row: int, curves: Sequence[Curve], fine: bool) -> Iterator[Piece]:
-    for column in range(canvas.width):
-        owner = canvas.owner.get((row, column))
+    for owner, first, last in canvas.runs(row):
         if owner is None:
-            yield (" ", Ink.TEXT)
+            yield (" " * (last - first), Ink.TEXT)
         else:
-            mark = canvas.braille(row, column) if fine else curves[owner].mark
-            yield (mark, CURVES[owner % len(CURVES)])
+            marks = canvas.braille(row, first, last) if fine else curves[owner].mark * (last - first)
+            yield (marks, CURVES[owner % len(CURVES)])
 
 
 def _time_axis(times: Sequence[float], width: int) -> Iterator[Line]:

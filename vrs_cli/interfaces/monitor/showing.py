@@ -8,7 +8,7 @@ from math import dist
 
 from vrs_cli.dialogue.replies import Picture
 from vrs_cli.engine.position import destination_at, position_at
-from vrs_cli.engine.tool_path import tool_lines
+from vrs_cli.engine.tool_path import ToolPath
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.envelope import outermost
 from vrs_cli.kinematics.joints import Joints
@@ -25,22 +25,36 @@ Lines = tuple[tuple[Vector, ...], ...]
 
 def pictured(arm: RobotArm, timeline: Timeline, t: float, stamped: bool = False) -> Picture:
     """The robot at time t [s], with the way that it has come and the one that it goes."""
-    position_then, frames = position_at(arm, timeline, t), timeline.locate(t)[0].motion.frames
-    links, joints = skeleton(arm, position_then.joints, frames)
-    target = position(destination_at(arm, timeline, t).T_world_tool) if position_then.moving else None
-    past, planned = way(arm, timeline, t - BEFORE, t), way(arm, timeline, t, t + AFTER)
-    return Picture(position_then, links, joints, past, planned, target, reach(arm, frames), stamped)
+    return Sight(arm).picture(timeline, t, stamped)
 
 
-def way(arm: RobotArm, timeline: Timeline, begin: float, end: float) -> Lines:
-    """The way of the tool tip between two times [s]: a line as long as it moves."""
-    lines = list[list[Vector]]()
-    for line in tool_lines(arm, timeline, begin, end, ERROR):
-        if lines and _same(lines[-1][-1], line.points[0]):
-            lines[-1] += line.points[1:]
-        else:
-            lines.append(list(line.points))
-    return tuple(map(tuple, lines))
+class Sight:
+    """Pictures of one arm, one after the other: what stays is not found again."""
+
+    def __init__(self, arm: RobotArm) -> None:
+        self.arm, self._path = arm, ToolPath(arm, ERROR)
+
+    def picture(self, timeline: Timeline, t: float, stamped: bool = False) -> Picture:
+        arm, frames = self.arm, timeline.locate(t)[0].motion.frames
+        at = position_at(arm, timeline, t)
+        links, joints = skeleton(arm, at.joints, frames)
+        target = position(destination_at(arm, timeline, t).T_world_tool) if at.moving else None
+        past, planned = self._way(timeline, t, position(at.T_world_tool))
+        return Picture(at, links, joints, past, planned, target, reach(arm, frames), stamped)
+
+    def _way(self, timeline: Timeline, t: float, tip: Vector) -> tuple[Lines, Lines]:
+        """The lines before a time [s] and those after it; the one under way is parted, last of all and first."""
+        past, planned = list[tuple[Vector, ...]](), list[tuple[Vector, ...]]()
+        for line in self._path.lines(timeline, t - BEFORE, t + AFTER):
+            if line.end <= t:
+                past.append(line.points)
+            elif line.begin >= t:
+                planned.append(line.points)
+            else:
+                before, after = line.parted(t, tip)
+                past.append(before)
+                planned.append(after)
+        return tuple(past), tuple(planned)
 
 
 def reach(arm: RobotArm, frames: Frames) -> tuple[Vector, ...]:
