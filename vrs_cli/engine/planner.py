@@ -64,6 +64,7 @@ def plan_steering(
     place = place_at(arm, timeline, executed)
     steer, coming = LAWS[motion.profile].steer, partial(_coming, timeline, place.keep, executed)
     here, limits = place.here.joints, joint_limits(arm, motion)
+    limits = limits._replace(lower=target.lower or limits.lower, upper=target.upper or limits.upper)
     segments = steer(here, target, limits, hardest_limits(arm), tick, executed, motion, coming)
     segments = segments or plan_stop(Problem(arm, place.here, motion, executed))
     edit = _Edit(arm, SLOWEST, place, segments, _Tail.of(timeline, len(timeline)))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
-from math import dist
+from math import dist, inf
 from operator import mul
 from typing import TYPE_CHECKING, NamedTuple, cast
 
@@ -286,6 +286,15 @@ class RobotArm:
         """A lower bound of the clearances between two poses that are h apart, on a way of that pace."""
         return Clearance()
 
+    # the joint (by index) that folds the arm, and where it is stretched or folded flat [rad], as half a turn on again
+    fold: tuple[int, float] | None = None
+
+    def outward(self, q: Joints) -> float:  # noqa: ARG002 (others look at q)
+        """How far out of the axis of joint 1 the arm's plane has its end [m], less than 0 for RIGHTY; infinite where
+        that says nothing about the configuration.
+        """
+        return inf
+
     # what proves that joints go on between samples of a way; None for closed forms, and for too few joints
     continuation: Continuation | None = None
 
@@ -307,7 +316,7 @@ class RobotArm:
 
     def _rates(self, q: Joints, J: Jacobian, twist: Twist) -> Joints:
         """Of the joints, for a twist of the tool or a derivative of it that the joint rates of now have no part in."""
-        return self._solve_rates(q, *self._rows_that_count(q, J, twist))
+        return self._solve_rates(q, *self.rows_that_count(q, J, twist))
 
     def _solve_rates(self, q: Joints, rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> Joints:
         qd = solve(rows, wanted)
@@ -318,7 +327,7 @@ class RobotArm:
             )
         return qd
 
-    def _rows_that_count(self, q: Joints, J: Sequence[Joints], twist: Twist) -> tuple[list[Joints], list[float]]:
+    def rows_that_count(self, q: Joints, J: Sequence[Joints], twist: Twist) -> tuple[list[Joints], list[float]]:
         """The rows of J and of the twist that count; turns are those about the axes of the flange."""
         counts = self.model.task.counts
         if all(counts):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import sqrt
 
 LOST = 1e-10  # of the largest coefficient: a pivot below it is rounding
 SMALL = 1e-4  # [m, 1] a pivot from which on it is looked more closely
@@ -94,3 +95,20 @@ def _back(table: list[list[float]], order: list[int], count: int) -> tuple[float
         known = sum([a * b for a, b in zip(row, x, strict=False)])
         x[c] = (row[count] - known) / row[c]
     return tuple(x)
+
+
+def positive(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> list[float]:
+    """x with rows @ x = wanted, for a symmetric matrix without negative eigenvalues or nearly so (Cholesky)."""
+    n = len(rows)
+    lower: list[list[float]] = []
+    y: list[float] = []
+    for i in range(n):
+        line: list[float] = []
+        for k, above in enumerate(lower):
+            line.append((rows[i][k] - sum([a * b for a, b in zip(line, above, strict=False)])) / above[k])
+        line.append(sqrt(max(rows[i][i] - sum([a * a for a in line]), LOST * rows[i][i] or LOST)))
+        lower.append(line)
+        y.append((wanted[i] - sum([a * b for a, b in zip(line, y, strict=False)])) / line[i])
+    for i in reversed(range(n)):
+        y[i] = (y[i] - sum([lower[k][i] * y[k] for k in range(i + 1, n)])) / lower[i][i]
+    return y

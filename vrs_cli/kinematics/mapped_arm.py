@@ -57,6 +57,9 @@ class MappedArm(RobotArm):
         super().__init__(model)
         self.way, self.inner, self.ways = way, inner, inner.ways
         self.method = inner.method
+        if inner.fold is not None:
+            joint, value = inner.fold
+            self.fold = joint, way.chain.signs[joint] * (value - way.chain.links[joint].theta)
         self.to_inner, self.from_flange = inverse(way.chain.base), inverse(way.chain.flange)
 
     def _inner_pose(self, T: Transform) -> Transform:
@@ -65,6 +68,9 @@ class MappedArm(RobotArm):
 
     def configuration(self, q: Joints) -> Configuration:
         return self.inner.configuration(self.way.chain.of(q))
+
+    def outward(self, q: Joints) -> float:
+        return self.inner.outward(self.way.chain.of(q))
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:
         return self.inner.twins(self.way.chain.of(q))

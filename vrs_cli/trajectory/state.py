@@ -59,7 +59,11 @@ class ToolState(NamedTuple):
 
 
 class Target(NamedTuple):
-    """Where the joints are to be now [rad], and how fast that place moves [rad/s]."""
+    """Where the joints are to be now [rad], and how fast that place moves [rad/s]; `lower` and `upper`: the part of
+    their ranges in which they stay, all of it where these are empty.
+    """
 
     joints: Joints
     velocity: Joints
+    lower: Joints = ()
+    upper: Joints = ()

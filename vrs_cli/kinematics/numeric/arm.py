@@ -24,12 +24,10 @@ from vrs_cli.kinematics.numeric.search import (
     MEASURED,
     NEWTON,
     STEPS,
-    rotation_vector,
+    missing,
     some_joints,
     starts,
-    turn_between,
 )
-from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
 
@@ -68,13 +66,13 @@ class NumericArm(RobotArm):
         """How well these joints alone move the flange: the sum of Yoshikawa's measure over some poses."""
         total = 0.0
         for q in islice(some_joints(self.model), MEASURED):
-            rows, _ = self._rows_that_count(q, self.jacobian(q), (0.0,) * 6)
+            rows, _ = self.rows_that_count(q, self.jacobian(q), (0.0,) * 6)
             rows = [tuple(row[i] for i in joints) for row in rows]
             total += _measure(rows)
         return total
 
     def _rates(self, q: Joints, J: Jacobian, twist: Twist) -> Joints:
-        rows, wanted = self._rows_that_count(q, J, twist)
+        rows, wanted = self.rows_that_count(q, J, twist)
         if self.held:
             rows = [tuple(0.0 if i in self.held else x for i, x in enumerate(row)) for row in rows]
         if self.short:
@@ -206,24 +204,17 @@ class NumericArm(RobotArm):
 
     def _error(self, q: Joints, T: Transform) -> tuple[list[Joints], list[float]]:
         """Rows of the Jacobian that count, and what is missing in them [m, rad]."""
-        return self._rows_that_count(q, self.jacobian(q), self._missing(self.forward(q), T))
-
-    def _missing(self, have: Transform, want: Transform) -> Twist:
-        if self.model.task is Task.POINTING:
-            turn = turn_between((have.ax, have.ay, have.az), (want.ax, want.ay, want.az))
-        else:
-            turn = rotation_vector(have, want)
-        return want.px - have.px, want.py - have.py, want.pz - have.pz, *turn
+        return self.rows_that_count(q, self.jacobian(q), missing(self.model.task, self.forward(q), T))
 
     def _miss(self, q: Joints, T: Transform) -> tuple[float, float]:
         counts = self.model.task.counts
-        x, y, z, *turn = self._missing(self.forward(q), T)
+        x, y, z, *turn = missing(self.model.task, self.forward(q), T)
         away = [v for v, counted in zip((x, y, z), counts, strict=False) if counted]
         return hypot(*away), hypot(*turn) if self.model.task.turns else 0.0
 
     def singularity(self, q: Joints) -> Singularity:
         """`elbow`: the freedom of this pose beside the mean of all; there is no telling which joints it is."""
-        rows, _ = self._rows_that_count(q, self.jacobian(q), (0.0,) * 6)
+        rows, _ = self.rows_that_count(q, self.jacobian(q), (0.0,) * 6)
         mean = self._mean_freedom
         return Singularity(1.0, min(_measure(rows) / mean, 1.0) if mean else 1.0, 1.0)
 

@@ -18,8 +18,10 @@ from itertools import islice
 from math import atan2, hypot
 from random import Random
 
+from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform, Vector, cross, dot
 
 CONVERGED = 1e-10  # [m, rad] an error that is none
@@ -45,6 +47,15 @@ def some_joints(model: RobotModel) -> Iterator[Joints]:
     random, limits = Random(SEED), list(zip(model.lower, model.upper, strict=True))
     while True:
         yield tuple(random.uniform(low, high) for low, high in limits)
+
+
+def missing(task: Task, have: Transform, want: Transform) -> Twist:
+    """From one pose to another [m, rad]: the way, and the turn about axes of the base."""
+    if task is Task.POINTING:
+        turn = turn_between((have.ax, have.ay, have.az), (want.ax, want.ay, want.az))
+    else:
+        turn = rotation_vector(have, want)
+    return want.px - have.px, want.py - have.py, want.pz - have.pz, *turn
 
 
 def turn_between(a: Vector, b: Vector) -> Vector:

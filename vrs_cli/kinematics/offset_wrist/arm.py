@@ -44,6 +44,7 @@ class OffsetWristArm(RobotArm):
         self.offsets = offsets
         self.reach = TwoBars(offsets.a2, offsets.a3, abs(offsets.side))
         self.boundary = self.reach.boundary()
+        self.fold = 2, 0.0
         self.hand = Hand(IDENTITY, (0.0, 0.0, -offsets.d6), (0.0, 0.0, 1.0))
 
     def configuration(self, q: Joints) -> Configuration:
@@ -53,6 +54,9 @@ class OffsetWristArm(RobotArm):
         forward = -1.0 if outward < -SINGULAR or (abs(outward) <= SINGULAR and g.right < 0.0) else 1.0
         below = sin(q[2]) * forward > SINGULAR
         return ALL[4 * lefty + 2 * below + (sin(q[4]) < -SINGULAR)]
+
+    def outward(self, q: Joints) -> float:
+        return -self.offsets.right * self._outward(q)
 
     def _outward(self, q: Joints) -> float:
         """Of the origin of frame 5 in the arm's plane, from the axis of joint 1 [m]."""

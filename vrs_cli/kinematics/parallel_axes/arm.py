@@ -33,6 +33,8 @@ class ParallelAxesArm(RobotArm):
         self.reach = TwoBars(*bars.lengths, 0.0)
         self.boundary = self.reach.boundary()
         centre = rotate(inverse(bars.flange), (-bars.hand.real, -bars.hand.imag, 0.0))
+        joint = bars.turns[1]
+        self.fold = joint, bars.signs[joint] * (bars.bearings[0] - bars.bearings[1])
         self.hand = Hand(bars.T_plane_base, centre, (0.0, 0.0, 1.0))
 
     def elbow(self, q: Joints) -> float:

@@ -29,7 +29,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.spherical_wrist import rates
 from vrs_cli.kinematics.spherical_wrist.forward import make_forward
-from vrs_cli.kinematics.spherical_wrist.geometry import Geometry, configuration_of
+from vrs_cli.kinematics.spherical_wrist.geometry import Geometry, configuration_of, outward
 from vrs_cli.kinematics.spherical_wrist.inverse import make_branch, make_branches, make_outside, make_within
 from vrs_cli.kinematics.transform import IDENTITY, Transform, cross
 
@@ -54,6 +54,7 @@ class SphericalWristArm(RobotArm):
         a2, forearm, side = geometry.a2, geometry.forearm, abs(geometry.side)
         self.reach = TwoBars(a2, forearm, side)
         self.boundary = self.reach.boundary()
+        self.fold = 2, geometry.beta
         self.hand = Hand(IDENTITY, (0.0, 0.0, -geometry.d6), (0.0, 0.0, 1.0))
 
     def configuration(self, q: Joints) -> Configuration:
@@ -110,6 +111,9 @@ class SphericalWristArm(RobotArm):
         spin = hypot(turns.rate, fore)  # of the forearm, whose axes of turning are square to each other
         swing = turns.bend + fore_bend + turns.rate * fore + spin * spin
         return shortest(a.across, b.across, spin + pace.tilt, swing + 2.0 * spin * pace.tilt + pace.tilt_bend, h)
+
+    def outward(self, q: Joints) -> float:
+        return outward(self.geometry, q)
 
     # --- velocities --------------------------------------------------------------------------------------
 

@@ -86,10 +86,17 @@ def geometry_of(model: RobotModel) -> Geometry | None:
 
 def configuration_of(geometry: Geometry, q: Joints) -> Configuration:
     """Which of the eight the joints are in; on a border, rounding aside, the first word of the pair."""
-    _, a1, a2, a3, d4, _, _, forearm, _ = geometry
-    _, q2, q3, _, q5, _ = q
-    lefty = a1 + a2 * cos(q2) + a3 * cos(q2 + q3) + d4 * sin(q2 + q3) > SINGULAR
+    _, _, _, a3, d4, _, _, forearm, _ = geometry
+    _, _, q3, _, q5, _ = q
+    lefty = outward(geometry, q) > SINGULAR
     sin_psi = (a3 * sin(q3) - d4 * cos(q3)) / forearm
     below = (-sin_psi if lefty else sin_psi) > SINGULAR
     flip = sin(q5) < -SINGULAR
     return ALL[4 * lefty + 2 * below + flip]
+
+
+def outward(geometry: Geometry, q: Joints) -> float:
+    """u, of the wrist's centre in the arm's plane, from the axis of joint 1 [m]."""
+    _, a1, a2, a3, d4, _, _, _, _ = geometry
+    _, q2, q3, *_ = q
+    return a1 + a2 * cos(q2) + a3 * cos(q2 + q3) + d4 * sin(q2 + q3)

@@ -77,7 +77,8 @@ def _next_velocities(state: JointState, target: Target, limits: JointLimits, tic
         for q, v, p, w, v_max, a_max, low, high in zip(
             state.joints,
             state.velocity,
-            *target,
+            target.joints,
+            target.velocity,
             limits.velocity,
             limits.acceleration,
             limits.lower,

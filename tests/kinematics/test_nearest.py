@@ -1,0 +1,78 @@
+"""The least of a quadratic form in a box, and the nearest pose around."""
+
+from __future__ import annotations
+
+from itertools import product
+from random import Random
+
+import pytest
+
+from vrs_cli.kinematics.elimination import positive
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.nearest import Aim, bounded_step
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import at_position
+
+PUMA = arm_for(load_robot("puma560"))
+BENT = (0.3, -2.0, 0.6, 0.4, 0.9, -0.5)
+
+
+def miss(rows: list[list[float]], error: list[float], damping: float, d: list[float]) -> float:
+    left = [sum(a * x for a, x in zip(row, d, strict=True)) - e for row, e in zip(rows, error, strict=True)]
+    return sum(x * x for x in left) + damping * sum(x * x for x in d)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_no_other_step_in_the_box_is_better(seed: int) -> None:
+    """Against the best of all ways of holding joints at their bounds."""
+    source, n = Random(seed), 4
+    rows = [[source.gauss(0.0, 1.0) for _ in range(n)] for _ in range(source.choice((2, 4, 6)))]
+    error = [source.gauss(0.0, 1.0) for _ in rows]
+    room = [(-source.choice((0.0, 0.1, 5.0)), source.choice((0.0, 0.1, 5.0))) for _ in range(n)]
+    found = bounded_step(rows, error, 1e-3, room)
+    assert all(low <= x <= high for x, (low, high) in zip(found, room, strict=True))
+    best = min(miss(rows, error, 1e-3, d) for d in corners(rows, error, room))
+    assert miss(rows, error, 1e-3, found) <= best + 1e-9
+
+
+def corners(rows: list[list[float]], error: list[float], room: list[tuple[float, float]]) -> list[list[float]]:
+    """The least with each joint free, or held at one of its bounds, of those that are within the room."""
+    found = []
+    for held in product((None, 0, 1), repeat=len(room)):
+        d = [0.0 if which is None else bounds[which] for which, bounds in zip(held, room, strict=True)]
+        free = [i for i, which in enumerate(held) if which is None]
+        left = [e - sum(a * x for a, x in zip(row, d, strict=True)) for row, e in zip(rows, error, strict=True)]
+        table = [[sum(row[i] * row[k] for row in rows) + (1e-3 if i == k else 0.0) for k in free] for i in free]
+        wanted = [sum(row[i] * e for row, e in zip(rows, left, strict=True)) for i in free]
+        for i, x in zip(free, positive(table, wanted), strict=True):
+            d[i] = x
+        if all(low - 1e-12 <= x <= high + 1e-12 for x, (low, high) in zip(d, room, strict=True)):
+            found.append(d)
+    return found
+
+
+def test_a_pose_near_by_is_reached() -> None:
+    pose = PUMA.forward(tuple(x + 0.1 for x in BENT))
+    found = Aim(PUMA, pose).nearest(BENT, PUMA.model.lower, PUMA.model.upper)
+    assert Aim(PUMA, pose).miss(found.joints).within(1e-6, 1e-5)
+    assert found.gain > 0.999
+    assert not any(found.pressed)
+
+
+def test_a_joint_at_its_bound_is_pressed() -> None:
+    pose = PUMA.forward((BENT[0] + 0.4, *BENT[1:]))
+    upper = (BENT[0] + 0.1, *PUMA.model.upper[1:])
+    found = Aim(PUMA, pose).nearest(BENT, PUMA.model.lower, upper)
+    assert found.joints[0] == upper[0]
+    assert found.pressed[0] == 1
+
+
+def test_beyond_reach_it_is_the_place_on_the_edge_that_counts() -> None:
+    """All links in one line, towards the place that is wished."""
+    pose, q = at_position(PUMA.forward(BENT), 0.0, -3.0, 0.0), BENT
+    for _ in range(40):
+        q = Aim(PUMA, pose).nearest(q, PUMA.model.lower, PUMA.model.upper).joints
+    reached = PUMA.forward(q)
+    most = 0.4318 + 0.4336 + 0.05625
+    assert 3.0 - most - 0.03 < Aim(PUMA, pose).miss(q).away < 3.0 - most + 0.03
+    assert reached.py < -0.85

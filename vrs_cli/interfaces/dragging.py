@@ -1,0 +1,330 @@
+"""The tool dragged by somebody who holds it at a screen: wherever it is pulled, the arm comes as near as it can.
+
+A wish is any pose. The joints that are to bring the tool there (the goal) change from wish to wish by what they do at
+full speed at most, so the arm never jumps:
+
+- Where the pose is in reach, in the arm and elbow that the drag began with, the goal is exactly there, or on the way.
+- Where it is not, the goal slides downhill to the nearest pose that is (`kinematics/nearest.py`).
+- Where downhill leads no farther, but the pose is in reach another way round, the joints go that way.
+
+The wrist may pass through straight, from FLIP to NOFLIP, where that is nearer: no joint jumps there. The engine steers
+after the goal, inside all limits, and braking when no wish comes any more. What keeps the tool from the wish is said by
+`Hold`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from enum import Enum
+from math import inf, pi, radians, sin
+from typing import NamedTuple
+
+from msgspec import Struct
+
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.motions import fraction_of_full
+from vrs_cli.errors import MotionError
+from vrs_cli.interfaces.steering import SHORTEST
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.configuration import Arm, Configuration
+from vrs_cli.kinematics.joints import Joints, largest_change
+from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.nearest import Aim, Nearest, Side
+from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.trajectory.state import Target
+
+THERE = 1e-4, radians(0.05)  # [m, rad] a miss that is none
+STALLED = 1e-3  # of the miss: a gain in one tick that leads nowhere
+PASSING = sin(radians(25.0))  # the sum of what a wrist is away from straight, before and after it passes through that
+SINGULAR = 0.1  # of the measures of `Singularity`, from 0 to 1: a joint that cannot keep up is said to be near it
+NEAR = 0.25  # of the arm's length: so near to the axis of joint 1
+LEAST_AHEAD = 0.15  # of `Pace.ahead` next to it
+SIDE = 0.005  # of the arm's length, that its end keeps from passing over the axis of joint 1
+BORDER = 1e-4  # [rad] that an elbow keeps from stretched, so that it stays as it is
+TICK = 0.02  # [s] between two wishes, where there was none before
+LONGEST_TICK = 0.1  # [s] a longer time between two is a gap, after which the arm stands
+SEARCHES = tuple(25 * 2**k for k in range(12))  # after so many wishes that lead nowhere a search goes all over
+LAG = 0.1  # [s] at full speed by which a joint lags what it follows at most, if it is not late
+STOPPING = 1.5  # of the time in which a joint comes to full speed: so far ahead of it, at full speed, its goal may be
+AT_REST = 1e-7  # [rad, m] beside its goal, where the arm may stay as it stands
+
+
+# --- what holds the tool ----------------------------------------------------------------------------------------------
+
+
+class Limit(Enum):
+    """What keeps the tool from where it is wished."""
+
+    JOINT = "joint"
+    REACH = "reach"
+    SINGULARITY = "singularity"
+    SPEED = "speed"
+
+
+class Hold(Struct, frozen=True, omit_defaults=True):
+    """One limit. `joint`, counted from 1: at its `end` (`lower`, `upper`), or as fast as it may be. `which`: of the
+    reach `far` or `close`, of the singularities `shoulder`, `elbow` or `wrist`.
+    """
+
+    limit: Limit
+    joint: int = 0
+    end: str = ""
+    which: str = ""
+
+    def said(self, model: RobotModel) -> str:
+        match self.limit:
+            case Limit.JOINT:
+                ends = model.lower if self.end == "lower" else model.upper
+                return f"JT{self.joint} is at its {self.end} limit, {model.said(self.joint, ends[self.joint - 1], 1)}"
+            case Limit.REACH:
+                return {"far": "out of reach: too far", "close": "out of reach: too close"}.get(
+                    self.which, "out of reach"
+                )
+            case Limit.SINGULARITY:
+                return f"near the {self.which} singularity: JT{self.joint} is as fast as it may be"
+            case Limit.SPEED:
+                return f"JT{self.joint} is as fast as it may be"
+
+
+class Held(Struct, frozen=True, omit_defaults=True):
+    """How a wish is followed: how far the goal is from it [m, rad], and why; no holds where it is there."""
+
+    away: float = 0.0
+    turned: float = 0.0
+    holds: tuple[Hold, ...] = ()
+
+
+# --- from wishes to joints -------------------------------------------------------------------------------------------
+
+
+class Range(NamedTuple):
+    lower: Joints
+    upper: Joints
+
+    def around(self, q: Joints, step: Joints) -> Range:
+        """What of it is within a step of q, or of what is nearest to that in it."""
+        rows = list(zip(self.put(q), step, self.lower, self.upper, strict=True))
+        return Range(tuple(max(low, x - s) for x, s, low, _ in rows), tuple(min(high, x + s) for x, s, _, high in rows))
+
+    def holds(self, q: Joints) -> bool:
+        return all(low <= x <= high for x, low, high in zip(q, self.lower, self.upper, strict=True))
+
+    def put(self, q: Joints) -> Joints:
+        return tuple(min(max(x, low), high) for x, low, high in zip(q, self.lower, self.upper, strict=True))
+
+
+class Pace(NamedTuple):
+    """Of the joints [rad, m]: how far `ahead` of them they go, so as to stop without going beyond, and by how much they
+    lag what they follow without being late.
+    """
+
+    ahead: Joints
+    lag: Joints
+
+    @classmethod
+    def of(cls, velocity: Iterable[float], acceleration: Iterable[float]) -> Pace:
+        """Of joints with these limits."""
+        rows = list(zip(velocity, acceleration, strict=True))
+        return cls(tuple(v * max(LAG, STOPPING * v / a) for v, a in rows), tuple(v * LAG for v, _ in rows))
+
+
+class Pursuit:
+    """Joints that go after wishes, without a clock: `goal` are the last ones [rad, m], `steady` whether the tool is at
+    the wish there. `range`: where the arm stays the way it is, elbow and all.
+    """
+
+    def __init__(self, arm: RobotArm, q: Joints) -> None:
+        self.arm = arm
+        self.kept = arm.configuration(q)
+        self.range = _range_of(arm, q, self.kept)
+        self.goal = self.range.put(q)
+        self._side = _side_of(arm, q, self.kept)
+        self._near = NEAR * levers(arm.model)[1][0]
+        self.steady = True
+        self._closed = arm.hand is not None  # there is a closed form
+        self.roundabout = False  # going there another way than downhill
+        self._elsewhere: Joints | None = None  # joints that bring the tool there, found by a search
+        self._stalled = 0  # wishes that led nowhere
+
+    def follow(self, T_base_flange: Transform, T_flange_tool: Transform, now: Joints, pace: Pace) -> Held:
+        """One wish more, while the joints are where they are now."""
+        wish = _possible(self.arm, T_base_flange)
+        aim, box = Aim(self.arm, wish, T_flange_tool, self._side), self.range.around(now, self._ahead(now, pace))
+        there = self._reached(wish) if self._closed else self._found_again(aim)
+        if there is not None and box.holds(there):
+            self.goal, self.steady = there, True
+            self.roundabout, self._elsewhere, self._stalled = False, None, 0
+            late = [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)]
+            return self._slowed(aim, now, late) if max(late) > 1.0 else Held()
+        nearest = aim.nearest(box.put(self.goal), *box)
+        stalled = nearest.gain < STALLED
+        self.roundabout = there is not None and (self.roundabout or stalled)
+        self.goal, self.steady = nearest.joints, False
+        if self.roundabout and there is not None:
+            self.goal = _towards(now, there, box)
+            return self._slowed(aim, now, [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)])
+        miss = aim.miss(self.goal)
+        if miss.within(*THERE):
+            self.steady = True
+            return Held()
+        if stalled and not self._closed:
+            self._look_elsewhere(wish)
+        return Held(*aim.miss(now), tuple(self._holds(aim, nearest, there)))
+
+    def _ahead(self, now: Joints, pace: Pace) -> Joints:
+        """Less far ahead near the axis of joint 1: what leads past it bends there."""
+        if self._side is None:
+            return pace.ahead
+        part = min(max(self._side.room(now) / self._near, LEAST_AHEAD), 1.0)
+        return tuple(part * x for x in pace.ahead)
+
+    @property
+    def _way(self) -> Configuration:
+        """Arm and elbow as they are kept, the wrist as it is."""
+        return Configuration(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
+
+    def _reached(self, wish: Transform) -> Joints | None:
+        """The joints of a pose, as the arm is; None where it is not in reach so."""
+        arm, goal, have, found = self.arm, self.goal, self._way, list[Joints]()
+        straight = arm.singularity(goal).wrist
+        for way in (have, have.flipped) if have.wrist is not None and straight < PASSING else (have,):
+            q = arm.inverse_branch(wish, way, goal)
+            if q is not None and (way is have or straight + arm.singularity(q).wrist < PASSING):
+                inside = self.range.put(q)
+                if largest_change(q, inside) <= 2.0 * BORDER:
+                    found.append(inside)
+        return min(found, key=lambda q: _ticks(goal, q, arm.model.max_velocity), default=None)
+
+    def _look_elsewhere(self, wish: Transform) -> None:
+        """Without a closed form: from time to time search the joints of a pose all over, while nothing leads there."""
+        self._stalled += 1
+        if self._elsewhere is None and self._stalled in SEARCHES:
+            with suppress(MotionError):
+                self._elsewhere = self.arm.select(wish, self.goal)
+
+    def _found_again(self, aim: Aim) -> Joints | None:
+        """The joints that were found so, for a wish that has moved since."""
+        if self._elsewhere is not None:
+            q = aim.nearest(self.range.put(self._elsewhere), *self.range).joints
+            self._elsewhere = q if aim.miss(q).within(*THERE) else None
+        return self._elsewhere
+
+    # --- what holds it ---
+
+    @staticmethod
+    def _slowed(aim: Aim, now: Joints, late: list[float]) -> Held:
+        """It is in reach; the joint that is latest keeps the tool from there."""
+        return Held(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))
+
+    def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None) -> Iterator[Hold]:
+        """Joints at the ends of their ranges first, then the reach, then what cannot keep up."""
+        model, named = self.arm.model, False
+        ends, hurried = list[tuple[int, str]](), list[int]()
+        for i, side in enumerate(nearest.pressed):
+            x = self.goal[i]
+            if side and x == self.range[side > 0][i]:
+                if x == (model.lower, model.upper)[side > 0][i]:
+                    ends.append((i, "lower" if side < 0 else "upper"))
+            elif side:
+                hurried.append(i)
+        for i, end in ends:
+            named = True
+            yield Hold(Limit.JOINT, i + 1, end)
+        if there is None and (which := self._out_of_reach(aim)) is not None:
+            named = True
+            yield Hold(Limit.REACH, which=which)
+        singular = self.arm.singularity(self.goal)
+        if hurried and min(singular) >= SINGULAR:
+            yield Hold(Limit.SPEED, hurried[0] + 1)
+        elif hurried or (not named and min(singular) < SINGULAR):
+            yield Hold(Limit.SINGULARITY, hurried[0] + 1 if hurried else 0, which=singular.nearest)
+        elif not named:
+            yield Hold(Limit.REACH)
+
+    def _out_of_reach(self, aim: Aim) -> str | None:
+        """`far`, `close`, or empty where it has no name; None for what is in reach but for the ranges of joints."""
+        if not self._closed:
+            return None
+        way = self._way
+        if self.arm.branch_joints(aim.flange, way, self.goal) is not None:
+            return None
+        clearance = self.arm.clearance(aim.flange, way)
+        return "far" if clearance.outer < 0.0 else "close" if min(clearance.shoulder, clearance.inner) < 0.0 else ""
+
+
+def _possible(arm: RobotArm, T_base_flange: Transform) -> Transform:
+    """The nearest pose that asks for nothing that no joint changes."""
+    while (forbidden := arm.unchanging.forbids(T_base_flange)) is not None:
+        T_base_flange = forbidden.right
+    return T_base_flange
+
+
+def _range_of(arm: RobotArm, q: Joints, kept: Configuration) -> Range:
+    """All of the joints' ranges but for the elbow, which stays on its side of stretched and folded flat."""
+    lower, upper = list(arm.model.lower), list(arm.model.upper)
+    if arm.fold is not None:
+        i, stretched = arm.fold
+        end = stretched + pi * round((q[i] - stretched) / pi)
+        above = q[i] > end
+        if abs(q[i] - end) < 2.0 * BORDER:
+            above = arm.configuration((*q[:i], end + 4.0 * BORDER, *q[i + 1 :])) == kept
+        low, high = (end, end + pi) if above else (end - pi, end)
+        lower[i] = max(lower[i], min(low + BORDER, q[i]))
+        upper[i] = min(upper[i], max(high - BORDER, q[i]))
+    return Range(tuple(lower), tuple(upper))
+
+
+def _side_of(arm: RobotArm, q: Joints, kept: Configuration) -> Side | None:
+    """The side of the axis of joint 1 on which the arm stays."""
+    outward = arm.outward(q)
+    if outward == inf:
+        return None
+    sign = -1.0 if kept.arm is Arm.RIGHTY else 1.0
+    return Side(arm, sign, min(SIDE * levers(arm.model)[1][0], max(sign * outward, 0.0)))
+
+
+def _ticks(a: Joints, b: Joints, step: Joints) -> float:
+    """How often the slowest joint takes its step between two joint vectors."""
+    return max(abs(y - x) / s for x, y, s in zip(a, b, step, strict=True))
+
+
+def _towards(a: Joints, b: Joints, box: Range) -> Joints:
+    """As far on the way from one to the other as the box allows, all joints together."""
+    part = 1.0
+    for x, y, low, high in zip(a, b, *box, strict=True):
+        if not low <= y <= high:
+            part = min(part, ((high if y > high else low) - x) / (y - x))
+    return tuple(x + part * (y - x) for x, y in zip(a, b, strict=True))
+
+
+# --- at the engine ---------------------------------------------------------------------------------------------------
+
+
+class Dragging:
+    """Feeds an engine with wishes for its tool. Letting go is no more wishes: the arm comes to rest by itself."""
+
+    def __init__(self, engine: Engine, *, speed: float = 1.0, text: str = "DRAG") -> None:
+        self.engine, self.speed, self.text = engine, speed, text
+        self.pursuit = Pursuit(engine.arm, engine.position().joints)
+        self._last: float | None = None
+
+    def to(self, T_world_tool: Transform) -> Held:
+        """The tool is wished there from now on. Raises PowerOff."""
+        engine, pursuit, frames = self.engine, self.pursuit, self.engine.frames
+        now = engine.now
+        since = TICK if self._last is None else now - self._last
+        tick, self._last = min(max(since, SHORTEST), LONGEST_TICK), now
+        fraction, model = fraction_of_full(self.speed, engine.settings).fraction, engine.model
+        fastest = [v * fraction for v in model.max_velocity]
+        pace = Pace.of(fastest, [a * engine.settings.acceleration for a in model.max_acceleration])
+        before, here = pursuit.goal, engine.position().joints
+        steady = pursuit.steady
+        flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
+        held = pursuit.follow(flange, frames.tool, here, pace)
+        velocity = tuple((b - a) / tick for a, b in zip(before, pursuit.goal, strict=True))
+        if not (steady and pursuit.steady) or any(abs(v) > most for v, most in zip(velocity, fastest, strict=True)):
+            velocity = (0.0,) * len(velocity)
+        if now < engine.end or largest_change(here, pursuit.goal) > AT_REST:
+            engine.steer(Target(pursuit.goal, velocity, *pursuit.range), tick, speed=self.speed, text=self.text)
+        return held
